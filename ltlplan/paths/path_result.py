@@ -147,22 +147,55 @@ def _cuts(where: Room, plan: RobotPlan, spline: LeastSnapSpline, points: Floats,
         through = visit.direction is not None
         if through and not 0 < first < last < len(at):
             return None
-        inside = frozenset({name})
+        inside, straight = frozenset({name}), (first - 1, last)
+        if through and (straight := _straight(where.regions[name], path, first - 1, last)) is None:
+            return None
         entry: Role = "via" if not through else "rear" if visit.direction == "F" else "front"
         leave: Role = "via" if not through else "front" if visit.direction == "F" else "rear"
         if first > 0 and at[first - 1] > cuts[-1].time:  # not where the path turns about between two visits
-            cuts.append(_Cut(float(at[first - 1]), entry, name, index, nothing))
+            if straight[0] > first - 1:
+                cuts.append(_Cut(float(at[first - 1]), "via", None, None, nothing))
+            permitted = nothing if straight[0] == first - 1 else inside
+            cuts.append(_Cut(float(at[straight[0]]), entry, name, index, permitted))
         if first > 0 and last < len(at):
             middle = _middle(where.regions[name], at[first - 1 : last + 1], path[first - 1 : last + 1], through=through)
             cuts.append(_Cut(middle, "centre", name, index, inside))
         if last < len(at):
-            cuts.append(_Cut(float(at[last]), leave, name, index, inside))
+            cuts.append(_Cut(float(at[straight[1]]), leave, name, index, inside))
+            if straight[1] < last:
+                cuts.append(_Cut(float(at[last]), "via", None, None, inside))
     ends_inside = bool(stays) and stays[-1][1] == len(at)
     last_role: Role = "end" if plan.waypoints[-1].role == "end" else "centre" if ends_inside else "via"
     region, visit_index = (stays[-1][2], len(stays) - 1) if ends_inside else (None, None)
     if cuts[-1].time < at[-1]:  # a lap may close where its last visit ends
         cuts.append(_Cut(float(at[-1]), last_role, region, visit_index, frozenset({region}) if region else nothing))
     return cuts
+
+
+def _straight(hoop: KeptRegion, path: Floats, first: int, last: int) -> tuple[int, int] | None:
+    """Return between which samples of a stay a passage is made: all of it, or what of it is within the hoop's opening and goes past its ring.
+
+    Args:
+        hoop: What is flown through.
+        path: Samples, m. Shape (samples, 3).
+        first: The last sample before the stay.
+        last: The first one after it.
+
+    Returns:
+        None where the path veers off before it is past the ring.
+    """
+    if hoop.normal is None:
+        return first, last
+    offset = path[first : last + 1] - hoop.centre
+    along = offset @ hoop.normal
+    wide = np.linalg.norm(offset - along[:, None] * hoop.normal, axis=1) > hoop.inner
+    crossed = np.flatnonzero(along[1:] * along[:-1] <= 0.0)
+    if not len(crossed) or not wide.any():
+        return first, last
+    before, after = np.flatnonzero(wide[: crossed[0] + 1]), np.flatnonzero(wide[crossed[-1] + 1 :])
+    begin = int(before[-1]) + 1 if len(before) else 0
+    end = int(crossed[-1] + after[0]) if len(after) else last - first
+    return (first + begin, first + end) if min(abs(along[begin]), abs(along[end])) > hoop.height else None
 
 
 def _middle(obstacle: KeptRegion, times: Floats, path: Floats, *, through: bool) -> float:

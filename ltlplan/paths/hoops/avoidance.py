@@ -31,6 +31,11 @@ from verify.data.shapes.region import Hoop
 
 Floats = NDArray[np.float64]
 
+_BESIDE = 0.05
+"""m; a point of a way this near to one of its ends is left out where it can be."""
+_SAME = 1e-9
+"""m; a point this near to an end is the end."""
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Detour:
@@ -77,12 +82,29 @@ def avoid(mission: Mission, where: Room, start: Floats, end: Floats, permitted: 
     if where.space is not None:
         return _through(where.space, where, start, end, permitted)
     try:
-        return _way(mission, where, start, end, permitted, frozenset())
+        return _apart(where, start, end, permitted, _way(mission, where, start, end, permitted, frozenset()))
     except Blocked:
         around = _around(mission, where, start, end, permitted)
         if not around:
             raise
-        return around
+        return _apart(where, start, end, permitted, around)
+
+
+def _apart(
+    where: Room, start: Floats, end: Floats, permitted: Collection[str], points: tuple[Detour, ...]
+) -> tuple[Detour, ...]:
+    """Return a way without points so near to its ends that a spline would turn back there, where it is free without them."""
+
+    def needed(a: Floats, point: Floats, b: Floats, near: Floats) -> bool:
+        distance = float(np.linalg.norm(point - near))
+        return distance > _BESIDE or (distance > _SAME and blocked(a, b, where, permitted) is not None)
+
+    kept = list(points)
+    while kept and not needed(kept[-2].position if len(kept) > 1 else start, kept[-1].position, end, end):
+        kept.pop()
+    while kept and not needed(start, kept[0].position, kept[1].position if len(kept) > 1 else end, start):
+        kept.pop(0)
+    return tuple(kept)
 
 
 def _through(space: FreeSpace, where: Room, start: Floats, end: Floats, permitted: Collection[str]) -> tuple[Detour, ...]:

@@ -15,10 +15,11 @@ from numpy.typing import NDArray
 
 from ltlplan.paths.hoops.avoidance import Blocked, Detour, avoid
 from ltlplan.paths.hoops.clearance import blocked
+from ltlplan.paths.hoops.held_points import HeldPoints
 from ltlplan.paths.hoops.hoop_frame import control_points
 from ltlplan.paths.hoops.kept_clear import Room
+from ltlplan.paths.hoops.passage_ends import PassageEnds, passage_ends
 from ltlplan.paths.hoops.stops import Side, Stop, before_opening, holds, hoop_axes, primitives_between
-from ltlplan.systems.region_labels import apart
 from verify.data import BadInput, Mission, Visit
 from verify.data.plan import Role
 from verify.data.shapes.region import Hoop
@@ -45,6 +46,18 @@ class Legs:
         self.start_regions = frozenset(n for n, o in where.regions.items() if o.holds(self.start))
         self.begins_inside = bool(visits) and holds(mission, self.start, visits[0].region)
         self._legs: dict[tuple[int, Side, int, Side], list[Stop]] = {}
+        self._ends: dict[str, PassageEnds] = {}
+        self.held = HeldPoints(mission, where)
+
+    def ends(self, name: str) -> PassageEnds:
+        """Return where passages through a hoop begin and end, and the way to it and from it.
+
+        Args:
+            name: The hoop's.
+        """
+        if name not in self._ends:
+            self._ends[name] = passage_ends(self.mission.hoops[name], self.where, name)
+        return self._ends[name]
 
     def length(self, i: int, left: Side, j: int, entered: Side) -> float:
         """Return the length of the leg from one visit to the next by its primitives, m.
@@ -92,8 +105,10 @@ class Legs:
             return Stop(np.array(region.center), "centre", name, i), None
         if side is None:  # the flight ends in this hoop, at its end waypoint: nothing else leads on from there
             return Stop(np.array(region.center) if self.end is None else self.end, "centre", name, i), None
-        points = control_points(region)
-        return Stop(points.ends(side)[1], "front", name, i, axes=points.frame), Stop(points.centre, "centre", name, i)
+        ends = self.ends(name)
+        inner, points = ends.inner(side)[1], ends.points
+        before = Stop(points.centre, "centre", name, i) if inner is None else Stop(inner, "front", name, i)
+        return Stop(ends.outer(side)[1], "front", name, i, axes=points.frame), before
 
     def _leg(self, i: int, left: Side, j: int, entered: Side) -> list[Stop]:
         """Return the stops after visit i up to the first stop of visit j (its entry, or its centre)."""
@@ -103,14 +118,15 @@ class Legs:
             region = self.mission.all_regions[name]
             axes = hoop_axes(self.mission, name)
             if entered is not None and isinstance(region, Hoop):
-                entry = control_points(region).ends(entered)[0]
-                target = Stop(entry, "rear" if entered == "F" else "front", name, j, self._around(name, entry), axes)
+                entry, led = self.ends(name).outer(entered)[0], self.ends(name).inner(entered)[0] is not None
+                role: Role = "via" if led else "rear" if entered == "F" else "front"
+                target = Stop(entry, role, name, None if led else j, self.held.around(name, entry), axes)
             elif isinstance(region, Hoop):
                 self._legs[key] = self._into(i, left, j, region)
                 return self._legs[key]
             else:
                 centre = np.array(region.center)
-                target = Stop(centre, "centre", name, j, self._holding(centre))
+                target = Stop(centre, "centre", name, j, self.held.holding(centre))
             origin = self._exit(i, left)[0]
             if target.role != "centre":
                 turned = np.allclose(origin.position, target.position, atol=1e-9)  # about, where the last passage ended
@@ -136,11 +152,14 @@ class Legs:
         problem: Blocked | None = None
         for role, position in sorted(ends, key=lambda end: float(np.linalg.norm(end[1] - origin))):
             place = before_opening(self.mission, name, hoop, role) if self.end is None else self.end
-            rest = Stop(place, "centre", name, j, self._holding(place), points.frame)
+            rest = Stop(place, "centre", name, j, self.held.holding(place), points.frame)
             if np.allclose(origin, position, atol=1e-9):
                 return [rest]
             try:
-                return [*self._way(i, left, Stop(position, role, name, j, self._around(name, position), points.frame)), rest]
+                return [
+                    *self._way(i, left, Stop(position, role, name, j, self.held.around(name, position), points.frame)),
+                    rest,
+                ]
             except Blocked as error:
                 problem = problem or error
         assert problem is not None
@@ -150,7 +169,7 @@ class Legs:
         """Return the leg that closes a lasso: from visit i to the stop at which the cycle began."""
         if np.allclose(self._exit(i, left)[0].position, first.position, atol=1e-9):
             return []
-        around = frozenset[str]() if first.region is None else self._around(first.region, first.position)
+        around = frozenset[str]() if first.region is None else self.held.around(first.region, first.position)
         return self._way(i, left, replace(first, permitted=around))
 
     def _outside(self, origin: Stop, name: str, visit: int) -> Stop:
@@ -159,7 +178,7 @@ class Legs:
         Raises:
             Blocked: There is no clear point around it.
         """
-        obstacle, permitted = self.where.regions[name], self._holding(origin.position) | {name}
+        obstacle, permitted = self.where.regions[name], self.held.holding(origin.position) | {name}
         for way in _AROUND:
             point = obstacle.centre + way * obstacle.exit(way, obstacle.level * 1.3)
             if self.where.inside(point) and not any(
@@ -185,7 +204,9 @@ class Legs:
             return leg
         gate = target.position + line * share
         entered = frozenset({str(target.region)})
-        reached = self._holding(target.position) | self._shared(target.permitted & self._holding(gate), str(target.region))
+        reached = self.held.holding(target.position) | self.held.shared(
+            target.permitted & self.held.holding(gate), str(target.region)
+        )
         return [
             *leg[:-1],
             Stop(gate, "via", target.region, target.visit, target.permitted - entered),
@@ -207,11 +228,11 @@ class Legs:
         """Return the stops from a start in a hoop's region to a target: to the hoop's control point on that side first."""
         name, points = self.visits[i].region, control_points(hoop)
         ahead = (origin.position - points.centre) @ np.array(hoop.normal) >= 0.0
-        through = self._holding(origin.position) | {name}
-        first = Stop(points.front if ahead else points.rear, "via", name, i, through, points.frame)
+        through = self.held.holding(origin.position) | {name}
+        first = Stop(self.ends(name).outer("F")[1 if ahead else 0], "via", name, i, through, points.frame)
         if np.allclose(first.position, target.position, atol=1e-9):
             return [replace(target, permitted=through)]
-        leaves = self._around(name, first.position)
+        leaves = self.held.around(name, first.position)
         others = avoid(self.mission, self.where, first.position, target.position, target.permitted | leaves)
         way, last = self._detours(others, leaves)
         return [first, *way, replace(target, permitted=target.permitted | last)]
@@ -222,7 +243,7 @@ class Legs:
             return way
         if self.where.space is None:
             return [
-                replace(stop, permitted=stop.permitted | (self._holding(stop.position) & reaches)) for stop in way[:-1]
+                replace(stop, permitted=stop.permitted | (self.held.near(stop.position) & reaches)) for stop in way[:-1]
             ] + way[-1:]
         entered = self.where.space.entered(np.stack([origin.position, *(stop.position for stop in way)]), self.where.slack)
         return [replace(stop, permitted=stop.permitted | (met & reaches)) for stop, met in zip(way, entered, strict=True)]
@@ -233,31 +254,15 @@ class Legs:
         for point in points:
             way.append(Stop(point.position, point.role, point.region, None, leaves, hoop_axes(self.mission, point.region)))
             # around a body in a region the way is still in that region
-            leaves = leaves & self._holding(point.position)
-            leaves = leaves if point.region is None else self._shared(leaves, point.region)
+            leaves = leaves & self.held.near(point.position)
         return way, leaves
-
-    def _holding(self, point: Floats) -> frozenset[str]:
-        """Return the regions that hold a point."""
-        near = np.flatnonzero(np.linalg.norm(self.where.centres - point, axis=1) <= self.where.reaches)
-        obstacles = list(self.where.regions.values()) if len(near) else []
-        return frozenset(obstacles[k].name for k in near if obstacles[k].level_at(point) <= 1.0)
-
-    def _around(self, name: str, point: Floats) -> frozenset[str]:
-        """Return the other regions that hold a point beside a region, and its centre: those that it stands in."""
-        return (self._holding(point) & self._holding(np.array(self.mission.all_regions[name].center))) - {name}
 
     def _left(self, i: int, side: Side, place: Floats) -> frozenset[str]:
         """Return the regions that a leg from a visit begins in."""
         region = self.mission.all_regions[self.visits[i].region]
         if side is not None and isinstance(region, Hoop):
-            return self._around(self.visits[i].region, place)
-        return self._holding(place) | {self.visits[i].region}
-
-    def _shared(self, names: frozenset[str], name: str) -> frozenset[str]:
-        """Return those of some regions that may have a point in common with another one."""
-        regions = self.mission.all_regions
-        return frozenset(other for other in names if not apart(regions[other], regions[name]))
+            return self.held.around(self.visits[i].region, place)
+        return self.held.holding(place) | {self.visits[i].region}
 
     def _passage(self, i: int, side: Side) -> list[Stop]:
         if side is None:
@@ -265,12 +270,18 @@ class Legs:
         name = self.visits[i].region
         region = self.mission.all_regions[name]
         assert isinstance(region, Hoop)
-        points = control_points(region)
-        through = self._holding(points.centre)
-        return [
+        ends = self.ends(name)
+        points, (first, last) = ends.points, ends.inner(side)
+        through = self.held.holding(points.centre)
+        passage = [
             Stop(points.centre, "centre", name, i, through, points.frame),
             Stop(points.ends(side)[1], "front" if side == "F" else "rear", name, i, through, points.frame),
         ]
+        if first is not None:
+            passage.insert(0, Stop(first, "rear" if side == "F" else "front", name, i, through, points.frame))
+        if last is not None:
+            passage.append(Stop(ends.outer(side)[1], "via", name, None, through, points.frame))
+        return passage
 
     def _to_end(self, i: int, left: Side) -> list[Stop]:
         assert self.end is not None

@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ltlplan.paths.hoops.avoidance import Blocked
-from ltlplan.paths.hoops.hoop_frame import control_points
 from ltlplan.paths.hoops.legs import Legs
 from ltlplan.paths.hoops.stops import Side
 from verify.data.mission import Mission
@@ -65,9 +64,9 @@ def _nearest(legs: Legs, options: list[list[Side]]) -> list[Side]:
             position = np.array(region.center)
             previous = None
             continue
-        points = control_points(region)
+        ends = legs.ends(visit.region)
         here = position
-        ordered = sorted(options[i], key=lambda side: float(np.linalg.norm(points.ends(side or "F")[0] - here)))
+        ordered = sorted(options[i], key=lambda side: float(np.linalg.norm(ends.outer(side or "F")[0] - here)))
         if mission.obstacles:
             ordered = _by_length(ordered, lambda side: cost(i - 1, previous, i, side))  # noqa: B023  # asked at once
         problem: Blocked | None = None
@@ -78,7 +77,7 @@ def _nearest(legs: Legs, options: list[list[Side]]) -> list[Side]:
                 problem = problem or error
                 continue
             chosen.append(side)
-            position, previous = points.ends(side or "F")[1], side
+            position, previous = ends.outer(side or "F")[1], side
             break
         else:
             assert problem is not None

@@ -30,11 +30,11 @@ def test_a_hoop_whose_both_sides_are_blocked_is_refused_by_name():
 
 
 def test_a_spline_without_room_is_refused_by_name():
-    # a turn back within 8 cm of the wall cannot be flown, though every control point is inside
-    hoops = "h0: {center: [1.5, 0, 1], yaw_deg: 0, radii: [0.2, 0.2, 0.2], opening: 0.25, rim: 0.02, reach: 0.4}"
-    mission = small_mission(hoops=hoops, sequence="h0F h0R", workspace="{min: [-2, -2, 0.2], max: [1.95, 2, 2]}")
+    # behind the hoop the wall leaves no room to turn back, though every control point is inside
+    hoops = "h0: {center: [1.5, 0, 1], yaw_deg: 0, radii: [0.2, 0.2, 0.2], opening: 0.25, rim: 0.02, reach: 0.25}"
+    mission = small_mission(hoops=hoops, sequence="h0F h0R", workspace="{min: [-2, -2, 0.2], max: [1.75, 2, 2]}")
     with pytest.raises(SplineBlocked, match="workspace"):
-        route_sequence(mission.model_copy(update={"margin": 0.05}))
+        route_sequence(mission)
 
 
 @pytest.mark.parametrize(
