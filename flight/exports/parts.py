@@ -93,7 +93,7 @@ def notes_on(request: Request, parts: tuple[Part, ...]) -> tuple[str, ...]:
         *also,
         f"The vehicles do not hold this flight at once: it is in {len(parts)} parts, uploaded one after another while all robots hover. They are "
         f"flown in this order: {flown}.",
-        "Each part is started by all robots at the same instant, once each has its part and is within the margin of where the part begins. Pauses "
+        "Each part is started by all robots at the same instant, once each has its part and is within half a margin of where the part begins. Pauses "
         f"between parts are certified for any length; in an endurance each counts {PAUSE:g} s.",
         "Before the memory is written anew, robots have to hold by a go-to where they are: at the end of a trajectory the firmware still reads it.",
     )

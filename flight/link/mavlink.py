@@ -41,6 +41,7 @@ FAILSAFE = {"COM_OF_LOSS_T": 1.0, "COM_OBL_RC_ACT": 4}
 """What acts on board when set-points end: after so many seconds, land (4)."""
 
 _NO_SERIAL = "it is taken for a serial port, which needs pyserial (addresses in a network begin with udpin:, udpout: or tcp:)"
+_NO_PORT = "it has no port; write it as udpin:0.0.0.0:14540, udpout:, tcp: or a serial port, /dev/ttyUSB0"
 _CUSTOM_MODE, _SET_MODE, _SET_INTERVAL, _ARM, _PX4, _ARMED = 1, 176, 511, 400, 12, 128
 _LOCAL_POSITION_NED, _LOCAL_NED, _INT32 = 32, 1, 6
 
@@ -117,7 +118,7 @@ class MavlinkLink:
                 link = mavutil.mavlink_connection(addresses[name], source_system=255, source_component=190, dialect="common")
             except Exception as error:  # pymavlink raises what its drivers do
                 self.close()
-                reason = _NO_SERIAL if isinstance(error, ImportError) else error
+                reason = _NO_SERIAL if isinstance(error, ImportError) else _NO_PORT if isinstance(error, ValueError) else error
                 raise BadInput(f"{name} cannot be reached at {addresses[name]}: {reason}.") from None
             self._vehicles[name] = _Vehicle(name, (systems or {}).get(name, index + 1), link)
         self._begin, self._number, self._sent = 0.0, -1, -math.inf

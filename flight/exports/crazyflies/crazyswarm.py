@@ -7,7 +7,7 @@ with the first.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -16,7 +16,8 @@ from flight.exports.braking import AtMost
 from flight.exports.crazyflies.fits import require_crazyflie, require_float32, require_held
 from flight.exports.crazyflies.inventory import Item, read_inventory, require_radios
 from flight.exports.crazyflies.parameters import sentence
-from flight.exports.crazyflies.swarm_script import script
+from flight.exports.crazyflies.radio_addresses import heard_by
+from flight.exports.crazyflies.swarm_script import script, stacked
 from flight.exports.crazyflies.swarm_settings import configuration, weights_said
 from flight.exports.parts import notes_on, parts_of
 from flight.exports.target import NOTE, ExportTarget, Product, Request
@@ -51,10 +52,18 @@ def _product(request: Request) -> Product:
             files[f"{name}{part.ending}.csv"] = write_csv(path).encode()
     files[_CONFIGURATION] = configuration(request, parts[0].starts, items).encode()
     files[_SCRIPT] = script(request, parts).encode()
-    note = "fly_mission.py climbs, goes to the starts, and begins only if every robot is within the margin of its own."
+    note = "fly_mission.py climbs only if every robot stands below its own start, and begins only if each is within half a margin of it."
     vehicles = dict.fromkeys(request.mission.vehicle_of(name) for name in request.team)
     told = (f"crazyflies.yaml sets what was simulated. {sentence(vehicle)}" for vehicle in vehicles)
-    return Product(files, (note, *told, *weights_said(request, items), *notes_on(request, parts)))
+    return Product(files, (note, *_stacked(request), *told, *weights_said(request, items), *notes_on(request, parts)))
+
+
+def _stacked(request: Request) -> Iterator[str]:
+    """Yield who cannot climb straight up to a start, or land straight down from an end, beside another robot."""
+    if robots := stacked(request, 0.0):
+        yield f"{' and '.join(robots)} start above each other; fly_mission.py, which climbs straight up, does not fly them."
+    if robots := stacked(request, max(path.duration for path in request.flown.values())):
+        yield f"{' and '.join(robots)} end above each other; fly_mission.py lands straight down: have the mission end them apart."
 
 
 def with_hovers(team: Mapping[str, Trajectory], laps: int = 1) -> dict[str, Trajectory]:
@@ -86,6 +95,10 @@ def _items(request: Request) -> dict[str, Item]:
     inventory = request.options.get("inventory")
     items = {} if inventory is None else read_inventory(inventory, tuple(request.team))
     found = {**items, **{name: replace(items.get(name, Item()), uri=uri) for name, uri in uris.items()}}
+    reached: dict[str, str] = {}
+    for name, item in found.items():
+        if item.uri is not None and (other := reached.setdefault(heard_by(item.uri), name)) != name:
+            raise BadInput(f"{other} and {name} have one address, {item.uri}.")
     require_radios(request.mission, found)
     return found
 

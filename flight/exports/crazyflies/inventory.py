@@ -17,6 +17,7 @@ from typing import Any
 
 from ruamel.yaml import YAML, YAMLError
 
+from flight.exports.crazyflies.radio_addresses import heard_by
 from verify.data import BadInput, DoesNotFit, Mission, Vehicle
 from verify.data.errors import did_you_mean
 from verify.data.events import unknown
@@ -121,9 +122,20 @@ def read_inventory(
     found = {name: _item(f"{where}: robots.{name}", table[name]) for name in robots if name in table}
     addresses: dict[str, str] = {}
     for name, item in found.items():
-        if item.uri is not None and (other := addresses.setdefault(item.uri, name)) != name:
+        if (
+            item.uri is not None
+            and (other := addresses.setdefault(_reached(f"{where}: robots.{name}", item.uri), name)) != name
+        ):
             raise BadInput(f"{where}: {other} and {name} have one address, {item.uri}.")
     return found
+
+
+def _reached(where: str, uri: str) -> str:
+    """Return what is reached by an address, so that two ways to write it are one; refuse a radio's that cannot be."""
+    try:
+        return heard_by(uri)
+    except BadInput as error:
+        raise BadInput(f"{where}.uri: {error}") from None
 
 
 def _content(path: Path) -> Mapping[str, Any]:

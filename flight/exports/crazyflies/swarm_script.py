@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from flight.exports.parts import order_of
 from verify.data.trajectory import PAUSE
@@ -16,10 +19,11 @@ if TYPE_CHECKING:
 _SCRIPT = '''#!/usr/bin/env python3
 """Flies the mission MISSION with crazyswarm2. Certificate: DIGEST.
 
-PARTS_SAIDPlace it beside the CSV files. It climbs, goes to the starts, and starts the flight only if every robot is within the
-certificate's margin of its own start. In flight it holds measured positions against the plan: a robot outside of the margin,
-or without positions, ends the flight of all. Every way out lands the whole team: the end, an error, Ctrl-C, SIGTERM. A second
-Ctrl-C stops all motors. Climb and landing are not certified: watch them.
+PARTS_SAIDPlace it beside the CSV files. Nothing spins before every robot is measured to stand below its own start, within the certificate's
+margin; then all climb straight up at once, and the flight begins only if each is within half a margin of its start. In flight it
+holds measured positions against the plan: a robot outside of the margin, or without positions, ends the flight of all. Every way
+out lands the whole team: the end, an error, Ctrl-C, SIGTERM. A second Ctrl-C stops all motors. Climb and landing are not
+certified: watch them.
 """
 
 import signal
@@ -36,11 +40,14 @@ PARTS = PARTS_HERE  # each part: how its files' names end, s that it lasts, and 
 ORDER = ORDER_HERE  # parts as they are flown; robots hover between them, while the next one is uploaded
 STARTS = PARTS[ORDER[0]][2]
 MARGIN = MARGIN_HERE  # m
+SHARE = 0.5  # of the margin, that a robot may be off where it begins: the rest is for following the plan
+STACKED = STACKED_HERE  # robots whose starts are above each other, so that they cannot climb to them straight up
 PAUSE = PAUSE_HERE  # s that robots hover between two parts at the most
 TRAJECTORY_ID = 0
 STEP = 0.05  # s between two looks in flight
 AGE = 0.05  # s that a position and the start may have been on their way: it is held against the plan of that time
 SILENT = 0.5  # s without a new position after which nobody knows where a robot is
+LISTEN = 5.0  # s that a first position is waited for
 
 
 class Refused(Exception):
@@ -89,6 +96,27 @@ def arm(everyone, armed):
         everyone.arm(armed)
 
 
+def require_below(clock, robots):
+    """Refuse to climb where a robot is not measured, or not below its own start: climbing straight up, none meets another."""
+    if STACKED:
+        raise Refused(f"{STACKED} start above each other and cannot climb there straight up: bring them there by a flight of your own")
+    begin, first = clock.time(), {name: heard(robots[name]) for name in STARTS}
+    while silent := [name for name in STARTS if hasattr(robots[name], "poseStamped") and heard(robots[name]) == first[name]]:
+        if clock.time() - begin > LISTEN:
+            raise Refused(f"no position from {', '.join(silent)} within {LISTEN:g} s: is it seen by motion capture under its name?")
+        clock.sleep(STEP)
+    stands = {name: position(robots[name])[:2] for name in STARTS}
+    wrong = []
+    for name, start in STARTS.items():
+        off = {other: float(np.linalg.norm(stands[name] - np.array(place[:2]))) for other, place in STARTS.items()}
+        if not off[name] < MARGIN:
+            near = min(off, key=off.get)
+            swapped = f", where {near} belongs" if near != name and off[near] < MARGIN else ""
+            wrong.append(f"{name} stands {off[name]:.3f} m from there{swapped}: put it at {start[0]:.3f}, {start[1]:.3f}")
+    if wrong:
+        raise Refused("each robot has to stand below its own start. " + "; ".join(wrong))
+
+
 def go_to_starts(clock, robots):
     """Climb and go to the starts; refuse to begin where a robot is not there."""
     for name, start in STARTS.items():
@@ -103,9 +131,9 @@ def go_to_starts(clock, robots):
 def require_near(robots, places):
     """Refuse to start where a robot is not where its part begins."""
     off = {name: float(np.linalg.norm(position(robots[name]) - np.array(place[:3]))) for name, place in places.items()}
-    away = {name: distance for name, distance in off.items() if not distance < MARGIN}
+    away = {name: distance for name, distance in off.items() if not distance < SHARE * MARGIN}
     if away:
-        raise Refused("too far from the start: " + ", ".join(f"{name} {d:.3f} m" for name, d in away.items()))
+        raise Refused(f"too far from the start (at most {SHARE * MARGIN:g} m): " + ", ".join(f"{name} {d:.3f} m" for name, d in away.items()))
 
 
 def hover(clock, robots, places):
@@ -186,6 +214,7 @@ def main():
     flying, reason, worst = False, None, dict.fromkeys(STARTS, 0.0)
     try:
         plans = upload(robots, ORDER[0])
+        require_below(clock, robots)
         flying = True
         arm(everyone, True)
         clock.sleep(1.0)
@@ -208,7 +237,7 @@ if __name__ == "__main__":
 
 
 _IN_PARTS = """The vehicles do not hold the flight at once: it is flown in parts. After each of them all robots hover, hold by a go-to where they
-are, are given the next part, and start it together once each is within the margin of where it begins; who waits for longer than PAUSE s lands.
+are, are given the next part, and start it together once each is within half a margin of where it begins; who waits for longer than PAUSE s lands.
 """
 
 
@@ -227,8 +256,24 @@ def script(request: Request, parts: Sequence[Part]) -> str:
         .replace("PARTS_HERE", table)
         .replace("ORDER_HERE", repr(list(order_of(request))))
         .replace("MARGIN_HERE", repr(request.margin))
+        .replace("STACKED_HERE", repr(" and ".join(stacked(request, 0.0))))
         .replace("PAUSE_HERE", repr(PAUSE))
     )
+
+
+def stacked(request: Request, time: float) -> tuple[str, ...]:
+    """Return two robots that are too near to each other, seen from above, to be one climbing or landing beside the other; else nothing.
+
+    Args:
+        request: The export.
+        time: s, of the flights: when they hover there.
+    """
+    mission = request.mission
+    places = {name: path.evaluate(min(time, path.duration))[:2] for name, path in request.flown.items()}
+    for one, other in itertools.combinations(places, 2):
+        if np.linalg.norm(places[one] - places[other]) < mission.least_distance(one, other) + 2 * request.margin:
+            return one, other
+    return ()
 
 
 def _row(part: Part) -> str:

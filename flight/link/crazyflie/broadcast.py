@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import time
 from collections.abc import Callable, Iterable
 from typing import Any
@@ -10,7 +9,6 @@ from typing import Any
 from flight.link.crazyflie.reports import State
 from flight.link.crazyflie.vehicle import EBUSY, Vehicle
 from flight.link.link import LinkLost
-from verify.data import BadInput
 
 WITHIN = 0.02
 """s within which a common start that was not answered is sent again: what a certificate allows clocks to differ by."""
@@ -20,10 +18,6 @@ _SETTLES = 0.15
 """s after which a supervisor's report is of the new flight."""
 _EVERYBODY = (0xFF, 0xE7, 0xE7, 0xE7, 0xE7)
 """The address that every Crazyflie listens to beside its own."""
-_RADIO = re.compile(
-    r"radio://[0-9A-Za-z]+(/(?P<channel>\d{1,3})(/(250K|1M|2M)(/(?P<address>[0-9A-Fa-f]{1,10}))?)?)?/?(\?.*)?", re.ASCII
-)
-_LAST_CHANNEL = 125
 _TIMES = 3
 """How often a broadcast is sent: nobody acknowledges it. Each one restarts the trajectory, within `_TIMES` ms."""
 
@@ -98,26 +92,6 @@ class Broadcast:
                 self._lines[key].send_packet((packet.header, *packet.data))
         for vehicle in self._alone:
             vehicle.start(number)
-
-
-def heard_by(address: str) -> str:
-    """Return what of an address says who is reached: of a radio's, channel and address, by whatever radio and however written.
-
-    Args:
-        address: Such as `radio://0/80/2M/E7E7E7E701`.
-
-    Raises:
-        BadInput: It is a radio's that cannot be.
-    """
-    if not address.startswith("radio://"):
-        return address
-    said = _RADIO.fullmatch(address)
-    if said is None or int(said["channel"] or 2) > _LAST_CHANNEL:
-        raise BadInput(
-            f"{address} is no address: write radio://RADIO/CHANNEL/RATE/ADDRESS, a channel of 0 to {_LAST_CHANNEL}, a rate of 250K, 1M or "
-            "2M, and at most ten hexadecimal digits, such as radio://0/80/2M/E7E7E7E701."
-        )
-    return f"{int(said['channel'] or 2)} {(said['address'] or 'E7E7E7E7E7').rjust(10, '0').upper()}"
 
 
 def _flies(vehicle: Vehicle, begin: float) -> bool:

@@ -10,8 +10,9 @@ from typing import Literal
 
 import numpy as np
 
+from flight.exports.crazyflies.radio_addresses import heard_by
 from flight.link.addresses import require_addresses
-from flight.link.crazyflie.broadcast import Broadcast, heard_by
+from flight.link.crazyflie.broadcast import Broadcast
 from flight.link.crazyflie.capture import Body, Capture, Watch
 from flight.link.crazyflie.memory import Memory, encoded
 from flight.link.crazyflie.reports import State

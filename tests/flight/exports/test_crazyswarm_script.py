@@ -11,6 +11,9 @@ import pytest
 
 import flight
 from tests.helpers.crazyswarm_peer import World
+from tests.helpers.flights import legs, plan_of, small_mission
+from verify import certify
+from verify.data.plan import Visit
 
 
 @pytest.fixture
@@ -50,14 +53,59 @@ def test_where_crazyswarm2_is_not_one_sentence_says_so(certified, tmp_path, monk
         runpy.run_path(str(tmp_path / "fly_mission.py"), run_name="__main__")
 
 
-@pytest.mark.parametrize(("off", "starts"), [(0.03, True), (0.06, False)])
-def test_it_starts_only_if_every_robot_is_within_the_margin(world_and_script, off, starts, capsys) -> None:
+@pytest.mark.parametrize(("off", "starts"), [(0.02, True), (0.03, False)])
+def test_it_starts_only_if_every_robot_is_within_half_a_margin(world_and_script, off, starts, capsys) -> None:
     world, script = world_and_script
     world.off = dict.fromkeys(world.robots, np.array([0.0, off, 0.0]))
     assert script.main() == (0 if starts else 1)
     assert begun(world) is starts
     assert ("too far" in capsys.readouterr().out) is not starts
     assert not any(robot.spinning for robot in world.robots.values())
+
+
+def on_the_ground(world: World) -> bool:
+    return not any(command in ("arm", "takeoff", "goTo") for _, command in world.told)
+
+
+def test_robots_that_stand_the_wrong_way_round_do_not_climb(world_and_script, capsys) -> None:
+    """Their go-to's to the starts would lead through each other."""
+    world, script = world_and_script
+    one, other = world.robots["quad0"], world.robots["quad1"]
+    one.place, other.place = other.place, one.place
+    assert script.main() == 1
+    said = capsys.readouterr().out
+    assert "quad0 stands " in said
+    assert ", where quad1 belongs: put it at " in said
+    assert on_the_ground(world)
+
+
+def test_a_robot_that_stands_elsewhere_does_not_climb(world_and_script, capsys) -> None:
+    world, script = world_and_script
+    world.off["quad1"] = np.array([0.06, 0.0, 0.0])
+    assert script.main() == 1
+    assert "quad1 stands 0.060 m from there: put it at " in capsys.readouterr().out
+    assert on_the_ground(world)
+
+
+def test_a_robot_that_nobody_sees_does_not_climb(world_and_script, capsys) -> None:
+    world, script = world_and_script
+    world.silent_from["quad1"] = 0.0
+    assert script.main() == 1
+    assert "no position from quad1 within 5 s: is it seen by motion capture under its name?" in capsys.readouterr().out
+    assert on_the_ground(world)
+
+
+def test_robots_whose_starts_are_above_each_other_do_not_climb(script_in_world, capsys) -> None:
+    ball = "a: {center: [1.5, 0.0, 0.6], radii: [0.2, 0.2, 0.2]}"
+    starts = ((0.0, 0.0, 0.6), (0.2, 0.0, 1.4))
+    mission = small_mission("F a", regions=ball, starts=starts, margin=0.05)
+    plan = plan_of(mission, {"r0": (Visit(region="a"),)})
+    team = {"r0": legs([starts[0], (1.5, 0.0, 0.6)]), "r1": legs([starts[1]])}
+    team = flight.with_hovers(team)
+    world, script = script_in_world(team, certify(plan, team))
+    assert script.main() == 1
+    assert "r0 and r1 start above each other and cannot climb there straight up" in capsys.readouterr().out
+    assert on_the_ground(world)
 
 
 def test_a_robot_that_leaves_the_margin_in_flight_lands_the_team(world_and_script, capsys) -> None:

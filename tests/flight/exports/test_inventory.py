@@ -60,6 +60,15 @@ def test_addresses_and_weights_come_from_the_users_file_and_it_stays_as_it_is(ce
         ("robots: {quad0: {uri: '0.0.0.0'}}", r"quad0\.uri must be an address such as radio://.* or udpin:"),
         ("robots: {quad0: 5}", "must be a table"),
         ("robots: {quad0: {uri: 'radio://0'}, quad1: {uri: 'radio://0'}}", "quad0 and quad1 have one address"),
+        (
+            "robots: {quad0: {uri: 'radio://0/80/2M/E7E7E7E7E1'}, quad1: {uri: 'radio://0/080/2M/e7e7e7e7e1'}}",
+            "quad0 and quad1 have one address",
+        ),
+        (
+            "robots: {quad0: {uri: 'radio://0/80/2M/E7E7E7E7O1'}}",
+            r"quad0\.uri: radio://0/80/2M/E7E7E7E7O1 is no address: write radio://",
+        ),
+        ("robots: {quad0: {uri: 'radio://0/126/2M/E7E7E7E701'}}", r"quad0\.uri: .* a channel of 0 to 125"),
         ("robots: {cf1: {uri: 'radio://0'}}", "no robot of the mission"),
         ("- 5", "needs a table"),
         ("robots: [", "no YAML"),

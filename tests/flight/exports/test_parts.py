@@ -94,7 +94,7 @@ def test_no_part_is_started_by_robots_that_are_elsewhere(team, script_in_world, 
     world.at = at
     assert script.main() == 1
     assert world.commands("all").count("startTrajectory") == 1
-    assert "too far from the start: r1" in capsys.readouterr().out
+    assert "too far from the start (at most 0.025 m): r1" in capsys.readouterr().out
     assert not any(robot.spinning for robot in world.robots.values())
 
 

@@ -117,6 +117,8 @@ def test_vehicles_that_are_not_there_are_named_in_one_sentence(ready, monkeypatc
         MavlinkLink(mission, {"one": "udpin:127.0.0.1:1", "two": "udpin:127.0.0.1:2"})
     with pytest.raises(BadInput, match="one cannot be reached at /nowhere"):
         MavlinkLink(mission, {"one": "/nowhere/at/all"})
+    with pytest.raises(BadInput, match="one cannot be reached at udpin:here: it has no port; write it as udpin:"):
+        MavlinkLink(mission, {"one": "udpin:here"})
 
 
 @pytest.mark.slow
