@@ -45,7 +45,8 @@ def command(
         typer.Option(
             "--follow",
             help="With --link: events as they are told, a line each as in --event, at once where no time is written: a file that grows, a "
-            "named pipe, - for the keyboard, or ros2:/TOPIC for messages of ROS 2 (again for more).",
+            "named pipe, - for the keyboard, ros2:/TOPIC for messages of ROS 2, or http://HOST:PORT/live/NAME for what "
+            "a planning service is told (again for more).",
         ),
     ] = None,
     json: options.JsonOption = False,

@@ -12,7 +12,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ltlplan.service.models import Health, Job, State
+from ltlplan.service.models import Health, Job, LiveEvent, LiveFlight, LiveTold, State
 from ltlplan.service.questions import zipped
 from ltlplan.service.recordings import ENDINGS
 from ltlplan.service.remote.submitted import Submitted
@@ -342,6 +342,41 @@ class Client:
             BadInput: There is no such job, or it has not ended.
         """
         self._wire.ask("DELETE", f"/api/jobs/{segment(self._id(job))}")
+
+    # Flights in the air
+
+    def flights(self) -> tuple[LiveFlight, ...]:
+        """Return the flights that listen, or did: the newest of each name."""
+        return tuple(checked(LiveFlight, each) for each in self._wire.ask("GET", "/api/live").json())
+
+    def tell(self, flight: str, *events: str) -> LiveTold:
+        """Tell a flight events, all or none: when this returns they are kept, and the flight hears them. A call that failed may have been heard.
+
+        Args:
+            flight: What it listens as, by `ltlplan online --follow http://.../live/NAME`.
+            events: Lines such as "quad1 fails".
+
+        Raises:
+            BadInput: No flight listens as that, one is no event, or the flight was told too much already.
+        """
+        text = "\n".join(events).encode()
+        told = self._wire.ask(
+            "POST", f"/api/live/{segment(flight)}/events", content=text, headers={"content-type": "text/plain"}
+        )
+        return checked(LiveTold, told.json())
+
+    def told(self, flight: str, *, after: int = 0) -> tuple[LiveEvent, ...]:
+        """Return what a flight was told, with what it did: a hundred events at most.
+
+        Args:
+            flight: What it listens as.
+            after: Only events of greater numbers.
+
+        Raises:
+            BadInput: No flight listens as that.
+        """
+        told = self._wire.ask("GET", f"/api/live/{segment(flight)}/events", params={"after": after}).json()
+        return tuple(checked(LiveEvent, each) for each in told)
 
     def health(self) -> Health:
         """Return whether the service works."""

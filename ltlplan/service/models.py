@@ -1,10 +1,10 @@
-"""What the service tells of its jobs: the values that HTTP answers and the client returns."""
+"""What the service tells of its jobs and of flights that listen to it: the values that HTTP answers and the client returns."""
 
 from __future__ import annotations
 
 from typing import Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, field_validator
 
 State = Literal["queued", "running", "done", "failed", "cancelled"]
 ENDED: frozenset[State] = frozenset({"done", "failed", "cancelled"})
@@ -180,3 +180,78 @@ class Health(Told):
     queued: int
     room: int
     versions: dict[str, str]
+
+
+class LiveFlight(Told):
+    """A flight that listens to what it is told, or did.
+
+    Attributes:
+        name: What it listens as.
+        mission: What it flies.
+        opened: When it began to listen, UTC, ISO 8601.
+        ended: When it ended.
+        silent: s since it asked last, or since the service was started; None where it has ended.
+        events: How many events it was told.
+        open: How many of them it has not answered.
+    """
+
+    name: str
+    mission: str
+    opened: str
+    ended: str | None = None
+    silent: float | None = None
+    events: int = 0
+    open: int = 0
+
+
+class LiveEvent(Told):
+    """An event that a flight was told.
+
+    Attributes:
+        number: From 1 on, in the order in which the flight was told.
+        line: The event, as a line of `ltlplan online --follow`.
+        who: Who told it: a token's name, or an address.
+        told: When, UTC, ISO 8601.
+        heard: Whether the flight does it; None while it has not answered.
+        answer: What it did, or why not, as a sentence.
+    """
+
+    number: int
+    line: str
+    who: str
+    told: str
+    heard: bool | None = None
+    answer: str = ""
+
+
+class LiveTold(Told):
+    """What a flight was told just now.
+
+    Attributes:
+        flight: The flight.
+        events: The events, with their numbers.
+    """
+
+    flight: LiveFlight
+    events: tuple[LiveEvent, ...]
+
+
+class FlightAnswered(Told):
+    """What a flight did with one event.
+
+    Attributes:
+        number: The event's.
+        heard: Whether it does it.
+        sentence: What it did, or why not.
+    """
+
+    number: int = Field(ge=1, le=2**31)
+    heard: bool
+    sentence: str = Field(max_length=2000)
+
+    @field_validator("sentence")
+    @classmethod
+    def _can_be_shown(cls, sentence: str) -> str:
+        if not sentence.isprintable():
+            raise ValueError("must be letters that can be shown")
+        return sentence

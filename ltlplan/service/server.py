@@ -95,6 +95,7 @@ def put_together(settings: Settings, tokens: Tokens, *, page: bool) -> tuple[Gat
         from ltlplan.service.asking import Questions
         from ltlplan.service.computing.workers import LocalWorkers
         from ltlplan.service.job_queue.jobs import Jobs
+        from ltlplan.service.live.flights import LiveFlights
         from ltlplan.service.security.gate import Gate, Rules
         from ltlplan.service.service import Service
     except ModuleNotFoundError as error:
@@ -111,7 +112,9 @@ def put_together(settings: Settings, tokens: Tokens, *, page: bool) -> tuple[Gat
         scratch=scratch,
     )
     questions = Questions(small, settings.data / "scratch", most_waiting=limits.waiting_questions)
-    service = Service(settings, Jobs(settings, _workers(settings, scratch)), questions, tokens)
+    service = Service(
+        settings, Jobs(settings, _workers(settings, scratch)), questions, tokens, LiveFlights(settings.data, limits)
+    )
     app = application(service)
     end_routes(app, page=page)
     if page:

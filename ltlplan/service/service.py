@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from ltlplan.service import questions as asked
 from ltlplan.service.asking import Questions
+from ltlplan.service.live.flights import LiveFlights
 from ltlplan.service.problems import Conflict
 from ltlplan.service.questions import Place
 from ltlplan.service.security.tokens import Tokens
@@ -31,6 +32,7 @@ class Service:
         jobs: What was accepted, and how far it is.
         questions: What is answered at once.
         tokens: Who may ask.
+        live: Flights that listen, and what they are told.
         stopping: Set when the service is about to stop, for streams to end.
     """
 
@@ -38,6 +40,7 @@ class Service:
     jobs: Jobs
     questions: Questions
     tokens: Tokens
+    live: LiveFlights
     stopping: asyncio.Event = field(default_factory=asyncio.Event)
     _missions: OrderedDict[str, Mission] = field(default_factory=OrderedDict, init=False, repr=False)
     _shipped: bytes | None = field(default=None, init=False, repr=False)

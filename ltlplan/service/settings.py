@@ -42,6 +42,9 @@ class Limits:
         send_seconds: s that a client may take to read what it was sent, before more of it follows.
         connections: Connections at the same time.
         streams: Streams of events at the same time.
+        live_flights: Flights that may listen at the same time; twice as many are kept.
+        live_events: Events that one flight may be told.
+        live_letters: Letters that these may have, together.
         reads: How often one client may read.
         questions_asked: How often one client may ask what is computed at once, or submit.
         strangers: How often one address may come with a wrong token.
@@ -62,6 +65,9 @@ class Limits:
     send_seconds: float = 60.0
     connections: int = 500
     streams: int = 200
+    live_flights: int = 50
+    live_events: int = 1000
+    live_letters: int = 1_000_000
     reads: Rate = Rate(100.0, 1000)
     questions_asked: Rate = Rate(20.0, 500)
     strangers: Rate = Rate(0.5, 20)

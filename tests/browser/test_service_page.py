@@ -15,6 +15,8 @@ from typing import Any
 
 import pytest
 
+from ltlplan.online.happenings import Told
+from ltlplan.service.remote.followed import FollowedService
 from ltlplan.service.views.watching import watch_json
 from tests.browser.devtools import CHROMIUM
 from verify import judge
@@ -291,7 +293,7 @@ def _a_refusal_says_what_would_mend_it(visitor: Visitor) -> None:
 def _it_is_read_on_a_phone_in_the_dark(visitor: Visitor, job: str) -> None:
     visitor.open(f"/jobs/{job}/watch")
     visitor.page.wait_for_selector(".flight[data-ready=yes] .holder[data-drawn=yes]")
-    for name in ("Watch", "Plan", "Trust", "Judge", "Take away", "Write"):
+    for name in ("Watch", "Plan", "Trust", "Judge", "Take away", "Live", "Write"):
         visitor.tab(name)
         visitor.page.wait_for_selector(f"[role=tab][aria-selected=true]:text-is('{name}')")
         visitor.wait("document.documentElement.scrollWidth <= 390")  # once it is drawn at its new size
@@ -300,3 +302,33 @@ def _it_is_read_on_a_phone_in_the_dark(visitor: Visitor, job: str) -> None:
     )
     assert sum(map(int, re.findall(r"\d+", ink)[:3])) > sum(map(int, re.findall(r"\d+", paper)[:3])) + 300
     visitor.end()
+
+
+@pytest.mark.slow
+def test_a_flight_in_the_air_is_told_an_event_and_answers(address: str) -> None:
+    flight = FollowedService(f"{address}/live/lab", "firefighting")
+    with playwright.sync_playwright() as driver:
+        browser = driver.chromium.launch(executable_path=CHROMIUM, args=OPTIONS)
+        visitor = Visitor(browser, address, width=390)
+        visitor.open("/live/lab")
+        visitor.page.wait_for_selector("text=lab listens")
+        visitor.page.fill("input[name=event]", "quad1 fails")
+        visitor.page.keyboard.press("Enter")
+        visitor.page.wait_for_selector("td:text-is('not answered yet')")
+        visitor.wait("document.querySelector('input[name=event]').value === ''")
+        while not (told := flight()):
+            visitor.page.wait_for_timeout(50)
+        (event,) = told
+        assert isinstance(event, Told)
+        assert str(event.event) == "quad1 fails and lands"
+        event.answer(True, "<b>quad1</b> lands.")
+        visitor.page.wait_for_selector("td:text-is('done: <b>quad1</b> lands.')")
+        visitor.page.fill("input[name=event]", "<i>quad1</i> flies")
+        visitor.page.get_by_role("button", name="Tell").click()
+        visitor.page.wait_for_selector(".q-notification:has-text(\"'<i>quad1</i> flies' is no event\")")
+        assert visitor.page.locator("td i, td b, .q-notification i.x").count() == 0
+        visitor.wait("document.documentElement.scrollWidth <= 390")
+        flight.close()
+        visitor.page.wait_for_selector("text=lab has ended.")
+        visitor.end()
+        browser.close()

@@ -92,7 +92,7 @@ def _main() -> None:
         threading.Thread(target=_end_with, args=(guard,), daemon=True).start()
     names = tuple(asked.pop("names", ()))
     page, workers = asked.pop("page", False), asked.pop("workers", 1)
-    settings = Settings(data=data, port=0, names=names, workers=workers, limits=Limits(**limits), **asked)
+    settings = Settings(data=data, port=asked.pop("port", 0), names=names, workers=workers, limits=Limits(**limits), **asked)
     serve(settings, page=page, announce=lambda said: print(said, flush=True))
 
 

@@ -1,7 +1,9 @@
-"""Where events are told while a team flies, as `--follow` spells it: the keyboard, a ROS 2 topic, or else a file."""
+"""Where events are told while a team flies, as `--follow` spells it: the keyboard, a ROS 2 topic, a planning service, or else a file."""
 
 from __future__ import annotations
 
+import os
+import re
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Protocol
 
@@ -22,11 +24,16 @@ class Source(Protocol):
         ...
 
 
-def followed(name: str) -> Source:
+TOKEN = "LTLPLAN_TOKEN"
+"""The environment's variable that holds the token for a service, where it needs one: a command's options are seen by everybody on its machine."""
+
+
+def followed(name: str, mission: str) -> Source:
     """Begin to follow what is told.
 
     Args:
-        name: `-` for the keyboard, `ros2:/TOPIC`, or a file or a named pipe.
+        name: `-` for the keyboard, `ros2:/TOPIC`, `http://HOST:PORT/live/NAME` for a service, or a file or a named pipe.
+        mission: Name of the mission that is flown.
 
     Raises:
         BadInput: It cannot be followed.
@@ -35,4 +42,8 @@ def followed(name: str) -> Source:
     from ltlplan.online.told.files import FollowedFile
     from ltlplan.online.told.topics import PREFIX, FollowedTopic
 
+    if re.match(r"https?://", name):
+        from ltlplan.service.remote.followed import FollowedService
+
+        return FollowedService(name, mission, os.environ.get(TOKEN) or None)
     return FollowedTopic(name.removeprefix(PREFIX)) if name.startswith(PREFIX) else FollowedFile(name)

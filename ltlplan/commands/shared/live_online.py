@@ -74,7 +74,7 @@ def online_over_link(mission: Mission, out: Path | None, asked: Asked, said: Sai
     require_tube(mission.margin)
     told, events = told_places(asked.places, mission), checked_events(mission, parse_events(happening.events))
     with ExitStack() as opened:
-        news = [opened.enter_context(closing(followed(name))) for name in happening.followed]
+        news = [opened.enter_context(closing(followed(name, mission.name))) for name in happening.followed]
         with simulating(out, (*ONLINE_FILES, *FILES), quiet=json) as progress:
             progress("reaching the robots", 0.0)
             link = None if asked.kind == "simulated" else opened.enter_context(closing(vehicles(asked, mission)))

@@ -21,8 +21,7 @@ MOST_LETTERS = 10_000
 
 _FORMS = (
     "write TIME ROBOT fails, TIME ROBOT leaves, TIME ROBOT joins X,Y,Z, TIME NAME moves X,Y,Z, TIME NAME appears X,Y,Z SX,SY,SZ "
-    "or TIME formula FORMULA, "
-    "such as '12.5 quad1 fails'"
+    "or TIME formula FORMULA, such as '12.5 quad1 fails'; what is told in flight may leave TIME out"
 )
 
 
@@ -32,7 +31,7 @@ def parse_events(texts: Sequence[str]) -> tuple[WorldEvent, ...]:
     Raises:
         BadInput: A text is no event; the message says how one is written.
     """
-    return tuple(_event(text) for text in texts)
+    return tuple(_event(text, text) for text in texts)
 
 
 def event_told(line: str) -> WorldEvent:
@@ -52,10 +51,10 @@ def event_told(line: str) -> WorldEvent:
     try:
         time = float(text.partition(" ")[0])
     except ValueError:
-        return _event(f"0 {text}")
+        return _event(f"0 {text}", text)
     if not (math.isfinite(time) and time >= 0):
         raise BadInput(f"'{text}' is no event: its time must be a number of seconds, at least 0.")
-    return _event(text)
+    return _event(text, text)
 
 
 def events_told(lines: Iterable[str]) -> list[WorldEvent | str]:
@@ -79,7 +78,8 @@ def meant(lines: Iterable[str]) -> list[str]:
     return [line for line in stripped if line and not line.startswith("#")]
 
 
-def _event(text: str) -> WorldEvent:
+def _event(text: str, said: str) -> WorldEvent:
+    """Return the event of a text with a time; `said` is what was written."""
     from pydantic import ValidationError
 
     from verify.data.events import HoopMoves, NewFormula, ObstacleAppears, RobotJoins, RobotLeaves
@@ -91,7 +91,7 @@ def _event(text: str) -> WorldEvent:
     try:
         time = float(first)
     except ValueError:
-        raise BadInput(f"'{text}' is no event: {_FORMS}.") from None
+        raise BadInput(f"'{said}' is no event: {_FORMS}.") from None
     words = rest.split()
     match words:
         case ["formula", *_]:
@@ -99,22 +99,24 @@ def _event(text: str) -> WorldEvent:
         case [robot, "fails" | "leaves" as how]:
             return RobotLeaves(time=time, robot=robot, fails=how == "fails")
         case [robot, "joins", place]:
-            return RobotJoins(time=time, robot=robot, agent=Agent(start=_point(place, text)))
+            return RobotJoins(time=time, robot=robot, agent=Agent(start=_point(place, said)))
         case [name, "appears", place, size]:
-            box = {"center": _point(place, text), "size": _point(size, text)}
+            box = {"center": _point(place, said), "size": _point(size, said)}
             try:
                 return ObstacleAppears(time=time, name=name, obstacle=Obstacle.model_validate(box))
             except ValidationError as error:
-                raise BadInput(f"'{text}' is no event: {' '.join(faults_of(error, name))}") from None
+                raise BadInput(f"'{said}' is no event: {' '.join(faults_of(error, name))}") from None
         case [region, "moves", place]:
-            return HoopMoves(time=time, region=region, center=_point(place, text))
+            return HoopMoves(time=time, region=region, center=_point(place, said))
         case _:
-            raise BadInput(f"'{text}' is no event: {_FORMS}.")
+            raise BadInput(f"'{said}' is no event: {_FORMS}.")
 
 
 def _point(place: str, text: str) -> tuple[float, float, float]:
     try:
         x, y, z = (float(part) for part in place.split(","))
     except ValueError:
-        raise BadInput(f"'{text}' is no event: '{place}' must be three numbers X,Y,Z in m.") from None
+        x = y = z = math.nan
+    if not all(map(math.isfinite, (x, y, z))):
+        raise BadInput(f"'{text}' is no event: '{place}' must be three numbers X,Y,Z in m.")
     return (x, y, z)

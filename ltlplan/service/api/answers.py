@@ -6,10 +6,12 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from ltlplan.service.models import ProblemFault
+from ltlplan.service.live.names import FLIGHT
+from ltlplan.service.models import FlightAnswered, ProblemFault
 from verify.data.sections import TeamReading, Trace
 
 _WORD = Annotated[str, Field(min_length=1, max_length=100_000)]
+FlightId = Annotated[str, Field(pattern=FLIGHT, description="the flight's own name for itself, drawn by chance")]
 
 
 class _Answer(BaseModel):
@@ -129,3 +131,31 @@ class HealthAnswer(_Answer):
     model_config = ConfigDict(frozen=True, extra="allow")
 
     ok: bool
+
+
+class LiveBegin(BaseModel):
+    """A flight that begins to listen."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    flight: FlightId
+    mission: Annotated[str, Field(max_length=200, pattern=r"^[\w .+-]*$")] = Field(
+        description="name of the mission that it flies"
+    )
+
+
+class LiveAnswers(BaseModel):
+    """What a flight did with events that it was told."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    flight: FlightId
+    answers: Annotated[tuple[FlightAnswered, ...], Field(max_length=1000)]
+
+
+class LiveEnd(BaseModel):
+    """A flight that listens no more."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    flight: FlightId

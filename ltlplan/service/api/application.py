@@ -14,8 +14,8 @@ from starlette.exceptions import HTTPException
 from starlette.routing import Match
 
 import ltlplan
-from ltlplan.service.api import about, flights, jobs, missions
-from ltlplan.service.api.answers import WordsRequest
+from ltlplan.service.api import about, flights, jobs, live, missions
+from ltlplan.service.api.answers import LiveAnswers, LiveBegin, LiveEnd, WordsRequest
 from ltlplan.service.api.schema import with_schema
 from ltlplan.service.log import note, note_bug
 from ltlplan.service.models import Event
@@ -31,6 +31,7 @@ _TAGS = [
     {"name": "files", "description": "Take away what a job made."},
     {"name": "exports", "description": "Certified flights, written for vehicles."},
     {"name": "judge", "description": "Words, recorded flights and certificates, judged."},
+    {"name": "live", "description": "Flights in the air: tell them events, and see what they did."},
     {"name": "service", "description": "The service itself."},
 ]
 _DESCRIPTION = """\
@@ -68,6 +69,7 @@ def application(service: Service) -> FastAPI:
 
     @asynccontextmanager
     async def lifespan(_app: FastAPI) -> AsyncGenerator[None]:
+        service.live.open()
         await service.jobs.start()
         warming = asyncio.create_task(_warm(service, _app))
         try:
@@ -75,6 +77,7 @@ def application(service: Service) -> FastAPI:
         finally:
             warming.cancel()
             await service.jobs.stop()
+            service.live.close()
             await asyncio.to_thread(service.close)
 
     app = FastAPI(
@@ -88,10 +91,10 @@ def application(service: Service) -> FastAPI:
         lifespan=lifespan,
     )
     app.state.service, app.state.streams = service, 0
-    for routes in (missions, jobs, flights, about):
+    for routes in (missions, jobs, flights, live, about):
         app.include_router(routes.router)
     about.add_documentation(app)
-    with_schema(app, {"WordsRequest": WordsRequest.model_json_schema(), "Event": Event.model_json_schema()})
+    with_schema(app, (WordsRequest, LiveBegin, LiveAnswers, LiveEnd, Event))
     _tell_errors(app)
     return app
 

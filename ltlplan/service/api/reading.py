@@ -52,6 +52,19 @@ def _joined(found: re.Match[str]) -> str:
     return found[1] + chr(0x10000 + ((int(found[2], 16) - 0xD800) << 10) + int(found[3], 16) - 0xDC00)
 
 
+async def read_text(request: Request) -> str:
+    """Return a text of lines.
+
+    Raises:
+        UnsupportedMedia: The body is of another kind.
+        BadInput: It is no UTF-8 text.
+    """
+    kind = _kind(request)
+    if kind not in ("", "text/plain"):
+        raise UnsupportedMedia(f"Events are sent as text/plain, one a line, not as {kind[:60]}.")
+    return decoded(await request.body(), "The body", "text")
+
+
 async def read_json(request: Request, model: type[Model]) -> Model:
     """Return a body as a value.
 

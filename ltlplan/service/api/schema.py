@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from functools import cache
 from typing import Any
 
 from fastapi import FastAPI
 from fastapi.openapi.utils import get_openapi
+from pydantic import BaseModel
 
 from ltlplan.service.models import Problem
 from ltlplan.service.problems import MEDIA_TYPE
@@ -132,12 +134,12 @@ def mission_schemas() -> dict[str, Any]:
     return {"Mission": whole, **parts}
 
 
-def with_schema(app: FastAPI, more: dict[str, Any]) -> None:
+def with_schema(app: FastAPI, more: Iterable[type[BaseModel]]) -> None:
     """Let an app describe itself so, once it is asked to.
 
     Args:
         app: The app.
-        more: Schemas of what routes read by themselves, by name.
+        more: What routes read by themselves.
     """
 
     def described() -> dict[str, Any]:
@@ -154,10 +156,11 @@ def with_schema(app: FastAPI, more: dict[str, Any]) -> None:
             given = parts.setdefault("schemas", {})
             for unused in ("HTTPValidationError", "ValidationError"):
                 given.pop(unused, None)
-            problem = Problem.model_json_schema(ref_template=_REF)
-            given |= problem.pop("$defs", {})
-            given["Problem"] = problem
-            given |= more | mission_schemas()
+            for model in (Problem, *more):
+                schema = model.model_json_schema(ref_template=_REF)
+                given |= schema.pop("$defs", {})
+                given[model.__name__] = schema
+            given |= mission_schemas()
             parts["securitySchemes"] = {
                 "token": {"type": "http", "scheme": "bearer", "description": "`ltlplan serve --new-token NAME` makes one."}
             }

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from ltlplan.service.models import Job
     from ltlplan.service.service import Service
 
-TABS = ("write", "plan", "watch", "trust", "judge", "take away")
+TABS = ("write", "plan", "watch", "trust", "judge", "take away", "live")
 ADDRESS = {tab: tab.replace(" ", "-") for tab in TABS}
 
 
@@ -30,6 +30,8 @@ class Desk:
         client: The browser's page.
         job: The job that is looked at.
         tab: The tab that is seen.
+        flight: Name of the flight in the air that is looked at.
+        who: Who looks: a token's name, or an address.
         texts: Missions as they were written, by the job that was made of them.
         on_job: Told the job when it is another one or has come further.
         on_progress: Told a sentence and the share done while it is computed.
@@ -41,6 +43,8 @@ class Desk:
     client: Client
     job: Job | None = None
     tab: str = "write"
+    flight: str | None = None
+    who: str = "the page"
     texts: dict[str, str] = field(default_factory=dict[str, str])
     on_job: list[Callable[[Job | None], None]] = field(default_factory=list[Callable[["Job | None"], None]])
     on_progress: list[Callable[[str, float], None]] = field(default_factory=list[Callable[[str, float], None]])
@@ -84,6 +88,8 @@ class Desk:
             told(tab)
         if tab == "write":
             path = "/"
+        elif tab == "live":
+            path = "/live" if self.flight is None else f"/live/{self.flight}"
         elif self.job is None:
             path = f"/{ADDRESS[tab]}"
         else:

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import re
 from importlib import resources
 from typing import TYPE_CHECKING
 
 from nicegui import app, ui
 
 from ltlplan.report.inline import package_text
+from ltlplan.service.live.names import NAME
 from ltlplan.service.page.desk import ADDRESS, TABS, Desk
 from ltlplan.service.page.elements import Flight, Words, box, button, say
 from ltlplan.service.page.judge import judge_tab
+from ltlplan.service.page.live import live_tab
 from ltlplan.service.page.plan import plan_tab
 from ltlplan.service.page.take_away import take_away_tab
 from ltlplan.service.page.trust import trust_tab
@@ -54,7 +57,7 @@ def put_pages(server: FastAPI, service: Service) -> None:
     ui.add_css((resources.files("ltlplan.service.page") / "assets" / "page.css").read_text(encoding="utf-8"), shared=True)
 
     async def at_tab(tab: str, job: str | None) -> None:
-        await _page(service, tab, job)
+        await _page(_desk(service), tab, job)
 
     @ui.page("/")
     async def write() -> None:
@@ -78,15 +81,25 @@ def put_pages(server: FastAPI, service: Service) -> None:
     async def of_job(job: str) -> None:
         await at_tab("plan", job)
 
+    @ui.page("/live/{flight}")
+    async def of_flight(flight: str) -> None:
+        await _page(_desk(service, flight if re.fullmatch(NAME, flight) else None), "live", None)
+
     app.config.socket_io_js_transports = ["websocket", "polling"]
     ui.run_with(
         server, title="ltlplan", favicon=_FAVICON, dark=None, tailwind=False, show_welcome_message=False, reconnect_timeout=10.0
     )
 
 
-async def _page(service: Service, tab: str, job: str | None) -> None:
+def _desk(service: Service, flight: str | None = None) -> Desk:
+    """Return the desk of who opens a page."""
     client = ui.context.client
-    desk = Desk(service, client)
+    asked = client.request
+    return Desk(service, client, flight=flight, who=str(getattr(asked.state, "client", "the page")))
+
+
+async def _page(desk: Desk, tab: str, job: str | None) -> None:
+    client = desk.client
     client.on_delete(desk.leave)
     client.content.classes("page")
     _header(desk)
@@ -103,6 +116,8 @@ async def _page(service: Service, tab: str, job: str | None) -> None:
         judge_tab(desk, flight)
     with panels["take away"]:
         take_away_tab(desk)
+    with panels["live"]:
+        live_tab(desk)
 
     def turned(to: str) -> None:
         for name, panel in panels.items():

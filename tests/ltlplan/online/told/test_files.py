@@ -19,7 +19,7 @@ def test_a_file_that_grows_is_followed_line_by_line(tmp_path):
         file.write("es 0.3,-0.7,0.9\nnonsense\nformula F left\n")
     moved, fault, asked = followed()
     assert moved == HoopMoves(time=0.0, region="left", center=(0.3, -0.7, 0.9))
-    assert fault.startswith("Not done: '0 nonsense' is no event")
+    assert fault.startswith("Not done: 'nonsense' is no event")
     assert asked == NewFormula(time=0.0, formula="F left")
     followed.close()
 
