@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, get_args
 
 import typer
@@ -49,13 +48,7 @@ def command(
     ] = None,
     place: flight_options.PlaceOption = None,
     address: flight_options.AddressOption = None,
-    inventory: Annotated[
-        Path | None,
-        typer.Option(
-            "--inventory",
-            help="With --link crazyflie or mavlink: YAML of your robots' addresses, weights or MAVLink systems, and of motion capture; only read.",
-        ),
-    ] = None,
+    inventory: flight_options.InventoryOption = None,
     real_time: Annotated[bool, typer.Option("--real-time", help="With --link simulated: a second takes a second.")] = False,
     json: options.JsonOption = False,
 ) -> None:

@@ -35,11 +35,13 @@ def command(
         typer.Option(
             "--link",
             help="Fly live over a link and in real time, with --certified: checks, certified climb and way to the starts, pieces as they are "
-            "proved, and a certified landing. `simulated`: our simulation behind the same interface; `mavlink`: PX4, by --address.",
+            "proved, and a certified landing. `simulated`: our simulation behind the same interface; `crazyflie`: by radio, --inventory or --address; `mavlink`: "
+            "PX4, by --address.",
         ),
     ] = None,
     place: flight_options.PlaceOption = None,
     address: flight_options.AddressOption = None,
+    inventory: flight_options.InventoryOption = None,
     follow: Annotated[
         list[str] | None,
         typer.Option(
@@ -67,12 +69,12 @@ def command(
             raise BadInput("over a link only certified pieces are flown: add --certified.")
         follower = None if controller == flight_options.GEOMETRIC else controller
         said = flight_options.Said(wind, noise, model, follower, None, None, None)
-        kind = Asked(str(link), tuple(place or ()), tuple(address or ()), None, False)
+        kind = Asked(str(link), tuple(place or ()), tuple(address or ()), inventory, False)
         asked = with_seed(options.read_mission(mission), seed)
         online_over_link(asked, out, kind, said, Happening(tuple(event or ()), tuple(follow or ())), json=json)
         return
-    if place or address or follow:
-        raise BadInput("--place, --address and --follow go with --link.")
+    if place or address or inventory or follow:
+        raise BadInput("--place, --address, --inventory and --follow go with --link.")
     from flight import Conditions
     from ltlplan.online.files import ONLINE_FILES, write_online
     from ltlplan.online.flight import fly_online

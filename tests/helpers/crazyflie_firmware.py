@@ -11,8 +11,9 @@ import numpy as np
 
 from flight.exports.crazyflies.compressed import compressed_trajectory
 from flight.exports.crazyflies.memory import MEMORY, PIECE, poly4d_trajectory
+from tests.helpers.crazyflie_setpoints import SHUT, Streamed
 
-EBUSY, ENOENT, EEXIST = 16, 2, 17
+EBUSY, ENOENT, EEXIST, LANDS = 16, 2, 17, 1
 Reply = tuple[int, int, bytes]
 """Port, channel and data."""
 
@@ -24,6 +25,7 @@ PARAMETERS = {
 LOGS = {
     "stateEstimate.x": "f", "stateEstimate.y": "f", "stateEstimate.z": "f", "stateEstimate.yaw": "f", "supervisor.info": "H",
     "pm.batteryLevel": "B", "pm.state": "b", "kalman.varPX": "f", "kalman.varPY": "f", "kalman.varPZ": "f",
+    "ctrltarget.x": "f", "ctrltarget.z": "f",
 }  # fmt: skip
 _PARAMETER_TYPES = {"B": 0x08, "f": 0x06}
 _LOG_TYPES = {"B": 1, "H": 2, "b": 4, "f": 7}
@@ -56,6 +58,8 @@ class Firmware:
         stopped_at: Height in m at which they were stopped last.
         locked: Whether it has to be switched off and on.
         starts: When it was told to start which trajectory.
+        streamed: What was streamed to it.
+        velocity: m/s.
     """
 
     name: str
@@ -72,6 +76,8 @@ class Firmware:
     parameters: dict[str, float] = field(default_factory=dict)
     memory: bytearray = field(default_factory=lambda: bytearray(MEMORY))
     watchdog: float | None = None
+    streamed: Streamed = field(default_factory=Streamed)
+    velocity: np.ndarray = field(default_factory=lambda: np.zeros(3))
 
     def __post_init__(self) -> None:
         self.parameters = {k: v for k, (_, v) in PARAMETERS.items() if k not in self.manner.lacks}
@@ -88,6 +94,8 @@ class Firmware:
 
     def wanted(self, now: float) -> np.ndarray:
         """Return x, y, z, heading and four derivatives. Shape (5, 4)."""
+        if self.streamed.first and self.spinning:
+            return self.streamed.wanted(now, self.measured, self.velocity)
         kind, begin, what = self._plan
         t = max(now - begin, 0.0)
         if kind == "rest":
@@ -112,13 +120,16 @@ class Firmware:
     def stop_motors(self) -> None:
         if self.spinning:
             self.stopped_at = float(self.measured[2])
+        place = self.wanted(self.clock())[0].copy()
         self.spinning = False
-        self._plan = ("rest", 0.0, self.wanted(self.clock())[0].copy())
+        self._plan = ("rest", 0.0, place)
 
     def tick(self) -> None:
-        """Do what is done all the time: the watchdog."""
+        """Do what is done all the time: both watchdogs."""
         now = self.clock()
-        if self.watchdog is not None and now > self.watchdog + 1.0 and not self.locked:
+        alone = self.watchdog is not None and now > self.watchdog + 1.0
+        old = self.streamed.first and self.spinning and self.streamed.age(now) > SHUT
+        if (alone or old) and not self.locked:
             self.locked = True
             self.stop_motors()
         if self.spinning and not self._can_fly:
@@ -128,7 +139,7 @@ class Firmware:
             self.landing = False
             self.stop_motors()
 
-    landing, measured_at = False, 0.0
+    landing, measured_at, asked_to_stop = False, 0.0, False
 
     @property
     def _can_fly(self) -> bool:
@@ -161,10 +172,28 @@ class Firmware:
             return [(port, channel, reply) for reply in answer(channel, data)]
         if port == 6 and channel == 1:
             self._localise(data)
+        if port == 7:
+            self._stream(channel, data)
         if port == 3 and self.spinning:  # a set-point without thrust goes before the high-level commander
             self.dropped = True
             self.stop_motors()
         return []
+
+    def _stream(self, channel: int, data: bytes) -> None:
+        """Take a set-point, which stops the high-level commander, or that they have ended: then it is followed again, or motors stop."""
+        if channel == 0:
+            self.landing, self._plan = False, ("rest", 0.0, self.measured.copy())
+            self.streamed.take(data, self.clock())
+            if self.streamed.flat is None or not self._can_fly:
+                self.dropped |= self.spinning
+                self.stop_motors()
+            else:
+                self.spinning = True
+        elif data[0] == 0 and self.streamed.first:
+            self.streamed.first = False
+            if self._plan[0] == "rest" and self.spinning:
+                self.dropped |= not self.asked_to_stop
+                self.stop_motors()
 
     def _localise(self, data: bytes) -> None:
         if data[0] == 8:
@@ -236,8 +265,15 @@ class Firmware:
         x, y, z, yaw = self.measured.tolist()
         return {
             "stateEstimate.x": x + self.manner.off, "stateEstimate.y": y, "stateEstimate.z": z, "stateEstimate.yaw": math.degrees(yaw),
-            "supervisor.info": self.info, "pm.batteryLevel": int(self.manner.battery), "pm.state": 3 if self.manner.battery <= 0 else 0,
+            "ctrltarget.x": self._target[0], "ctrltarget.z": self._target[2], "supervisor.info": self.info, "pm.batteryLevel": int(self.manner.battery), "pm.state": 3 if self.manner.battery <= 0 else 0,
         }.get(key, self.clock() if self.manner.unsettled else 1e-5)  # fmt: skip
+
+    @property
+    def _target(self) -> np.ndarray:
+        """The place that it follows; the origin while motors stand still."""
+        if not self.spinning:
+            return np.zeros(4)
+        return self.streamed.flat[0] if self.streamed.first else self.wanted(self.clock())[0]
 
     def _supervise(self, channel: int, data: bytes) -> list[bytes]:
         if channel == 0:
@@ -266,7 +302,11 @@ class Firmware:
         if not self._can_fly:
             return EBUSY
         if command == 3:
-            self.stop_motors()
+            self.asked_to_stop, self.landing = True, False
+            if self.streamed.first:
+                self._plan = ("rest", 0.0, self.measured.copy())
+            else:
+                self.stop_motors()
         elif command in (13, 5):
             number = data[5 if command == 13 else 4]
             assert struct.unpack("<f", data[-4:]) == (1.0,), "a time scale voids the certificate"
@@ -278,16 +318,31 @@ class Firmware:
         elif command == 12 and self.spinning:
             x, y, z, yaw, seconds = struct.unpack("<5f", data[4:24])
             self._go(np.array([x, y, z, yaw]), seconds, now, landing=False)
+        elif command == 8 and self.landing:
+            return LANDS
         elif command == 8 and self.spinning:
             height, _, _, seconds = struct.unpack("<ff?f", data[2:15])
-            place = self.wanted(now)[0].copy()
+            place = self._own(now)[0].copy()
             place[2] = height
             self._go(place, seconds, now, landing=True)
         return 0
 
+    def _own(self, now: float) -> np.ndarray:
+        """Return what its high-level commander begins from: what it follows, or, where it was stopped, how the vehicle flies. Shape (5, 4)."""
+        if not self.streamed.first or self._plan[0] != "rest":
+            streamed, self.streamed.first = self.streamed.first, False
+            flat = self.wanted(now)
+            self.streamed.first = streamed
+            return flat
+        flat = np.zeros((5, 4))
+        flat[0], flat[1, :3] = self.measured, self.velocity
+        return flat
+
     def _go(self, place: np.ndarray, seconds: float, now: float, *, landing: bool) -> None:
-        """Plan a polynomial of degree 7 from the set-point of now to a rest."""
-        flat, length = self.wanted(now), max(seconds, 0.1)
+        """Plan a polynomial of degree 7 to a rest; a landing begins from one, too."""
+        flat, length = self._own(now), max(seconds, 0.1)
+        if landing:
+            flat[1:] = 0.0
         rows = [[0.0] * 8 for _ in range(8)]
         for order in range(4):
             for power in range(order, 8):

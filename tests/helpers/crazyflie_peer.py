@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import contextlib
+import itertools
 import queue
 import random
 import threading
 import time
+from types import SimpleNamespace
 
 import numpy as np
 from cflib.crtp.crtpdriver import CRTPDriver
@@ -18,8 +20,10 @@ from flight.closed_loop import steps
 from flight.link.crazyflie.vehicle import cflib_drivers
 from flight.link.on_board import Fleet
 from flight.model.airframe import airframes_of
-from flight.model.timing import CONTROL_STEP, STEP
+from flight.model.timing import CONTROL_STEP, FRAME_STEPS, STEP
+from flight.on_board.fleet import Fleet as OnBoard
 from flight.setup import Setup
+from flight.side_by_side import kinds_of
 from tests.helpers.crazyflie_firmware import Firmware, Manner
 
 ONCE = (13, 15)
@@ -44,8 +48,21 @@ class Air(threading.Thread):
             for name, agent in mission.agents.items()
         }
         fleet = Fleet(self.vehicles, CONTROL_STEP)
-        self._entries = steps(Setup(airframes_of(mission, mission.agents), fleet, flight.Conditions(**conditions)), [seed])
+        told = flight.Conditions(**conditions)
+        airframes = airframes_of(mission, mission.agents)
+        self._entries = self._on_board(airframes, told) if told.on_board else steps(Setup(airframes, fleet, told), [seed])
         self.truth: list[tuple[float, np.ndarray]] = []
+
+    def _on_board(self, airframes, conditions):
+        """Fly by a controller on board that is asked for the set-point 100 times a second: one that was streamed stays until the next."""
+        vehicles = self.vehicles.values()
+        crew = OnBoard(
+            kinds_of(airframes, 1), conditions.controller, np.stack([v.place for v in vehicles], axis=-1), delay=None
+        )
+        for frame in itertools.count():
+            step = FRAME_STEPS * frame
+            yield SimpleNamespace(step=step, position=crew.state[:3], velocity=crew.state[3:6])
+            crew.fly(np.stack([vehicle.wanted(step * STEP) for vehicle in vehicles], axis=-1), 0, 0.0)
 
     def clock(self) -> float:
         """Return s since all were switched on."""
@@ -64,6 +81,7 @@ class Air(threading.Thread):
                         np.array([*entry.position[:, index], vehicle.place[3]]),
                         entry.step * STEP,
                     )
+                    vehicle.velocity = entry.velocity[:, index]
                     vehicle.tick()
                     if (driver := self.drivers.get(vehicle.name)) is not None:
                         for reply in vehicle.due():

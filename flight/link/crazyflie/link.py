@@ -46,6 +46,8 @@ class CrazyflieLink:
         wanted: Parameters that are set on board, by robot.
     """
 
+    _step = 0.01  # s that are slept at once
+
     def __init__(
         self,
         mission: Mission,
@@ -127,15 +129,10 @@ class CrazyflieLink:
     def sleep(self, seconds: float) -> None:
         """Wait for so long, and give signs of life meanwhile: a process that hangs gives none."""
         end = self.now() + seconds
-        while True:
-            now = self.now()
-            if self._flying and self._stops and now - self._fed >= _ALIVE:
-                self._fed = now
-                for vehicle in self._vehicles.values():
-                    vehicle.alive()
-            if now >= end:
-                return
-            time.sleep(min(end - now, 0.01))
+        self._go_on(self.now())
+        while (left := end - self.now()) > 0:
+            time.sleep(min(left, self._step))
+            self._go_on(self.now())
 
     def pose(self, robot: str) -> Pose | None:
         """Return the last pose: of motion capture where there is one, else the vehicle's own."""
@@ -228,10 +225,7 @@ class CrazyflieLink:
             robot: Name.
         """
         if robot not in self._targets:
-            commander, now, seconds = self._commanders[robot], self.now(), braking_length(self._mission)
-            commander.hold(now)
-            x, y, z, heading = commander.wanted(now + 2.0 * seconds)[0].tolist()
-            self._targets[robot] = ((x, y, z, heading), seconds)
+            self._targets[robot] = self._rest(robot, self.now()), braking_length(self._mission)
         return self._vehicles[robot].go_to(*self._targets[robot])
 
     def land(self, robot: str, height: float, seconds: float) -> bool:
@@ -266,6 +260,20 @@ class CrazyflieLink:
         for name, vehicle in self._vehicles.items():
             vehicle.close(landed=not self._flying or name in self._stopped)
         logging.getLogger("cflib").removeHandler(self._quiet)
+
+    def _rest(self, robot: str, since: float) -> tuple[float, float, float, float]:
+        """Return where a robot comes to rest that brakes since an instant, x, y, z in m and heading in rad."""
+        commander = self._commanders[robot]
+        commander.hold(since)
+        x, y, z, heading = commander.wanted(since + 2.0 * braking_length(self._mission))[0].tolist()
+        return x, y, z, heading
+
+    def _go_on(self, now: float) -> None:
+        """Give signs of life."""
+        if self._flying and self._stops and now - self._fed >= _ALIVE:
+            self._fed = now
+            for vehicle in self._vehicles.values():
+                vehicle.alive()
 
     def _standing(self, robot: str) -> Commander:
         """Return a commander like the one on board, which stands where the robot does."""

@@ -13,7 +13,7 @@ COMMANDER = 8
 """Port of the high-level commander."""
 ARM, EMERGENCY, WATCHDOG = (1, 1), (3,), (4,)
 """Commands to the supervisor."""
-_SUPERVISOR, _PLATFORM, _LOCALIZATION = 9, 13, 6
+_SUPERVISOR, _PLATFORM, _LOCALIZATION, _SETPOINTS = 9, 13, 6, 7
 _BEFORE: dict[tuple[int, ...], tuple[int, int, tuple[int, ...]]] = {
     ARM: (_PLATFORM, 0, (1, 1)),
     EMERGENCY: (_LOCALIZATION, 1, (3,)),
@@ -45,6 +45,15 @@ def start(version: int, number: int) -> Any:  # cflib's packets have no types
     if version < _RELATIVE_YAW:
         return _packet(COMMANDER, 0, struct.pack("<BBBBBf", _OLDER[START], 0, 0, 0, number, 1.0))
     return _packet(COMMANDER, 0, struct.pack("<BBBBBBf", START, 0, 0, 0, 0, number, 1.0))
+
+
+def setpoint(data: bytes) -> Any:  # cflib's packets have no types
+    """Return a packet with a set-point.
+
+    Args:
+        data: Its kind and its numbers.
+    """
+    return _packet(_SETPOINTS, 0, data)
 
 
 def answered(packet: Any) -> tuple[int, int] | None:  # cflib's packets have no types

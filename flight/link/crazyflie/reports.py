@@ -19,7 +19,10 @@ _HALF = 1 << 23
 """Half of the milliseconds that a vehicle counts before it begins anew."""
 _POSE = ("stateEstimate.x", "stateEstimate.y", "stateEstimate.z", "stateEstimate.yaw")
 _VARIANCES = ("kalman.varPX", "kalman.varPY", "kalman.varPZ")
+_TARGET = ("ctrltarget.x", "ctrltarget.z")
 _HEALTH = ("supervisor.info", "pm.batteryLevel", "pm.state", *_VARIANCES)
+_WHOLE = 0.02
+"""Part of a millimetre by which a streamed set-point's place, of whole ones, is off in float32."""
 _LOW_POWER = 3
 """`pm.state` of an empty battery; higher ones switch off."""
 
@@ -42,6 +45,8 @@ class Reports:
 
     Attributes:
         estimate: Where it takes itself to be.
+        tells_target: Whether it says what place it follows.
+        own_target_at: When it last said that it follows a place of its own, which has parts of a millimetre, s.
     """
 
     def __init__(self, now: Callable[[], float]) -> None:
@@ -52,6 +57,8 @@ class Reports:
         """
         self._now = now
         self.estimate: Pose | None = None
+        self.tells_target = False
+        self.own_target_at = -math.inf
         self._told: dict[str, float] = {}
         self._tells = False
         self._told_at, self._stamp, self._offset, self._offset_at = -math.inf, 0, math.inf, 0.0
@@ -67,17 +74,18 @@ class Reports:
         from cflib.crazyflie.log import LogConfig
 
         toc = cf.log.toc.toc
-        has = [name for name in (*_POSE, *_HEALTH) if name.split(".")[1] in toc.get(name.split(".")[0], {})]
+        has = [name for name in (*_POSE, *_TARGET, *_HEALTH) if name.split(".")[1] in toc.get(name.split(".")[0], {})]
         if missing := [name for name in _POSE if name not in has]:
             return missing
-        for block, period, names in (("pose", 20, _POSE), ("health", 50, _HEALTH)):
+        for block, period, names in (("pose", 20, (*_POSE, *_TARGET)), ("health", 50, _HEALTH)):
             if not (kept := [name for name in names if name in has]):
                 continue
             self._tells |= names is _HEALTH
+            self.tells_target |= all(name in kept for name in _TARGET)
             config = LogConfig(name=block, period_in_ms=period)
             for name in kept:
                 config.add_variable(name)
-            config.data_received_cb.add_callback(self._place if names is _POSE else self._tell)
+            config.data_received_cb.add_callback(self._tell if names is _HEALTH else self._place)
             send(functools.partial(_start, cf, config))
         return []
 
@@ -92,6 +100,9 @@ class Reports:
         self._offset_at = now
         x, y, z, yaw = (values[name] for name in _POSE)
         self.estimate = Pose(since / 1000.0 + self._offset, (x, y, z), math.radians(yaw))
+        followed = [values[name] for name in _TARGET if math.isfinite(values.get(name, math.nan))]
+        if any(abs(math.remainder(1000.0 * value, 1.0)) > _WHOLE for value in followed):
+            self.own_target_at = now
 
     def _tell(self, _stamp: int, values: dict[str, float], _config: object) -> None:
         self._told, self._told_at = dict(values), self._now()

@@ -14,6 +14,7 @@ from typing import Any
 
 from flight.exports.crazyflies.memory import Entry
 from flight.link.crazyflie import packets
+from flight.link.crazyflie.aim import LANDS, Aim
 from flight.link.crazyflie.reports import Reports, State
 from flight.link.link import Pose
 from verify.data import MissingEngine
@@ -54,6 +55,7 @@ class Vehicle:
         reports: What it says of itself.
         board: Parameters as they were last read from board.
         reads: How often each was read.
+        aim: Sends it set-points.
         upload: How the last upload stands: None while it goes on, else whether all bytes are on board as they were sent.
     """
 
@@ -83,6 +85,7 @@ class Vehicle:
         self._connected = threading.Event()
         self._calls: SimpleQueue[Callable[[], object] | None] = SimpleQueue()
         self._cf: Any = Crazyflie()
+        self.aim = Aim(self._cf, lambda call: self.send(call) if self._calls.qsize() < _FULL else None)
         self._cf.fully_connected.add_callback(lambda _: self._connected.set())
         self._cf.connection_failed.add_callback(self._fail)
         self._cf.connection_lost.add_callback(self._fail)
@@ -217,7 +220,7 @@ class Vehicle:
     def land(self, height: float, seconds: float) -> bool:
         """Have it sink to a height in m; return whether it has acknowledged that."""
         land = self._cf.high_level_commander.land
-        return self._ask(("land", height, seconds), packets.LAND, lambda: land(height, seconds, yaw=None))
+        return self._ask(("land", height, seconds), packets.LAND, lambda: land(height, seconds, yaw=None), (0, LANDS))
 
     def stop(self) -> bool:
         """Have it stop its motors; return whether it has acknowledged that, or its supervisor lets no motor turn."""
@@ -273,13 +276,15 @@ class Vehicle:
     def _supervise(self, command: tuple[int, ...]) -> None:
         self.send(lambda: self._cf.send_packet(packets.supervise(self._version, command)))
 
-    def _ask(self, what: tuple[object, ...], code: int, send: Callable[[], object]) -> bool:
+    def _ask(
+        self, what: tuple[object, ...], code: int, send: Callable[[], object], acknowledged: tuple[int, ...] = (0,)
+    ) -> bool:
         """Send a command until it is answered; return whether it was acknowledged."""
         now = self.now()
         if what != self._asked:
             self._asked, self._asked_at, self._sent = what, now, -math.inf
             self._answers.clear()
-        if self._answers.get(code) == 0:
+        if self._answers.get(code) in acknowledged:
             return True
         if now - self._sent >= AGAIN and not self.failure:
             self._sent = now
@@ -290,3 +295,4 @@ class Vehicle:
         """Take in the commander's answer: the command, two of its bytes, and 0 or why not."""
         if (answer := packets.answered(packet)) is not None:
             self._answers[answer[0]] = answer[1]
+            self.aim.acknowledged(*answer)

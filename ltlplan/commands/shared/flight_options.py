@@ -68,6 +68,13 @@ AddressOption = Annotated[
         "quad0=udpin:0.0.0.0:14540, once a robot.",
     ),
 ]
+InventoryOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--inventory",
+        help="With --link crazyflie or mavlink: YAML of your robots' addresses, weights or MAVLink systems, and of motion capture; only read.",
+    ),
+]
 FULL = ModelName("full")
 GEOMETRIC = ControllerName("geometric")
 

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from verify.data import BadInput
 from verify.data.events import unknown
@@ -18,6 +18,10 @@ if TYPE_CHECKING:
     from ltlplan.commands.shared.flight_options import Said
     from ltlplan.transfers import Place
     from verify.data import Mission, Trajectory
+
+
+Flown = Literal["on board", "from here"]
+"""Whether vehicles that can do both fly what is stored on board, or set-points that are sent to them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,18 +86,19 @@ def simulated_robots(mission: Mission, stand: dict[str, Place], conditions: Cond
     return _framed(link, mission)
 
 
-def vehicles(asked: Asked, mission: Mission, source: str | None = None) -> Link:
+def vehicles(asked: Asked, mission: Mission, source: str | None = None, *, flown: Flown = "on board") -> Link:
     """Reach vehicles, and speak to them in the mission's frame.
 
     Args:
         asked: Which link, and their addresses.
         mission: Who flies.
         source: A run's folder, whose flight the memories of vehicles that store flights must hold; another source's is not known yet.
+        flown: Where flights are that vehicles follow.
 
     Raises:
         BadInput: An address makes no sense.
         LinkLost: A robot cannot be reached.
-        DoesNotFit: A memory does not hold it.
+        DoesNotFit: A memory does not hold it, or a set-point cannot say it.
     """
     from flight.frames import mission_in_laboratory
 
@@ -105,7 +110,7 @@ def vehicles(asked: Asked, mission: Mission, source: str | None = None) -> Link:
         addresses[name] = address
     laboratory = mission_in_laboratory(mission)
     if asked.kind == "crazyflie":
-        link = _crazyflies(asked.inventory, laboratory, addresses)
+        link = _crazyflies(asked.inventory, laboratory, addresses, flown)
         try:
             link.require_room(_flown(source, mission))
         except BaseException:
@@ -145,18 +150,20 @@ def _px4(inventory: Path | None, mission: Mission, addresses: dict[str, str]) ->
     return MavlinkLink(mission, {**known, **addresses}, systems=system_ids(mission.agents, items))
 
 
-def _crazyflies(inventory: Path | None, mission: Mission, addresses: dict[str, str]) -> CrazyflieLink:
+def _crazyflies(inventory: Path | None, mission: Mission, addresses: dict[str, str], flown: Flown) -> CrazyflieLink:
     """Reach Crazyflies by an inventory and by addresses, which go before its own."""
     from flight.exports.crazyflies.inventory import read_capture, read_inventory
     from flight.link.crazyflie.capture import connected_to
     from flight.link.crazyflie.link import CrazyflieLink
+    from flight.link.crazyflie.streamed import StreamedCrazyflies
 
     items = {} if inventory is None else read_inventory(inventory, tuple(mission.agents))
     system = None if inventory is None else read_capture(inventory)
     known = {name: item.uri for name, item in items.items() if item.uri is not None}
     masses = {name: item.mass for name, item in items.items() if item.mass is not None}
     capture = None if system is None else connected_to(system.kind, system.settings)
-    return CrazyflieLink(mission, {**known, **addresses}, masses=masses, capture=capture)
+    kind = CrazyflieLink if flown == "on board" else StreamedCrazyflies
+    return kind(mission, {**known, **addresses}, masses=masses, capture=capture)
 
 
 def told_places(texts: tuple[str, ...], mission: Mission) -> dict[str, Place]:

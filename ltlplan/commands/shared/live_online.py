@@ -24,11 +24,6 @@ if TYPE_CHECKING:
     from ltlplan.online.online_flight import OnlineFlight
     from verify.data import Mission
 
-NOT_STREAMED = (
-    "flights lie on board of Crazyflies and are flown from there, so that none can be changed while it is flown, as an event may ask for: fly "
-    "online with --link simulated or mavlink, or a plan that is made before with `ltlplan fly --link crazyflie`."
-)
-
 
 @dataclass(frozen=True, slots=True)
 class Happening:
@@ -56,8 +51,9 @@ def online_over_link(mission: Mission, out: Path | None, asked: Asked, said: Sai
 
     Raises:
         NotCertified: The flight was ended, or what was flown does not keep the formula.
-        BadInput: A place, an address or an event makes no sense, or the link's flights cannot be changed in flight.
+        BadInput: A place, an address or an event makes no sense.
         LinkLost: A robot cannot be reached.
+        DoesNotFit: The mission has places that vehicles cannot be sent.
     """
     from flight.certified import require_tube
     from flight.link.live import fly_live
@@ -69,15 +65,17 @@ def online_over_link(mission: Mission, out: Path | None, asked: Asked, said: Sai
     from ltlplan.transfers import to_starts
 
     require_sense(asked, said)
-    if asked.kind == "crazyflie":
-        raise BadInput(NOT_STREAMED)
     require_tube(mission.margin)
     told, events = told_places(asked.places, mission), checked_events(mission, parse_events(happening.events))
     with ExitStack() as opened:
         news = [opened.enter_context(closing(followed(name, mission.name))) for name in happening.followed]
         with simulating(out, (*ONLINE_FILES, *FILES), quiet=json) as progress:
             progress("reaching the robots", 0.0)
-            link = None if asked.kind == "simulated" else opened.enter_context(closing(vehicles(asked, mission)))
+            link = (
+                None
+                if asked.kind == "simulated"
+                else opened.enter_context(closing(vehicles(asked, mission, flown="from here")))
+            )
             progress("planning and proving what is asked", 0.1)
             team = CertifiedTeam(mission, seed=mission.planner.seed)
             assert team.present is not None, "it was certified"

@@ -1,0 +1,212 @@
+"""Crazyflies that are told every set-point from here, so that what they fly can be changed while it is flown.
+
+Flights are kept here, and `sleep` sends each robot its full-state set-point of the instant, `RATE` times a second: that of the middle of the
+time for which it holds, as the vehicle follows it unchanged until the next one.
+
+On board a streamed set-point goes before the high-level commander and stops it, and a commander that is stopped asks for motors that stand
+still. So a robot is handed to its high-level commander in this order: no more set-points; a go-to or a landing, from where the robot is,
+until it is acknowledged; then that streamed set-points have ended, until it says that it follows another target than them. In between it
+follows its last set-point, some hundredths of a second. From then on it needs nobody here.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from flight.link.crazyflie.capture import Capture
+from flight.link.crazyflie.link import CrazyflieLink, Failsafe
+from flight.link.crazyflie.setpoints import full_state, require_near
+from flight.link.crazyflie.steps import arm
+from flight.link.link import LinkLost
+from verify.data import Mission, Trajectory
+
+RATE = 50.0
+"""Set-points a second for each robot."""
+LATE = 0.2
+"""s by which a set-point may be late: after more, it would be a jump."""
+_LEVEL = "0.5 s after its last set-point a Crazyflie levels out, and drifts"
+_STOPS = "1 s after the last sign of life from here its motors stop (the firmware's emergency-stop watchdog)"
+_SHUTS = "2 s after it its motors stop (the firmware's supervisor; neither can be set or read back)"
+_ALONE = "one that was told to hold or to land does so to the end"
+
+
+class StreamedCrazyflies(CrazyflieLink):
+    """Crazyflies, each by its own address, that follow set-points from here."""
+
+    _step = 0.002
+
+    # as a link's, whose flights lie on board
+    def __init__(
+        self,
+        mission: Mission,
+        addresses: Mapping[str, str],
+        *,
+        masses: Mapping[str, float] | None = None,
+        capture: Capture | None = None,
+        failsafe: Failsafe | None = None,
+        accuracy: float = 0.01,
+    ) -> None:
+        """Reach all vehicles, set what a flight needs, and read it back. Nothing spins.
+
+        Args:
+            mission: Who flies.
+            addresses: As of a link whose flights lie on board; so are all others.
+            masses: kg as robots were weighed.
+            capture: Motion capture.
+            failsafe: `stop`: motors stop 1 s after the last sign of life; `fly on`: what set-points that end bring about, and nothing else.
+            accuracy: Bound on the error of a measured position, m.
+
+        Raises:
+            BadInput: An address is missing, of nobody, or used twice.
+            LinkLost: There is no radio, or a vehicle does not answer or does not have what is needed.
+            DoesNotFit: A robot is no Crazyflie, or the mission has places that cannot be sent.
+            MissingEngine: cflib is not installed.
+        """
+        require_near(mission)
+        self._stored: dict[str, dict[int, Trajectory]] = {name: {} for name in mission.agents}
+        self._number, self._begin, self._sent, self._stays = -1, math.inf, -math.inf, math.inf
+        self._gone: dict[str, float] = {}
+        self._landings: dict[str, tuple[float, float]] = {}
+        super().__init__(mission, addresses, masses=masses, capture=capture, failsafe=failsafe, accuracy=accuracy)
+        if lacking := [name for name, vehicle in self._vehicles.items() if not vehicle.reports.tells_target]:
+            self.close()
+            raise LinkLost(f"{', '.join(lacking)} does not say what it follows (ctrltarget.x and z): flash a newer firmware.")
+
+    @property
+    def failsafe(self) -> str:
+        """What acts on board when nothing comes from here any more."""
+        return f"{_LEVEL}; {_STOPS if self._stops else _SHUTS}; {_ALONE}"
+
+    @property
+    def streams(self) -> bool:
+        """Set-points come from here: what is stored anew while it is flown goes on changed."""
+        return True
+
+    def require_room(self, team: Mapping[str, Trajectory]) -> None:
+        """Do nothing: flights are kept here.
+
+        Args:
+            team: Finite, as they are flown.
+        """
+        del team
+
+    def upload(self, robot: str, number: int, path: Trajectory) -> None:
+        """Keep a flight; it is streamed when it is started.
+
+        Args:
+            robot: Name.
+            number: From 0.
+            path: Finite, as it is flown.
+        """
+        self._stored[robot][number] = path
+        self._commanders[robot].store(number, path)
+
+    def start(self, number: int, at: float | None = None) -> float:
+        """Start a flight of all: vehicles are armed before the first one, and each gets its first set-point at once.
+
+        Args:
+            number: Of the flight.
+            at: When it is to begin, s of the link's clock; None for now.
+
+        Returns:
+            When it began, s of the link's clock.
+
+        Raises:
+            LinkLost: A vehicle does not arm.
+        """
+        if not self._flying:
+            arm(self._vehicles.values(), self.sleep)
+            self._flying = True
+        self._number, self._stays = number, math.inf
+        self._begin = self.now() if at is None else at
+        self.sleep(0.0)
+        return self._begin
+
+    def hold(self, robot: str) -> bool:
+        """Tell a robot to go to where it comes to rest when it brakes, and to follow that; return whether it does.
+
+        Args:
+            robot: Name.
+        """
+        self._leave(robot)
+        return super().hold(robot) and self._follows_itself(robot)
+
+    def land(self, robot: str, height: float, seconds: float) -> bool:
+        """Tell a robot to sink, and to follow that; return whether it does. It is told once how far and how fast.
+
+        Args:
+            robot: Name.
+            height: z in m where the landing ends.
+            seconds: How long it takes.
+        """
+        self._leave(robot)
+        return super().land(robot, *self._landings.setdefault(robot, (height, seconds))) and self._follows_itself(robot)
+
+    def stop(self, robot: str) -> bool:
+        """Tell a robot to stop its motors, by an emergency stop as well where it may follow set-points still; return whether it has acknowledged that.
+
+        Args:
+            robot: Name.
+        """
+        self._leave(robot)
+        if self._flying and not self._follows_itself(robot):
+            self._vehicles[robot].emergency()
+        return super().stop(robot)
+
+    def _rest(self, robot: str, since: float) -> tuple[float, float, float, float]:
+        """Return where a robot comes to rest that brakes from where it was last asked to be; x is between two millimetres, which no set-point is."""
+        if self._number in self._stored[robot]:
+            self._commanders[robot].start(self._number, self._begin)
+        x, y, z, heading = super()._rest(robot, min(since, self._begin + self._stays))
+        return (math.floor(1000.0 * x) + 0.5) / 1000.0, y, z, heading
+
+    def _leave(self, robot: str) -> None:
+        """Send a robot no more set-points."""
+        if robot not in self._gone:
+            self._gone[robot] = self.now()
+            self._vehicles[robot].aim.end()
+
+    def _follows_itself(self, robot: str) -> bool:
+        """Tell whether a robot follows its own commander since it was left; while it does not say so, it is told that set-points have ended."""
+        vehicle = self._vehicles[robot]
+        if vehicle.reports.own_target_at > self._gone[robot]:
+            return True
+        vehicle.aim.relax()
+        return False
+
+    def _go_on(self, now: float) -> None:
+        """Give signs of life, and send each robot the set-point of this instant.
+
+        Args:
+            now: s of the link's clock.
+
+        Raises:
+            LinkLost: This computer was late by more than `LATE`; from then on robots are asked to stay where they last were.
+        """
+        super()._go_on(now)
+        if not self._flying or self._number < 0 or now - self._sent < 1.0 / RATE:
+            return
+        late = now - self._sent - 1.0 / RATE
+        jumps = self._begin < self._sent and late > LATE and math.isinf(self._stays)
+        if jumps:
+            self._stays = self._sent - self._begin
+        self._sent = now if late > 1.0 / RATE else self._sent + 1.0 / RATE
+        elapsed = now - self._begin + 0.5 / RATE
+        for name, vehicle in self._vehicles.items():
+            path = self._stored[name].get(self._number)
+            if path is not None and name not in self._gone:
+                vehicle.aim.at(_setpoint(path, elapsed, min(path.duration, self._stays)))
+        if jumps:
+            raise LinkLost(f"set-points were {late:.2f} s late: this computer is too busy, or was stopped")
+
+
+def _setpoint(path: Trajectory, elapsed: float, end: float) -> bytes:
+    """Return what is sent some time into a flight that is flown up to an end: a hover before it begins, and from there on."""
+    at = min(max(elapsed, 0.0), end)
+    flat = np.stack([path.evaluate(at, order) for order in range(4)])
+    if at != elapsed:
+        flat[1:] = 0.0
+    return full_state(flat)
