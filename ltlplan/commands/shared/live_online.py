@@ -91,10 +91,10 @@ def online_over_link(mission: Mission, out: Path | None, asked: Asked, said: Sai
         with interrupts_land():
             done = fly_live(link, [transfer.stage for transfer in before], grounds=grounds, show=view.show, onwards=course)
     view.end()
-    _show(course, done, cost, out, json=json)
+    _show(course, done, cost, out, json=json, failsafe=link.failsafe)
 
 
-def _show(course: OnlineCourse, done: LiveFlight, planned_cost: float, out: Path | None, *, json: bool) -> None:
+def _show(course: OnlineCourse, done: LiveFlight, planned_cost: float, out: Path | None, *, json: bool, failsafe: str) -> None:
     """Judge what was flown, write it, and show how it ended."""
     from ltlplan.online.files import write_online
     from ltlplan.online.flown_live import flown_live
@@ -103,7 +103,7 @@ def _show(course: OnlineCourse, done: LiveFlight, planned_cost: float, out: Path
     flown = None
     with suppress(BadInput):  # it never began, or ended at once
         flown = flown_live(course, done, planned_cost=planned_cost)
-    outcome = _outcome(course, done, flown)
+    outcome = _outcome(course, done, flown, failsafe)
     texts = done.record.files(mission.frame)
     texts["live.json"] = json_text.dumps({**json_text.loads(texts["live.json"]), "answers": _answers(course)}, indent=1) + "\n"
 
@@ -123,8 +123,8 @@ def _answers(course: OnlineCourse) -> list[dict[str, object]]:
     ]
 
 
-def _outcome(course: OnlineCourse, done: LiveFlight, flown: OnlineFlight | None) -> Outcome:
-    lines = worst_lines(done)
+def _outcome(course: OnlineCourse, done: LiveFlight, flown: OnlineFlight | None, failsafe: str) -> Outcome:
+    lines = [f"On board when the link is gone: {failsafe}.", *worst_lines(done)]
     for entry in course.answered:
         said = [
             f"{what} after {seconds:.2f} s"

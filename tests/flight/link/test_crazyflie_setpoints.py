@@ -43,9 +43,7 @@ def test_what_arrives_is_what_was_meant_rounded(parts) -> None:
     assert np.abs(got[:3, :3] - flat[:3, :3]).max() <= ROUNDING + 1e-9
     tilt = math.acos(lifted(flat[2, :3, None])[2, 0] / np.linalg.norm(lifted(flat[2, :3, None])))
     assert abs(math.remainder(got[0, 3] - flat[0, 3], math.tau)) <= math.radians(0.2) / math.cos(tilt)
-    leads = feed_forward(
-        lifted(flat[2, :3, None]), flat[3, :3, None], np.zeros((3, 1)), flat[0, 3:], flat[1, 3:], np.zeros(1)
-    )
+    leads = feed_forward(lifted(flat[2, :3, None]), flat[3, :3, None], np.zeros((3, 1)), flat[0, 3:], flat[1, 3:], np.zeros(1))
     _, *whole = struct.unpack("<B9hI3h", data)
     assert np.abs(np.array(whole[10:]) / 1000.0 - leads.rates[:, 0]).max() <= HALF + 1e-9
 

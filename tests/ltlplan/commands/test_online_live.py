@@ -20,7 +20,12 @@ ROOT = Path(__file__).parents[3]
     ("options", "said"),
     [
         (["--link", "simulated"], "add --certified"),
-        (["--link", "crazyflie", "--certified"], "flights lie on board of Crazyflies"),
+        (["--link", "crazyflie", "--certified"], "no address of one, two; write one=radio://"),
+        (["--inventory", "lab.yaml"], "--inventory and --follow go with --link"),
+        (
+            ["--link", "simulated", "--certified", "--inventory", "lab.yaml"],
+            "--inventory goes with --link crazyflie and mavlink",
+        ),
         (["--follow", "-"], "go with --link"),
         (["--link", "simulated", "--certified", "--follow", "nothing"], "make it before"),
         (["--link", "simulated", "--certified", "--event", "1 three fails"], "'three' is not a robot"),
@@ -87,3 +92,51 @@ def test_ctrl_c_lands_the_team_and_keeps_what_was_flown(tmp_path, number):
     assert "all robots land." in printed
     assert "the motors of one, two are stopped." in printed
     assert (tmp_path / "out" / "poses.csv").exists()
+
+
+def told_online(folder, *more):
+    """Begin a flight of simulated Crazyflies, whose masses are the inventory's, and return it once it flies."""
+    pytest.importorskip("cflib", reason="cflib is not installed")
+    (folder / "pair.yaml").write_text(PAIR)
+    command = [sys.executable, "-m", "tests.helpers.crazyflie_process", str(folder / "pair.yaml"), str(folder / "out"), *more]
+    process = subprocess.Popen(
+        command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, preexec_fn=heed_interrupts
+    )
+    assert process.stdout is not None
+    for line in process.stdout:
+        if line.startswith("flight"):
+            return process
+    raise AssertionError("it never flew")
+
+
+@pytest.mark.slow
+def test_crazyflies_are_told_another_formula(tmp_path):
+    process = told_online(tmp_path, "--event", "1 formula F left & F right & F(left & F right)")
+    printed, _ = process.communicate(timeout=120)
+    assert process.returncode == 0, printed
+    ended = json.loads(printed.strip().splitlines()[-1])
+    assert not any(ended["spinning"])
+    assert not any(ended["locked"])
+    assert not ended["dropped"]
+    assert ended["starts"] == [0, 0], "nothing lies on board"
+    assert min(ended["streamed"]) > 200
+    assert ended["masses"] == pytest.approx([0.0325, 0.0325])
+    assert "On board when the link is gone: 0.5 s after its last set-point a Crazyflie levels out" in printed
+    (answer,) = json.loads((tmp_path / "out" / "live.json").read_text())["answers"]
+    assert 0 < answer["stop"] < answer["proved"] < answer["begun"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_ctrl_c_lands_crazyflies(tmp_path, number):
+    process = told_online(tmp_path)
+    time.sleep(0.5)
+    process.send_signal(number)
+    printed, _ = process.communicate(timeout=120)
+    assert process.returncode == 5, printed
+    ended = json.loads(printed.strip().splitlines()[-1])
+    assert not any(ended["spinning"])
+    assert not any(ended["locked"])
+    assert not ended["dropped"]
+    assert max(ended["heights"]) < 0.2
+    assert "The flight was ended: interrupted" in printed
