@@ -359,7 +359,7 @@ def check_mission(mission: Mission, *, to_plan: bool = True) -> Mission:
     if not isinstance(mission, Mission):  # pyright: ignore[reportUnnecessaryIsInstance]  # callers without types
         raise BadInput(f"A mission is a Mission, not {type(mission).__name__}; `ltlplan.load_mission` reads one.")
     data = plain(mission)
-    if data in _SOUND[to_plan]:
+    if _SOUND[to_plan].knows(mission, data):
         return mission.model_copy()
     data = _without_none(data)
     values, faults = sound_sections(data, Mission.model_fields)
@@ -370,7 +370,7 @@ def check_mission(mission: Mission, *, to_plan: bool = True) -> Mission:
         name = data.get("name")
         raise MissionError(name if isinstance(name, str) and name else "mission", found)
     sound = Mission.model_validate(values)
-    _SOUND[to_plan].add(plain(sound))
+    _SOUND[to_plan].add(sound)
     return sound
 
 

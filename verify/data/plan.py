@@ -218,14 +218,14 @@ def check_plan(plan: Plan) -> Plan:
         raise BadInput(f"A plan is a Plan, not {type(plan).__name__}; `ltlplan.plan` makes one, `ltlplan.load_plan` reads one.")
     mission = check_mission(getattr(plan, "mission", None), to_plan=False)  # type: ignore[arg-type]  # a plan that skipped its validation may have none
     data = plain(plan)
-    if data in _SOUND:
+    if _SOUND.knows(plan, data):
         return plan.model_copy(update={"mission": mission})
     try:
         sound = Plan.model_validate({**data, "mission": mission})
     except ValidationError as error:
         raise BadInput("\n".join(faults_of(error, "The plan"))) from None
     _check(sound, "The plan")
-    _SOUND.add(plain(sound))
+    _SOUND.add(sound)
     return sound
 
 

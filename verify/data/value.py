@@ -17,6 +17,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 from verify.data.errors import BadInput, did_you_mean
 
 _REMEMBERED = 1024
+_SIMPLE = {float, int, str, bool, type(None)}
 
 
 class FaultsWithin(ValueError):
@@ -98,20 +99,42 @@ class Remembered:
     """Contents that were found sound, by their digests; the oldest are forgotten."""
 
     def __init__(self) -> None:
-        self._digests: OrderedDict[bytes, None] = OrderedDict()
+        self._values: OrderedDict[bytes, int] = OrderedDict()
 
-    def __contains__(self, data: Mapping[str, object]) -> bool:
+    def knows(self, value: BaseModel, data: Mapping[str, object]) -> bool:
+        """Tell whether a value was found sound, and holds values where that one did: a table in the place of one looks the same.
+
+        Args:
+            value: What is looked at.
+            data: The same as plain data.
+        """
         digest = _digest(data)
-        if digest not in self._digests:
+        if self._values.get(digest) != _values_within(value):
             return False
-        self._digests.move_to_end(digest)
+        self._values.move_to_end(digest)
         return True
 
-    def add(self, data: Mapping[str, object]) -> None:
-        """Remember contents."""
-        self._digests[_digest(data)] = None
-        while len(self._digests) > _REMEMBERED:
-            self._digests.popitem(last=False)
+    def add(self, value: BaseModel) -> None:
+        """Remember a sound value."""
+        self._values[_digest(plain(value))] = _values_within(value)
+        while len(self._values) > _REMEMBERED:
+            self._values.popitem(last=False)
+
+
+def _values_within(value: BaseModel) -> int:
+    """Return how many values a value is made of, itself among them. Of two with the same contents, one with tables in their place has fewer."""
+    count, left = 0, list[object]([value])
+    while left:
+        held = left.pop()
+        if isinstance(held, BaseModel):
+            count += 1
+            own = vars(held)
+            left += [own[name] for name in type(held).model_fields if type(own.get(name)) not in _SIMPLE]
+        elif isinstance(held, Mapping):
+            left += held.values()  # pyright: ignore[reportUnknownMemberType]  # of any type: what fields may hold
+        elif isinstance(held, tuple | list) and held and type(held[0]) not in _SIMPLE:  # pyright: ignore[reportUnknownArgumentType]
+            left += held
+    return count
 
 
 def _digest(data: Mapping[str, object]) -> bytes:

@@ -131,3 +131,12 @@ def test_a_precedence_waits_for_an_action_that_there_is() -> None:
     wait = Precedence(first=("quad0", 0), then=("quad1", 0), done="acted")
     with pytest.raises(BadInput, match="an action of quad0 in visit 0, which has none"):
         check_plan(plan.model_copy(update={"robots": visits, "precedences": (wait,)}))
+
+
+def test_tables_in_the_place_of_values_become_values_however_often_they_are_given() -> None:
+    plan = firefighting_plan()
+    spec = {**plan.mission.spec.model_dump(), "formula": "F water"}
+    robots = {name: robot.model_dump() for name, robot in plan.robots.items()}
+    for _ in range(2):
+        assert plan.mission.changed(spec=spec).spec.formula == "F water"
+        assert plan.changed(robots=robots) == plan
