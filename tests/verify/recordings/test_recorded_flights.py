@@ -1,6 +1,6 @@
 """Flights that the simulator flew and knows, recorded with bounded faults: what the judge says of them is so.
 
-`python tests/benchmarks/recordings.py 10000` does the same with as many flights as are asked for.
+`python tests/benchmarks/recordings.py 10000` does the same with as many flights as are asked for, and says what came of them.
 """
 
 from __future__ import annotations
@@ -18,3 +18,12 @@ def test_no_flight_that_is_called_satisfied_left_its_tube_or_broke_a_claim(tmp_p
     assert tally.outcomes["holds"] >= 1
     assert tally.outcomes["fails"] >= 1
     assert 1 <= tally.left < 60
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("thousand", range(10))
+def test_of_ten_thousand_flights_none_is_called_what_it_is_not(thousand, tmp_path):
+    tally = campaign(1000 + 10 * thousand, 1000, tmp_path)
+    assert tally.faults == []
+    assert tally.flights == 1000
+    assert min(tally.outcomes["holds"], tally.outcomes["fails"], tally.left) >= 1
