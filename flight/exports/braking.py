@@ -2,7 +2,8 @@
 
 A lap that is flown through begins and ends in full flight, and a vehicle that has nothing more to fly stops where its memory ends, 0.15 m
 too late at 1 m/s. Its velocity is led to zero by the polynomial of degree 5 that begins with its velocity, acceleration and jerk; how quickly,
-and after how many pieces of one more lap, is tried until the judge has no objection. The laps themselves stay as they are.
+and after how many pieces of one more lap, is tried until the judge has no objection and it rests where a flight may begin: not in a hoop's opening, from
+where nobody lands. The laps themselves stay as they are.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from verify.data import BadInput, Mission, Trajectory
+from verify.data.rules.agents import misplaced
 from verify.data.trajectory import PIECES
 from verify.motion.continuity import JUMPS
 from verify.pieces import judge_braking
@@ -91,20 +93,40 @@ def braked(mission: Mission, name: str, path: Trajectory, join: Join) -> Braked 
         path: Its certified laps, which end in flight.
         join: Puts pieces together.
     """
+    return next(brakings(mission, name, path, join), None)
+
+
+def brakings(mission: Mission, name: str, path: Trajectory, join: Join) -> Iterator[Braked]:
+    """Yield a patrol's laps with a proved braking behind them, one after another of those that are tried.
+
+    Args:
+        mission: The patrol's, with the margin that is to be proved.
+        name: The robot's.
+        path: Its certified laps, which end in flight.
+        join: Puts pieces together.
+    """
     laps = path.flattened(mission.spec.repeat)
     for more, before in _longer(path, laps):
         since = sum(map(Fraction, before.durations.tolist()), Fraction(0))
         for length in LENGTHS:
             flown = join(name, before, _braking(before, length))
             if flown is None:
-                return None
+                return
+            if not _may_begin(mission, name, flown):
+                continue
             try:
                 claims = judge_braking(mission, name, path, flown, since)
             except BadInput:
                 continue
             if all(claim.outcome == "holds" for claim in claims):
-                return Braked(flown, float(since), more)
-    return None
+                yield Braked(flown, float(since), more)
+
+
+def _may_begin(mission: Mission, name: str, flown: Trajectory) -> bool:
+    """Tell whether a mission in this world could begin where a flight ends."""
+    x, y, z = flown.evaluate(flown.duration)[:3].tolist()
+    world = {key: getattr(mission, key) for key in ("workspace", "margin", "hoops", "regions")}
+    return not any(misplaced((x, y, z), world, mission.vehicle_of(name)))
 
 
 def _longer(path: Trajectory, laps: Trajectory) -> Iterator[tuple[int, Trajectory]]:

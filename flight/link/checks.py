@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from flight.link.link import Link, Pose
-from flight.link.stages import Stage
+from flight.link.stages import Part, Stage
 
 SHARE = 0.5
 """Share of the margin that a robot may stand off where a stage begins: the rest is for following it."""
@@ -100,8 +100,8 @@ def before_take_off(
     return (*found, *frame)
 
 
-def at_start(link: Link, stage: Stage) -> tuple[Check, ...]:
-    """Look whether every robot hovers where a stage begins.
+def at_start(link: Link, stage: Stage | Part) -> tuple[Check, ...]:
+    """Look whether every robot hovers where a stage, or a part of one, begins.
 
     Args:
         link: To the robots.
@@ -128,7 +128,7 @@ def _watched(link: Link, robots: Sequence[str]) -> dict[str, list[Pose]]:
     return seen
 
 
-def _place(robot: str, stage: Stage, place: np.ndarray) -> Check:
+def _place(robot: str, stage: Stage | Part, place: np.ndarray) -> Check:
     """Return whether a robot is where a stage begins, up to a share of the margin."""
     start = stage.paths[robot].evaluate(0.0)[:3]
     off, most = float(np.linalg.norm(place - start)), SHARE * stage.margin

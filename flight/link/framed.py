@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 from flight.frames import in_laboratory
 from flight.link.link import Health, Link, Pose
@@ -82,6 +82,10 @@ class FramedLink:
             path: Finite, in the mission's frame.
         """
         self.link.upload(robot, number, in_laboratory(self.frame, path)[0])
+
+    def bring(self, number: int, meanwhile: Callable[[], None]) -> None:
+        """Have a stored flight on board of all."""
+        self.link.bring(number, meanwhile)
 
     def start(self, number: int, at: float | None = None) -> float:
         """Start a stored flight of all robots at once; return when it began."""

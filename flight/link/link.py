@@ -6,7 +6,7 @@ calls repeats them. All vehicles share one clock, the link's.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -104,6 +104,18 @@ class Link(Protocol):
         Raises:
             LinkLost: The vehicle did not confirm it.
             DoesNotFit: Its memory does not hold it.
+        """
+        ...
+
+    def bring(self, number: int, meanwhile: Callable[[], None]) -> None:
+        """Have a stored flight on board of all, who hover, so that it can be started at once.
+
+        Args:
+            number: Of the flight.
+            meanwhile: Called again and again while that takes its time.
+
+        Raises:
+            LinkLost: A vehicle did not take it.
         """
         ...
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
@@ -13,15 +14,16 @@ from flight.link.checks import Check, at_start, before_take_off
 from flight.link.link import Link, LinkLost
 from flight.link.reaction import PATIENCE, end_safely, told
 from flight.link.record import Record
-from flight.link.stages import Stage, Watched
+from flight.link.stages import BRAKING, Part, Stage, Watched
 from flight.link.watch import Look, Watch
 from flight.monitoring.reaction import LANDING_HEIGHT
 from verify.data import BadInput, DoesNotFit, Trajectory
+from verify.data.trajectory import PAUSE
 
 STEP = 0.02
 """s between two looks at all robots."""
 SETTLE = 1.0
-"""s that robots hover between two stages."""
+"""s that robots hover between two stages, and between two parts of one at the least."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,6 +59,7 @@ class Flying:
         robots: All that took off.
         show: Told what a person is shown, at every look.
         number: Under which the next flight is stored.
+        looked: When all were looked at last, s of the link's clock.
     """
 
     link: Link
@@ -64,6 +67,7 @@ class Flying:
     robots: tuple[str, ...]
     show: Callable[[Look], None]
     number: int = 0
+    looked: float = -math.inf
 
     def store(self, paths: Mapping[str, Trajectory]) -> int:
         """Store a flight, and return its number."""
@@ -72,28 +76,77 @@ class Flying:
         self.number += 1
         return self.number - 1
 
-    def fly(self, stage: Stage, number: int | None = None) -> None:
+    def store_all(self, stage: Stage) -> tuple[int, ...]:
+        """Store each part of a stage once, and return their numbers."""
+        return tuple(self.store(paths) for paths in stage.stored)
+
+    def fly(self, stage: Stage, numbers: Sequence[int] | None = None) -> None:
         """Fly one stage from a hover to its end, and hover there.
 
         Args:
             stage: It begins where the robots hover.
-            number: Under which it is stored; None where it is not.
+            numbers: Under which its parts are stored; None where they are not.
 
         Raises:
             Alarm: It does not go on.
         """
-        number = self.store(stage.paths) if number is None else number
-        if number:
-            _require(at_start(self.link, stage))
-        watch = self.begin(stage.watched(self.link.accuracy), number)
-        while self.link.now() - self.record.starts[stage.name] < stage.duration:
-            self.link.sleep(STEP)
-            self.show(watch.look())
-            if reason := (watch.lost() or ("", ""))[1] or watch.alarm():
-                raise Alarm(reason)
+        numbers = self.store_all(stage) if numbers is None else numbers
+        first, *others = stage.parts
+        if numbers[first.stored]:
+            _require(at_start(self.link, first))
+        watch = self.begin(stage.watched(self.link.accuracy), numbers[first.stored])
+        end = watch.begin + first.duration
+        if others:
+            self.record.parts[stage.name] = [(watch.begin, end)]
+        for part in others:
+            self._look(watch, end)
+            end = self._after_a_pause(watch, stage, part, numbers[part.stored]) + part.duration
+        self._look(watch, end)
         self.record.ends[stage.name] = self.link.now()
         watch.finish()
+        if stage.braking:
+            self._brake(stage, watch.begin)
         self.link.sleep(SETTLE)
+
+    def _look(self, watch: Watch, until: float) -> None:
+        """Look at all again and again, until a time of the link's clock, s."""
+        while self.link.now() < until:
+            self.link.sleep(STEP)
+            self._look_once(watch)
+
+    def _look_once(self, watch: Watch) -> None:
+        self.looked = self.link.now()
+        self.show(watch.look())
+        if reason := (watch.lost() or ("", ""))[1] or watch.alarm():
+            raise Alarm(reason)
+
+    def _after_a_pause(self, watch: Watch, stage: Stage, part: Part, number: int) -> float:
+        """Hover between two parts, watched, until the next one lies on board and everybody is where it begins; return when it began."""
+        ended, longest = watch.ended, stage.plan.mission.longest_flight
+
+        def meanwhile() -> None:
+            if self.link.now() - self.looked >= STEP:
+                self._look_once(watch)
+            if longest is not None and self.link.now() - ended > PAUSE:
+                raise Alarm(f"{part.name} has not begun within {PAUSE:g} s, which is what a pause counts in the endurance.")
+
+        self._look(watch, ended + SETTLE)
+        self.link.bring(number, meanwhile)
+        _require(at_start(self.link, part))
+        begin = self.link.start(number)
+        watch.go_on(part, begin)
+        self.record.parts[stage.name].append((begin, begin + part.duration))
+        return begin
+
+    def _brake(self, stage: Stage, begin: float) -> None:
+        """Watch how a patrol brakes to rest behind its last lap; what is flown lies on board with the laps, and goes on."""
+        since = self.record.ends[stage.name]
+        watch = Watch(self.link, stage.watched_braking(self.link.accuracy), begin, self.record, since=since)
+        watch.see_before([self.link.pose(robot) for robot in stage.paths])
+        self.record.starts[BRAKING] = since
+        self._look(watch, begin + stage.duration)
+        self.record.ends[BRAKING] = self.link.now()
+        watch.finish(covered="it was proved for such a flight")
 
     def begin(self, watched: Watched, number: int, at: float | None = None) -> Watch:
         """Start a stored flight, and return who watches it.
@@ -160,7 +213,9 @@ def fly_live(
     _require_joined(stages, grounds)
     record = Record()
     record.parameters.update({robot: link.parameters(robot) for robot in link.robots})
-    lasts = sum(stage.duration for stage in stages) + (0.0 if onwards is None else onwards.duration)
+    lasts = sum(stage.duration + SETTLE * (len(stage.parts) - 1) for stage in stages) + (
+        0.0 if onwards is None else onwards.duration
+    )
     checks = before_take_off(link, stages[0], lasts, parameters)
     for check in checks:
         record.note(link.now(), check.sentence, check.robot, "check")
@@ -169,10 +224,10 @@ def fly_live(
     robots, began, reason = tuple(stages[0].paths), False, ""
     flying = Flying(link, record, robots, show or _nobody)
     try:
-        numbers = [flying.store(stage.paths) for stage in stages]
-        for number, stage in zip(numbers, stages, strict=True):
+        stored = [flying.store_all(stage) for stage in stages]
+        for numbers, stage in zip(stored, stages, strict=True):
             began = True
-            flying.fly(stage, number)
+            flying.fly(stage, numbers)
         if onwards is not None:
             onwards.fly(flying)
     except (Alarm, LinkLost) as alarm:

@@ -190,6 +190,9 @@ class MavlinkLink:
         """
         self._vehicles[robot].stored[number] = path
 
+    def bring(self, number: int, meanwhile: Callable[[], None]) -> None:
+        """Do nothing: what is stored is streamed from here."""
+
     def start(self, number: int, at: float | None = None) -> float:
         """Start a flight of all: before the first one, set-points, offboard flight and arming.
 

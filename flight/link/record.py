@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from flight.link.checks import FRESH
 from flight.link.stages import FLIGHT
 from flight.logs.log import Event
 from verify.data.frame import Frame
@@ -23,6 +25,7 @@ class Record:
         setpoints: Where each robot should have been, at the instant of the pose.
         starts: When each stage began, s.
         ends: When each stage ended, s.
+        parts: Of a stage in parts when each of them began and was to end, s; in between the team hovered.
         events: What happened and what was said.
         parameters: What was read back from each vehicle.
         worst: Greatest distance from the plan, m, by stage and robot.
@@ -32,6 +35,7 @@ class Record:
     setpoints: list[Row] = field(default_factory=list[Row])
     starts: dict[str, float] = field(default_factory=dict[str, float])
     ends: dict[str, float] = field(default_factory=dict[str, float])
+    parts: dict[str, list[tuple[float, float]]] = field(default_factory=dict[str, list[tuple[float, float]]])
     events: list[Event] = field(default_factory=list[Event])
     parameters: dict[str, Mapping[str, float]] = field(default_factory=dict[str, Mapping[str, float]])
     worst: dict[str, dict[str, float]] = field(default_factory=dict[str, dict[str, float]])
@@ -76,6 +80,7 @@ class Record:
         data = {
             "starts": self.starts,
             "ends": self.ends,
+            "parts": self.parts,
             "parameters": {robot: dict(values) for robot, values in self.parameters.items()},
             "worst": self.worst,
             "events": [{"time": e.time, "robot": e.robot, "kind": e.kind, "sentence": e.sentence} for e in self.events],
@@ -86,5 +91,23 @@ class Record:
             "live.json": json.dumps(data, indent=1, allow_nan=False) + "\n",
         }
         if FLIGHT in self.starts:
-            found["live.csv"] = self.table(self.poses, self.starts[FLIGHT], self.ends.get(FLIGHT, float("inf")), frame)
+            found["live.csv"] = self.table(self.poses, self.starts[FLIGHT], self._seen_after(FLIGHT), frame)
         return found
+
+    def pauses(self, stage: str) -> tuple[float, ...]:
+        """Return how long the team hovered between the parts of a stage, s; nothing of one that was begun once.
+
+        Args:
+            stage: Its name.
+        """
+        return tuple(after[0] - before[1] for before, after in itertools.pairwise(self.parts.get(stage, ())))
+
+    def _seen_after(self, stage: str) -> float:
+        """Return when all robots were measured for the first time since a stage ended, s: up to then its last instants lie between two poses."""
+        if stage not in self.ends:
+            return float("inf")
+        end, first = self.ends[stage], dict[str, float]()
+        for time, robot, *_ in self.poses:
+            if end <= time <= end + FRESH:
+                first[robot] = min(time, first.get(robot, time))
+        return max((end, *first.values()))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import signal
 import threading
 import time
-from collections.abc import Generator, Mapping
+from collections.abc import Callable, Generator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 
@@ -197,6 +197,9 @@ class SimulatedLink:
         if not self._reaches(robot):
             raise LinkLost(f"{robot} does not take flight {number}: the link to it is gone; {self.failsafe}.")
         self._fleet.commanders[robot].store(number, path)
+
+    def bring(self, number: int, meanwhile: Callable[[], None]) -> None:
+        """Do nothing: what is stored lies on board."""
 
     def start(self, number: int, at: float | None = None) -> float:
         """Start a stored flight of all, and return when."""

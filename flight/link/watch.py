@@ -6,6 +6,7 @@ formula, tube and separation. What it says of a robot alone (not seen, battery) 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -14,8 +15,9 @@ import numpy as np
 from flight.link.checks import FRESH
 from flight.link.link import Link, Pose
 from flight.link.record import Record
-from flight.link.stages import Watched
+from flight.link.stages import Part, Watched
 from flight.logs.log import Event
+from flight.monitoring.monitor import COVERED
 
 _EMPTY = 15.0
 """s of battery that a landing needs."""
@@ -26,8 +28,8 @@ class Look:
     """What a person is shown of a flight as it is flown.
 
     Attributes:
-        stage: Its name.
-        time: s into it.
+        stage: Its name, and which part of it.
+        time: s into it, pauses between parts left out.
         duration: s.
         errors: Distance of each robot from its plan, m; NaN where it is not seen.
         margin: m.
@@ -60,6 +62,8 @@ class Watch:
         self._link, self._watched, self._begin, self._record = link, watched, begin, record
         self._since = begin if since is None else since
         self._monitor, self._said = watched.monitor, 0
+        self._name, self._paths = watched.first or watched.name, watched.paths
+        self._part, self._flown, self._pauses = begin, 0.0, watched.pauses
         worst = record.worst.setdefault(watched.name, {})
         self._worst = worst
         worst.update({robot: worst.get(robot, 0.0) for robot in watched.paths})
@@ -81,16 +85,41 @@ class Watch:
         planned = np.stack([path.evaluate(min(time, path.duration))[:3] for path, time in zip(paths, at, strict=True)], axis=1)
         self._monitor.see(min(pose.time for pose in kept) - self._since, measured, planned)
 
+    @property
+    def begin(self) -> float:
+        """When the flight began, s of the link's clock."""
+        return self._begin
+
+    @property
+    def ended(self) -> float:
+        """When the part that is flown ends and the team hovers until another one begins, s of the link's clock; infinite where none does."""
+        return self._part + self._pauses
+
+    def go_on(self, part: Part, begin: float) -> None:
+        """Watch another part from when on it began; robots hovered until then.
+
+        Args:
+            part: It follows the one before.
+            begin: s of the link's clock.
+        """
+        self._flown += self._pauses
+        self._name, self._paths = part.name, part.paths
+        self._part, self._pauses = begin, part.duration if part.pauses else math.inf
+
+    def _on_plan(self, now: float) -> float:
+        """Return the plan's time, s since its beginning: it stands still while the team hovers between parts."""
+        return self._flown + min(now - self._part, self._pauses)
+
     def look(self) -> Look:
         """Take in what was measured since."""
         now = self._link.now()
         measured, errors = np.full((3, len(self._last)), np.nan), np.full(len(self._last), np.nan)
-        for index, (robot, path) in enumerate(self._watched.paths.items()):
+        for index, (robot, path) in enumerate(self._paths.items()):
             pose = self._link.pose(robot)
             if pose is None or pose.time <= self._last[robot]:
                 continue
             self._last[robot] = pose.time
-            wanted = path.evaluate(min(pose.time - self._begin, path.duration))[:3]
+            wanted = path.evaluate(min(max(pose.time - self._part, 0.0), path.duration))[:3]
             measured[:, index] = pose.position
             errors[index] = np.linalg.norm(measured[:, index] - wanted)
             self._worst[robot] = max(self._worst[robot], float(errors[index]))
@@ -102,17 +131,22 @@ class Watch:
             self._record.poses.append((pose.time, robot, *pose.position))
             x, y, z = wanted.tolist()
             self._record.setpoints.append((pose.time, robot, x, y, z))
+        self._monitor.pause(now - self._begin - self._on_plan(now))
         self._monitor.see_errors(now - self._since, measured, errors)
         new = self._unsaid()
         self._record.events += new
         return Look(
-            self._watched.name, now - self._begin, self._watched.duration, dict(zip(self._last, errors.tolist(), strict=True)),
+            self._name, self._on_plan(now), self._watched.duration, dict(zip(self._last, errors.tolist(), strict=True)),
             self._watched.margin, tuple(new), self._monitor.to_do,
         )  # fmt: skip
 
-    def finish(self) -> None:
-        """Take the flight as flown to its end, and say how it was."""
-        self._monitor.finish(self._watched.duration + self._begin - self._since)
+    def finish(self, *, covered: str = COVERED) -> None:
+        """Take the flight as flown to its end, and say how it was.
+
+        Args:
+            covered: What it means that the tube was never left.
+        """
+        self._monitor.finish(self._watched.duration + self._part - self._flown - self._since, covered=covered)
         self._record.events += self._unsaid()
 
     def _unsaid(self) -> list[Event]:
@@ -125,7 +159,7 @@ class Watch:
         """Return a robot that cannot go on, and why; None where all can."""
         now = self._link.now()
         for robot, time in self._last.items():
-            when = f"{now - self._begin:.2f} s of the {self._watched.name}"
+            when = f"{self._on_plan(now):.2f} s of the {self._watched.name}"
             if now - time > FRESH:
                 return robot, f"{robot} was not seen for {FRESH:g} s at {when}."
             endurance = self._link.health(robot).endurance

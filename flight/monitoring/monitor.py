@@ -29,6 +29,10 @@ _SOFT: dict[FormulaVerdict, str] = {
 """What is said of soft parts at a flight's end; none of them is an alarm."""
 
 
+COVERED = "the certificate covers this flight"
+"""What a tube that was never left means."""
+
+
 class Monitor:
     """Watches one flight of a team, sample by sample.
 
@@ -86,7 +90,7 @@ class Monitor:
         self.events: list[Event] = []
         self.closest: tuple[float, str, str] | None = None
         self.too_close = False
-        self._time = 0.0
+        self._time, self._paused = 0.0, 0.0
 
     @property
     def formula(self) -> FormulaVerdict:
@@ -116,6 +120,14 @@ class Monitor:
         """Whether the certificate no longer covers the flight, the formula is broken, or robots came too close."""
         return self.tube in ("unknown", "outside") or self.formula == "violated" or self.too_close
 
+    def pause(self, seconds: float) -> None:
+        """Say for how long the plan's clock stood still up to the next sample, all pauses between parts together: actions come later by that.
+
+        Args:
+            seconds: s, never less than before.
+        """
+        self._paused = seconds
+
     def see(self, time: float, measured: Floats, planned: Floats) -> list[Event]:
         """Take one sample of the whole team and return what is new.
 
@@ -141,17 +153,18 @@ class Monitor:
         before, self._time = len(self.events), time
         for name, tube, error in zip(self._robots, self._tubes, errors.tolist(), strict=True):
             was = tube.verdict
-            if tube.see(time, error) != was and self._margin is not None:
+            if tube.see(time, error, self._paused) != was and self._margin is not None:
                 self._say_tube(name, tube, error)
-        self._see_letters(time, measured)
+        self._see_letters(time - self._paused, measured)
         self._see_distances(measured)
         return self.events[before:]
 
-    def finish(self, end: float | None = None) -> None:
+    def finish(self, end: float | None = None, *, covered: str = COVERED) -> None:
         """Take the flight as over and say how it ended.
 
         Args:
             end: When it ended, s; None takes the last sample for it.
+            covered: What it means that the tube was never left.
         """
         if self._margin is not None:
             for name, tube in zip(self._robots, self._tubes, strict=True):
@@ -177,8 +190,7 @@ class Monitor:
             self._say(
                 None,
                 "tube",
-                f"every robot stayed within {worst:.4f} m of its plan at every time, inside the tube of {self._margin:g} m: "
-                "the certificate covers this flight.",
+                f"every robot stayed within {worst:.4f} m of its plan at every time, inside the tube of {self._margin:g} m: {covered}.",
             )
         if self.closest is not None:
             distance, one, other = self.closest
@@ -205,6 +217,7 @@ class Monitor:
             )  # fmt: skip
 
     def _see_letters(self, time: float, measured: Floats) -> None:
+        """Follow the formula: actions are made at instants of the plan's clock, s."""
         seen = ~np.isnan(measured[0])
         self._regions = np.where(seen, self._masks.of(np.where(seen, measured, 0.0)), self._regions)
         letters = [self._table[mask] | self._inner(robot, time) for robot, mask in enumerate(self._regions.tolist())]

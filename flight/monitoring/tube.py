@@ -35,20 +35,22 @@ def relative_acceleration(vehicle: Vehicle, planned: float) -> float:
     return 4.0 * vehicle.rotor_thrust_max / vehicle.mass + GRAVITY + drag + planned
 
 
-def stray_at_joints(path: PlannedPath | None, start: float, stop: float) -> float:
+def stray_at_joints(path: PlannedPath | None, start: float, stop: float, paused: float = 0.0) -> float:
     """Bound how far the plan's joints move the error off its chord from `start` to `stop`, m.
 
     Without the path that is what a certificate allows at one joint: its pieces are taken to be longer than the gaps between samples.
 
     Args:
         path: The plan, or None.
-        start: s.
-        stop: s.
+        start: s of the plan's clock.
+        stop: s of the plan's clock.
+        paused: s in between in which the plan's clock stood still.
     """
+    gap = stop - start + paused
     if path is None:
-        return JUMPS[0] + JUMPS[1] * (stop - start) / 4
+        return JUMPS[0] + JUMPS[1] * gap / 4
     jumped, turned = path.strayed(start, stop)
-    return jumped + turned * (stop - start) / 4
+    return jumped + turned * gap / 4
 
 
 def stray_between_steps(mission: Mission, paths: Mapping[str, PlannedPath], step: float) -> float:
@@ -78,33 +80,39 @@ class Tube:
     def __init__(self, margin: float, measurement: float, acceleration: float, path: PlannedPath | None = None) -> None:
         self._margin, self._measurement, self._acceleration, self._path = margin, measurement, acceleration, path
         self._time: float | None = None
+        self._paused = 0.0
         self._error, self._rate = 0.0, math.inf
         self._late = 0.0
         self.verdict: TubeVerdict = "inside"
         self.bound = 0.0
 
-    def see(self, time: float, error: float) -> TubeVerdict:
-        """Take one sample: the measured distance from the plan, m; NaN where the robot was not seen."""
+    def see(self, time: float, error: float, paused: float = 0.0) -> TubeVerdict:
+        """Take one sample.
+
+        Args:
+            time: s.
+            error: The measured distance from the plan, m; NaN where the robot was not seen.
+            paused: s up to it in which the plan's clock stood still, all pauses between parts together.
+        """
         if math.isnan(error):
             # Whatever the next sample will say, the gap may be too long already; and before the first nothing is known.
             if self._time is None:
                 self._raise_bound(math.inf)
             else:
-                stray = stray_at_joints(self._path, self._time, time)
-                self._raise_bound(self._error + self._along_chord(time - self._time, stray))
+                self._raise_bound(self._error + self._along_chord(time - self._time, self._stray(self._time, time, paused)))
             return self.verdict
         if self._time is None:
             self._late = max(time, 0.0)
             self._raise_bound(error + self._measurement)
         elif time > self._time:
-            gap, stray = time - self._time, stray_at_joints(self._path, self._time, time)
+            gap, stray = time - self._time, self._stray(self._time, time, paused)
             self._raise_bound(max(error, self._error) + self._along_chord(gap, stray))
             turn = self._acceleration * gap + 4 * stray / gap
             self._rate = (error + self._error + 2 * self._measurement) / gap + turn
             if self._late > 0:
                 self._raise_bound(self._error + self._beyond(0.0, self._late))
                 self._late = 0.0
-        self._time, self._error = time, error
+        self._time, self._error, self._paused = time, error, paused
         if error - self._measurement >= self._margin:
             self.verdict = "outside"
         return self.verdict
@@ -117,6 +125,10 @@ class Tube:
             self._raise_bound(self._error + self._beyond(self._time, time))
         return self.verdict
 
+    def _stray(self, start: float, stop: float, paused: float) -> float:
+        """Bound what the plan's joints do from the last sample to another one."""
+        return stray_at_joints(self._path, start - self._paused, stop - paused, paused - self._paused)
+
     def _along_chord(self, gap: float, stray: float) -> float:
         return self._measurement + self._acceleration * gap * gap / 8.0 + stray
 
@@ -124,7 +136,7 @@ class Tube:
         """Bound what the error grows by where samples lie on one side only, going by its rate between the two next to it."""
         gap = stop - start
         grown = self._rate * gap + self._acceleration * gap * gap / 2.0
-        return self._measurement + grown + 4 * stray_at_joints(self._path, start, stop)
+        return self._measurement + grown + 4 * stray_at_joints(self._path, start - self._paused, stop - self._paused)
 
     def _raise_bound(self, bound: float) -> None:
         self.bound = max(self.bound, bound)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import math
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Literal
 
 import numpy as np
@@ -187,6 +187,24 @@ class CrazyflieLink:
         if entry is not None:
             store(self._vehicles[robot], entry, self.sleep)
 
+    def bring(self, number: int, meanwhile: Callable[[], None]) -> None:
+        """Store what did not fit before, on board of one after another.
+
+        Args:
+            number: Of the flight.
+            meanwhile: Called again and again while it is written.
+
+        Raises:
+            LinkLost: A vehicle does not hold, or did not take it.
+        """
+
+        def sleep(seconds: float) -> None:
+            self.sleep(seconds)
+            meanwhile()
+
+        for name in self._vehicles:
+            self._bring(name, number, sleep)
+
     def start(self, number: int, at: float | None = None) -> float:
         """Start a stored flight of all at one instant.
 
@@ -203,8 +221,7 @@ class CrazyflieLink:
         """
         if at is not None:
             raise InternalError("Crazyflies begin a flight when they have heard of it, not at an instant that is said before.")
-        for name in self._vehicles:
-            self._bring(name, number)
+        self.bring(number, _nothing)
         if not self._flying:
             arm(self._vehicles.values(), self.sleep)
             self._flying = True
@@ -290,12 +307,16 @@ class CrazyflieLink:
                 self._vehicles[name].pose = Pose(now, body.position, heading)
                 self._vehicles[name].show(body.position, body.attitude)
 
-    def _bring(self, robot: str, number: int) -> None:
+    def _bring(self, robot: str, number: int, sleep: Callable[[float], None]) -> None:
         """Store what did not fit before, while the robot is held where that begins: it must not read the memory meanwhile."""
         entry = self._memories[robot].missing(number)
         if entry is None:
             return
         self._targets.pop(robot, None)
         if self._flying:
-            until((self._vehicles[robot],), lambda _: self.hold(robot), "did not hold", self.sleep)
-        store(self._vehicles[robot], entry, self.sleep)
+            until((self._vehicles[robot],), lambda _: self.hold(robot), "did not hold", sleep)
+        store(self._vehicles[robot], entry, sleep)
+
+
+def _nothing() -> None:
+    """Do nothing meanwhile."""

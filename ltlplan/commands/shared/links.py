@@ -112,7 +112,8 @@ def vehicles(asked: Asked, mission: Mission, source: str | None = None, *, flown
     if asked.kind == "crazyflie":
         link = _crazyflies(asked.inventory, laboratory, addresses, flown)
         try:
-            link.require_room(_flown(source, mission))
+            for stored in _stored(source, mission):
+                link.require_room(stored)
         except BaseException:
             link.close()
             raise
@@ -120,15 +121,19 @@ def vehicles(asked: Asked, mission: Mission, source: str | None = None, *, flown
     return _framed(_px4(asked.inventory, laboratory, addresses), mission)
 
 
-def _flown(source: str | None, mission: Mission) -> dict[str, Trajectory]:
-    """Return what a run's folder has its robots fly, as the laboratory sees it; nobody's of a mission that is still to be planned."""
+def _stored(source: str | None, mission: Mission) -> list[dict[str, Trajectory]]:
+    """Return what a run's folder has its robots hold at once, part by part, as the laboratory sees it; nothing of a mission that is still to be planned."""
     from flight.frames import team_in_laboratory
     from verify.run_folder import read_folder
 
     if source is None or not Path(source).is_dir():
-        return {}
-    team = {name: path.flattened(mission.spec.repeat) for name, path in read_folder(source)[1].items()}
-    return team_in_laboratory(mission, team)[0]
+        return []
+    team = {name: path if path.cuts else path.flattened(mission.spec.repeat) for name, path in read_folder(source)[1].items()}
+    found = [
+        {name: path.part(*path.parts[number]) for name, path in team.items() if number < len(path.parts)}
+        for number in range(max(len(path.parts) for path in team.values()))
+    ]
+    return [team_in_laboratory(mission, paths)[0] for paths in found]
 
 
 def _framed(link: Link, mission: Mission) -> Link:

@@ -83,11 +83,13 @@ def write_texts(texts: Mapping[str, str], folder: Path) -> None:
 
 def _abort(kind: str, flown: tuple[Stage, ...]) -> str:
     """Return what is proved of breaking the flight off, all stages judged."""
+    from flight.link.stages import BRAKING
     from ltlplan.result import aborts_of
 
     if kind != "simulated":
         return "Abort not certified: what vehicles have on board brakes in a way of its own."
     verdicts = {stage.name: aborts_of(stage.plan.mission, stage.team, stage.certificate) for stage in flown}
+    verdicts |= {BRAKING: aborts_of(stage.world, stage.behind, stage.certificate) for stage in flown if stage.braking}
     refused = [f"{name}: {verdict.sentence}" for name, verdict in verdicts.items() if not verdict]
     return " ".join(refused) or next(iter(verdicts.values())).sentence
 
@@ -105,6 +107,7 @@ def _mission(source: str) -> Mission:
 def _outcome(done: LiveFlight, mission: str, failsafe: str, abort: str) -> Outcome:
     lines = [
         *worst_lines(done),
+        *_pauses(done),
         *(event.sentence for event in done.record.events if event.kind in ("alarm", "reaction")),
         f"On board when the link is gone: {failsafe}.",
     ]
@@ -121,6 +124,14 @@ def worst_lines(done: LiveFlight) -> list[str]:
         f"{stage}: " + ", ".join(f"{robot} at most {1000 * off:.1f} mm from its plan" for robot, off in worst.items())
         for stage, worst in done.record.worst.items()
     ]
+
+
+def _pauses(done: LiveFlight) -> list[str]:
+    """Return for how long the team hovered between parts, as `certify` is told it, s to the microsecond."""
+    from flight.link.stages import FLIGHT
+
+    pauses = done.record.pauses(FLIGHT)
+    return [f"Between its parts the team hovered: --pauses {','.join(f'{each:.6f}' for each in pauses)}"] if pauses else []
 
 
 def refusal_of(done: LiveFlight) -> str | None:

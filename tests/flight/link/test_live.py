@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import signal
 import threading
@@ -12,11 +11,12 @@ import pytest
 
 import flight
 import ltlplan
-from flight.link.live import LiveFlight, fly_live
+from flight.link.live import fly_live
 from flight.link.simulated import Faults, SimulatedLink
 from flight.link.stages import Stage
 from ltlplan.live import stages
 from ltlplan.pipeline import certified_team
+from tests.helpers.live_failures import KINDS, disturb, fault, on_the_ground, require_whole_logs
 from tests.helpers.live_missions import PAIR
 from verify.data import BadInput
 
@@ -34,14 +34,6 @@ def ready():
 
 def link_to(mission, faults: Faults | None = None, **conditions) -> SimulatedLink:
     return SimulatedLink(mission, PLACES, faults=faults, conditions=flight.Conditions(**conditions))
-
-
-def on_the_ground(link: SimulatedLink, seconds: float = 30.0) -> bool:
-    """Whether all come to stand still with motors off, on their own where nobody could tell them."""
-    end = link.now() + seconds
-    while link.spinning and link.now() < end:
-        link.sleep(0.5)
-    return not link.spinning
 
 
 def instants(flown: tuple[Stage, ...]) -> dict[str, float]:
@@ -119,27 +111,13 @@ def test_parameters_that_are_not_on_board_are_named(ready) -> None:
     assert link.spinning == ()
 
 
-def fault(kind: str, robot: str, when: float) -> Faults:
-    return {
-        "unseen": Faults(unseen={robot: when}),
-        "pushed": Faults(pushed={robot: (when, 0.07)}),
-        "flat": Faults(flat={robot: when}),
-        "deaf": Faults(deaf={robot: when}),
-        "lost": Faults(lost=when),
-        "both": Faults(unseen={"one": when}, deaf={"two": when}),
-    }[kind]
-
-
-KINDS = ("unseen", "pushed", "flat", "deaf", "lost", "both")
-
-
 @pytest.mark.parametrize(
     "kind", ["unseen", "pushed", "lost", *(pytest.param(kind, marks=pytest.mark.slow) for kind in ("flat", "deaf", "both"))]
 )
 def test_the_team_ends_on_the_ground_whatever_fails_in_flight(ready, kind) -> None:
     mission, flown = ready
     when = instants(flown)["flight"] + 2.0
-    link = link_to(mission, fault(kind, "one", when))
+    link = link_to(mission, fault(kind, "one", when, ("two",)))
     done = fly_live(link, flown, grounds=GROUNDS)
     assert not done.flown
     assert done.reason or done.unsafe
@@ -202,46 +180,6 @@ def test_stages_that_do_not_join_are_refused(ready) -> None:
         fly_live(link_to(mission), flown, grounds={"one": 0.0})
 
 
-def disturbed(mission, kind: str, robot: str, when: float, lasts: float) -> SimulatedLink:
-    """A link in wind and noise on which something fails: a robot, the link, or the host (it hangs, is interrupted, or is in error)."""
-    link = link_to(mission, fault(kind, robot, when) if kind in KINDS else None, noise=0.001, wind="0.2+0.1")
-    if kind in KINDS:
-        return link
-    slept = link.sleep
-
-    def sleep(seconds: float) -> None:
-        if link.now() < when:
-            slept(seconds)
-            return
-        link.sleep = slept
-        if kind != "hangs":
-            raise {"interrupted": KeyboardInterrupt, "error": ZeroDivisionError}[kind]("somebody stopped it")
-        link.faults.lost = link.now()  # nobody hears of a host that hangs
-        slept(lasts)
-        link.faults.lost = None
-
-    link.sleep = sleep
-    return link
-
-
-def require_whole_logs(done: LiveFlight) -> None:
-    """Hold what is kept of a flight to itself: readable, in order of time, and with all that its answer says."""
-    files = done.record.files()
-    data = json.loads(files["live.json"])
-    assert list(data["starts"]) == [name for name in ("climb", "way", "flight", "landing") if name in data["starts"]]
-    assert set(data["ends"]) >= set(list(data["starts"])[:-1]), "a stage began only where the one before had ended"
-    for name in ("poses.csv", "setpoints.csv"):
-        head, *rows = files[name].splitlines()
-        times = [float(row.split(",")[0]) for row in rows]
-        assert head == "t,robot,x,y,z"
-        assert all(len(row.split(",")) == 5 for row in rows)
-        assert times == sorted(times)
-        assert len(set(times)) * 2 >= len(times), "at most one row of each robot at a time"
-    sentences = [event["sentence"] for event in data["events"]]
-    assert not done.reason or done.reason in sentences
-    assert all(any(s.startswith(f"{robot} has not acknowledged") for s in sentences) for robot in done.unsafe)
-
-
 def test_ctrl_c_never_ends_the_simulation_itself(ready) -> None:
     mission, _ = ready
     link, heard = link_to(mission), 0
@@ -273,7 +211,8 @@ def test_two_hundred_random_failures_end_on_the_ground(ready, seed) -> None:
     for _ in range(50):
         kind, robot = kinds[rng.integers(len(kinds))], ("one", "two")[rng.integers(2)]
         when, lasts = float(rng.uniform(0.6, last)), float(rng.uniform(0.05, 4.0))
-        link, case = disturbed(mission, kind, robot, when, lasts), (kind, robot, when, lasts)
+        link, case = link_to(mission, noise=0.001, wind="0.2+0.1"), (kind, robot, when, lasts)
+        disturb(link, kind, robot, when, lasts)
         done = fly_live(link, flown, grounds=GROUNDS)
         assert on_the_ground(link), case
         assert done.flown is (not done.reason and not done.unsafe), case

@@ -45,13 +45,19 @@ def broken_by_agents(
             )
         for key, point in (("start", agent.start), ("end", agent.end)):
             if point is not None:
-                for sentence in _misplaced(point, values, agent.vehicle or values.get("vehicle")):
+                for sentence in misplaced(point, values, agent.vehicle or values.get("vehicle")):
                     yield ("agents", name, key), sentence
     yield from _separation(values, agents)
 
 
-def _misplaced(point: Point, values: Mapping[str, Any], vehicle: Vehicle | None) -> Iterator[str]:
-    """Yield what a robot that hovers at a point would be too near to."""
+def misplaced(point: Point, values: Mapping[str, Any], vehicle: Vehicle | None) -> Iterator[str]:
+    """Yield what a robot that hovers at a point would be too near to.
+
+    Args:
+        point: x, y, z in m.
+        values: A mission's `workspace`, `margin`, `hoops` and `regions`, as far as they are sound.
+        vehicle: Which flies there; None where it is not known.
+    """
     workspace = values.get("workspace")
     margin = values.get("margin", 0.05)
     shown = f"({', '.join(f'{x:g}' for x in point)})"
