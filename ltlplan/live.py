@@ -68,8 +68,11 @@ def _brakings(plan: Plan, team: Mapping[str, Trajectory], cert: Certificate) -> 
     held = mission.limits_of(name).pieces
     joins: tuple[Join, ...] = (AtMost(held), _compressed, AtMost(None)) if held is not None else (AtMost(None),)
     for join in joins:
+        found = None
         for found in brakings(mission, name, team[name], join):
             yield {name: found.flown}
+        if found is not None:
+            return
 
 
 def _compressed(name: str, flown: Trajectory, last: Trajectory) -> Trajectory | None:

@@ -27,7 +27,7 @@ def patrol_stages() -> tuple[Stage, ...]:
 
 
 def parts_stages(*, extra: str = "", speed: float = 0.45) -> tuple[Stage, ...]:
-    """Return climb, a flight in three parts, and landing, of two robots; the first one picks up and puts down between its visits."""
+    """Return climb, a flight in three parts, and landing, of two robots."""
     starts = ((0.0, 0.0, 0.6), (0.0, -2.0, 0.6))
     mission = small_mission("F a & F b", regions=BALLS, margin=0.05, starts=starts, extra=extra)
     plan = plan_of(mission, {"r0": [Visit(region="a"), Visit(region="b")]})
@@ -36,10 +36,10 @@ def parts_stages(*, extra: str = "", speed: float = 0.45) -> tuple[Stage, ...]:
     return _with_climb_and_landing(Stage("flight", plan, team, certify(plan, team)))
 
 
-def laps_stages() -> tuple[Stage, ...]:
-    """Return climb, a prefix and three laps that are begun one after another, and landing, of one robot."""
+def laps_stages(repeat: int = 3) -> tuple[Stage, ...]:
+    """Return climb, a prefix and laps that are begun one after another, and landing, of one robot."""
     mission = small_mission("G F a & G F b", regions=BALLS, margin=0.05, trace="infinite", starts=((0.0, 0.0, 0.6),))
-    mission = mission.model_copy(update={"spec": mission.spec.model_copy(update={"repeat": 3})})
+    mission = mission.model_copy(update={"spec": mission.spec.model_copy(update={"repeat": repeat})})
     plan = plan_of(mission, {"r0": [Visit(region="a"), Visit(region="b"), Visit(region="a")]})
     robot = plan.robots["r0"].model_copy(update={"cycle_visit": 1, "cycle_waypoint": 0})
     plan = plan.model_copy(update={"robots": {"r0": robot}})

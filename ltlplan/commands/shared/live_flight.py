@@ -89,7 +89,9 @@ def _abort(kind: str, flown: tuple[Stage, ...]) -> str:
     if kind != "simulated":
         return "Abort not certified: what vehicles have on board brakes in a way of its own."
     verdicts = {stage.name: aborts_of(stage.plan.mission, stage.team, stage.certificate) for stage in flown}
-    verdicts |= {BRAKING: aborts_of(stage.world, stage.behind, stage.certificate) for stage in flown if stage.braking}
+    for stage in flown:
+        if stage.braking:
+            verdicts[BRAKING] = aborts_of(stage.world, stage.behind, stage.certificate)
     refused = [f"{name}: {verdict.sentence}" for name, verdict in verdicts.items() if not verdict]
     return " ".join(refused) or next(iter(verdicts.values())).sentence
 

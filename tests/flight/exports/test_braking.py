@@ -120,3 +120,23 @@ def test_laps_that_rest_where_they_begin_need_none() -> None:
     assert not ends_in_flight(legs([(0, 0, 1), (1, 0, 1), (0, 0, 1)], cycle=0))
     assert not ends_in_flight(legs([(0, 0, 1), (1, 0, 1)]))
     assert ends_in_flight(patrol()[1])
+
+
+def test_it_rests_in_front_of_a_hoop_and_not_in_its_opening(certified) -> None:
+    plan, path, _ = certified
+    before = braked(plan.mission, "r0", path, AtMost())
+    assert before is not None
+    x, y, z = before.flown.evaluate(before.flown.duration)[:3].tolist()
+    heading = np.degrees(np.arctan2(y, x)) + 90.0
+    gate = f"gate: {{center: [{x}, {y}, {z}], yaw_deg: {heading}, radii: [0.12, 0.12, 0.12], opening: 0.4, rim: 0.02}}"
+    mission = small_mission("G F gate", regions=EAST, hoops=gate, starts=[(1.4, -0.2, 1.0)], margin=0.05, trace="infinite")
+    mission = mission.model_copy(update={"spec": mission.spec.model_copy(update={"repeat": 2})})
+    since = sum(map(Fraction, path.flattened(2).durations.tolist()), Fraction(0))
+    assert {claim.outcome for claim in judge_braking(mission, "r0", path, before.flown, since)} == {"holds"}
+    found = braked(mission, "r0", path, AtMost(None))
+    assert found is not None
+    there = found.flown.evaluate(found.flown.duration)[:3]
+    normal = np.array(mission.hoops["gate"].normal)
+    along = float((there - (x, y, z)) @ normal)
+    across = float(np.linalg.norm(there - (x, y, z) - along * normal))
+    assert np.hypot(max(across - 0.4, 0.0), along) >= 0.05

@@ -19,6 +19,7 @@ from tests.helpers.crazyflie_peer import in_the_air
 from tests.helpers.crazyflie_radio import crazyradio
 from tests.helpers.crazyflie_stages import GROUNDS, PLACES, stage
 from tests.helpers.flights import legs
+from tests.helpers.live_stages import parts_stages, places_of
 
 
 def test_parameters_are_set_and_read_back_and_health_is_reported(mission) -> None:
@@ -175,6 +176,34 @@ def test_a_team_climbs_flies_and_lands(mission, flown, trouble) -> None:
         assert not vehicle.locked, "nobody stopped it in an emergency"
         assert not vehicle.dropped
     for number in range(len(flown)):
+        last = [max(when for when, which in vehicle.starts if which == number) for vehicle in air.vehicles.values()]
+        assert max(last) - min(last) < 0.05
+
+
+@pytest.mark.slow
+def test_parts_are_written_when_their_turn_comes_and_begun_in_common() -> None:
+    stages = parts_stages()
+    flown, places = stages[1], places_of(stages)
+    # a climb in steps that fills the memory, so that no part lies beside it
+    up = {name: [[x, y, 0.02 * step] for step in range(31)] for name, (x, y, _) in places.items()}
+    stages = (stage("climb", up), *stages[1:])
+    assert len(stages[0].paths["r0"]) == 30
+    with in_the_air(flown.plan.mission, places) as (air, addresses):
+        link = CrazyflieLink(flown.plan.mission, addresses, accuracy=0.005)
+        done = fly_live(link, stages, grounds=dict.fromkeys(places, 0.0), parameters=link.wanted)
+        link.close()
+        spinning = air.spinning
+    assert done.flown, done.reason
+    assert spinning == []
+    begun = done.record.parts["flight"]
+    assert len(begun) == 3
+    assert all(pause > 1.0 for pause in done.record.pauses("flight"))
+    times = sorted({row[0] for row in done.record.poses if begun[0][0] < row[0] < begun[-1][1]})
+    assert max(np.diff(times)) < 0.5, "they are watched while a part is written"
+    for vehicle in air.vehicles.values():
+        assert list(dict.fromkeys(number for _, number in vehicle.starts)) == [0, 1, 2, 3, 4]
+        assert not vehicle.dropped
+    for number in range(5):
         last = [max(when for when, which in vehicle.starts if which == number) for vehicle in air.vehicles.values()]
         assert max(last) - min(last) < 0.05
 

@@ -15,6 +15,7 @@ from flight.link.stages import Stage
 from ltlplan.live import stages
 from ltlplan.pipeline import certified_team
 from tests.helpers.live_missions import HOP
+from tests.helpers.live_stages import laps_stages, patrol_stages, places_of
 from tests.helpers.px4_peer import HOLD, LAND, OFFBOARD, Manner, Px4Peer, free_port
 from verify.data import BadInput
 
@@ -101,6 +102,26 @@ def test_climb_way_flight_and_landing_over_mavlink(ready) -> None:
     assert result.flown, result.reason
     assert not peer.armed
     assert peer.place[2] == pytest.approx(0.0, abs=0.06)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("make", [patrol_stages, lambda: laps_stages(2)], ids=["patrol", "laps in parts"])
+def test_patrols_brake_and_laps_in_parts_pause_over_mavlink(make) -> None:
+    stages = make()
+    place, flown = places_of(stages)["r0"], stages[1]
+    with vehicle(place, Manner(armed=False)) as (peer, addresses):
+        link = MavlinkLink(flown.plan.mission, {"r0": addresses["one"]}, accuracy=0.005)
+        result = fly_live(link, stages, grounds={"r0": 0.0})
+        link.close()
+    assert result.flown, result.reason
+    assert not peer.armed
+    assert peer.failsafes == 0
+    record = result.record
+    assert ("braking" in record.starts) is bool(flown.braking)
+    assert len(record.parts.get("flight", ())) == (0 if flown.braking else 3)
+    assert record.ends["flight"] - record.starts["flight"] == pytest.approx(
+        sum(part.duration for part in flown.parts) + sum(record.pauses("flight")), abs=0.1
+    )
 
 
 def test_vehicles_that_are_not_there_are_named_in_one_sentence(ready, monkeypatch) -> None:

@@ -14,10 +14,11 @@ from hypothesis import strategies as st
 import flight
 from flight.logs.log import FlightLog
 from flight.monitoring.formula_state import FormulaState
-from flight.monitoring.letters import certified_actions, planned_actions
+from flight.monitoring.letters import PlannedAction, certified_actions, planned_actions
 from flight.monitoring.monitor import Monitor
 from flight.monitoring.reaction import LANDING_HEIGHT, Stop
 from flight.monitoring.tube import Tube, relative_acceleration
+from tests.helpers.flights import legs, small_mission
 from tests.helpers.stand_ins import flight as made_flight
 from tests.helpers.stand_ins import mission, rest_to_rest, stand_in
 from verify.behaviour.timeline import Change, Enclosure, InternalChange, Relations, Timeline
@@ -290,3 +291,40 @@ def test_counts_and_names_are_followed_in_flight() -> None:
     assert state.change({1: frozenset({"b"})}) == "open"
     assert state.change({0: frozenset({"b"})}) == "violated"
     assert "count(b) <= 1" in str(state.broken)
+
+
+def test_a_pause_between_parts_is_a_hover_in_the_plan() -> None:
+    """What is said of a flight whose clock stood still is what is said of the flight with a hover in it."""
+    world = small_mission(
+        "F a & F(a & lit)", regions="a: {center: [1.0, 0.0, 1.0], radii: [0.2, 0.2, 0.2]}", margin=0.05,
+        extra="robot: {initial: dark, states: {dark: [], bright: [lit]}, actions: [{from: dark, to: bright, at: a}]}",
+    )  # fmt: skip
+    whole = legs([(0, 0, 1), (1, 0, 1), (1, 1, 1)])
+    cut = Trajectory(whole.durations, whole.coefficients, cuts=(1,))
+    at, pause = float(cut.knots[1]), 3.7
+    paused = cut.paused([pause])
+    lit = at + 0.3
+    plans = {"clock": planned_paths(world, {"r0": cut}), "hover": planned_paths(world, {"r0": paused})}
+    watching = {
+        name: Monitor(
+            world, [PlannedAction("r0", lit + (pause if name == "hover" else 0.0), "dark", "bright", frozenset({"lit"}))],
+            margin=0.05, measurement=0.003, planned_acceleration=3.0, planned=plan,
+        )
+        for name, plan in plans.items()
+    }  # fmt: skip
+    rng, when = np.random.default_rng(3), dict.fromkeys(watching, np.inf)
+    for time in np.arange(0.0, paused.duration, 0.02).tolist():
+        planned = paused.evaluate(time)[:3, None]
+        measured = planned + rng.uniform(-0.01, 0.01, (3, 1))
+        stood = min(max(time - at, 0.0), pause)
+        watching["clock"].pause(stood)
+        for name, monitor in watching.items():
+            monitor.see(time, measured, planned)
+            if not monitor.to_do:
+                when[name] = min(when[name], time)
+    for monitor in watching.values():
+        monitor.finish(paused.duration)
+    assert when["clock"] == when["hover"] == pytest.approx(lit + pause, abs=0.02)
+    assert watching["clock"].bounds["r0"] == pytest.approx(watching["hover"].bounds["r0"], abs=1e-5)
+    assert watching["clock"].tube == watching["hover"].tube == "inside"
+    assert [event.kind for event in watching["clock"].events] == [event.kind for event in watching["hover"].events]
