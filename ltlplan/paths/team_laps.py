@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from ltlplan.allocation import Itinerary
 from ltlplan.paths.final_hover import then_hovering
+from ltlplan.paths.improvement import without_swings
 from ltlplan.paths.nominal import lay_path
 from verify.data import Mission, RobotPlan, Visit, Word
 from verify.data.laps import before_laps, one_lap, rest_after
 
 
 def lay_laps(mission: Mission, name: str, does: Itinerary) -> tuple[RobotPlan, tuple[str, ...]]:
-    """Lay one robot's prefix and its lap, each from rest to rest.
+    """Lay one robot's prefix and its lap, each from rest to rest; both are flown as they are laid, so neither swings.
 
     Args:
         mission: Hoops, regions, workspace and margin.
@@ -24,15 +25,18 @@ def lay_laps(mission: Mission, name: str, does: Itinerary) -> tuple[RobotPlan, t
     cycle = word.cycle or ()
     stays = begins == len(does.visits)
     reached = Word((*word.prefix, *cycle) if stays else word.prefix)
-    once, notes = lay_path(before_laps(mission), name, Itinerary(does.visits[:begins], reached))
+    before = before_laps(mission)
+    once, notes = lay_path(before, name, Itinerary(does.visits[:begins], reached))
+    once = without_swings(before, name, once)
     if stays:
         plan = then_hovering(once)
         return plan.model_copy(update={"word": word}), notes
     rest = rest_after(mission, name, then_hovering(once))
     here = sorted(reached.letters[-1] & mission.all_regions.keys())
     visits = (*(Visit(region=region) for region in here), *does.visits[begins:])
-    lap, more = lay_path(one_lap(mission, {name: rest}), name, Itinerary(visits, Word((reached.letters[-1], *cycle))))
-    return _joined(mission, once, lap, len(here), word), (*notes, *more)
+    again = one_lap(mission, {name: rest})
+    lap, more = lay_path(again, name, Itinerary(visits, Word((reached.letters[-1], *cycle))))
+    return _joined(mission, once, without_swings(again, name, lap), len(here), word), (*notes, *more)
 
 
 def _joined(mission: Mission, once: RobotPlan, lap: RobotPlan, begun: int, word: Word) -> RobotPlan:

@@ -21,7 +21,7 @@ from ltlplan.search.assignment import TIES, Assignment, NoWords, asked_of, in_un
 from ltlplan.search.counts.capacities import small_rooms
 from ltlplan.search.counts.marks import Marks
 from ltlplan.search.counts.meetings import HoversOutside, precedences_of, waits_of
-from ltlplan.search.counts.planning import plan_counts, plan_hovering
+from ltlplan.search.counts.planning import plan_counts, plan_hovering, roomy_marks
 from ltlplan.search.counts.refusals import no_counted_plan
 from ltlplan.search.counts.team_classes import CountedTeam, Rooms
 from ltlplan.search.endurance import over_endurance, require_endurance
@@ -219,7 +219,8 @@ def _assign_hovering(
     budget, rooms = Budget(states=_HOVERING_STATES), Rooms(small_rooms(mission, each), passing=True)
     kinds = tuple(interchangeable(mission).values())
     with contextlib.suppress(TooLarge):
-        found = plan_hovering(CountedTeam(tuple(each), kinds, Marks(automata, known), rooms, skips=True), budget)
+        team = CountedTeam(tuple(each), kinds, Marks(automata, known), rooms, skips=True)
+        found = plan_hovering(team, budget, roomy_marks(each, automata, known, rooms.most))
         if found is None:
             return None
         waits = precedences_of(each, found)

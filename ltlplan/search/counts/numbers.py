@@ -27,6 +27,11 @@ from ltlplan.search.counts.marks import States, Sums
 _Left = Callable[[States, Numbers, Sums], float]
 """A lower bound on what is left."""
 
+_Step = tuple[ClassMove, tuple[Sums, ...], tuple[int, ...], Sums]
+"""A move, what each of its letters changes, the numbers of the small regions that it enters, and what it changes in the end."""
+
+_WEIGHTS = (2.0, 5.0)
+"""Of what is left, where the cheapest course is too far: among small regions, where many orders are cut off late, the dearest ways are not taken first."""
 _EASY = 300
 """States up to which conjuncts are looked at by themselves, which is quick; searches for which that does not do take where robots are into account."""
 
@@ -63,6 +68,12 @@ class NumberSearch:
     def __init__(self, classes: Classes) -> None:
         self.classes, self._marks, self._crowds = classes, classes.marks, classes.crowds
         self.ways = [[(move, self._changes(move)) for move in found] for found in classes.moves]
+        self._steps = [[self._step(move, changes) for move, changes in found] for found in self.ways]
+
+    def _step(self, move: ClassMove, changes: tuple[Sums, ...]) -> _Step:
+        resting = self.classes.resting
+        entered = (k for k, c in enumerate(self._crowds) if move.target in c.classes and move.source not in c.classes)
+        return move, changes, tuple(entered), tuple(map(sub, resting[move.target], resting[move.source]))
 
     def _changes(self, move: ClassMove) -> tuple[Sums, ...]:
         """Return what each letter of a move changes in the sums that are there before it."""
@@ -145,11 +156,35 @@ class NumberSearch:
             return self._walk(first, by_both, most)
         except UsedUp as spent:
             bound = spent.bound
+        for weight in _WEIGHTS if self._crowds else _WEIGHTS[-1:]:
+            try:
+                found = self._walk(first, by_both, most, weight=weight)
+            except UsedUp as spent:
+                if weight == _WEIGHTS[-1]:
+                    raise UsedUp(spent.used, spent.limit, bound) from None
+            else:
+                return None if found is None else replace(found, bound=bound)
+        return None
+
+    def possible(self, budget: Budget) -> bool:
+        """Tell whether there may be a course, whatever it costs: sure where there is none, and not where the budget was used up.
+
+        Args:
+            budget: Of states.
+        """
+        sums = self.classes.sums(self.classes.begin)
+        first = self._marks.begin(sums)
+        if first is None:
+            return False
+        conjuncts, cover = ConjunctBound(self.classes), CoverBound(self.classes)
+
+        def by_both(states: States, numbers: Numbers, sums: Sums) -> float:
+            return max(conjuncts(states, sums), cover(states, sums, numbers))
+
         try:
-            found = self._walk(first, by_both, most, weight=5.0)
-        except UsedUp as spent:
-            raise UsedUp(spent.used, spent.limit, bound) from None
-        return None if found is None else replace(found, bound=bound)
+            return self._walk(first, by_both, budget.states, weight=_WEIGHTS[-1]) is not None
+        except UsedUp:
+            return True
 
     def least(self) -> float:
         """Return a lower bound on the cost of any course, without a search; infinite where there is none."""
@@ -161,34 +196,43 @@ class NumberSearch:
         nodes: list[tuple[States, Numbers, Sums]] = [(first, self.classes.begin, self.classes.sums(self.classes.begin))]
         index = {nodes[0][:2]: 0}
         came: dict[tuple[int, int], ClassMove] = {}
+        steps, crowds = self._steps, self._crowds
 
         def successors(key: int) -> list[tuple[int, float]]:  # keys are negative: of equal bounds the latest comes first
             at = -key
             states, numbers, sums = nodes[at]
             found: list[tuple[int, float]] = []
-            leaving = self.leaves(numbers)
+            excess = [crowd.excess(numbers) for crowd in crowds]
+            leaving = next((crowd.classes for crowd, more in zip(crowds, excess, strict=True) if more > 0), None)
             for place, count in enumerate(numbers):
-                for move, changes in self.ways[place] if count and (leaving is None or place in leaving) else ():
+                for move, changes, entered, turned in steps[place] if count and (leaving is None or place in leaving) else ():
+                    if entered and any(excess[crowd] >= int(crowds[crowd].passing) for crowd in entered):
+                        continue
                     after = self.after(states, sums, changes)
                     if after is None:
                         continue
                     moved = list(numbers)
                     moved[place] -= 1
                     moved[move.target] += 1
-                    if self._crowds and not self.fits(tuple(moved), move):
-                        continue
                     place_of = after, tuple(moved)
                     target = index.get(place_of)
                     if target is None:
                         target = index[place_of] = len(nodes)
-                        nodes.append((*place_of, self.classes.sums(place_of[1])))
+                        nodes.append((*place_of, tuple(map(add, sums, turned))))
                     known = came.get((at, target))
                     if known is None or move.cost < known.cost:
                         came[at, target] = move
                     found.append((-target, move.cost))
             return found
 
-        search = BestFirst([0], successors, lambda key: left(*nodes[-key]), weight=weight)
+        bounds: dict[int, float] = {}
+
+        def bound_of(key: int) -> float:
+            if key not in bounds:
+                bounds[key] = left(*nodes[-key])
+            return bounds[key]
+
+        search = BestFirst([0], successors, bound_of, weight=weight)
         for explored, (key, _, bound) in enumerate(search, start=1):
             states, numbers, _ = nodes[-key]
             if self._marks.accepting(states) and self.may_end(numbers):

@@ -23,6 +23,8 @@ from verify.data.language.counting import Atom
 _TIES = 1e-6  # m
 _STATES_STAYING = 8_000
 """Of the search whether a plan would be cheaper in which robots stay where nobody can be waited for, which is seldom so."""
+_STATES_ROOMY = {True: 40_000, False: 10_000}
+"""Of a search in which small regions are no fuller than they may be, where robots pass each other in them and where they do not: it proves nothing."""
 _STATES_APART = 4_000
 """Of a search in which robots are told apart by where they start."""
 _STATES_DEAREST, _FEW_DEAREST = 400_000, 200
@@ -67,28 +69,40 @@ def plan_counts(
         found = _plan(team(anywhere, skips=True), budget, within=rooms or {})
         if found is None or not rooms or _ways_are_free(systems, found, rooms):
             return found
+    roomy = roomy_marks(systems, automata, atoms, rooms or {})
+    if rooms and not _possible(replace(team(anywhere, skips=True), marks=roomy), budget):
+        return None
     for passing in (True, False) if rooms else ():
         try:
-            roomy = _plan(team(Rooms(rooms or {}, passing)), budget)
+            parted = _plan(team(Rooms(rooms or {}, passing)), Budget(states=min(budget.states, _STATES_ROOMY[passing])))
         except TooLarge:
             continue
-        if roomy is not None:  # where nobody may pass another one, a cheaper plan is not ruled out
-            return roomy if passing else replace(roomy, bound=0.0 if found is None else found.bound)
-    if rooms:
-        looser = replace(
-            team(anywhere, skips=True), longest=False, marks=Marks(automata, atoms, _between(systems, atoms, rooms))
-        )
-        if not _any_course(looser, budget):
-            return None
+        if parted is not None:  # where nobody may pass another one, a cheaper plan is not ruled out
+            return parted if passing else replace(parted, bound=0.0 if found is None else found.bound)
     return found or _plan(team(anywhere), budget)
 
 
-def plan_hovering(team: CountedTeam, budget: Budget) -> CountedPlan | None:
+def roomy_marks(
+    systems: Sequence[TransitionSystem], automata: Sequence[Automaton], atoms: dict[str, Atom], rooms: Mapping[str, int]
+) -> Marks:
+    """Return what a formula sees of a team where counts for which small regions have no room are never true.
+
+    Args:
+        systems: One for each robot.
+        automata: One for each conjunct.
+        atoms: The formula's propositions of the whole team.
+        rooms: How many robots small regions hold; others hold all.
+    """
+    return Marks(automata, atoms, _between(systems, atoms, rooms))
+
+
+def plan_hovering(team: CountedTeam, budget: Budget, roomy: Marks) -> CountedPlan | None:
     """Return a cheapest plan in which robots also wait just outside regions that they have left; None where there is none.
 
     Args:
         team: Who there is, and what is asked.
         budget: Bounds on the search.
+        roomy: What the formula sees where counts for which small regions have no room are never true.
 
     Raises:
         TooLarge: The budget was used up before any plan was found.
@@ -98,6 +112,9 @@ def plan_hovering(team: CountedTeam, budget: Budget) -> CountedPlan | None:
             RobotMoves(system, partial(team.marks.of, system.robot), stays=stays, skips=team.skips, hovers=True)
             for system in team.systems
         ]
+        anywhere = TeamClasses(replace(team, rooms=Rooms({}, passing=False), marks=roomy), stays=stays, robots=robots)
+        if not NumberSearch(anywhere.made()).possible(budget):
+            continue
         classes = TeamClasses(team, stays=stays, robots=robots)
         course = NumberSearch(classes.made()).cheapest(budget)
         if course is not None:
@@ -194,12 +211,9 @@ def _stays_apart(systems: Sequence[TransitionSystem], plan: CountedPlan, rooms: 
     return all(ends[region] <= most for region, most in rooms.items())
 
 
-def _any_course(team: CountedTeam, budget: Budget) -> bool:
-    """Tell whether there may be a course, whatever it costs."""
-    try:
-        return _plan(team, budget) is not None
-    except TooLarge:
-        return True
+def _possible(team: CountedTeam, budget: Budget) -> bool:
+    """Tell whether there may be a course, whatever it costs, of robots that rest, or that may also stay."""
+    return any(NumberSearch(TeamClasses(team, stays=stays).made()).possible(budget) for stays in (False, True))
 
 
 def _between(

@@ -94,6 +94,8 @@ def check(rng: Random) -> float:
     least = next(iter(left.values()), float("inf"))
     found = NumberSearch(classes).cheapest(Budget(states=100_000))
     assert (found is None) == (least == float("inf"))
+    assert NumberSearch(classes).possible(Budget(states=100_000)) == (found is not None)
+    assert found is None or NumberSearch(classes).possible(Budget(states=1)), "what is not known is possible"
     if found is not None:
         assert found.cost == pytest.approx(least)
         assert found.bound == found.cost
