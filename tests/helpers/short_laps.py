@@ -1,4 +1,4 @@
-"""All short laps of small teams, one after another: which of those that keep a formula, however robots are read, is cheapest for the dearest robot.
+"""All short laps of small teams, one after another: which of those that keep a formula, however robots are read, is cheapest, in sum or for the dearest robot.
 
 Nothing is shared with the searches but Spot's automaton of the formula's opposite, under `own`.
 """
@@ -28,7 +28,7 @@ Shown = tuple[tuple[Letter, ...], ...]
 
 @dataclass(frozen=True)
 class World:
-    """What is asked of whom."""
+    """What is asked of whom, and whether the sum of costs is to be least or what the dearest robot pays."""
 
     each: tuple[TransitionSystem, ...]
     formula: Formula
@@ -36,11 +36,12 @@ class World:
     team: str = "joint"
     repeat: int = 1
     together: bool = False
+    objective: str = "longest"
 
 
-def least_dearest(world: World, below: float) -> float:
-    """Return what the dearest robot pays at the least in any laps, if that is below a limit; infinite otherwise."""
-    best = math.inf
+def least_cost(world: World, below: float) -> float:
+    """Return what any laps cost at the least, if that is below a limit; infinite otherwise."""
+    best, total = math.inf, max if world.objective == "longest" else sum
     kept = cache(lambda shown, movers, home: _keeps(world, shown, movers, home))
     begin = tuple(system.initial for system in world.each)
     ways: list[tuple[tuple[tuple[int, ...], ...], tuple[int, ...], tuple[tuple[float, ...], ...]]] = [
@@ -51,12 +52,11 @@ def least_dearest(world: World, below: float) -> float:
         for home, there in enumerate(nodes):
             if there != nodes[-1] or not all(_rests(world, robot, node) for robot, node in enumerate(there)):
                 continue
-            costs = (a + world.repeat * (b - a) for a, b in zip(paid[home], paid[-1], strict=True))
-            dearest = max(costs)
-            if dearest < min(best, below) - _GRAIN and kept(_shown(world, nodes), movers, home):
-                best = dearest
+            cost = total([a + world.repeat * (b - a) for a, b in zip(paid[home], paid[-1], strict=True)])
+            if cost < min(best, below) - _GRAIN and kept(_shown(world, nodes), movers, home):
+                best = cost
         for robot, after, costs in _steps(world, nodes[-1], paid[-1]):
-            if max(costs) < min(best, below) - _GRAIN:
+            if total(costs) < min(best, below) - _GRAIN:
                 ways.append(((*nodes, after), (*movers, robot), (*paid, costs)))
     return best
 

@@ -67,11 +67,13 @@ def test_laps_are_flown_as_often_as_asked(flown):
 
 
 def test_a_meeting_in_every_lap():
-    made = plan(patrol("G F(count(post) >= 2) & G F q0.west & G F q1.east", team="joint", places="west east post"))
+    formula = "G F(count(post) >= 2) & G F q0.west & G F q0.east & G F q1.east"  # both come to the east, in turn
+    made = plan(patrol(formula, team="joint", places="west east post"))
     certified = certified_team(made)
     assert certified.certificate.margin == 0.05
     late = judge(certified.plan, certified.team, clock_error=3.0)
     assert outcome(late, "separation") != "holds"
+    assert outcome(late, "formula") != "holds"
 
 
 def test_laps_in_which_nobody_moves_have_no_prefix():

@@ -1,6 +1,6 @@
 """What a team flies for ever, as an assignment: laps that all robots begin together.
 
-`shared_parts`, `team_lassos` and `dearest_team_laps` search; here their answers become itineraries, with what is known of their costs.
+`shared_parts`, `team_lassos` and `labels` search; here their answers become itineraries, with what is known of their costs.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from ltlplan.allocation import Itinerary
 from ltlplan.logic.budget import Budget, TooLarge
 from ltlplan.search.assignment import TIES, Assignment, Cheapest, NoWords, asked_of
-from ltlplan.search.lassos.labels.dearest_team_laps import laps_for_dearest, least_for_dearest
+from ltlplan.search.lassos.labels.cheapest_laps import laps_below, least_of_all_laps
 from ltlplan.search.lassos.shared_parts import Parts, parts_of, share_out
 from ltlplan.search.lassos.team_itineraries import team_itineraries, team_meetings
 from ltlplan.search.lassos.team_lassos import TeamLasso, plan_team_lasso, team_lasso_exists
@@ -44,14 +44,11 @@ def assign_team_laps(
         NoWords: No laps were found; it finds out why.
         TooLarge: A budget was used up before an answer was found.
     """
-    longest = mission.planner.objective == "longest"
-    found = _for_dearest(mission, each, budget) if longest else _by_sum(mission, each, budget)
+    found = _cheapest(mission, each, budget)
     if found is None:
         raise NoWords(lambda: _no_team_laps(mission, systems, each, budget, cheapest))
-    total = found.dearest if longest else sum(robot.cost for robot in found.robots.values())
-    complete = found.least is not None and total <= found.least + 2 * TIES
-    notes = (*found.notes, *(() if complete else (found.gap,)), *systems.unclear())
-    return Assignment(found.robots, total, found.least, complete, 1, notes, found.waits)
+    notes = (*found.notes, *(() if found.proved else (found.gap,)), *systems.unclear())
+    return Assignment(found.robots, found.cost, found.least, found.proved, 1, notes, found.waits)
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,71 +58,80 @@ class _Flown:
     Attributes:
         robots: What each robot does.
         waits: Who waits for whom.
+        cost: What they pay, in sum or the dearest of them, as is asked.
         notes: How they were found.
         gap: What is said where cheaper laps are not ruled out.
-        least: No laps cost less, in sum or for the dearest robot, as was asked; None where that is not known.
+        least: No laps cost less; None where that is not known.
     """
 
     robots: dict[str, Itinerary]
     waits: tuple[Meeting, ...]
+    cost: float
     notes: tuple[str, ...]
     gap: str
     least: float | None
 
     @property
-    def dearest(self) -> float:
-        """What the dearest robot pays."""
-        return max(robot.cost for robot in self.robots.values())
+    def proved(self) -> bool:
+        """Whether no laps are cheaper."""
+        return self.least is not None and self.cost <= self.least + 2 * TIES
 
 
 def _flown(mission: Mission, each: Sequence[TransitionSystem], found: TeamLasso, note: str, gap: str) -> _Flown:
     robots, waits = team_itineraries(each, found, mission.spec.repeat), team_meetings(each, found)
     more = ("Robots wait for each other within each lap, as the formula asks.",) if waits else ()
-    return _Flown(robots, tuple(waits), (note, *more), gap, found.least)
+    costs = [robot.cost for robot in robots.values()]
+    cost = max(costs) if _is_longest(mission) else sum(costs)
+    return _Flown(robots, tuple(waits), cost, (note, *more), gap, found.least)
 
 
-def _by_sum(mission: Mission, each: Sequence[TransitionSystem], budget: Budget) -> _Flown | None:
-    """Return laps with the least sum of costs, or None where there are none."""
-    asked = asked_of(mission, each)
-    if (parts := parts_of(mission, asked)) is not None:
-        return _shared(mission, each, parts, budget, longest=False)
-    found = plan_team_lasso(mission, each, asked, budget)
-    if found is None:
-        return None
-    gap = "The cheapest laps of robots that fly one at a time." if found.exact else _NOT_RULED_OUT
-    return _flown(mission, each, found, _places(found), gap)
+def _is_longest(mission: Mission) -> bool:
+    return mission.planner.objective == "longest"
 
 
-def _for_dearest(mission: Mission, each: Sequence[TransitionSystem], budget: Budget) -> _Flown | None:
-    """Return laps whose dearest robot pays least, or None where there are none."""
+def _cheapest(mission: Mission, each: Sequence[TransitionSystem], budget: Budget) -> _Flown | None:
+    """Return the cheapest laps, by the sum or by the dearest robot, or None where there are none."""
     asked = asked_of(mission, each)
     parts = parts_of(mission, asked)
 
+    by_sums = _by_weighted_sums if _is_longest(mission) else _by_product
+
     def searched(below: float) -> _Flown | None:
-        found = laps_for_dearest(mission, each, asked, budget, below)
-        note = "Each robot's cost was kept apart in a search over the team's product, in which one robot flies at a time."
-        gap = "The cheapest laps, by the dearest robot, of robots that fly one at a time."
+        found = laps_below(mission, each, asked, budget, below)
         with contextlib.suppress(Infeasible):  # they cannot be said of visits and waits
-            return None if found is None else _flown(mission, each, found, note, gap)
+            return None if found is None else _flown(mission, each, found, _ways(found), _gap(mission, found))
         return None
 
     if parts is not None:
-        best = _shared(mission, each, parts, budget, longest=True)
-        if best is not None and (best.least is None or best.dearest > best.least + 2 * TIES):
-            best = searched(best.dearest - TIES) or best
+        best = _shared(mission, each, parts, budget)
+        if best is not None and not best.proved:
+            best = searched(best.cost - TIES) or best
     else:
-        best = searched(math.inf) or _by_weighted_sums(mission, each, asked, budget)
-    if best is None or (best.least is not None and best.dearest <= best.least + 2 * TIES):
+        best = searched(math.inf)
+        if best is None or best.gap == _NOT_RULED_OUT:
+            best = min(filter(None, (best, by_sums(mission, each, asked, budget))), key=lambda laps: laps.cost, default=None)
+    if best is None or best.proved:
         return best
-    least = least_for_dearest(mission, each, asked, budget, best.dearest)
+    least = least_of_all_laps(mission, each, asked, budget, best.cost)
     return best if least is None else replace(best, least=max(least, best.least or 0.0))
 
 
-def _shared(
-    mission: Mission, each: Sequence[TransitionSystem], parts: Parts, budget: Budget, *, longest: bool
-) -> _Flown | None:
+def _gap(mission: Mission, found: TeamLasso) -> str:
+    """Return what is said of laps that were searched for, where cheaper ones are not ruled out."""
+    if not found.exact:
+        return _NOT_RULED_OUT
+    return f"The cheapest laps{', by the dearest robot,' * _is_longest(mission)} of robots that fly one at a time."
+
+
+def _by_product(mission: Mission, each: Sequence[TransitionSystem], asked: Formula, budget: Budget) -> _Flown | None:
+    """Return laps with a small sum of costs, or None where there are none."""
+    found = plan_team_lasso(mission, each, asked, budget)
+    return None if found is None else _flown(mission, each, found, _places(found), _NOT_RULED_OUT)
+
+
+def _shared(mission: Mission, each: Sequence[TransitionSystem], parts: Parts, budget: Budget) -> _Flown | None:
     """Return laps of robots to which the parts of the formula are given, or None where there are none."""
-    shared = share_out(mission, each, parts, budget, longest=longest)
+    shared = share_out(mission, each, parts, budget, longest=_is_longest(mission))
     if shared is None:
         return None
     found = TeamLasso(shared.prefixes, shared.laps, None, shared.least, shared.least is not None, shared.lassos)
@@ -154,6 +160,10 @@ def _by_weighted_sums(mission: Mission, each: Sequence[TransitionSystem], asked:
         return None
     best, bound = lower_the_dearest(each, first, search)
     return replace(_flown(mission, each, best.plan, _places(best.plan), BY_WEIGHTED_SUMS), least=bound)
+
+
+def _ways(found: TeamLasso) -> str:
+    return f"A search went on with {found.reached:,} ways over the team's product, in which one robot flies at a time."
 
 
 def _places(found: TeamLasso) -> str:

@@ -1,4 +1,4 @@
-"""What each robot of a team pays at the least for its share of what laps are to show.
+"""What each robot of a team, or the team in all, pays at the least for its share of what laps are to show.
 
 Each mark is shown by some robots, each at some of its nodes. Whatever the laps, every mark falls to such robots, and each of them comes to its
 nodes in its own system and then home. So the least is found over all ways to share the marks out, with ways of single robots alone.
@@ -30,7 +30,7 @@ _Option = tuple[tuple[int, frozenset[int]], ...]
 
 
 class LapShares:
-    """Lower bounds on what each robot still pays, for every way to share out the marks that are left.
+    """Lower bounds on what each account still pays, for every way to share out the marks that are left.
 
     Args:
         system: The team's.
@@ -39,7 +39,7 @@ class LapShares:
     """
 
     def __init__(self, system: TeamSystem, places: LapPlaces, weight: float) -> None:
-        self._robots, self._everything = len(system.systems), places.everything
+        self._robots, self._everything, self._accounts = len(system.systems), places.everything, places.limits.accounts
         self._errands: list[list[frozenset[int]]] = [[] for _ in range(self._robots)]  # of each robot
         self._options: dict[int, list[tuple[int, ...]]] = {}  # by mark: for each option the errands of every robot, as bits
         self._choose(places)
@@ -50,7 +50,7 @@ class LapShares:
         self._shares: dict[int, NDArray[np.int64]] = {}
 
     def of_lap(self, home: Nodes, nodes: Nodes, shown: int) -> Floats:
-        """Return what each robot still pays in a lap. Shape (shares, robots).
+        """Return what each account still pays in a lap. Shape (shares, accounts).
 
         Args:
             home: Where the lap begins and ends.
@@ -58,17 +58,25 @@ class LapShares:
             shown: The marks that they have shown, as bits.
         """
         shares = self._shared_out(self._everything & ~shown)
-        costs = [own.lap(h, n)[shares[:, k]] for k, (own, h, n) in enumerate(zip(self._own, home, nodes, strict=True))]
-        return np.stack(costs, axis=1)
+        return self._by_account(
+            [own.lap(h, n)[shares[:, k]] for k, (own, h, n) in enumerate(zip(self._own, home, nodes, strict=True))]
+        )
 
     def before(self, nodes: Nodes) -> Floats:
-        """Return what each robot still pays when laps have not begun. Shape (shares, robots).
+        """Return what each account still pays when laps have not begun. Shape (shares, accounts).
 
         Args:
             nodes: Where the robots have come to.
         """
         shares = self._shared_out(self._everything)
-        return np.stack([own.before[n][shares[:, k]] for k, (own, n) in enumerate(zip(self._own, nodes, strict=True))], axis=1)
+        return self._by_account([own.before[n][shares[:, k]] for k, (own, n) in enumerate(zip(self._own, nodes, strict=True))])
+
+    def _by_account(self, costs: Sequence[Floats]) -> Floats:
+        """Return what accounts pay, of what each robot does, for each share; only the least where all pay from one."""
+        paid = np.zeros((len(costs[0]), max(self._accounts) + 1))
+        for account, own in zip(self._accounts, costs, strict=True):
+            paid[:, account] += own
+        return paid if paid.shape[1] > 1 else paid.min(axis=0, keepdims=True)
 
     def _choose(self, places: LapPlaces) -> None:
         """Find out how marks may be shown, for as many as can be shared out."""
@@ -165,7 +173,7 @@ def _options(places: LapPlaces, mark: int, robots: int) -> list[_Option]:
     """Return by whom a mark may be shown: few robots each at some nodes, so that each time that it is shown such robots are there."""
     lasting = [
         (nodes, shown >> mark & 1)
-        for nodes, shown, stays in zip(places.nodes, places.marks, places.lasting, strict=True)
+        for nodes, shown, stays in zip(places.nodes, places.marks, places.recurring, strict=True)
         if stays
     ]
     left = {nodes for nodes, shown in lasting if shown}

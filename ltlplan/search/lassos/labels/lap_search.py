@@ -1,7 +1,8 @@
-"""Laps of a team whose dearest robot pays least: what each robot has paid is kept apart.
+"""Laps of a team that cost least, by the sum or by the dearest robot: what is paid from several accounts is kept apart.
 
-Places before the laps, and then of a lap from each home, are walked over with the least bound first; of two ways to a place only one that is cheaper
-for some robot is gone on with (a search with several objectives: Martins 1984; with bounds: Mandow and Perez de la Cruz 2010). A lap is
+Robots pay from one account, or each from its own; the dearest account is to pay least. Places before the laps, and then of a lap from each home, are
+walked over with the least bound first; of two ways to a place only one that is cheaper for some account is gone on with (a search with several objectives:
+Martins 1984; with bounds: Mandow and Perez de la Cruz 2010). A lap is
 judged by its effect, so that no word is missed whose laps bring the automata round only several at a time.
 """
 
@@ -36,13 +37,13 @@ _BEFORE = -1
 
 
 @dataclass(frozen=True, slots=True)
-class DearestLaps:
-    """What a search for laps whose dearest robot pays least found.
+class CheapestLaps:
+    """What a search for the cheapest laps found.
 
     Attributes:
         prefix: What all robots are at before the lap, and where it begins; nothing where no laps were found.
         lap: From where it begins back to there.
-        bound: In no laps does the dearest robot pay less, where that is below the limit; infinite where there are none below it.
+        bound: In no laps does the dearest account pay less, where that is below the limit; infinite where there are none below it.
         expanded: Ways that were gone on with.
     """
 
@@ -51,6 +52,11 @@ class DearestLaps:
     bound: float
     expanded: int
 
+    @property
+    def ended(self) -> bool:
+        """Whether the search came to its end: there are no cheaper laps, or none below the limit."""
+        return bool(self.lap) or self.bound == math.inf
+
 
 @dataclass(frozen=True, slots=True)
 class Terms:
@@ -58,7 +64,7 @@ class Terms:
 
     Attributes:
         weight: How many laps count.
-        below: What the dearest robot is to pay less than.
+        below: What the dearest account is to pay less than.
         most: Ways that may be gone on with.
         apart: For each home by the number of its nodes: whether robots are there apart from each other.
     """
@@ -69,8 +75,8 @@ class Terms:
     apart: Sequence[bool]
 
 
-def laps_of_least_dearest(system: TeamSystem, places: LapPlaces, terms: Terms) -> DearestLaps:
-    """Return laps whose dearest robot pays least, if that is below a limit.
+def cheapest_laps(system: TeamSystem, places: LapPlaces, terms: Terms) -> CheapestLaps:
+    """Return laps whose dearest account pays least, if that is below a limit.
 
     Args:
         system: The team's.
@@ -82,19 +88,19 @@ def laps_of_least_dearest(system: TeamSystem, places: LapPlaces, terms: Terms) -
     while search.heap:
         bound, label = search.pop()
         if label.key is None:
-            return DearestLaps(*search.way(label), max(label.paid), expanded)
+            return CheapestLaps(*search.way(label), max(label.paid), expanded)
         if search.is_dominated(label.key, label.paid):
             continue
         expanded += 1
         if expanded > terms.most:
-            return DearestLaps((), (), bound, expanded)
+            return CheapestLaps((), (), bound, expanded)
         search.expand(label, label.key)
-    return DearestLaps((), (), math.inf, expanded)
+    return CheapestLaps((), (), math.inf, expanded)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Label:
-    """A way: where it has come to (None: a lap is closed), what each robot has paid for it, and the way without its last step."""
+    """A way: where it has come to (None: a lap is closed), what each account has paid for it, and the way without its last step."""
 
     key: _Key | None
     paid: _Costs
@@ -103,7 +109,7 @@ class _Label:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Left:
-    """What is left: costs of each robot for some ways to share it out, of which one has to be taken, and the least sum. Shape (shares, robots)."""
+    """What is left: costs of each account for some ways to share it out, of which one has to be taken, and the least sum. Shape (shares, accounts)."""
 
     costs: Floats
     total: float
@@ -111,11 +117,11 @@ class _Left:
 
 class _Search:
     def __init__(self, system: TeamSystem, places: LapPlaces, terms: Terms) -> None:
-        self._systems, self._places, self._terms = system.systems, places, terms
+        self._systems, self._places, self._terms, self._accounts = system.systems, places, terms, places.limits.accounts
         self._acting = [bool(own.actions) for own in system.systems]
         self._effects: dict[int, LapEffects] = {}  # by the number of the nodes at home
         self._shares = LapShares(system, places, terms.weight)
-        self._before = bounds_before(places, len(system.systems), terms.weight).tolist()
+        self._before = bounds_before(places, terms.weight).tolist()
         self._left: dict[tuple[int, int, int], _Left] = {}
         self._masks: list[Masks] = []
         self._numbers: dict[Masks, int] = {}
@@ -123,7 +129,7 @@ class _Search:
         self.heap: list[tuple[int, bool, float, int, _Label]] = []
         self._count = itertools.count()
         if places.places:
-            self._go_to_place(None, 0, (0.0,) * len(system.systems))
+            self._go_to_place(None, 0, (0.0,) * places.limits.number)
 
     def pop(self) -> tuple[float, _Label]:
         """Return the way with the least bound, and that."""
@@ -131,7 +137,7 @@ class _Search:
         return grains * _GRAIN, label
 
     def is_dominated(self, key: _Key, paid: _Costs) -> bool:
-        """Tell whether another way to the same place is no dearer for any robot; if not, this one is known from now on."""
+        """Tell whether another way to the same place is no dearer for any account; if not, this one is known from now on."""
         front = self._fronts.setdefault(key, [])
         if _is_matched(front, paid):
             return True
@@ -145,7 +151,7 @@ class _Search:
             self._go_round(label, key)
             return
         for robot, cost, target in self._places.ways[at]:
-            self._go_to_place(label, target, _paying(label.paid, robot, cost))
+            self._go_to_place(label, target, _paying(label.paid, self._accounts[robot], cost))
         begun, masks = self._places.places[at]
         if self._places.homes[begun]:  # what is shown at home is shown at a lap's end; all may rest there for ever
             shown = self._places.marks[begun]
@@ -166,7 +172,7 @@ class _Search:
         effects, masks = self._effects_from(home), self._masks[number]
         for robot, cost, target in self._places.steps[at]:
             letter = self._places.letter(target, robot)
-            after = self._places.followers.after(masks, letter) if self._places.lasting[target] else None
+            after = self._places.followers.after(masks, letter) if self._places.recurring[target] else None
             if after is None:
                 continue
             gone = out
@@ -175,7 +181,7 @@ class _Search:
                     continue  # what is done where a lap begins is done at its end
                 gone |= 1 << robot
             done, seen = effects.after(effect, letter), shown | self._places.marks[target]
-            paid = _paying(label.paid, robot, self._terms.weight * cost)
+            paid = _paying(label.paid, self._accounts[robot], self._terms.weight * cost)
             further = (home, target, self._number(after), seen, done, gone)
             if target != home or not self._close(_Label(further, paid, label), home, after, seen, done):
                 self._go_in_lap(label, further, paid)
@@ -256,5 +262,5 @@ def _is_matched(front: Sequence[_Costs], paid: _Costs) -> bool:
     return any(all(a <= b + _ROUNDING for a, b in zip(known, paid, strict=True)) for known in front)
 
 
-def _paying(paid: _Costs, robot: int, cost: float) -> _Costs:
-    return (*paid[:robot], paid[robot] + cost, *paid[robot + 1 :])
+def _paying(paid: _Costs, account: int, cost: float) -> _Costs:
+    return (*paid[:account], paid[account] + cost, *paid[account + 1 :])
