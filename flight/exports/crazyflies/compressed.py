@@ -33,6 +33,8 @@ _HEADINGS = (
     "Headings are stored in tenths of a degree, as the firmware of August 2026 reads them; firmware that takes them for radians "
     "(look for STORED_ANGLE_SCALE 0.1 in its sources) must not fly these files."
 )
+_HEADING = 1e-4
+"""rad by which a certified flight may begin beside its robot's heading."""
 _POINTS = (0, 1, 3, 7)
 _KIND = 1
 
@@ -289,9 +291,11 @@ def _packed(team: Mapping[str, Trajectory], laps: int) -> Mapping[str, Trajector
     """Return paths that fit a vehicle's memory whole, cuts undone, in the shortest pieces that do.
 
     Raises:
-        DoesNotFit: None of the lengths does, or headings and places are out of range.
+        DoesNotFit: None of the lengths does, headings and places are out of range, or a flight begins between two headings that are stored.
     """
     whole = {name: Trajectory(path.durations, path.coefficients, cycle=path.cycle) for name, path in team.items()}
+    for name, path in whole.items():
+        _require_heading(name, float(path.coefficients[0, 3, 0]))
     sizes: dict[str, int] = {}
     for step in _STEPS:
         fitted = quantised(_without_team_laps(whole), step=step)
@@ -303,6 +307,16 @@ def _packed(team: Mapping[str, Trajectory], laps: int) -> Mapping[str, Trajector
         f"{longest} takes {sizes[longest]} bytes in pieces of {_STEPS[-1]:g} s, and the vehicle's trajectory memory has {MEMORY}. Fly it in "
         "parts (`crazyswarm2`, `crazyflie`), or stream it (`px4`, `ros2`)."
     )
+
+
+def _require_heading(name: str, heading: float) -> None:
+    """Refuse a flight, beginning at a heading in rad, where rounding turns it: no certificate is of that."""
+    tenths = heading * _UNITS[3]
+    if abs(round(tenths) - tenths) > _HEADING * _UNITS[3]:
+        raise DoesNotFit(
+            f"{name} starts with a heading of {tenths / 10:.4g} degrees, and compressed flights hold tenths: write {round(tenths) / 10:g} in its "
+            "`yaw_deg`, or use the format `crazyflie`."
+        )
 
 
 COMPRESSED = ExportTarget(

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import flight
-from flight.exports.crazyflies.compressed import compressed_bytes, compressed_trajectory
+from flight.exports.crazyflies.compressed import COMPRESSED, compressed_bytes, compressed_trajectory
 from tests.helpers.stand_ins import Claim, hoop6, hover, rest_to_rest, stand_in
 from tests.helpers.stand_ins import flight as made_flight
 from verify.data import BadInput, DoesNotFit, NotCertified, Trajectory, load_vehicle
@@ -132,6 +132,10 @@ def test_compressed_limits_are_refused_with_their_numbers(tmp_path):
     around[:, 3, :2] = [[0.0, np.pi], [np.pi, np.pi]]
     with pytest.raises(DoesNotFit, match="turns around once a lap"):
         flight.quantised({"q": Trajectory([1.0, 1.0], around, cycle=0)})
+    assert COMPRESSED.prepare is not None
+    COMPRESSED.prepare({"q": rest_to_rest([(0, 0, 1), (1, 0, 1)], [2.0], yaw=np.radians(33.4))}, 1)
+    with pytest.raises(DoesNotFit, match=r"q starts with a heading of 33\.37 degrees, .* write 33\.4 in its `yaw_deg`"):
+        COMPRESSED.prepare({"q": rest_to_rest([(0, 0, 1), (1, 0, 1)], [2.0], yaw=np.radians(33.37))}, 1)
     with pytest.raises(DoesNotFit, match=r"70 s.*65\.535"):
         compressed_bytes("q", hover(1, duration=70.0))
     plan, team = made_flight()
