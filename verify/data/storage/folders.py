@@ -27,7 +27,16 @@ from pathlib import Path
 from typing import BinaryIO
 
 from verify.data.errors import BadInput
-from verify.data.storage.ownership import MANIFEST, Contents, digest_of, files_in, folders_in, manifest_bytes, read_contents
+from verify.data.storage.ownership import (
+    MANIFEST,
+    Contents,
+    digest_of,
+    files_in,
+    folders_in,
+    manifest_bytes,
+    read_contents,
+    read_manifest,
+)
 
 try:
     import fcntl
@@ -58,7 +67,7 @@ def check_folder(target: str | os.PathLike[str], written: Iterable[str] | None =
         place = target.resolve()
         if target.exists():
             _check_replaceable(target, place)
-            _check_contents(target, read_contents(place), written)
+            _check_contents(target, read_contents(place, written or ()), written)
         nearest = next(folder for folder in place.parents if folder.exists())
     except (OSError, RuntimeError) as error:  # a loop of links is a RuntimeError
         raise BadInput(f"{target} cannot be used: {getattr(error, 'strerror', None) or error}; {_ELSEWHERE}.") from None
@@ -202,7 +211,7 @@ def _put(fresh: Path, place: Path, target: Path, written: tuple[str, ...]) -> No
         fresh.rename(place)
         return
     _check_replaceable(target, place)
-    contents = read_contents(place)
+    contents = read_contents(place, written)
     _check_contents(target, contents, written)
     _link_theirs(place, fresh, contents)
     if _exchange(fresh, place):
@@ -256,12 +265,14 @@ def _hand_over(old: Path, place: Path) -> None:
     """Empty a folder that was replaced: what is ours and unchanged goes, what is the user's is in the target, or goes there."""
     for _ in range(4):  # somebody may put a file in meanwhile
         try:
-            contents = read_contents(old)
+            contents = read_contents(old, _written_in(place))
         except BadInput:  # changed in the last moment: the user's too, and nothing is known to be ours any more
             _move_in(old / MANIFEST, place / MANIFEST)
             continue
         _unprotect(old, contents.folders)
-        for path in (contents.ours | contents.theirs) - {MANIFEST}:
+        for path in sorted(contents.ours | contents.theirs, key=lambda path: path.endswith(MANIFEST)):  # which say what is ours
+            if path == MANIFEST:
+                continue
             if path in contents.ours or _same_file(old / path, place / path):
                 (old / path).unlink()
             else:
@@ -276,6 +287,14 @@ def _hand_over(old: Path, place: Path) -> None:
         with suppress(OSError):
             old.rmdir()
             return
+
+
+def _written_in(place: Path) -> tuple[str, ...]:
+    """Return what was written into a folder that took another one's place; nothing where that cannot be told any more."""
+    try:
+        return tuple(read_manifest(place) or ())
+    except BadInput:
+        return ()
 
 
 def _unprotect(folder: Path, below: Iterable[str]) -> None:

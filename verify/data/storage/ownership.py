@@ -12,6 +12,7 @@ import json
 import os
 import stat
 from collections.abc import Iterable, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -59,14 +60,22 @@ class Contents:
                 yield path
 
 
-def read_contents(folder: Path) -> Contents:
+def read_contents(folder: Path, written: Iterable[str] = ()) -> Contents:
     """Return what lies in a folder, and whose each file is.
+
+    Args:
+        folder: The folder.
+        written: Files that are to be written, relative to it and with slashes: an export below it, whose own manifest is among
+            them, is to be made anew, and what that lists is ours, too.
 
     Raises:
         BadInput: The folder's manifest is none of ours, or was changed.
         OSError: The folder cannot be read.
     """
     listed = read_manifest(folder)
+    if listed is not None:
+        below = _listed_below(folder, written)
+        listed |= {path: listed.get(path, frozenset()) | digests for path, digests in below.items()}
     ours, theirs, folders = set[str](), set[str](), list[str]()
     for path, entry in _walk(folder):
         if entry.is_dir(follow_symlinks=False):
@@ -76,6 +85,20 @@ def read_contents(folder: Path) -> Contents:
         else:
             theirs.add(path)
     return Contents(listed, frozenset(ours), frozenset(theirs), tuple(folders))
+
+
+def _listed_below(folder: Path, written: Iterable[str]) -> dict[str, frozenset[str]]:
+    """Return what manifests below a folder list that are to be written anew, and these manifests, as paths in the folder."""
+    found: dict[str, frozenset[str]] = {}
+    for path in written:
+        below, _, name = path.rpartition("/")
+        if not below or name != MANIFEST:
+            continue
+        with suppress(BadInput, OSError):  # changed, or gone: nothing is known to be ours there
+            if (listed := read_manifest(folder / below)) is not None:
+                found |= {f"{below}/{own}": digests for own, digests in listed.items()}
+                found[path] = frozenset({digest_of(folder / path)})
+    return found
 
 
 def read_manifest(folder: Path) -> dict[str, frozenset[str]] | None:

@@ -51,6 +51,26 @@ def test_a_second_run_replaces_what_the_first_wrote_and_nothing_else(tmp_path: P
     assert write_files(run, SECOND) == files, "and again"
 
 
+def test_an_export_that_was_made_anew_is_replaced_by_the_next_run_and_others_stay(tmp_path: Path) -> None:
+    def fly(run: Path, content: bytes) -> None:
+        (run / "mission.yaml").write_bytes(content)
+        write_files(run / "swarm", {"robots.yaml": content, "fly.py": content})
+
+    run = tmp_path / "run"
+    write_folder(run, lambda folder: fly(folder, b"first"))
+    write_files(run / "swarm", {"robots.yaml": b"exported", "r0.csv": b"path"})
+    write_files(run / "stream", {"robots.yaml": b"exported"})
+    write_folder(run, lambda folder: fly(folder, b"second"))
+    assert {name: content for name, content in everything(run).items() if "manifest" not in name} == {
+        "mission.yaml": b"second", "stream/robots.yaml": b"exported", "swarm/fly.py": b"second", "swarm/robots.yaml": b"second",
+    }  # fmt: skip
+    (run / "swarm" / "robots.yaml").write_bytes(b"mine")
+    with pytest.raises(BadInput, match=r"swarm/robots\.yaml is yours, or was changed"):
+        write_folder(run, lambda folder: fly(folder, b"third"))
+    assert (run / "swarm" / "robots.yaml").read_bytes() == b"mine"
+    assert [path.name for path in tmp_path.iterdir()] == ["run"]
+
+
 def test_a_file_that_is_being_recorded_goes_on_in_the_new_folder(tmp_path: Path) -> None:
     write_files(tmp_path / "run", FIRST)
     with (tmp_path / "run" / "recorded.csv").open("w") as recording:
