@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -171,6 +171,7 @@ class Export:
 
 
 # seven parameters: what is exported and in what form, the rest as `flight.export` has them, each by its keyword
+# eight parameters: what is written, each choice by its keyword, and who is told
 def make_export(
     folder: str | os.PathLike[str],
     format: ExportTarget | str,  # noqa: A002  # the name that users type
@@ -179,6 +180,7 @@ def make_export(
     robots: Collection[str] | None = None,
     options: Mapping[str, Any] | None = None,  # of any type that the target reads
     anyway: bool = False,
+    named: Callable[[Collection[str]], object] | None = None,
     progress: Progress | None = None,
 ) -> Export:
     """Make a certified folder's flight ready for a vehicle, after proving its certificate again and flying it in simulation.
@@ -194,6 +196,7 @@ def make_export(
         robots: Names of those that are written, where others of the team fly from another export; None for all.
         options: As the target's `options` say.
         anyway: Fly nothing, and write with a warning in every file that has room for words.
+        named: Told the names of all files before the flight is flown; what it raises ends the work.
         progress: Told a sentence and the share done, 0 to 1.
 
     Raises:
@@ -227,12 +230,14 @@ def make_export(
         certificate = certify(plan, team, margin=certificate.margin, clock_error=certificate.clock_error)
     say("writing files", 0.7)
     product = make_product(team, certificate, target, vehicle=vehicle, robots=robots, anyway=anyway, **(options or {}))
-    if not anyway:
-        conditions = conditions_of(plan.mission)
-        log = fly(plan, team, certificate, seed=plan.seed, conditions=conditions, progress=part_of(say, 0.75, 1.0))
-        require_flight(log, certificate, plan.mission, robots or team)
     files = dict(product.files)
     if anew:
         texts = {**plan_files(plan), **trajectory_files(plan, team), PROOF: certificate.to_json()}
         files |= {name: text.encode() for name, text in texts.items()}
+    if named is not None:
+        named(files)
+    if not anyway:
+        conditions = conditions_of(plan.mission)
+        log = fly(plan, team, certificate, seed=plan.seed, conditions=conditions, progress=part_of(say, 0.75, 1.0))
+        require_flight(log, certificate, plan.mission, robots or team)
     return Export(files, certificate.digest(), product.notes)

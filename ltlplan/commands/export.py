@@ -78,7 +78,10 @@ def command(
         given = {"rate": rate, "inventory": inventory}
         options = {name: value for name, value in given.items() if value is not None}
         names = None if robots is None else [name.strip() for name in robots.split(",")]
-        made = make_export(folder, target, vehicle=vehicle, robots=names, options=options, anyway=anyway, progress=progress)
+        made = make_export(
+            folder, target, vehicle=vehicle, robots=names, options=options, anyway=anyway, progress=progress,
+            named=lambda files: check_folder(place, files),
+        )  # fmt: skip
         written = write_folder(place, lambda fresh: put_files(made.files, fresh))
     sent = (
         target.send(place, addresses, dry_run=dry_run, **({} if part == 1 else {"part": part}))

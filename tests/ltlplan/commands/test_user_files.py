@@ -76,7 +76,7 @@ def here(made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 )
 def test_a_second_time_nothing_of_the_users_is_lost(command: str, here: Path) -> None:
     arguments, names = COMMANDS[command]
-    run(*arguments)
+    said = run(*arguments)
     written = files_in(here / "out")
     assert "manifest.json" in written
     if names is not None:
@@ -96,6 +96,9 @@ def test_a_second_time_nothing_of_the_users_is_lost(command: str, here: Path) ->
         assert f"{Path('out') / name} is yours, or was changed since ltlplan wrote it" in str(refused.exception)
         if command != "compressed":  # whose files are known only when they are made
             assert "proving" not in refused.output or command == "export", "refused before the work"
+        if names is None:
+            assert "simulating the flight" in said
+            assert "simulating the flight" not in refused.output, "refused before it is flown"
         assert path.read_bytes() == original + b"\n# my own"
         path.write_bytes(original)
 
