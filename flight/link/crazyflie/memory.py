@@ -82,6 +82,6 @@ def encoded(name: str, path: Trajectory, size: int) -> tuple[bytes, int, int]:
         raise DoesNotFit(
             f"{name}'s flight has {len(path)} pieces, and its trajectory memory of {size} bytes holds {size // PIECE}. Rounded to millimetres it may fit: "
             "`ltlplan export RUN --format crazyflie-compressed --out FOLDER` certifies it so, or says that it does not fit, and FOLDER is flown in "
-            "RUN's place. Else fly its parts by the export for crazyswarm2 (`--format crazyswarm2`), or plan fewer pieces."
+            f"RUN's place. Else plan it in parts (`limits: {{pieces: {size // PIECE}}}`) or with fewer pieces."
         )
     return data, pieces, _COMPRESSED

@@ -19,7 +19,7 @@ from tests.helpers.crazyflie_peer import in_the_air
 from tests.helpers.crazyflie_radio import crazyradio
 from tests.helpers.crazyflie_stages import GROUNDS, PLACES, stage
 from tests.helpers.flights import legs
-from tests.helpers.live_stages import parts_stages, places_of
+from tests.helpers.live_stages import parts_stages, patrol_stages, places_of
 
 
 def test_parameters_are_set_and_read_back_and_health_is_reported(mission) -> None:
@@ -206,6 +206,22 @@ def test_parts_are_written_when_their_turn_comes_and_begun_in_common() -> None:
     for number in range(5):
         last = [max(when for when, which in vehicle.starts if which == number) for vehicle in air.vehicles.values()]
         assert max(last) - min(last) < 0.05
+
+
+@pytest.mark.slow
+def test_a_patrol_brakes_behind_its_laps_and_lands() -> None:
+    stages = patrol_stages()
+    flown, places = stages[1], places_of(stages)
+    with in_the_air(flown.plan.mission, places) as (air, addresses):
+        link = CrazyflieLink(flown.plan.mission, addresses, accuracy=0.005)
+        done = fly_live(link, stages, grounds=dict.fromkeys(places, 0.0), parameters=link.wanted)
+        link.close()
+        spinning = air.spinning
+    assert done.flown, done.reason
+    assert spinning == []
+    assert list(done.record.starts) == ["climb", "flight", "braking", "landing"]
+    assert [number for _, number in air.vehicles["r0"].starts][-1] == 2, "what brakes lies on board with the laps"
+    assert not air.vehicles["r0"].dropped
 
 
 @pytest.mark.slow
