@@ -5,7 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+import ltlplan
 import ltlplan.live
+from flight.link.live import fly_live
+from flight.link.simulated import SimulatedLink
 from ltlplan.live import stages
 from tests.helpers.patrols import patrol
 from verify import certify
@@ -60,3 +63,31 @@ def test_a_patrol_behind_which_nobody_lands_is_refused(certified, monkeypatch) -
         NotCertified, match=r"r0 ends its last lap at 1\.00 m/s, and no braking behind it was proved from which it can land"
     ):
         stages(plan, team, cert, PLACES)
+
+
+ROUND = """
+format: 1
+name: round
+sequence: firstF (secondF firstF)*
+spec: {trace: infinite, repeat: 2}
+hoops:
+  first: {center: [0.7, -0.6, 0.8], yaw_deg: 180, radii: [0.2, 0.2, 0.2], opening: 0.25, rim: 0.02}
+  second: {center: [-0.5, 0.5, 1.0], yaw_deg: 0, radii: [0.2, 0.2, 0.2], opening: 0.25, rim: 0.02}
+agents: {one: {start: [1.3, -0.6, 0.8]}}
+vehicle: crazyflie-2.1
+limits: {speed: 1.0}
+workspace: {min: [-1.6, -1.3, 0.2], max: [1.6, 1.3, 1.8]}
+"""
+
+
+@pytest.mark.slow
+def test_of_a_sequence_in_laps_the_recording_is_satisfied(tmp_path) -> None:
+    mission, place = ltlplan.parse_mission(ROUND), {"one": (1.3, -0.6, 0.0)}
+    run = ltlplan.run(mission, tmp_path / "run")
+    flown = stages(run.plan, run.team, run.certificate, place)
+    done = fly_live(SimulatedLink(mission, place), flown, grounds={"one": 0.0})
+    assert done.flown, done.reason
+    assert "braking" in done.record.starts
+    (tmp_path / "live.csv").write_text(done.record.files()["live.csv"])
+    judged = ltlplan.judge_flight(tmp_path / "run", tmp_path / "live.csv", start=0.0, error=1e-6, max_speed=1.3)
+    assert judged.verdict.outcome == "holds", judged.verdict.sentence
