@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from flight.exports.crazyflies.compressed import compressed_trajectory, quantised
+from flight.exports.crazyflies.memory import PIECE
 from flight.link.link import LinkLost
 from flight.link.live import fly_live
 from verify.data import BadInput, DoesNotFit, Trajectory, load_vehicle
@@ -180,14 +181,17 @@ def test_a_team_climbs_flies_and_lands(mission, flown, trouble) -> None:
         assert max(last) - min(last) < 0.05
 
 
+@pytest.fixture
+def small_memory(monkeypatch) -> None:
+    """Vehicles of which each holds two pieces at once."""
+    monkeypatch.setattr("flight.link.crazyflie.link.Memory", lambda _room: Memory(2 * PIECE))
+
+
 @pytest.mark.slow
+@pytest.mark.usefixtures("small_memory")
 def test_parts_are_written_when_their_turn_comes_and_begun_in_common() -> None:
     stages = parts_stages()
     flown, places = stages[1], places_of(stages)
-    # a climb in steps that fills the memory, so that no part lies beside it
-    up = {name: [[x, y, 0.02 * step] for step in range(31)] for name, (x, y, _) in places.items()}
-    stages = (stage("climb", up), *stages[1:])
-    assert len(stages[0].paths["r0"]) == 30
     with in_the_air(flown.plan.mission, places) as (air, addresses):
         link = CrazyflieLink(flown.plan.mission, addresses, accuracy=0.005)
         done = fly_live(link, stages, grounds=dict.fromkeys(places, 0.0), parameters=link.wanted)
@@ -201,11 +205,44 @@ def test_parts_are_written_when_their_turn_comes_and_begun_in_common() -> None:
     times = sorted({row[0] for row in done.record.poses if begun[0][0] < row[0] < begun[-1][1]})
     assert max(np.diff(times)) < 0.5, "they are watched while a part is written"
     for vehicle in air.vehicles.values():
+        assert vehicle.defined[1][0] == PIECE
+        assert all(vehicle.defined[number][0] == 0 for number in (2, 3)), "written over what was flown before"
         assert list(dict.fromkeys(number for _, number in vehicle.starts)) == [0, 1, 2, 3, 4]
         assert not vehicle.dropped
     for number in range(5):
         last = [max(when for when, which in vehicle.starts if which == number) for vehicle in air.vehicles.values()]
         assert max(last) - min(last) < 0.05
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("small_memory")
+@pytest.mark.parametrize("after", [1, 6])
+def test_who_is_interrupted_while_a_part_is_written_lands(after) -> None:
+    stages = parts_stages()
+    mission, places, left = stages[1].plan.mission, places_of(stages), [after]
+    with in_the_air(mission, places) as (air, addresses):
+        link = CrazyflieLink(mission, addresses, accuracy=0.005)
+        bring = link.bring
+
+        def interrupted(number: int, meanwhile) -> None:
+            def waiting() -> None:
+                meanwhile()
+                left[0] -= 1
+                if left[0] == 0:
+                    raise KeyboardInterrupt
+
+            bring(number, waiting)
+
+        link.bring = interrupted
+        done = fly_live(link, stages, grounds=dict.fromkeys(places, 0.0), parameters=link.wanted)
+        link.close()
+        spinning = air.spinning
+    assert done.reason == "interrupted"
+    assert done.unsafe == ()
+    assert spinning == []
+    assert "flight" in done.record.starts
+    assert "landing" not in done.record.starts
+    assert not any(vehicle.dropped for vehicle in air.vehicles.values())
 
 
 @pytest.mark.slow
