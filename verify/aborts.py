@@ -18,7 +18,7 @@ from fractions import Fraction
 import numpy as np
 
 from verify.claims.braking_claims import BrakingClaims
-from verify.claims.claim import Claim, claim_of
+from verify.claims.claim import Claim, claim_of, told_apart
 from verify.data.errors import BadInput
 from verify.data.mission import Mission
 from verify.data.trajectory import Trajectory, check_trajectories
@@ -138,7 +138,7 @@ def _limits_between(braking: Braking, begin: Fraction, end: Fraction) -> Iterato
                 "least" if name.endswith("min") else "most",
             )
             sentence = (
-                f"it could not be proved that {robot} keeps to its limit of {what} {when}: {abs(above):.4g} {unit} at {side} is "
-                f"proved; the limit is {abs(limit):.4g} {unit}."
+                f"it could not be proved that {robot} keeps to its limit of {what} {when}: {told_apart(abs(above), abs(limit))} {unit} "
+                f"at {side} is proved; the limit is {abs(limit):.5g} {unit}."
             )
             yield claim_of(f"limits.{name}", "undecided", sentence, robot=robot, unit=unit, bound=above, limit=float(limit))

@@ -16,6 +16,7 @@ import numpy as np
 from flight.control.controller import Controller
 from flight.model.airframe import Airframe
 from flight.model.attitude import Floats
+from flight.model.numbers import is_number
 from verify.data import GRAVITY, BadInput
 
 FULL_SCALE = 65535.0
@@ -128,8 +129,8 @@ class ToldItsMass(OnBoardController):
     mass: float | None = None
 
     def __post_init__(self) -> None:
-        if self.mass is not None and not 0.0 < self.mass < 1000.0:
-            raise BadInput(f"a controller is told a mass above 0 in kg, such as 0.029, not {self.mass:g}.")
+        if self.mass is not None and not (is_number(self.mass) and 0.0 < self.mass < 1000.0):
+            raise BadInput(f"a controller is told a mass above 0 in kg, such as 0.029, not {self.mass!r}.")
 
     def laws(self, airframe: Airframe) -> Laws:
         """Return its laws for one airframe; argument as said there."""

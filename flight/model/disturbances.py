@@ -9,6 +9,7 @@ import numpy as np
 
 from flight.model.airframe import Airframe
 from flight.model.attitude import Floats
+from flight.model.numbers import is_number
 from verify.data import BadInput
 
 
@@ -30,10 +31,12 @@ class Wind:
     scale: float = 2.0
 
     def __post_init__(self) -> None:
-        if len(self.mean) != 3 or not np.all(np.isfinite(self.mean)):
+        if len(self.mean) != 3 or not all(map(is_number, self.mean)):
             raise BadInput(f"a wind's mean is three finite numbers in m/s, not {self.mean}.")
-        if not (np.isfinite(self.gust) and self.gust >= 0 and np.isfinite(self.scale) and self.scale > 0):
-            raise BadInput(f"a wind's gust must be 0 m/s or more and its scale above 0 m, not {self.gust} and {self.scale}.")
+        if not (is_number(self.gust) and self.gust >= 0 and is_number(self.scale) and self.scale > 0):
+            raise BadInput(
+                f"a wind's gust must be 0 m/s or more and its scale above 0 m, not {self.gust!r} and {self.scale!r}."
+            )
         if max(self.speed, self.gust) > 50.0:
             raise BadInput(f"a wind of {max(self.speed, self.gust):g} m/s is a storm; speeds are in m/s, at most 50.")
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flight.model.attitude import Floats
+from flight.model.numbers import is_number
 from verify.data import BadInput
 
 CLIP = 4.0
@@ -42,13 +43,13 @@ class MotionCapture:
             raise BadInput(f"motion capture runs at 50, 100, 250 or 500 Hz, a whole number, not {self.rate!r}.")
         for name in ("noise", "delay", "dropout", "attitude_noise", "rate_noise"):
             value = getattr(self, name)
-            if not (np.isfinite(value) and value >= 0):
-                raise BadInput(f"motion capture: {name} must be 0 or more, not {value}.")
+            if not (is_number(value) and value >= 0):
+                raise BadInput(f"motion capture: {name} must be a number, 0 or more, not {value!r}.")
         if self.noise > 0.2:
             raise BadInput(f"motion capture: a noise of {self.noise:g} m is no motion capture; it is given in metres.")
         if self.delay > 0.2:
             raise BadInput(f"motion capture: a delay of {self.delay:g} s cannot be flown; it is given in seconds.")
-        if self.dropout > 0.5 or not 1.0 <= self.burst < np.inf:
+        if self.dropout > 0.5 or not (is_number(self.burst) and self.burst >= 1.0):
             raise BadInput("motion capture: dropout must be at most 0.5, and burst at least 1 frame.")
 
     @classmethod

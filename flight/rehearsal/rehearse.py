@@ -13,6 +13,7 @@ from flight.control.controller import CONTROLLERS
 from flight.model.airframe import airframes_of
 from flight.model.attitude import Floats
 from flight.model.disturbances import Wind
+from flight.model.numbers import is_number
 from flight.model.reference import flown, sample_reference
 from flight.model.sensing import MotionCapture
 from flight.model.timing import CONTROL_STEP, STEP, SUBSTEPS
@@ -60,11 +61,11 @@ class Combinations:
         for name in self.controllers:
             CONTROLLERS.find(name)
         for mass in self.masses:
-            if not 0.5 <= mass <= 1.5:
-                raise BadInput(f"a mass is a share of the profile's, 0.5 to 1.5, not {mass:g}.")
+            if not (is_number(mass) and 0.5 <= mass <= 1.5):
+                raise BadInput(f"a mass is a share of the profile's, 0.5 to 1.5, not {mass!r}.")
         for latency in self.latencies:
-            if not 0.0 <= latency <= 0.2:
-                raise BadInput(f"a latency of {latency:g} s cannot be flown; latencies are 0 to 0.2 s.")
+            if not (is_number(latency) and 0.0 <= latency <= 0.2):
+                raise BadInput(f"a latency of {latency!r} s cannot be flown; latencies are 0 to 0.2 s.")
 
 
 USUAL = Combinations()

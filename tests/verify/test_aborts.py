@@ -13,6 +13,7 @@ from flight.monitoring.reaction import braking_length
 from tests.helpers.braking import brakes, closest
 from tests.helpers.stand_ins import hover, minimum_snap, rest_to_rest
 from verify.aborts import judge_aborts
+from verify.claims.claim import told_apart
 from verify.data import BadInput, Mission, Trajectory, parse_mission
 
 MISSION = """
@@ -216,3 +217,11 @@ def test_a_tie_is_said_to_be_unproved() -> None:
         "Abort not certified: it could not be proved that one and two keep apart 0.000 to 1.000 s into braking"
     )
     assert "0.5000 m is proved, and 0.5000 m is reached; 0.5000 m are asked" in verdict.sentence
+
+
+@pytest.mark.parametrize(
+    ("value", "limit", "text"),
+    [(1.2345678, 1.0, "1.2346"), (1.0000000001, 1.0, "1.0000000001"), (0.99999999, 1.0, "0.99999999"), (1.0 + 1e-12, 1.0, "1.000000000001")],
+)  # fmt: skip
+def test_a_value_that_breaks_its_limit_is_written_so_that_one_sees_it(value, limit, text) -> None:
+    assert told_apart(value, limit) == text

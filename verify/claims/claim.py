@@ -85,3 +85,17 @@ def claim_of(
             bound=bound, limit=limit, what=what, way=way,
         )  # fmt: skip
     return Claim(name, outcome, sentence, robot, other, unit, bound, limit, margin, time, witness)
+
+
+def told_apart(value: float, limit: float) -> str:
+    """Write a value with enough digits to differ from a limit that it breaks.
+
+    Args:
+        value: What is proved, or reached.
+        limit: What is asked.
+    """
+    for digits in range(5, 17):
+        text = f"{value:.{digits}g}"
+        if text != f"{limit:.{digits}g}":
+            return text
+    return repr(value)

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Mapping
 from fractions import Fraction
 
-from verify.claims.claim import Claim, Outcome, claim_of
+from verify.claims.claim import Claim, Outcome, claim_of, told_apart
 from verify.claims.evidence import Evidence
 from verify.claims.part_claims import pauses
 from verify.data.trajectory import PAUSE
@@ -113,7 +113,7 @@ def _limit_claim(extreme: Extreme, region: str | None = None, visit: int | None 
     elif extreme.fails:
         word = "falls to" if least else "reaches"
         sentence = (
-            f"{extreme.robot}'s {quantity} {word} {_beyond(extreme)} {unit} at {time:.4f} s; "
+            f"{extreme.robot}'s {quantity} {word} {told_apart(extreme.reached, extreme.limit)} {unit} at {time:.4f} s; "
             f"the limit is {extreme.limit:.5g} {unit}."
         )
     else:
@@ -135,12 +135,3 @@ def continuity_claims(jumps: Iterable[Jump]) -> Iterable[Claim]:
             "continuity", verdict, sentence, robot=jump.robot, bound=jump.size, limit=jump.allowed,
             margin=jump.allowed - jump.size, time=float(jump.time), what=jump.what,
         )  # fmt: skip
-
-
-def _beyond(extreme: Extreme) -> str:
-    """Write a broken limit's value with enough digits to differ from the limit."""
-    for digits in range(5, 17):
-        text = f"{extreme.reached:.{digits}g}"
-        if text != f"{extreme.limit:.{digits}g}":
-            return text
-    return repr(extreme.reached)
