@@ -73,10 +73,11 @@ class CrazyflieLink:
         Raises:
             BadInput: An address is missing, of nobody, or used twice.
             LinkLost: There is no radio, or a vehicle does not answer or does not have what is needed.
-            DoesNotFit: A robot is no Crazyflie, weighs much more or less than what was certified, or has no trajectory memory.
+            DoesNotFit: A robot is no Crazyflie, weighs much more or less than what was certified, or cannot be told what is flown.
             MissingEngine: cflib is not installed.
         """
         require_addresses(mission, addresses, _EXAMPLE, heard_by)
+        self._require(mission)
         self._began = time.monotonic()
         self._mission, self.accuracy, self.wanted = mission, accuracy, wanted(mission, masses or {})
         self._stops = (failsafe or ("stop" if capture else "fly on")) == "stop"
@@ -93,19 +94,21 @@ class CrazyflieLink:
             connect(self._vehicles.values(), self.wanted, self.sleep)
             if capture is not None:
                 self._watch = Watch(capture, self._seen)
-                until(
-                    self._vehicles.values(),
-                    lambda vehicle: vehicle.pose is not None,
-                    "is not seen by motion capture",
-                    self.sleep,
-                )
-            self._memories = {name: Memory(vehicle.room) for name, vehicle in self._vehicles.items()}
+                until(self._vehicles.values(), lambda v: v.pose is not None, "is not seen by motion capture", self.sleep)
             self._commanders = {name: self._standing(name) for name in self._vehicles}
             self._grounds = {name: float(commander.wanted(0.0)[0, 2]) for name, commander in self._commanders.items()}
-            self._broadcast = Broadcast(self._vehicles.values())
+            self._reached()
         except BaseException:
             self.close()
             raise
+
+    def _require(self, mission: Mission) -> None:
+        """Refuse what cannot be flown, before anybody is reached."""
+
+    def _reached(self) -> None:
+        """Prepare for flights, once all are reached."""
+        self._memories = {name: Memory(vehicle.room) for name, vehicle in self._vehicles.items()}
+        self._broadcast = Broadcast(self._vehicles.values())
 
     @property
     def robots(self) -> tuple[str, ...]:

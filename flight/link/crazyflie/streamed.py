@@ -16,8 +16,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from flight.link.crazyflie.capture import Capture
-from flight.link.crazyflie.link import CrazyflieLink, Failsafe
+from flight.link.crazyflie.link import CrazyflieLink
 from flight.link.crazyflie.setpoints import full_state, require_near
 from flight.link.crazyflie.steps import arm
 from flight.link.link import LinkLost
@@ -34,46 +33,23 @@ _ALONE = "one that was told to hold or to land does so to the end"
 
 
 class StreamedCrazyflies(CrazyflieLink):
-    """Crazyflies, each by its own address, that follow set-points from here."""
+    """Crazyflies, each by its own address, that follow set-points from here; made as a link whose flights lie on board.
+
+    With `failsafe="fly on"` nothing acts on board but what set-points that end bring about.
+    """
 
     _step = 0.002
 
-    # as a link's, whose flights lie on board
-    def __init__(
-        self,
-        mission: Mission,
-        addresses: Mapping[str, str],
-        *,
-        masses: Mapping[str, float] | None = None,
-        capture: Capture | None = None,
-        failsafe: Failsafe | None = None,
-        accuracy: float = 0.01,
-    ) -> None:
-        """Reach all vehicles, set what a flight needs, and read it back. Nothing spins.
-
-        Args:
-            mission: Who flies.
-            addresses: As of a link whose flights lie on board; so are all others.
-            masses: kg as robots were weighed.
-            capture: Motion capture.
-            failsafe: `stop`: motors stop 1 s after the last sign of life; `fly on`: what set-points that end bring about, and nothing else.
-            accuracy: Bound on the error of a measured position, m.
-
-        Raises:
-            BadInput: An address is missing, of nobody, or used twice.
-            LinkLost: There is no radio, or a vehicle does not answer or does not have what is needed.
-            DoesNotFit: A robot is no Crazyflie, or the mission has places that cannot be sent.
-            MissingEngine: cflib is not installed.
-        """
+    def _require(self, mission: Mission) -> None:
         require_near(mission)
-        self._stored: dict[str, dict[int, Trajectory]] = {name: {} for name in mission.agents}
+
+    def _reached(self) -> None:
+        if lacking := [name for name, vehicle in self._vehicles.items() if not vehicle.reports.tells_target]:
+            raise LinkLost(f"{', '.join(lacking)} does not say what it follows (ctrltarget.x and z): flash a newer firmware.")
+        self._stored: dict[str, dict[int, Trajectory]] = {name: {} for name in self._vehicles}
         self._number, self._begin, self._sent, self._stays = -1, math.inf, -math.inf, math.inf
         self._gone: dict[str, float] = {}
         self._landings: dict[str, tuple[float, float]] = {}
-        super().__init__(mission, addresses, masses=masses, capture=capture, failsafe=failsafe, accuracy=accuracy)
-        if lacking := [name for name, vehicle in self._vehicles.items() if not vehicle.reports.tells_target]:
-            self.close()
-            raise LinkLost(f"{', '.join(lacking)} does not say what it follows (ctrltarget.x and z): flash a newer firmware.")
 
     @property
     def failsafe(self) -> str:
