@@ -97,9 +97,11 @@ def _cheapest(mission: Mission, each: Sequence[TransitionSystem], budget: Budget
     by_sums = _by_weighted_sums if _is_longest(mission) else _by_product
 
     def searched(below: float) -> _Flown | None:
-        found = laps_below(mission, each, asked, budget, below)
-        with contextlib.suppress(Infeasible):  # they cannot be said of visits and waits
-            return None if found is None else _flown(mission, each, found, _ways(found), _gap(mission, found))
+        for at_once in (False, True) if any(own.actions for own in each) else (False,):
+            found = laps_below(mission, each, asked, budget, below, at_once=at_once)
+            with contextlib.suppress(Infeasible):  # they cannot be said of visits and waits
+                gap = _gap(mission, found, at_once=at_once) if found is not None else ""
+                return None if found is None else _flown(mission, each, found, _ways(found), gap)
         return None
 
     if parts is not None:
@@ -108,18 +110,23 @@ def _cheapest(mission: Mission, each: Sequence[TransitionSystem], budget: Budget
             best = searched(best.cost - TIES) or best
     else:
         best = searched(math.inf)
-        if best is None or best.gap == _NOT_RULED_OUT:
-            best = min(filter(None, (best, by_sums(mission, each, asked, budget))), key=lambda laps: laps.cost, default=None)
+        if best is None:
+            best = by_sums(mission, each, asked, budget)
+        elif best.gap == _NOT_RULED_OUT:
+            with contextlib.suppress(Infeasible, TooLarge):
+                best = min((best, by_sums(mission, each, asked, budget) or best), key=lambda laps: laps.cost)
     if best is None or best.proved:
         return best
     least = least_of_all_laps(mission, each, asked, budget, best.cost)
     return best if least is None else replace(best, least=max(least, best.least or 0.0))
 
 
-def _gap(mission: Mission, found: TeamLasso) -> str:
+def _gap(mission: Mission, found: TeamLasso, *, at_once: bool) -> str:
     """Return what is said of laps that were searched for, where cheaper ones are not ruled out."""
     if not found.exact:
         return _NOT_RULED_OUT
+    if at_once:
+        return "Robots act where they come to before others go on; a cheaper lap was not ruled out."
     return f"The cheapest laps{', by the dearest robot,' * _is_longest(mission)} of robots that fly one at a time."
 
 

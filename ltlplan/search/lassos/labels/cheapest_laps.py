@@ -32,8 +32,9 @@ _SHARES = (0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875)
 """Of a limit under which there are too many places."""
 
 
+# six parameters: what is planned with which bounds, for less than what, and of which laps
 def laps_below(
-    mission: Mission, each: Sequence[TransitionSystem], asked: Formula, budget: Budget, below: float
+    mission: Mission, each: Sequence[TransitionSystem], asked: Formula, budget: Budget, below: float, *, at_once: bool = False
 ) -> TeamLasso | None:
     """Return the cheapest laps of robots that fly one at a time, if they cost less than a limit and are within reach.
 
@@ -45,11 +46,12 @@ def laps_below(
         asked: The formula over what they can show, written out.
         budget: Bounds on the automata, and with its states on the search.
         below: What the robots are to pay less than in sum, or the dearest of them.
+        at_once: Whether robots act where they come to only before others go on, so that nobody waits for an action alone.
 
     Raises:
         BadInput: A conjunct is of a form that is not planned.
     """
-    searches = _Searches(mission, budget)
+    searches = _Searches(mission, budget, at_once=at_once)
     best: _Found | None = None
     ended = False
     for flying in _flying(len(each)):
@@ -124,8 +126,8 @@ class _Searches:
         expanded: Ways that were gone on with.
     """
 
-    def __init__(self, mission: Mission, budget: Budget) -> None:
-        self._mission, self._places = mission, min(MOST_PLACES, budget.lasso)
+    def __init__(self, mission: Mission, budget: Budget, *, at_once: bool = False) -> None:
+        self._mission, self._places, self._at_once = mission, min(MOST_PLACES, budget.lasso), at_once
         self._most, self.expanded = min(MOST_WAYS, budget.states // 50), 0
 
     def within_reach(self, system: TeamSystem, readers: Sequence[AnyReader], below: float) -> tuple[CheapestLaps | None, float]:
@@ -154,6 +156,7 @@ class _Searches:
         apart = [
             home and are_apart(self._mission, system, nodes) for home, nodes in zip(places.homes, places.nodes, strict=True)
         ]
-        found = cheapest_laps(system, places, Terms(self._mission.spec.repeat, below, self._most - self.expanded, apart))
+        terms = Terms(self._mission.spec.repeat, below, self._most - self.expanded, apart, self._at_once)
+        found = cheapest_laps(system, places, terms)
         self.expanded += found.expanded
         return found

@@ -30,10 +30,13 @@ _GRAIN = 1e-7
 _ROUNDING = 1e-9  # by which sums of the same costs may differ
 
 _Costs = tuple[float, ...]
-_Key = tuple[int, int, int, int, int, int]
-"""In a lap where it began and where the robots are, what the conjuncts remember by number, marks shown, the effect, and who has set out."""
+_Key = tuple[int, int, int, int, int, int, int]
+"""In a lap where it began and where the robots are, what the conjuncts remember by number, marks shown, the effect, who has set out, and who may act."""
 _BEFORE = -1
 """Instead of where a lap began: none has; the robots' place follows."""
+_ANYBODY = -1
+"""Instead of who may act."""
+_NOBODY = -2
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,12 +70,14 @@ class Terms:
         below: What the dearest account is to pay less than.
         most: Ways that may be gone on with.
         apart: For each home by the number of its nodes: whether robots are there apart from each other.
+        at_once: Whether robots act where they come to only before others go on, not when they have waited there.
     """
 
     weight: float
     below: float
     most: int
     apart: Sequence[bool]
+    at_once: bool = False
 
 
 def cheapest_laps(system: TeamSystem, places: LapPlaces, terms: Terms) -> CheapestLaps:
@@ -129,7 +134,7 @@ class _Search:
         self.heap: list[tuple[int, bool, float, int, _Label]] = []
         self._count = itertools.count()
         if places.places:
-            self._go_to_place(None, 0, (0.0,) * places.limits.number)
+            self._go_to_place(None, 0, (0.0,) * places.limits.number, _ANYBODY)
 
     def pop(self) -> tuple[float, _Label]:
         """Return the way with the least bound, and that."""
@@ -146,34 +151,49 @@ class _Search:
 
     def expand(self, label: _Label, key: _Key) -> None:
         """Go on with a way."""
-        home, at, *_ = key
+        home, at, *_, able = key
         if home != _BEFORE:
             self._go_round(label, key)
             return
+        places = self._places.places
         for robot, cost, target in self._places.ways[at]:
-            self._go_to_place(label, target, _paying(label.paid, self._accounts[robot], cost))
+            acting = self._able(able, robot, places[at][0], places[target][0])
+            if acting is not None:
+                self._go_to_place(label, target, _paying(label.paid, self._accounts[robot], cost), acting)
         begun, masks = self._places.places[at]
         if self._places.homes[begun]:  # what is shown at home is shown at a lap's end; all may rest there for ever
             shown = self._places.marks[begun]
-            self._go_in_lap(label, (begun, begun, self._number(masks), shown, 0, 0), label.paid)
+            last = _NOBODY if self._terms.at_once else _ANYBODY
+            self._go_in_lap(label, (begun, begun, self._number(masks), shown, 0, 0, last), label.paid)
             self._close(label, begun, masks, shown, 0)
 
-    def _go_to_place(self, label: _Label | None, place: int, paid: _Costs) -> None:
+    def _able(self, able: int, robot: int, at: int, target: int) -> int | None:
+        """Return who may act after a step; None where a robot may not make it."""
+        if not self._terms.at_once:
+            return able
+        if not self._acting[robot]:
+            return _NOBODY
+        if not self._acts(robot, at, target):
+            return robot
+        return able if able in (robot, _ANYBODY) else None
+
+    def _go_to_place(self, label: _Label | None, place: int, paid: _Costs, able: int) -> None:
         at, own = self._places.places[place][0], self._before[place]
         bound = max(max(map(operator.add, paid, own)), sum(paid) / len(paid) + own[-1])
-        self._push(_Label((_BEFORE, place, 0, 0, 0, 0), paid, label), self._left_at(_BEFORE, at, 0), bound)
+        self._push(_Label((_BEFORE, place, 0, 0, 0, 0, able), paid, label), self._left_at(_BEFORE, at, 0), bound)
 
     def _go_in_lap(self, label: _Label, key: _Key, paid: _Costs) -> None:
-        home, at, _, shown, _, _ = key
+        home, at, _, shown, *_ = key
         self._push(_Label(key, paid, label), self._left_at(home, at, shown), 0.0)
 
     def _go_round(self, label: _Label, key: _Key) -> None:
-        home, at, number, shown, effect, out = key
+        home, at, number, shown, effect, out, able = key
         effects, masks = self._effects_from(home), self._masks[number]
         for robot, cost, target in self._places.steps[at]:
             letter = self._places.letter(target, robot)
             after = self._places.followers.after(masks, letter) if self._places.recurring[target] else None
-            if after is None:
+            acting = self._able(able, robot, at, target)
+            if after is None or acting is None:
                 continue
             gone = out
             if self._acting[robot] and not out >> robot & 1:
@@ -182,7 +202,7 @@ class _Search:
                 gone |= 1 << robot
             done, seen = effects.after(effect, letter), shown | self._places.marks[target]
             paid = _paying(label.paid, self._accounts[robot], self._terms.weight * cost)
-            further = (home, target, self._number(after), seen, done, gone)
+            further = (home, target, self._number(after), seen, done, gone, acting)
             if target != home or not self._close(_Label(further, paid, label), home, after, seen, done):
                 self._go_in_lap(label, further, paid)
 

@@ -9,7 +9,9 @@ from random import Random
 
 import pytest
 
+from ltlplan import plan as plan_mission
 from ltlplan.logic.budget import DEFAULT_BUDGET, Budget
+from ltlplan.pipeline import certified_team
 from ltlplan.search.exact import assign
 from ltlplan.search.lassos.labels.cheapest_laps import laps_below, least_of_all_laps
 from ltlplan.systems.robot_systems import Systems
@@ -219,3 +221,31 @@ def test_what_is_found_and_proved_among_few_places_is_true(objective: str):
         bounded += least is not None and least > 0.0
     assert proved >= 1
     assert bounded >= 1
+
+
+FILLS = "robot:\n  initial: dry\n  states: {dry: [], wet: [water]}\n  actions: [{from: dry, to: wet, at: a}, {from: wet, to: dry, at: b}]\n"
+
+
+def filling(robots: int, repeat: int, objective: str) -> Mission:
+    """Return robots that all carry water again and again, and all carry none."""
+    return world(
+        "G F all(water) & G F all(!water)",
+        robots=robots, regions={"a": (0.0, 0.0), "b": (3.0, 0.0)}, radii={"a": 0.9, "b": 0.9}, starts=((-1.0, -1.0), (4.0, 1.5), (-2.0, 0.5)),
+        trace="infinite", team="joint", repeat=repeat, objective=objective, extra=FILLS,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("objective", ["sum", pytest.param("longest", marks=pytest.mark.slow)])
+def test_robots_that_wait_for_each_others_actions_act_where_they_come_to(objective: str):
+    plan = assign(filling(3, 2, objective))
+    assert plan.complete
+    assert plan.meetings
+    for robot in plan.robots.values():
+        assert robot.cycle_visit is not None
+        assert [len(visit.actions) for visit in robot.visits[robot.cycle_visit :]] == [1, 1]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("repeat", [1, 2])
+def test_robots_that_all_fill_and_all_empty_in_each_lap_are_certified(repeat: int):
+    assert certified_team(plan_mission(filling(2, repeat, "sum"))).certificate.holds
