@@ -24,6 +24,7 @@ from flight.model.airframe import airframe_of
 from flight.model.attitude import euler
 from flight.model.timing import CONTROL_STEP, STEP, SUBSTEPS
 from ltlplan.online.certified import CertifiedTeam
+from ltlplan.online.happenings import GIVE_UP
 from ltlplan.online.online_flight import CERTIFIED, NOT_ALL_CERTIFIED, NOT_CERTIFIED, OnlineFlight
 from ltlplan.online.seen import on_grid, seen_timeline
 from ltlplan.planner import with_seed
@@ -41,9 +42,6 @@ from verify.data.sections import Robot
 from verify.data.shapes.inequalities import Point
 
 Floats = NDArray[np.float64]
-
-GIVE_UP = 3.0
-"""s that a team which cannot finish goes on hovering before the flight is ended."""
 
 SINK = 0.5
 """m/s at which a robot that fails or leaves comes down."""

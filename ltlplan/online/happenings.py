@@ -27,6 +27,8 @@ class Told:
 News = Callable[[], Sequence[WorldEvent | Told | str]]
 """Returns what was told since it was asked last, without waiting; a text says what was told and is no event."""
 
+GIVE_UP = 3.0
+"""s that a team hovers which cannot finish: until then another event may help it."""
 TOO_LATE = "the flight ended before."
 """Why an event was not heard that nobody took in time."""
 

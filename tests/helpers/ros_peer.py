@@ -1,6 +1,6 @@
 """A publisher of a ROS 2 topic in a process of its own: `python ros_peer.py TOPIC KIND LINE ...` publishes each line once somebody listens.
 
-KIND is "reliable" or "best effort". Traffic stays on this machine (`here`).
+KIND is "reliable", "best effort", or "number" for messages of another type. Traffic stays on this machine (`here`).
 """
 
 import os
@@ -38,6 +38,7 @@ def _main(topic: str, kind: str, *lines: str) -> None:
     from cyclonedds.core import Policy, Qos
     from cyclonedds.domain import DomainParticipant
     from cyclonedds.idl import IdlStruct
+    from cyclonedds.idl.types import uint8
     from cyclonedds.pub import DataWriter
     from cyclonedds.topic import Topic
     from cyclonedds.util import duration
@@ -46,15 +47,19 @@ def _main(topic: str, kind: str, *lines: str) -> None:
     class Text(IdlStruct, typename="std_msgs::msg::dds_::String_"):
         data: str
 
+    @dataclass
+    class Number(IdlStruct, typename="std_msgs::msg::dds_::UInt8_"):
+        data: uint8
+
     sure = Policy.Reliability.BestEffort if kind == "best effort" else Policy.Reliability.Reliable(duration(seconds=10))
     asked = Qos(sure, Policy.Durability.TransientLocal, Policy.History.KeepAll)
     participant = DomainParticipant(int(os.environ["ROS_DOMAIN_ID"]))
-    writer = DataWriter(participant, Topic(participant, f"rt{topic}", Text), qos=asked)
+    writer = DataWriter(participant, Topic(participant, f"rt{topic}", Number if kind == "number" else Text), qos=asked)
     end = time.monotonic() + 10
-    while kind != "best effort" and not writer.get_matched_subscriptions() and time.monotonic() < end:
+    while kind == "reliable" and not writer.get_matched_subscriptions() and time.monotonic() < end:
         time.sleep(0.01)
     for line in lines:
-        writer.write(Text(line))
+        writer.write(Number(1) if kind == "number" else Text(line))
     print("published", flush=True)
     time.sleep(30)
 

@@ -48,9 +48,11 @@ def test_messages_from_before_they_were_asked_for_are_heard_in_order(followed):
 
 
 def test_who_is_not_heard_is_said(followed):
-    with publishing(DOMAIN, TOPIC, "best effort", "one fails"):
-        (said,) = heard(followed, 1)
+    with publishing(DOMAIN, TOPIC, "best effort", "one fails"), publishing(DOMAIN, TOPIC, "number", ""):
+        said = " ".join(heard(followed, 2))
     assert "does not publish reliably" in said
+    assert "publishes 'std_msgs::msg::dds_::UInt8_', not std_msgs/msg/String" in said
+    assert followed() == []
 
 
 def test_bytes_that_are_no_text_do_no_harm(monkeypatch):
@@ -70,7 +72,11 @@ def test_bytes_that_are_no_text_do_no_harm(monkeypatch):
 
         get_requested_incompatible_qos_status = get_sample_lost_status = status
 
-    monkeypatch.setattr(topics, "_reader", lambda name, domain: Reader())
+    class Publishers:
+        def take(self, N):
+            return []
+
+    monkeypatch.setattr(topics, "_readers", lambda name, domain: (Reader(), Publishers()))
     said, event = FollowedTopic(TOPIC)()
     assert "cannot be read" in said
     assert event == RobotLeaves(time=0.0, robot="one")
