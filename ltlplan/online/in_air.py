@@ -104,7 +104,13 @@ class InAir:
         return self.team.present
 
     def note(self, sentence: str, robot: str | None = None, kind: str = "note") -> None:
-        """Say something of now."""
+        """Say something of now.
+
+        Args:
+            sentence: For a person.
+            robot: Whom it concerns; None for the team.
+            kind: As a record's events have it.
+        """
         self.record.note(self.link.now(), sentence, robot, kind)
 
     def took(self, **seconds: float) -> None:
