@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,8 @@ Numbers = NDArray[np.intp]
 _TRIES = 3_000
 """Places that are tried, of all robots together."""
 
+_KEPT = 64
+"""Questions whose answers are kept."""
 _BLOCK = 64
 """Places whose distances from all others are found at once."""
 
@@ -30,7 +33,17 @@ def packed(middle: Floats, free: Sequence[Floats], distance: float, z_scale: flo
         distance: m that robots keep.
         z_scale: Distances in z count this many times.
     """
-    return _Places(middle, free, distance, z_scale).found((), [np.arange(len(points)) for points in free])
+    whole = [np.ascontiguousarray(points, dtype=np.float64).tobytes() for points in (middle, *free)]
+    found = _packed(whole[0], tuple(whole[1:]), distance, z_scale)
+    return None if found is None else [place.copy() for place in found]
+
+
+@lru_cache(maxsize=_KEPT)
+def _packed(middle: bytes, free: tuple[bytes, ...], distance: float, z_scale: float) -> tuple[Floats, ...] | None:
+    """Return places for the same question: one team is asked it for each way in which it may wait, and each time for all that is too far apart."""
+    points = [np.frombuffer(places).reshape(-1, 3) for places in free]
+    found = _Places(np.frombuffer(middle), points, distance, z_scale).found((), [np.arange(len(places)) for places in points])
+    return None if found is None else tuple(found)
 
 
 class _Places:

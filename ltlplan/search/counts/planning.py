@@ -150,17 +150,19 @@ def _plan(team: CountedTeam, budget: Budget, *, within: Mapping[str, int] | None
 
     if team.longest:
         return _with_cheapest_dearest(plan, (staying,) if needed else (staying, resting), taken)
+    beside = budget.states if needed else min(_STATES_STAYING, 4 * plan.reached + 1_000, budget.states)
     if not needed:
-        plan = _beside(plan, staying, min(_STATES_STAYING, 4 * plan.reached + 1_000, budget.states), taken)
+        plan = _beside(plan, staying, beside, taken)
     if plan.cost <= plan.bound + _TIES:
         return plan
     apart, most = staying.told_apart(), min(_STATES_APART, budget.states)
     bound = max(plan.bound, min(plan.cost, NumberSearch(apart.made()).least()))
-    if plan.cost > bound + _TIES:
+    if plan.cost > bound + _TIES and (beside < most or apart.start != staying.start):  # the same search says no more
         plan = _beside(plan, apart, most, taken)
         bound = max(bound, plan.bound)
-    if plan.cost > bound + _TIES and not needed:
-        plan = _beside(plan, resting.told_apart(), most, taken)
+    parted = resting.told_apart()
+    if plan.cost > bound + _TIES and not needed and parted.start != resting.start:
+        plan = _beside(plan, parted, most, taken)
     return replace(plan, bound=bound)
 
 
