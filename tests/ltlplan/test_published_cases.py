@@ -7,7 +7,7 @@ import pytest
 import ltlplan
 from ltlplan.pipeline import certified_team
 from ltlplan.search.exact import Assignment, assign
-from tests.helpers.published_cases import CASES
+from tests.helpers.published_cases import CASES, WORDS_ONLY
 from verify import check_team
 from verify.data import Mission
 
@@ -32,6 +32,7 @@ def planned(case: str) -> tuple[Mission, Assignment]:
         ("Schillinger, third, joint", 43.083),
         ("five gather", 30.828),
         ("ten meet", 73.484),
+        ("thirty meet", 241.030),
     ],
 )
 def test_published_cases_are_planned_to_the_cheapest_words(case: str, cost: float) -> None:
@@ -74,7 +75,7 @@ def test_those_who_gather_wait_for_each_other(case: str) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("case", sorted(CASES))
+@pytest.mark.parametrize("case", sorted(CASES.keys() - WORDS_ONLY))
 def test_published_cases_are_flown_and_certified(case: str) -> None:
     done = certified_team(ltlplan.plan(CASES[case][0]()))
     assert done.certificate.holds

@@ -18,6 +18,10 @@ MOST_STEPS = 20_000
 """Steps of trying all orders of one stage's moves."""
 
 
+_Progress = tuple[tuple[int, ...], ...]
+"""For each kind of move how many robots are at each of its letters."""
+
+
 @dataclass(frozen=True, slots=True)
 class Turn:
     """One robot's move as the formula sees it.
@@ -107,21 +111,17 @@ def _at_once(marks: Marks, states: set[States], held: Sequence[Sums], turns: Seq
     others = _total([own for robot, own in enumerate(held) if robot not in moving] or [(0,) * len(held[0])])
     start = tuple((count, *(0,) * (len(shown) - 1)) for shown, count in kinds.items())
     goal = tuple((*(0,) * (len(shown) - 1), count) for shown, count in kinds.items())
-    reached: dict[tuple[tuple[int, ...], ...], set[States]] = {start: set(states)}
-    layers: dict[int, list[tuple[tuple[int, ...], ...]]] = {0: [start]}
-    steps = 0
+    reached: dict[_Progress, set[States]] = {start: set(states)}
+    layers: dict[int, list[_Progress]] = {0: [start]}
+    moved, steps = _Moved(tuple(kinds)), 0
     for depth in range(sum(count * (len(shown) - 1) for shown, count in kinds.items()) + 1):
         for progress in layers.pop(depth, ()):
             here = reached.pop(progress) if progress != goal else reached[progress]
-            for after in _further(progress):
+            for after, shown in moved.further(progress):
                 steps += len(here)
                 if steps > MOST_STEPS:
                     return None
-                sums = others
-                for shown, counts in zip(kinds, after, strict=True):
-                    for own, count in zip(shown, counts, strict=True):
-                        if count:
-                            sums = tuple(s + count * m for s, m in zip(sums, own, strict=True))
+                sums = tuple(map(sum, zip(others, *shown, strict=True)))
                 read = {marks.read(state, sums) for state in here}
                 if None in read:
                     return None
@@ -132,19 +132,38 @@ def _at_once(marks: Marks, states: set[States], held: Sequence[Sums], turns: Seq
     return reached[goal]
 
 
-def _depth(progress: tuple[tuple[int, ...], ...]) -> int:
+def _depth(progress: _Progress) -> int:
     return sum(place * count for counts in progress for place, count in enumerate(counts))
 
 
-def _further(progress: tuple[tuple[int, ...], ...]) -> Iterator[tuple[tuple[int, ...], ...]]:
-    """Yield what can follow when some robots, one at least, go on by one letter at one instant."""
-    yield from itertools.islice(itertools.product(*map(_moved, progress)), 1, None)  # the first one is that nobody does
+class _Moved:
+    """What can follow for robots of some kinds, those of one kind being at letters of the same move.
 
+    Args:
+        kinds: The letters of each kind's move.
+    """
 
-def _moved(counts: tuple[int, ...]) -> Iterator[tuple[int, ...]]:
-    """Yield what can follow for robots that do the same, how many of which are at each of their letters; at first that nobody goes on."""
-    for going in itertools.product(*(range(count + 1) for count in counts[:-1])):
-        yield tuple(count - out + new for count, out, new in zip(counts, (*going, 0), (0, *going), strict=True))
+    def __init__(self, kinds: Sequence[tuple[Sums, ...]]) -> None:
+        self._kinds = kinds
+        self._known: dict[tuple[int, tuple[int, ...]], list[tuple[tuple[int, ...], Sums]]] = {}
+
+    def further(self, progress: _Progress) -> Iterator[tuple[_Progress, tuple[Sums, ...]]]:
+        """Yield what can follow when some robots, one at least, go on by one letter at one instant, with the marks that each kind makes then."""
+        options = (self._options(kind, counts) for kind, counts in enumerate(progress))
+        for chosen in itertools.islice(itertools.product(*options), 1, None):  # the first one is that nobody does
+            after, shown = zip(*chosen, strict=True)
+            yield after, shown
+
+    def _options(self, kind: int, counts: tuple[int, ...]) -> list[tuple[tuple[int, ...], Sums]]:
+        """Return what can follow for one kind, how many of which are at each of their letters; at first that nobody goes on."""
+        found = self._known.get((kind, counts))
+        if found is None:
+            found = self._known[kind, counts] = []
+            for going in itertools.product(*(range(count + 1) for count in counts[:-1])):
+                after = tuple(count - out + new for count, out, new in zip(counts, (*going, 0), (0, *going), strict=True))
+                letters = zip(*self._kinds[kind], strict=True)
+                found.append((after, tuple(sum(a * m for a, m in zip(after, marks, strict=True)) for marks in letters)))
+        return found
 
 
 def _total(held: Sequence[Sums]) -> Sums:
