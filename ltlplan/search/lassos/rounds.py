@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import heapq
 import itertools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -170,11 +170,13 @@ class Rounds:
                     break
         places, left = [home], self.everything & ~self.shown[home]
         for k in order:
-            while left >> k & 1:
-                places.append(self._nearer(places[-1], self._to[k]))
-                left &= ~self.shown[places[-1]]
-        while len(places) == 1 or places[-1] != home:
-            places.append(self._nearer(places[-1], homewards))
+            if left >> k & 1:
+                for place in self._way(places[-1], self._sets[k]):
+                    places.append(place)
+                    left &= ~self.shown[place]
+        if len(places) == 1:
+            places.append(min(self.edges[home], key=lambda edge: (edge[1] + homewards[edge[0]], edge[0]))[0])
+        places.extend(self._way(places[-1], (home,)))
         return tuple(places[:-1])
 
     def _length(self, order: Sequence[int], start: Floats) -> float:
@@ -182,8 +184,16 @@ class Rounds:
             return 0.0
         return float(start[order[0]] + self._apart[order[:-1], order[1:]].sum() + self._after[order[-1]])
 
-    def _nearer(self, place: int, to: Floats) -> int:
-        return min(self.edges[place], key=lambda edge: (edge[1] + to[edge[0]], edge[0]))[0]
+    def _way(self, place: int, goals: Iterable[int]) -> list[int]:
+        """Return the cheapest way from a place to the nearest of some, without the place itself.
+
+        Its steps are remembered, not told from costs that are left: next to large ones the tiny cost of a hover is none.
+        """
+        costs, before = dijkstra(self._back.T, indices=place, return_predecessors=True)
+        way = [min(goals, key=lambda goal: (costs[goal], goal))]
+        while way[-1] != place:
+            way.append(int(before[way[-1]]))
+        return way[-2::-1]
 
 
 _State = tuple[int, int, bool]

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.sparse import csr_matrix
 
 from ltlplan.logic.automaton import Automaton
 from ltlplan.logic.budget import Budget, TooLarge
@@ -172,3 +173,13 @@ def test_the_weight_decides_between_prefix_and_cycle() -> None:
     assert far is not None
     assert near.cycle == (1,)
     assert far.cycle == (2,)
+
+
+def test_the_best_round_of_a_local_search_is_found_next_to_costs_beside_which_a_hover_is_none():
+    """A leg that was shut out costs so much that what lies behind it is no nearer after a step than after a hover."""
+    graph = csr_matrix(np.array([[1e-11, 1e-10, 0.0], [0.0, 1e-11, 3e5], [1.0, 0.0, 1e-11]]))
+    component = rounds.Rounds(graph, np.array([0.0, 1.0, 1.0]), [0b01, 0b00, 0b10], 2, 1.0)
+    (home,) = component.homes
+    found = component.through(home, np.inf, 0)
+    assert sorted(found.places) == [0, 1, 2]
+    assert found.cost == pytest.approx(300_001.0)
