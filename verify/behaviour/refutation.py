@@ -8,7 +8,7 @@ that are read one at a time, all readings of one behaviour are followed together
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from fractions import Fraction
 
@@ -19,8 +19,8 @@ from verify.behaviour.timeline import Relations, Timeline
 from verify.data.language.counting import atoms
 from verify.data.language.formula import Formula
 from verify.data.sections import TeamReading
-from verify.logic.normal_form import Normal, conjuncts, normal_form
-from verify.logic.progression import REFUTED, Automaton, OutOfBudget
+from verify.logic.normal_form import conjuncts, normal_form
+from verify.logic.progression import REFUTED, Automaton, OutOfBudget, State
 from verify.logic.team_letters import TeamLetters
 
 _Readings = frozenset[tuple[int, int]]
@@ -58,11 +58,24 @@ def every_behaviour_breaks(
     if reading == "joint" or len(robots) == 1:
         graph = JointGraph(robots, timed=True)
         return all(holds_for_all(graph, part, budget) is None for part in conjuncts(normal_form(formula, negated=True)))
-    return any(_each_broken(robots, part, budget) for part in conjuncts(normal_form(formula)))
+    for automaton in map(Automaton, conjuncts(normal_form(formula))):
+        if each_broken(robots, automaton, budget, lambda read, rest, ends=automaton.accepts: read and not ends(rest)):
+            return True
+    return False
 
 
-def _each_broken(robots: list[RobotBehaviour], part: Normal, budget: int) -> bool:
-    automaton = Automaton(part)
+def each_broken(robots: list[RobotBehaviour], automaton: Automaton, budget: int, lost: Callable[[bool, State], bool]) -> bool:
+    """Tell whether each behaviour of robots that are read one at a time has a reading that is lost.
+
+    Args:
+        robots: All that each may do.
+        automaton: Of what they are held against.
+        budget: Configurations that may be met.
+        lost: Whether a reading of all that was done is, by whether every robot is read in its last letter, and by what then remains.
+
+    Raises:
+        OutOfBudget: More than `budget` configurations were met.
+    """
     graph = OwnGraph(robots, timed=True, clock_error=Fraction(0))
     seen: set[tuple[tuple[int, ...], _Readings]] = set()
     stack: list[tuple[tuple[int, ...], _Readings]] = []
@@ -94,7 +107,7 @@ def _each_broken(robots: list[RobotBehaviour], part: Normal, budget: int) -> boo
     while stack:
         nodes, readings = stack.pop()
         at_end = all(n in robot.final for n, robot in zip(nodes, robots, strict=True))
-        if at_end and not any(bits == graph.all_read and not automaton.accepts(rest) for bits, rest in readings):
+        if at_end and not any(lost(bits == graph.all_read, rest) for bits, rest in readings):
             return False
         for r, robot in enumerate(robots):
             for target in robot.following[nodes[r]]:

@@ -11,11 +11,13 @@ true. One extra variable, "there is another letter", tells `X` (weak) from `X[!]
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 from functools import cached_property
 
 from verify.data.errors import LtlplanError
+from verify.data.language.formula import FALSE, TRUE, Formula
 from verify.data.language.word import Letter
-from verify.logic.normal_form import Normal
+from verify.logic.normal_form import Normal, to_formula
 
 State = int
 """What remains: a node of the automaton's decision diagram."""
@@ -82,6 +84,22 @@ class Automaton:
     def accepts(self, state: State) -> bool:
         """Tell whether the word may end here. The empty word is no trace: ask only after a letter."""
         return self._diagram.ends_well(state)
+
+    def remains(self, state: State) -> Formula:
+        """Return what remains as a formula over infinite words: there is always another letter."""
+        known = {REFUTED: FALSE, SETTLED: TRUE}
+
+        def go(node: State) -> Formula:
+            if node not in known:
+                level, low, high = self._diagram.nodes[node]
+                if level == self._diagram.more_level:
+                    known[node] = go(high)
+                else:  # the function grows with this variable
+                    variable = to_formula(replace(self.normal, root=self._diagram.variables[level]))
+                    known[node] = Formula("|", (go(low), Formula("&", (variable, go(high)))))
+            return known[node]
+
+        return go(state)
 
 
 class _Diagram:

@@ -33,11 +33,13 @@ class FlightVerdict:
         claims: Every claim, held against the recording.
         assumptions: What the verdict rests on, a sentence each.
         alignment: When the flight began on the recording's clock.
+        premise: What a formula of laps for ever takes for granted of what comes after the recording; empty where there is none.
     """
 
     claims: tuple[Claim, ...]
     assumptions: tuple[str, ...]
     alignment: Alignment
+    premise: str = ""
 
     @property
     def outcome(self) -> Outcome:
@@ -49,7 +51,8 @@ class FlightVerdict:
     def sentence(self) -> str:
         """The verdict for a person, with the first claim that does not hold."""
         if self.outcome == "holds":
-            return f"Satisfied: all {len(self.claims)} claims hold at all times, not only at the samples."
+            all_hold = f"Satisfied: all {len(self.claims)} claims hold at all times, not only at the samples."
+            return f"{all_hold} {self.premise}".rstrip()
         worst = [claim for claim in self.claims if claim.outcome == self.outcome]
         more = f" And {len(worst) - 1} more." if len(worst) > 1 else ""
         start = "Violated, whatever happened between the samples" if self.outcome == "fails" else "The samples cannot tell"
@@ -116,7 +119,7 @@ def check_flight(
     whole = with_rounding(float(error), speed, samples.rounding, samples.times, samples.positions.values())
     bounds = Bounds(speed, whole, np.inf if max_acceleration is None else float(max_acceleration))
     flown = RecordedFlight(samples, asked, bounds, begins, budget)
-    return FlightVerdict(flown.claims(), tuple(flown.assumptions()), flown.alignment)
+    return FlightVerdict(flown.claims(), tuple(flown.assumptions()), flown.alignment, flown.premise)
 
 
 def _begins(start: float | tuple[float, float] | None) -> tuple[float, float] | None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import replace
 from fractions import Fraction
+from functools import cached_property
 
 import numpy as np
 
@@ -103,6 +104,28 @@ class RecordedFlight:
             return first, last
         return self.alignment.low, self.alignment.high + self.end
 
+    @cached_property
+    def lap(self) -> Fraction | None:
+        """How long the lap lasts with which the flight ends, s; None where there is none, or its ends are not known on the recording's clock."""
+        team, begins = self.asked.team, self.alignment
+        known = begins.trusted and begins.low == begins.high and len(self.asked.worlds) == 1 and not self.asked.gone
+        if team is None or not known or self.asked.mission.spec.trace != "infinite":
+            return None
+        laps = {
+            None if path.cycle is None else Fraction(path.duration) - Fraction(float(path.knots[path.cycle]))
+            for path in team.values()
+        }
+        lap = laps.pop()
+        return lap if not laps and lap is not None and 0 < lap <= Fraction(self.stop) - Fraction(self.start) else None
+
+    @property
+    def premise(self) -> str:
+        """What the claim `formula` takes for granted of what comes after the recording; empty where it takes nothing."""
+        if self.lap is None or self.asked.mission.spec.formula is None:
+            return ""
+        since = self.stop - float(self.lap)
+        return f"`formula` holds only if later laps show what the last one did, from {since:.4f} to {self.stop:.4f} s."
+
     # -- claims -----------------------------------------------------------------------------------------------
 
     def _tube(self) -> Iterable[Claim]:
@@ -122,7 +145,9 @@ class RecordedFlight:
         open_ = [action for _, actions in deeds for action in actions if action.outcome == "undecided"]
         doubtful = open_[0].sentence if open_ else ""
         if mission.spec.formula is not None:
-            yield formula_claim(self.asked.worlds, timelines, self.rows, doubtful=doubtful, zero=self.start, budget=self.budget)
+            yield formula_claim(
+                self.asked.worlds, timelines, self.rows, doubtful=doubtful, zero=self.start, lap=self.lap, budget=self.budget
+            )
         for timeline in timelines.values():
             yield transition_claim(self.asked.worlds, timeline, zero=self.start)
         for robot, actions in deeds:
@@ -195,6 +220,8 @@ class RecordedFlight:
         if np.isfinite(self.bounds.acceleration):
             yield f"No robot is ever accelerated by more than {self.bounds.acceleration:g} m/s^2."
         yield f"No measured position is off by more than {self.bounds.error:g} m, the digits that it was written with included."
+        if self.premise:
+            yield self.premise
         yield from self.samples.notes
         for robot, one in self.tracks.items():
             if unseen := unseen_sentence(robot, one.times[one.real], one.start, one.stop):

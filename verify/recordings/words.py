@@ -18,6 +18,7 @@ from verify.motion.membership.bodies import Span
 from verify.motion.regions import relations
 from verify.pieces import torn
 from verify.recordings.asked import World
+from verify.recordings.recorded_laps import laps_claim
 from verify.recordings.sampled_timelines import sampled_timeline
 from verify.recordings.samples import judge_timelines
 from verify.recordings.space import recorded_claim
@@ -119,11 +120,12 @@ def recorded_timeline(
     return Timeline(track.robot, initial, tuple(changes), end, internal, tuple(actions))
 
 
+# seven parameters: what was asked and what is known of the flight, and each limit of that by its keyword
 def formula_claim(
     worlds: Sequence[World], timelines: Mapping[str, Timeline], rows: Mapping[str, Mapping[str, Row]], *, doubtful: str, zero: float,
-    budget: int = DEFAULT_BUDGET,
+    lap: Fraction | None = None, budget: int = DEFAULT_BUDGET,
 ) -> Claim:  # fmt: skip
-    """The formula of the last world holds of the whole flight.
+    """The formula of the last world holds of the whole flight; of laps for ever see `recorded_laps`.
 
     Args:
         worlds: In order of time.
@@ -131,12 +133,10 @@ def formula_claim(
         rows: Each robot's regions.
         doubtful: Why internal states are not known; empty where they are.
         zero: Time of the timelines' 0, s.
+        lap: Length of the lap with which the flight ends, s; None where it is not known, or where there are none.
         budget: Configurations that each part of the formula may take.
     """
     mission = worlds[-1].mission
-    if mission.spec.trace == "infinite":
-        sentence = "A recorded flight ends; it neither satisfies nor breaks a formula over an infinite trace."
-        return recorded_claim("formula", "undecided", sentence)
     if doubtful and mission.internal_propositions & mission.formula.names():
         return recorded_claim("formula", "undecided", f"The formula speaks of internal states: {doubtful}.")
     for one, other in itertools.pairwise(worlds):
@@ -152,6 +152,8 @@ def formula_claim(
             if fault:
                 sentence = f"{fault} of {robot} at {other.since:.3f} s, so the order of its letters cannot be told."
                 return recorded_claim("formula", "undecided", sentence, robot=robot, time=other.since)
+    if mission.spec.trace == "infinite":
+        return laps_claim(mission, timelines, common_relations(worlds), lap, zero, budget)
     return _word_claim(judge_timelines(mission, timelines, common_relations(worlds), budget), zero)
 
 
