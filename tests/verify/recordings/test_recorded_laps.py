@@ -139,7 +139,7 @@ def test_a_region_that_may_have_been_entered_before_the_flight_breaks_nothing():
 
 
 def spelt(rng: Random) -> tuple[Timeline, list[Letter], int]:
-    """A flight of which nothing is left open: its timeline, its letters, a second each, and with which its last lap begins.
+    """A flight of which nothing is left open: its timeline, its letters, a second each, and within which its last lap begins.
 
     One region at the most changes at a time, over the seam, too.
     """
@@ -178,7 +178,7 @@ def against_spot(count: int, seed: int) -> dict[str, int]:
             wanted = "fails"
         else:
             wanted = "holds" if spot_accepts(parsed, word) else "undecided"
-        claim = laps_claim(asks, {"q0": line}, Relations(), line.duration - lap, 5.0, BUDGET)
+        claim = laps_claim(asks, {"q0": line}, Relations(), line.duration - lap - Fraction(1, 2), 5.0, BUDGET)
         assert claim.outcome == wanted, (formula, letters, lap, claim.sentence)
         blind = laps_claim(asks, {"q0": line}, Relations(), None, 5.0, BUDGET)
         assert blind.outcome == ("fails" if wanted == "fails" else "undecided")
