@@ -24,6 +24,8 @@ STEP = 0.02
 """s between two looks at all robots."""
 SETTLE = 1.0
 """s that robots hover between two stages, and between two parts of one at the least."""
+INTERRUPTED = "interrupted"
+"""Why a flight ended that Ctrl-C or SIGTERM ended."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -233,7 +235,7 @@ def fly_live(
     except (Alarm, LinkLost) as alarm:
         reason = str(alarm)
     except KeyboardInterrupt:
-        reason = "interrupted"
+        reason = INTERRUPTED
     except BaseException as error:  # whatever it was: robots are in the air
         if isinstance(error, DoesNotFit) and not began:
             raise

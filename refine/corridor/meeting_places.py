@@ -22,6 +22,11 @@ _WIDER = (0.25, 0.1, 0.0)
 _How = Literal["middle", "apart", "packed"]
 """From the middle outwards, as far out as can be, or by trying."""
 _HOW: tuple[_How, ...] = ("middle", "apart", "packed")
+_ATTEMPTS: tuple[tuple[float, _How], ...] = (
+    *itertools.product(_WIDER, ("middle", "apart")),
+    *itertools.product(_WIDER, ("packed",)),
+)
+"""Places found by trying lie as the search met them: robots cross each other on their ways there more often."""
 _FORBIDDEN = 1e9
 """m^2; more than any ways."""
 
@@ -123,7 +128,7 @@ def moved_to_meet(plan: Plan, distance: float, z_scale: float, *, nearest: bool 
         nearby = _visits_within(mission, region, moved)
         if not guests or len({*guests, *nearby}) < 2:
             continue
-        for wider, how in itertools.product(_WIDER, _HOW):
+        for wider, how in _ATTEMPTS:
             kept = distance + wider, z_scale
             places = _own_places(plan, region, guests, kept, how=how, nearby=nearby)
             if places is not None:

@@ -18,7 +18,6 @@ Desk = Callable[[str], Tab]
 Narrow = Callable[[str, bool], Tab]
 
 PAGES = ("report", "show", "campaign", "online")
-SHOW = pytest.param("show", marks=pytest.mark.slow)
 ONLINE = pytest.param("online", marks=pytest.mark.slow)
 """Pages like the report's, which take long to open."""
 RECORDED = pytest.param("recorded", marks=pytest.mark.slow)
@@ -63,7 +62,7 @@ ROOM = 0.88
 
 
 @pytest.mark.parametrize(
-    "name", [*(pytest.param(name, marks=pytest.mark.slow) for name in ("report", SHOW, "campaign")), ONLINE, RECORDED]
+    "name", [*(pytest.param(name, marks=pytest.mark.slow) for name in ("report", "show", "campaign")), ONLINE, RECORDED]
 )
 def test_a_page_draws_from_its_file_alone_without_a_complaint(desk: Desk, name: str) -> None:
     tab = desk(name)
@@ -103,7 +102,9 @@ def test_nothing_scrolls_sideways_or_lies_over_words_on_a_narrow_screen(narrow: 
         assert max(abs(part) for corner in scene["corners"] for part in corner) < ROOM, "axes are clipped"
 
 
-@pytest.mark.parametrize("name", [*(pytest.param(name, marks=pytest.mark.slow) for name in ("report", SHOW)), ONLINE, RECORDED])
+@pytest.mark.parametrize(
+    "name", [*(pytest.param(name, marks=pytest.mark.slow) for name in ("report", "show")), ONLINE, RECORDED]
+)
 def test_scenes_are_to_scale(desk: Desk, name: str) -> None:
     tab = desk(name)
     scenes = tab.run(SCENES)

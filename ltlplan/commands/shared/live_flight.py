@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from contextlib import ExitStack, closing
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -37,6 +38,7 @@ def fly_over_link(source: str, out: Path | None, asked: Asked, said: Said, seed:
 
     Raises:
         NotCertified: The flight was not flown to its end inside the margin.
+        Exit: It was interrupted, and landed.
         BadInput: A place or an address makes no sense.
         LinkLost: A robot cannot be reached.
     """
@@ -61,13 +63,14 @@ def fly_over_link(source: str, out: Path | None, asked: Asked, said: Said, seed:
             seed = plan.seed if seed is None else seed
             link = opened.enter_context(closing(simulated_robots(mission, stand, conditions, seed, real_time=asked.real_time)))
         view = View(quiet=json)
-        with interrupts_land():
+        with interrupts_land() as heard:
             done = fly_live(link, flown, grounds={name: place[2] for name, place in stand.items()}, show=view.show)
     view.end()
     texts = done.record.files(mission.frame)
 
     files = written(out, lambda folder: write_texts(texts, folder))
-    _outcome(done, mission.name, link.failsafe, abort).show(files, as_json=json)
+    outcome = _outcome(done, mission.name, link.failsafe, abort)
+    replace(outcome, interrupted=heard.code(done)).show(files, as_json=json)
 
 
 def write_texts(texts: Mapping[str, str], folder: Path) -> None:

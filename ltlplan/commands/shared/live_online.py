@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json as json_text
 from contextlib import ExitStack, closing, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -88,14 +88,17 @@ def online_over_link(mission: Mission, out: Path | None, asked: Asked, said: Sai
             robots = simulated_robots(mission, stand, said.conditions(mission), mission.planner.seed, real_time=True)
             link = opened.enter_context(closing(robots))
         view, grounds = View(quiet=json), {name: place[2] for name, place in stand.items()}
-        with interrupts_land():
+        with interrupts_land() as heard:
             done = fly_live(link, [transfer.stage for transfer in before], grounds=grounds, show=view.show, onwards=course)
     view.end()
-    _show(course, done, cost, out, json=json, failsafe=link.failsafe)
+    files, outcome = _kept(course, done, cost, out, failsafe=link.failsafe)
+    replace(outcome, interrupted=heard.code(done)).show(files, as_json=json)
 
 
-def _show(course: OnlineCourse, done: LiveFlight, planned_cost: float, out: Path | None, *, json: bool, failsafe: str) -> None:
-    """Judge what was flown, write it, and show how it ended."""
+def _kept(
+    course: OnlineCourse, done: LiveFlight, planned_cost: float, out: Path | None, *, failsafe: str
+) -> tuple[tuple[Path, ...], Outcome]:
+    """Judge what was flown and write it; return the files, and what is shown of how it ended."""
     from ltlplan.online.files import write_online
     from ltlplan.online.flown_live import flown_live
 
@@ -112,7 +115,7 @@ def _show(course: OnlineCourse, done: LiveFlight, planned_cost: float, out: Path
         if flown is not None:
             write_online(flown, outcome.lines, folder)
 
-    outcome.show(written(out, write), as_json=json)
+    return written(out, write), outcome
 
 
 def _answers(course: OnlineCourse) -> list[dict[str, object]]:

@@ -7,6 +7,7 @@ import shutil
 import signal
 from collections.abc import Generator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import typer
@@ -14,6 +15,7 @@ import typer
 if TYPE_CHECKING:
     from types import FrameType
 
+    from flight.link.live import LiveFlight
     from flight.link.watch import Look
 
 _EVERY = 1.0
@@ -70,19 +72,42 @@ def _to_do(look: Look) -> str:
     return "; still to do: " + ", ".join(f"`{part}`" for part in look.to_do[:_PARTS]) + more
 
 
+@dataclass
+class Interrupts:
+    """What came from outside to end a flight.
+
+    Attributes:
+        first: The first signal; None where there was none.
+    """
+
+    first: int | None = None
+
+    def code(self, done: LiveFlight) -> int | None:
+        """Return what a command ends with whose flight a signal ended, by the shell's custom; None where none did.
+
+        Args:
+            done: How the flight ended.
+        """
+        from flight.link.live import INTERRUPTED
+
+        return None if self.first is None or done.reason != INTERRUPTED else 128 + self.first
+
+
 @contextmanager
-def interrupts_land() -> Generator[None]:
+def interrupts_land() -> Generator[Interrupts]:
     """Have Ctrl-C and SIGTERM raise KeyboardInterrupt once each time: the first lands the team, the next stops motors.
 
     The command line raises one that was caught again, which would stop motors in the air.
     """
+    heard = Interrupts()
 
-    def interrupt(_number: int, _frame: FrameType | None) -> None:
+    def interrupt(number: int, _frame: FrameType | None) -> None:
+        heard.first = heard.first or number
         raise KeyboardInterrupt
 
     before = {number: signal.signal(number, interrupt) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
-        yield
+        yield heard
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)

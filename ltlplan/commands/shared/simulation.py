@@ -91,12 +91,14 @@ class Outcome:
     Attributes:
         lines: Sentences for a person.
         data: The same as plain data.
-        refusal: Why the command ends with exit code 5, or None.
+        refusal: Why the command does not end with exit code 0, or None.
+        interrupted: The exit code where a signal is why; None makes it 5.
     """
 
     lines: list[str]
     data: dict[str, Any]  # plain data for json
     refusal: str | None
+    interrupted: int | None = None
 
     def show(self, files: tuple[Path, ...], *, as_json: bool) -> None:
         """Print everything.
@@ -107,6 +109,7 @@ class Outcome:
 
         Raises:
             NotCertified: There is a refusal.
+            Exit: There is one, and it was said.
         """
         from ltlplan.commands.shared.terminal import print_json
         from verify.data import NotCertified
@@ -116,7 +119,10 @@ class Outcome:
         else:
             for line in (*self.lines, *(f"wrote {path}" for path in files)):
                 typer.echo(line)
-        if self.refusal is not None:
-            if as_json:
-                raise typer.Exit(NotCertified.exit_code)
-            raise NotCertified(self.refusal)
+        if self.refusal is None:
+            return
+        if self.interrupted is not None and not as_json:
+            typer.echo(self.refusal, err=True)
+        if self.interrupted is not None or as_json:
+            raise typer.Exit(self.interrupted or NotCertified.exit_code)
+        raise NotCertified(self.refusal)

@@ -119,7 +119,7 @@ def test_a_signal_in_flight_lands_the_team(run: Path, tmp_path: Path, number: si
     time.sleep(0.3)
     flying.send_signal(number)
     said, errors = flying.communicate(timeout=60)
-    assert flying.returncode == 5, said + errors
+    assert flying.returncode == 128 + number, said + errors
     ended = json.loads(said.splitlines()[-1])
     assert ended["spinning"] == []
     assert not ended["dropped"]

@@ -87,7 +87,7 @@ def test_ctrl_c_lands_the_team_and_keeps_what_was_flown(tmp_path, number):
     time.sleep(0.5)
     process.send_signal(number)
     printed, _ = process.communicate(timeout=120)
-    assert process.returncode == 5, printed
+    assert process.returncode == 128 + number, printed
     assert "The flight was ended: interrupted" in printed
     assert "all robots land." in printed
     assert "the motors of one, two are stopped." in printed
@@ -133,7 +133,7 @@ def test_ctrl_c_lands_crazyflies(tmp_path, number):
     time.sleep(0.5)
     process.send_signal(number)
     printed, _ = process.communicate(timeout=120)
-    assert process.returncode == 5, printed
+    assert process.returncode == 128 + number, printed
     ended = json.loads(printed.strip().splitlines()[-1])
     assert not any(ended["spinning"])
     assert not any(ended["locked"])
