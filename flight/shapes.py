@@ -28,6 +28,8 @@ SOLID = "#7b818c"
 _THINNEST = 0.01
 """m; a rim of less is drawn with this, to be seen at all."""
 
+_WITH_TWO = 10.0
+"""Values as great as this have two digits after the point."""
 AROUND = 24
 """Corners of an ellipsoid's widest outline, where few are drawn."""
 
@@ -263,5 +265,6 @@ def _columns(points: Floats) -> tuple[list[float | None], list[float | None], li
 
 
 def rounded(values: Floats) -> list[float | None]:
-    """Return numbers with four digits after the point; None, which ends a line, where there is none."""
-    return [None if math.isnan(value) else round(float(value), 4) for value in values]
+    """Return numbers with four digits after the point, two where the greatest has two before it; None where there is none, which ends a line."""
+    digits = 2 if np.nanmax(np.abs(values), initial=0.0) >= _WITH_TWO else 4
+    return [None if math.isnan(value) else round(float(value), digits) for value in values]

@@ -28,8 +28,8 @@ _SAFE = str.maketrans("<", ",")
 _LONG = 24
 """Numbers from which a row is worth writing by its steps."""
 _POINT = 3
-_PER = 10_000
-"""Coordinates and values on pages have four digits after the point."""
+_FEW, _PER = 100, 10_000
+"""Coordinates and values on pages have four digits after the point, great ones two."""
 _GREATEST = 2**50
 
 
@@ -103,7 +103,7 @@ def _steps(row: list[object]) -> dict[str, object] | None:
     if any(isinstance(value, bool) or not isinstance(value, int | float) for value in row):
         return None
     numbers = np.array(row, dtype=np.float64)
-    for per in (1, _PER):
+    for per in (1, _FEW, _PER):
         whole = np.round(numbers * per)
         if np.all(np.abs(whole) < _GREATEST) and np.array_equal(whole / per, numbers):
             break

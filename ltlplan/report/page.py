@@ -117,6 +117,6 @@ def table(
         cells = ""
         for index, cell in enumerate(row):
             kind = "number" if index in numbers else cell if index == verdict else ""
-            cells += f'<td class="{kind}">{html.escape(cell)}</td>'
+            cells += f'<td class="{kind}">{html.escape(cell)}</td>' if kind and cell else f"<td>{html.escape(cell)}</td>"
         body += f"<tr>{cells}</tr>"
     return f'<div class="scroll"><table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>'

@@ -107,8 +107,11 @@ class _Drawing:
             parts += self._body(name, region, f'class="region" fill="{colours[name]}"')
         for name, hoop in mission.hoops.items():
             parts += self._body(name, hoop, f'class="region" fill="{colours[name]}"')
+        solid = [part for obstacle in mission.obstacles.values() for part in self._parts(obstacle)]
+        parts += dict.fromkeys(
+            self._outline(part, 'class="keep"', grown=self._keep) for part in solid
+        )  # many alike, seen from aside
         for name, obstacle in mission.obstacles.items():
-            parts += [self._outline(part, 'class="keep"', grown=self._keep) for part in self._parts(obstacle)]
             parts += self._body(name, obstacle, 'class="solid"')
             parts += [self._opening(obstacle, mission.hoops[opening]) for opening in obstacle.openings]
         parts += [self._ring(name, hoop) for name, hoop in mission.hoops.items()]
