@@ -139,6 +139,7 @@ def _cuts(where: Room, plan: RobotPlan, spline: LeastSnapSpline, points: Floats,
         return None
     if any(later[0] < earlier[1] for earlier, later in itertools.pairwise(stays)):
         return None  # in regions that overlap the nominal path's waypoints say where each visit is made
+    led = _led_past_regions(where, plan)
     nothing: frozenset[str] = frozenset()
     cuts = [_Cut(float(at[0]), "start", None, 0 if stays and stays[0][0] == 0 else None, nothing)]
     for index, ((first, last, name), visit) in enumerate(zip(stays, plan.visits, strict=True)):
@@ -148,7 +149,7 @@ def _cuts(where: Room, plan: RobotPlan, spline: LeastSnapSpline, points: Floats,
         if through and not 0 < first < last < len(at):
             return None
         inside, straight = frozenset({name}), (first - 1, last)
-        if through and (straight := _straight(where.regions[name], path, first - 1, last)) is None:
+        if index in led and (straight := _straight(where.regions[name], path, first - 1, last)) is None:
             return None
         entry: Role = "via" if not through else "rear" if visit.direction == "F" else "front"
         leave: Role = "via" if not through else "front" if visit.direction == "F" else "rear"
@@ -170,6 +171,17 @@ def _cuts(where: Room, plan: RobotPlan, spline: LeastSnapSpline, points: Floats,
     if cuts[-1].time < at[-1]:  # a lap may close where its last visit ends
         cuts.append(_Cut(float(at[-1]), last_role, region, visit_index, frozenset({region}) if region else nothing))
     return cuts
+
+
+def _led_past_regions(where: Room, plan: RobotPlan) -> frozenset[int | None]:
+    """Return the visits whose passages begin or end within the hoop's region, as other regions stand where they would (`passage_ends`)."""
+    return frozenset(
+        waypoint.visit
+        for waypoint in plan.waypoints
+        if waypoint.role in ("rear", "front")
+        and waypoint.region is not None
+        and where.regions[waypoint.region].holds(np.array(waypoint.position))
+    )
 
 
 def _straight(hoop: KeptRegion, path: Floats, first: int, last: int) -> tuple[int, int] | None:
