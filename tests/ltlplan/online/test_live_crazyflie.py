@@ -109,10 +109,15 @@ def test_fire_fighting_goes_on_where_a_region_moves_and_a_robot_fails(beside, tm
     assert verdict.outcome == "holds" or (verdict.outcome == "undecided" and longest_gap(done) > 0.05), verdict.sentence
 
 
+def flown_for(course, link):
+    """Return for how long a flight is flown, s; 0 before it begins."""
+    return link.now() - course.began if course.began else 0.0
+
+
 def test_a_robot_that_is_switched_off_ends_the_flight_as_it_cannot_be_told_to_land(beside):
-    def at_work(course, _link, world):
+    def at_work(course, link, world):
         def lost():
-            if course.began and course._now > 0.6 and not np.isfinite(world.vehicles["two"].manner.frozen_since):
+            if flown_for(course, link) > 0.6 and not np.isfinite(world.vehicles["two"].manner.frozen_since):
                 world.vehicles["two"].manner.frozen_since = world.clock()
             return ()
 
@@ -125,14 +130,14 @@ def test_a_robot_that_is_switched_off_ends_the_flight_as_it_cannot_be_told_to_la
     assert stand_still(world, "one")
     assert world.vehicles["two"].locked, "its own supervisor stopped its motors"
     assert not world.vehicles["two"].spinning
-    assert "two" in course._gone
+    assert [event.robot for event in course.happened if isinstance(event, RobotLeaves)] == ["two"]
 
 
 @pytest.mark.parametrize("error", [KeyboardInterrupt, RuntimeError])
 def test_ctrl_c_and_errors_land_the_team(beside, error):
-    def at_work(course, _link, _world):
+    def at_work(course, link, _world):
         def fail():
-            if course.began and course._now > 0.8:
+            if flown_for(course, link) > 0.8:
                 raise error
             return ()
 
@@ -140,14 +145,15 @@ def test_ctrl_c_and_errors_land_the_team(beside, error):
 
     _, done, world = fly(parse_mission(PAIR), beside, at_work=at_work)
     assert not done.flown
+    assert done.reason.startswith("interrupted" if error is KeyboardInterrupt else "RuntimeError")
     assert done.unsafe == ()
     assert stand_still(world)
 
 
 def test_a_host_that_is_gone_leaves_it_to_the_supervisors(beside):
-    def gone(course, _link, world):
+    def gone(course, link, world):
         def hang():
-            if course.began and course._now > 0.8 and world.spinning:
+            if flown_for(course, link) > 0.8 and world.spinning:
                 time.sleep(2.6)
             return ()
 
