@@ -87,8 +87,7 @@ def test_of_a_patrols_recording_its_laps_are_judged(patrol) -> None:
     stage = patrol[1]
     asked = Asked.of_certificate(stage.certificate, stage.team, stage.plan)
     found = outcomes(done, asked, error=1e-6)
-    assert found.pop("formula") == {"undecided"}, "it speaks of infinite flights"
-    assert set(found) >= {"tube", "visits", "workspace"}
+    assert set(found) >= {"formula", "tube", "visits", "workspace"}
     assert set().union(*found.values()) == {"holds"}, found
     last = float(done.record.files()["live.csv"].splitlines()[-1].split(",")[0])
     assert 0.0 <= last - stage.claimed["r0"].duration < 0.05, "braking is not part of it"
