@@ -1,7 +1,7 @@
 """A link to PX4 vehicles by MAVLink: set-points streamed from here, all robots by one clock, modes and arming asked for until confirmed.
 
-PX4 stores no trajectories: flights are kept here, and `sleep` sends each robot's set-point of the instant, `RATE` times a second. When
-they end, PX4's own failsafe acts: after `COM_OF_LOSS_T` seconds it does what `COM_OBL_RC_ACT` says. Both are set before the first
+PX4 stores no trajectories: flights are kept here, and `sleep` sends each robot's set-point of the instant, 50 times a second, of which
+PX4 wants more than two. When they end, PX4's own failsafe acts: after `COM_OF_LOSS_T` seconds it does what `COM_OBL_RC_ACT` says. Both are set before the first
 flight and read back.
 """
 
@@ -21,10 +21,9 @@ import numpy as np
 from flight.exports.px4 import to_ned
 from flight.link.addresses import require_addresses, said_of
 from flight.link.link import Health, LinkLost, Pose
+from flight.link.streaming import RATE, SetpointStream
 from verify.data import BadInput, MissingEngine, Mission, Trajectory
 
-RATE = 50.0
-"""Set-points a second; PX4 wants more than two."""
 CONNECT = 10.0
 """s to wait for each robot's heartbeat and position."""
 LEAD = 1.5
@@ -33,8 +32,6 @@ ANSWER = 5.0
 """s to wait for a mode, for arming, and for a parameter."""
 AGAIN = 0.3
 """s after which what was not confirmed is asked for again."""
-LATE = 0.2
-"""s by which a set-point may be late: after more, it would be a jump."""
 OFFBOARD, HOLD, LAND = (6, 0), (4, 3), (4, 6)
 """PX4's main and sub mode."""
 FAILSAFE = {"COM_OF_LOSS_T": 1.0, "COM_OBL_RC_ACT": 4}
@@ -60,7 +57,6 @@ class _Vehicle:
     often: bool = False
     battery: float | None = None
     parameters: dict[str, float] = field(default_factory=dict[str, float])
-    stored: dict[int, Trajectory] = field(default_factory=dict[int, Trajectory])
     asked: dict[str, float] = field(default_factory=dict[str, float])
 
     @property
@@ -121,8 +117,7 @@ class MavlinkLink:
                 reason = _NO_SERIAL if isinstance(error, ImportError) else _NO_PORT if isinstance(error, ValueError) else error
                 raise BadInput(f"{name} cannot be reached at {addresses[name]}: {reason}.") from None
             self._vehicles[name] = _Vehicle(name, (systems or {}).get(name, index + 1), link)
-        self._begin, self._number, self._sent = 0.0, -1, -math.inf
-        self._streaming, self._stays = False, math.inf
+        self._stream, self._streaming = SetpointStream(self._vehicles), False
         try:
             self._connect()
         except BaseException:
@@ -160,7 +155,7 @@ class MavlinkLink:
         end = self.now() + seconds
         while True:
             self._listen()
-            self._stream()
+            self._send()
             left = end - self.now()
             if left <= 0:
                 return
@@ -188,7 +183,7 @@ class MavlinkLink:
             number: From 0.
             path: Finite, as it is flown.
         """
-        self._vehicles[robot].stored[number] = path
+        self._stream.store(robot, number, path)
 
     def bring(self, number: int, meanwhile: Callable[[], None]) -> None:
         """Do nothing: what is stored is streamed from here."""
@@ -206,7 +201,7 @@ class MavlinkLink:
         Raises:
             LinkLost: A vehicle does not change to offboard flight, or does not arm.
         """
-        self._number, self._begin, self._stays = number, math.inf, math.inf
+        self._stream.fly(number, math.inf)
         if not self._streaming:
             self._streaming = True
             self.sleep(LEAD)
@@ -216,8 +211,8 @@ class MavlinkLink:
                 "did not change to offboard flight",
             )
             self._until(lambda vehicle: vehicle.armed, lambda vehicle: vehicle.ask("arm", self.now(), _ARM, 1.0), "did not arm")
-        self._begin = self.now() if at is None else at
-        return self._begin
+        self._stream.fly(number, self.now() if at is None else at)
+        return self._stream.begin
 
     def hold(self, robot: str) -> bool:
         """Ask a robot to hold, which is to brake to a hover; return whether it does."""
@@ -322,26 +317,17 @@ class MavlinkLink:
         elif kind == "SYS_STATUS" and message.battery_remaining >= 0:
             vehicle.battery = message.battery_remaining / 100.0
 
-    def _stream(self) -> None:
+    def _send(self) -> None:
         """Send each robot in offboard flight, or on its way there, the set-point of this instant."""
         now = self.now()
-        if not self._streaming or now - self._sent < 1.0 / RATE:
+        if not self._streaming or not self._stream.due(now):
             return
-        late = now - self._sent - 1.0 / RATE
-        jumps = self._begin < self._sent and late > LATE and math.isinf(self._stays)
-        if jumps:
-            self._stays = self._sent - self._begin
-        self._sent = now if now - self._sent > 2.0 / RATE else self._sent + 1.0 / RATE
-        for vehicle in self._vehicles.values():
-            if vehicle.mode in (HOLD, LAND) or (path := vehicle.stored.get(self._number)) is None:
+        for name, vehicle in self._vehicles.items():
+            if vehicle.mode in (HOLD, LAND) or (asked := self._stream.of(name, now, 3)) is None:
                 continue
-            at = min(max(now - self._begin, 0.0), path.duration, self._stays)
-            flat = np.stack([path.evaluate(at, order) for order in range(3)])[:, None]
-            if now - self._begin > at:
-                flat[1:] = 0.0
-            position, velocity, acceleration, heading, rate = to_ned(flat, self._origin)
+            position, velocity, acceleration, heading, rate = to_ned(asked.flat[:, None], self._origin)
             vehicle.link.mav.set_position_target_local_ned_send(
-                round(1000 * at),
+                round(1000 * asked.time),
                 vehicle.system,
                 1,
                 _LOCAL_NED,
@@ -352,5 +338,4 @@ class MavlinkLink:
                 heading[0],
                 rate[0],
             )
-        if jumps:
-            raise LinkLost(f"set-points were {late:.2f} s late: this computer is too busy, or was stopped")
+        self._stream.require_in_time()

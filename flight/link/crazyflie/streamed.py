@@ -14,18 +14,13 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-import numpy as np
-
 from flight.link.crazyflie.link import CrazyflieLink
 from flight.link.crazyflie.setpoints import full_state, require_near
 from flight.link.crazyflie.steps import arm
 from flight.link.link import LinkLost
+from flight.link.streaming import RATE, SetpointStream
 from verify.data import Mission, Trajectory
 
-RATE = 50.0
-"""Set-points a second for each robot."""
-LATE = 0.2
-"""s by which a set-point may be late: after more, it would be a jump."""
 _LEVEL = "0.5 s after its last set-point a Crazyflie levels out, and drifts"
 _STOPS = "1 s after the last sign of life from here its motors stop (the firmware's emergency-stop watchdog)"
 _SHUTS = "2 s after it its motors stop (the firmware's supervisor; neither can be set or read back)"
@@ -46,8 +41,7 @@ class StreamedCrazyflies(CrazyflieLink):
     def _reached(self) -> None:
         if lacking := [name for name, vehicle in self._vehicles.items() if not vehicle.reports.tells_target]:
             raise LinkLost(f"{', '.join(lacking)} does not say what it follows (ctrltarget.x and z): flash a newer firmware.")
-        self._stored: dict[str, dict[int, Trajectory]] = {name: {} for name in self._vehicles}
-        self._number, self._begin, self._sent, self._stays = -1, math.inf, -math.inf, math.inf
+        self._stream = SetpointStream(self._vehicles)
         self._gone: dict[str, float] = {}
         self._landings: dict[str, tuple[float, float]] = {}
 
@@ -77,7 +71,7 @@ class StreamedCrazyflies(CrazyflieLink):
             number: From 0.
             path: Finite, as it is flown.
         """
-        self._stored[robot][number] = path
+        self._stream.store(robot, number, path)
         self._commanders[robot].store(number, path)
 
     def start(self, number: int, at: float | None = None) -> float:
@@ -96,10 +90,9 @@ class StreamedCrazyflies(CrazyflieLink):
         if not self._flying:
             arm(self._vehicles.values(), self.sleep)
             self._flying = True
-        self._number, self._stays = number, math.inf
-        self._begin = self.now() if at is None else at
+        self._stream.fly(number, self.now() if at is None else at)
         self.sleep(0.0)
-        return self._begin
+        return self._stream.begin
 
     def hold(self, robot: str) -> bool:
         """Tell a robot to go to where it comes to rest when it brakes, and to follow that; return whether it does.
@@ -134,9 +127,9 @@ class StreamedCrazyflies(CrazyflieLink):
 
     def _rest(self, robot: str, since: float) -> tuple[float, float, float, float]:
         """Return where a robot comes to rest that brakes from where it was last asked to be; x is between two millimetres, which no set-point is."""
-        if self._number in self._stored[robot]:
-            self._commanders[robot].start(self._number, self._begin)
-        x, y, z, heading = super()._rest(robot, min(since, self._begin + self._stays))
+        if (number := self._stream.begun(robot)) is not None:
+            self._commanders[robot].start(number, self._stream.begin)
+        x, y, z, heading = super()._rest(robot, min(since, self._stream.until))
         return (math.floor(1000.0 * x) + 0.5) / 1000.0, y, z, heading
 
     def _leave(self, robot: str) -> None:
@@ -163,26 +156,10 @@ class StreamedCrazyflies(CrazyflieLink):
             LinkLost: This computer was late by more than `LATE`; from then on robots are asked to stay where they last were.
         """
         super()._go_on(now)
-        if not self._flying or self._number < 0 or now - self._sent < 1.0 / RATE:
+        if not self._flying or not self._stream.due(now):
             return
-        late = now - self._sent - 1.0 / RATE
-        jumps = self._begin < self._sent and late > LATE and math.isinf(self._stays)
-        if jumps:
-            self._stays = self._sent - self._begin
-        self._sent = now if late > 1.0 / RATE else self._sent + 1.0 / RATE
-        elapsed = now - self._begin + 0.5 / RATE
         for name, vehicle in self._vehicles.items():
-            path = self._stored[name].get(self._number)
-            if path is not None and name not in self._gone:
-                vehicle.aim.at(_setpoint(path, elapsed, min(path.duration, self._stays)))
-        if jumps:
-            raise LinkLost(f"set-points were {late:.2f} s late: this computer is too busy, or was stopped")
-
-
-def _setpoint(path: Trajectory, elapsed: float, end: float) -> bytes:
-    """Return what is sent some time into a flight that is flown up to an end: a hover before it begins, and from there on."""
-    at = min(max(elapsed, 0.0), end)
-    flat = np.stack([path.evaluate(at, order) for order in range(4)])
-    if at != elapsed:
-        flat[1:] = 0.0
-    return full_state(flat)
+            asked = None if name in self._gone else self._stream.of(name, now + 0.5 / RATE, 4)
+            if asked is not None:
+                vehicle.aim.at(full_state(asked.flat))
+        self._stream.require_in_time()

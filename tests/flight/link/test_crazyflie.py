@@ -187,18 +187,24 @@ def small_memory(monkeypatch) -> None:
     monkeypatch.setattr("flight.link.crazyflie.link.Memory", lambda _room: Memory(2 * PIECE))
 
 
-@pytest.mark.slow
-@pytest.mark.usefixtures("small_memory")
-def test_parts_are_written_when_their_turn_comes_and_begun_in_common() -> None:
-    stages = parts_stages()
-    flown, places = stages[1], places_of(stages)
-    with in_the_air(flown.plan.mission, places) as (air, addresses):
-        link = CrazyflieLink(flown.plan.mission, addresses, accuracy=0.005)
+def flown_from_above(stages):
+    """Fly stages to their end, from where their first begins; return how that ended, and the vehicles."""
+    mission, places = stages[1].plan.mission, places_of(stages)
+    with in_the_air(mission, places) as (air, addresses):
+        link = CrazyflieLink(mission, addresses, accuracy=0.005)
         done = fly_live(link, stages, grounds=dict.fromkeys(places, 0.0), parameters=link.wanted)
         link.close()
         spinning = air.spinning
     assert done.flown, done.reason
     assert spinning == []
+    return done, air
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("small_memory")
+def test_parts_are_written_when_their_turn_comes_and_begun_in_common() -> None:
+    stages = parts_stages()
+    done, air = flown_from_above(stages)
     begun = done.record.parts["flight"]
     assert len(begun) == 3
     assert all(pause > 1.0 for pause in done.record.pauses("flight"))
@@ -248,14 +254,7 @@ def test_who_is_interrupted_while_a_part_is_written_lands(after) -> None:
 @pytest.mark.slow
 def test_a_patrol_brakes_behind_its_laps_and_lands() -> None:
     stages = patrol_stages()
-    flown, places = stages[1], places_of(stages)
-    with in_the_air(flown.plan.mission, places) as (air, addresses):
-        link = CrazyflieLink(flown.plan.mission, addresses, accuracy=0.005)
-        done = fly_live(link, stages, grounds=dict.fromkeys(places, 0.0), parameters=link.wanted)
-        link.close()
-        spinning = air.spinning
-    assert done.flown, done.reason
-    assert spinning == []
+    done, air = flown_from_above(stages)
     assert list(done.record.starts) == ["climb", "flight", "braking", "landing"]
     assert [number for _, number in air.vehicles["r0"].starts][-1] == 2, "what brakes lies on board with the laps"
     assert not air.vehicles["r0"].dropped

@@ -17,16 +17,9 @@ from flight.link.crazyflie.link import CrazyflieLink
 from tests.helpers.crazyflie_firmware import Manner
 from tests.helpers.crazyflie_peer import Air, in_the_air
 from tests.helpers.crazyflie_stages import GROUNDS, PLACES, stage
+from tests.helpers.patience import UNSEEN, patient  # noqa: F401  # pytest finds the fixture by its name
 
 pytestmark = pytest.mark.slow
-UNSEEN = 0.7
-"""s that a robot may be unseen here: a machine that runs other tests, too, stalls for longer than the 0.2 s of a real flight."""
-
-
-@pytest.fixture(autouse=True)
-def patient(monkeypatch) -> None:
-    for module in ("watch", "checks", "reaction"):
-        monkeypatch.setattr(f"flight.link.{module}.FRESH", UNSEEN)
 
 
 def flight_of(link: CrazyflieLink, stages: tuple[Stage, ...]) -> LiveFlight:

@@ -13,22 +13,15 @@ from flight.link.live import LiveFlight, fly_live
 pytest.importorskip("cflib", reason="cflib is not installed")
 
 from flight.link.crazyflie.setpoints import ROUNDING
-from flight.link.crazyflie.streamed import RATE, StreamedCrazyflies
+from flight.link.crazyflie.streamed import StreamedCrazyflies
+from flight.link.streaming import RATE
 from tests.helpers.crazyflie_firmware import Manner
 from tests.helpers.crazyflie_peer import Air, in_the_air
 from tests.helpers.crazyflie_radio import crazyradio
 from tests.helpers.crazyflie_stages import GROUNDS, PLACES
+from tests.helpers.patience import patient  # noqa: F401  # pytest finds the fixture by its name
 
-UNSEEN = 0.7
-"""s that a robot may be unseen here: a machine that runs other tests, too, stalls for longer than the 0.2 s of a real flight."""
 ON_BOARD = {"controller": "mellinger"}
-
-
-@pytest.fixture(autouse=True)
-def patient(monkeypatch) -> None:
-    for module in ("watch", "checks", "reaction"):
-        monkeypatch.setattr(f"flight.link.{module}.FRESH", UNSEEN)
-    monkeypatch.setattr("flight.link.crazyflie.streamed.LATE", 0.45)
 
 
 def flight_of(link: StreamedCrazyflies, stages) -> LiveFlight:

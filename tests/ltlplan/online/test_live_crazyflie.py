@@ -24,18 +24,9 @@ pytest.importorskip("cflib", reason="cflib is not installed")
 
 from flight.link.crazyflie.streamed import StreamedCrazyflies
 from tests.helpers.crazyflie_peer import in_the_air
+from tests.helpers.patience import patient  # noqa: F401  # pytest finds the fixture by its name
 
 pytestmark = pytest.mark.slow
-
-UNSEEN = 0.7
-"""s that a robot may be unseen here: a machine that runs other tests, too, stalls for longer than the 0.2 s of a real flight."""
-
-
-@pytest.fixture(autouse=True)
-def patient(monkeypatch) -> None:
-    for module in ("watch", "checks", "reaction"):
-        monkeypatch.setattr(f"flight.link.{module}.FRESH", UNSEEN)
-    monkeypatch.setattr("flight.link.crazyflie.streamed.LATE", 0.45)
 
 
 @pytest.fixture(scope="module")

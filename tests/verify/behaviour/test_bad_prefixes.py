@@ -63,7 +63,7 @@ def test_flights_that_leave_nothing_open_are_lost_exactly_where_spot_says_so():
 
 @pytest.mark.slow
 def test_many_flights_that_leave_nothing_open_are_lost_exactly_where_spot_says_so():
-    held_against_spot(8000, 2)
+    assert min(held_against_spot(8000, 2)) > 1600  # a fifth of them, as of the few
 
 
 def none_lost_is_saved(count: int, seed: int) -> int:
@@ -89,7 +89,7 @@ def test_no_flight_that_agrees_with_what_is_lost_can_be_saved():
 
 @pytest.mark.slow
 def test_no_flight_of_many_that_agrees_with_what_is_lost_can_be_saved():
-    none_lost_is_saved(6000, 4)
+    assert none_lost_is_saved(6000, 4) > 900
 
 
 def line(*changes: tuple[float, str, str], end: float = 10.0, **initial: str) -> Timeline:

@@ -196,7 +196,7 @@ def test_what_is_said_of_laps_is_what_spot_says_of_their_letters():
 
 @pytest.mark.slow
 def test_what_is_said_of_many_laps_is_what_spot_says_of_their_letters():
-    against_spot(6000, 6)
+    assert min(against_spot(6000, 6).values()) > 600
 
 
 def none_that_holds_breaks(count: int, seed: int) -> int:
@@ -222,7 +222,7 @@ def test_no_flight_that_agrees_with_laps_that_hold_breaks_them():
 
 @pytest.mark.slow
 def test_no_flight_of_many_that_agrees_with_laps_that_hold_breaks_them():
-    none_that_holds_breaks(600, 8)
+    assert none_that_holds_breaks(600, 8) > 90
 
 
 def test_internal_states_that_do_not_come_back_promise_no_lap():
