@@ -196,7 +196,8 @@ def make_export(
         robots: Names of those that are written, where others of the team fly from another export; None for all.
         options: As the target's `options` say.
         anyway: Fly nothing, and write with a warning in every file that has room for words.
-        named: Told the names of all files before the flight is flown; what it raises ends the work.
+        named: Told the names of all files before anything is proved, where they are known by then, and again before the flight is flown;
+            what it raises ends the work.
         progress: Told a sentence and the share done, 0 to 1.
 
     Raises:
@@ -211,19 +212,14 @@ def make_export(
     from verify.run_folder import read_folder
 
     say, target = progress or silent, EXPORT_TARGETS.resolve(format)
+    if named is not None and (names := _names_of(Path(folder), target, robots, options or {})):
+        named(names)
     say("proving the folder's certificate again", 0.0)
     certificate = recheck(Path(folder))
     plan, given = read_folder(Path(folder))
-    team = given
     if target.prepare is not None:
         say("fitting the paths to the format", 0.4)
-        fitted = {name: path for name, path in given.items() if robots is None or name in robots}
-        prepared = target.prepare(fitted, plan.mission.spec.repeat)
-        team = {**given, **prepared}
-        if any(
-            given[name].cuts and not path.cuts for name, path in prepared.items()
-        ):  # who is not written pauses for nobody then
-            team = {name: Trajectory(p.durations, p.coefficients, cycle=p.cycle) for name, p in team.items()}
+    team = _prepared(target, given, plan.mission.spec.repeat, robots)
     anew = team != given
     if anew:
         say("proving the paths as they are written", 0.6)
@@ -232,7 +228,7 @@ def make_export(
     product = make_product(team, certificate, target, vehicle=vehicle, robots=robots, anyway=anyway, **(options or {}))
     files = dict(product.files)
     if anew:
-        texts = {**plan_files(plan), **trajectory_files(plan, team), PROOF: certificate.to_json()}
+        texts = {**_plan_texts(plan, team), PROOF: certificate.to_json()}
         files |= {name: text.encode() for name, text in texts.items()}
     if named is not None:
         named(files)
@@ -241,3 +237,41 @@ def make_export(
         log = fly(plan, team, certificate, seed=plan.seed, conditions=conditions, progress=part_of(say, 0.75, 1.0))
         require_flight(log, certificate, plan.mission, robots or team)
     return Export(files, certificate.digest(), product.notes)
+
+
+def _plan_texts(plan: Plan, team: Mapping[str, Trajectory]) -> dict[str, str]:
+    """Return the files of a plan that is certified anew, but for the certificate."""
+    return {**plan_files(plan), **trajectory_files(plan, team)}
+
+
+def _prepared(
+    target: ExportTarget, given: Mapping[str, Trajectory], laps: int, robots: Collection[str] | None
+) -> dict[str, Trajectory]:
+    """Return a team as a target can hold it."""
+    if target.prepare is None:
+        return dict(given)
+    prepared = target.prepare({name: path for name, path in given.items() if robots is None or name in robots}, laps)
+    team = {**given, **prepared}
+    if any(given[name].cuts and not path.cuts for name, path in prepared.items()):  # who is not written pauses for nobody then
+        team = {name: Trajectory(p.durations, p.coefficients, cycle=p.cycle) for name, p in team.items()}
+    return team
+
+
+def _names_of(
+    folder: Path, target: ExportTarget, robots: Collection[str] | None, options: Mapping[str, Any]
+) -> frozenset[str]:
+    """Return the names of the files that an export would have, as far as that is known before anything is proved; else none.
+
+    Whatever is wrong with the folder or the flight is said later, by who proves and writes them.
+    """
+    from flight.exports.files import names_of
+    from verify.data import LtlplanError
+    from verify.run_folder import read_folder
+
+    try:
+        plan, given = read_folder(folder)
+        team = _prepared(target, given, plan.mission.spec.repeat, robots)
+        names = names_of(team, plan.mission, target, robots=robots, **options)
+    except LtlplanError:
+        return frozenset()
+    return frozenset(names) if team == given else frozenset(names) | {*_plan_texts(plan, team), PROOF}

@@ -151,6 +151,36 @@ def make_product(
     return Product(warned(files) if anyway else files, notes)
 
 
+def names_of(
+    team: Mapping[str, Trajectory],
+    mission: Mission,
+    format: ExportTarget | str,  # noqa: A002  # the name that users type
+    *,
+    robots: Collection[str] | None = None,
+    **options: Any,  # of any type that the target reads
+) -> tuple[str, ...]:
+    """Return the names of the files that an export of a team would have, whether it is certified or not.
+
+    Args:
+        team: Its trajectories.
+        mission: Who flies, and where.
+        format: A target, or a name of one.
+        robots: Names of those that are written; None for all.
+        options: As the target's `options` say.
+
+    Raises:
+        DoesNotFit: The vehicle or its format cannot hold the flight.
+        MissingEngine: A package that the target needs is not installed.
+        BadInput: There is no such format or option.
+    """
+    target = EXPORT_TARGETS.resolve(format)
+    target.require_options(options)
+    written = {name: team[name] for name in mission.agents if robots is None or name in robots}
+    if not written:
+        raise BadInput("robots names nobody of the mission; leave it out to write all.")
+    return (*target.make(Request(mission, written, mission.spec.repeat, float(mission.margin), "", options)).files, NOTE)
+
+
 def _require_common_pauses(target: ExportTarget, mission: Mission, written: Mapping[str, Trajectory]) -> None:
     """Refuse to write some robots of a flight in parts for a target that would not pause when the others do.
 
