@@ -170,7 +170,6 @@ class Export:
     notes: tuple[str, ...]
 
 
-# seven parameters: what is exported and in what form, the rest as `flight.export` has them, each by its keyword
 # eight parameters: what is written, each choice by its keyword, and who is told
 def make_export(
     folder: str | os.PathLike[str],
