@@ -1,7 +1,10 @@
 """Messages of a ROS 2 topic that another process publishes by DDS, over loopback."""
 
 import builtins
+import shutil
+import subprocess
 import time
+from pathlib import Path
 
 import pytest
 
@@ -13,6 +16,7 @@ from verify.data.events import NewFormula, RobotLeaves
 
 DOMAIN = 87
 TOPIC = "/ltlplan/events"
+SOURCE = Path(__file__).parents[3] / "helpers" / "fast_dds_publisher.cpp"
 
 
 @pytest.fixture
@@ -119,3 +123,26 @@ def test_without_the_library_its_extra_is_named(monkeypatch):
     monkeypatch.setattr(builtins, "__import__", without)
     with pytest.raises(MissingEngine, match=r"ltlplan\[ros\]"):
         FollowedTopic(TOPIC)
+
+
+@pytest.mark.slow
+def test_a_publisher_of_another_dds_is_heard(monkeypatch, tmp_path):
+    """Of Fast DDS, which ROS 2 comes with; both as they are where nothing is configured."""
+    pytest.importorskip("cyclonedds", reason="needs the extra ros, which has no wheels for this machine")
+    publisher = tmp_path / "publisher"
+    built = ["g++", "-o", str(publisher), str(SOURCE), "-lfastrtps", "-lfastcdr"]
+    if shutil.which("g++") is None or subprocess.run(built, check=False, capture_output=True).returncode:
+        pytest.skip("needs g++, libfastrtps-dev and libfastcdr-dev")
+    monkeypatch.delenv("CYCLONEDDS_URI", raising=False)
+    monkeypatch.setenv("ROS_DOMAIN_ID", str(DOMAIN + 1))
+    following = FollowedTopic(TOPIC)
+    lines = ["one fails", "2 formula F left\ntwo leaves", *(f"r{i} leaves" for i in range(150))]
+    with subprocess.Popen([publisher, str(DOMAIN + 1), TOPIC, *lines], stdout=subprocess.PIPE, text=True) as peer:
+        found = heard(following, 153, 20.0)
+        said, _ = peer.communicate(timeout=30)
+    following.close()
+    assert found[0] == RobotLeaves(time=0.0, robot="one")
+    assert found[1] == NewFormula(time=2.0, formula="F left")
+    assert found[2] == RobotLeaves(time=0.0, robot="two", fails=False)
+    assert [event.robot for event in found[3:]] == [f"r{i}" for i in range(150)]
+    assert said == "heard\n"
