@@ -17,6 +17,7 @@ from verify.recordings.alignment import Alignment, fitted, given
 from verify.recordings.asked import Asked, World
 from verify.recordings.flight_log import Samples
 from verify.recordings.measurement import unseen_sentence
+from verify.recordings.open_starts import OpenEnds, change_within, for_every_start
 from verify.recordings.planned_paths import PlannedPath, planned_paths
 from verify.recordings.recorded_visits import passage_claim, visit_claim, widened
 from verify.recordings.space import obstacle_claim, rim_claim, separation_claims, workspace_claim
@@ -79,9 +80,23 @@ class RecordedFlight:
     def claims(self) -> tuple[Claim, ...]:
         """Judge every claim."""
         claims = [*self._tube(), *self._words(), *self._visits(), *self._space()]
-        if not self.alignment.trusted:
-            claims = [_perhaps_outside(claim) for claim in claims]
-        return tuple(claims)
+        if self.alignment.trusted and self.alignment.high == self.alignment.low:
+            return tuple(claims)
+        ends = self._open_ends()
+        changes = {
+            robot: change_within(ends, one, self.rows[robot], self.asked.worlds, self.samples, self.asked.margin)
+            for robot, one in self.tracks.items()
+        }
+        return tuple(for_every_start(claims, ends, changes, self.rows))
+
+    def _open_ends(self) -> OpenEnds:
+        """Return what of the judged time may not be the flight's, as its start is left open."""
+        low, high, end = self.alignment.low, self.alignment.high, self.end
+        logged = self.samples.internal is not None
+        if self.alignment.trusted:
+            return OpenEnds((low, high), None if end is None else (low + end, high + end), logged=logged)
+        whole = end is not None and self.stop - self.start >= end
+        return OpenEnds((self.start, self.stop), (self.start, self.stop), whole, logged)
 
     def _aligned(self, start: tuple[float, float] | None, error: float) -> Alignment:
         first = float(self.samples.times[0])
@@ -99,7 +114,7 @@ class RecordedFlight:
         """
         first, last = float(self.samples.times[0]), float(self.samples.times[-1])
         if self.end is None:
-            return self.alignment.low, max(last, self.alignment.low)
+            return self.alignment.low, max(last, self.alignment.high)
         if not self.alignment.trusted:
             return first, last
         return self.alignment.low, self.alignment.high + self.end
@@ -239,18 +254,6 @@ class RecordedFlight:
             yield "There are no trajectories to hold the flight against: nothing is said of a tube."
         if self.asked.plan is None:
             yield "There is no plan to hold the flight against: nothing is said of planned visits."
-
-
-def _perhaps_outside(claim: Claim) -> Claim:
-    """Return what is broken at some time of the recording as what cannot be told: it may have been before the flight, or after it.
-
-    What never happens in all of the recording, such as a visit, did not happen in the flight.
-    """
-    if claim.outcome != "fails" or claim.time is None:
-        return claim
-    sentence = f"{claim.sentence} Whether that was during the flight cannot be told: when it began is not known."
-    witness = None if claim.witness is None else replace(claim.witness, sentence=sentence)
-    return replace(claim, outcome="undecided", sentence=sentence, witness=witness)
 
 
 def _all_laps(robot: RobotPlan, repeat: int) -> RobotPlan:
