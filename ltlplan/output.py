@@ -256,9 +256,7 @@ def _prepared(
     return team
 
 
-def _names_of(
-    folder: Path, target: ExportTarget, robots: Collection[str] | None, options: Mapping[str, Any]
-) -> frozenset[str]:
+def _names_of(folder: Path, target: ExportTarget, robots: Collection[str] | None, options: Mapping[str, Any]) -> frozenset[str]:
     """Return the names of the files that an export would have, as far as that is known before anything is proved; else none.
 
     Whatever is wrong with the folder or the flight is said later, by who proves and writes them.

@@ -18,6 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from flight.link.stages import Stage
+from flight.monitoring.thresholds import CLIMB_SPEED
 from ltlplan.pipeline import Certified, certified_team, plan
 from verify.data import BadInput, Infeasible, Mission, NotCertified, Trajectory, check_trajectories
 from verify.data.events import unknown
@@ -26,8 +27,6 @@ from verify.data.sections import Agent, Box, Limits, Spec
 
 Place = tuple[float, float, float]
 
-SPEED = 0.5
-"""m/s of climbs and landings, near the ground and its turbulence; a mission's lower limit holds as well."""
 LANDING = 0.05
 """m above the ground at which a landing ends and motors may stop."""
 _BELOW = 0.01
@@ -176,7 +175,7 @@ def _near_ground(mission: Mission, places: Mapping[str, Place]) -> Mission:
     """Return the mission with a workspace down to the places where robots stand, and slow."""
     low = min(min(place[2] for place in places.values()) - mission.margin - _BELOW, mission.workspace.min[2])
     workspace = Box(min=(*mission.workspace.min[:2], low), max=mission.workspace.max)
-    speed = min(SPEED, mission.limits.speed or SPEED)
+    speed = min(CLIMB_SPEED, mission.limits.speed or CLIMB_SPEED)
     return mission.model_copy(update={"workspace": workspace, "limits": mission.limits.model_copy(update={"speed": speed})})
 
 

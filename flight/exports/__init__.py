@@ -4,7 +4,8 @@
 files; nothing is written before all of them are made. Every export carries the certificate's digest and a note (`notes`) of what
 would void it.
 Those for Crazyflies are in the room `crazyflies`; `parts` and `braking` are what is uploaded of flights that vehicles do not hold at once and
-behind last laps, `flown` is who flew it in simulation before, and `px4_stream` a script that is exported along.
+behind last laps, `flown` is who flew it in simulation before. `columns` proves climb and landing, and `carried` has the scripts in the room `scripts`
+and the numbers that they fly by.
 """
 
 from __future__ import annotations

@@ -141,14 +141,15 @@ def make_product(
     if any(path.cuts for path in team.values()) and len(ordered) < len(team):
         _require_common_pauses(target, mission, ordered)
     ends, said = _brakings(mission.model_copy(update={"margin": float(cert.margin)}), ordered, target)
+    whole = {name: ends.get(name) or team[name].flattened(mission.spec.repeat) for name in mission.agents}
     ordered, placed = team_in_laboratory(mission, ordered)
     ends, _ = team_in_laboratory(mission, ends)
     apart = float(getattr(cert, "clock_error", 0.0))
-    request = Request(mission, ordered, mission.spec.repeat, float(cert.margin), cert.digest(), options, ends, apart)
+    request = Request(mission, ordered, mission.spec.repeat, float(cert.margin), cert.digest(), options, ends, apart, whole)
     product = target.make(request)
     notes = (*([WARNING] if anyway else []), *([placed] if placed else []), *product.notes, *said)
-    files = {**product.files, NOTE: readme(request, target, notes).encode()}
-    return Product(warned(files) if anyway else files, notes)
+    files = {**product.files, NOTE: readme(request, target, notes, product.beyond).encode()}
+    return Product(warned(files) if anyway else files, notes, product.beyond)
 
 
 def names_of(
@@ -178,7 +179,9 @@ def names_of(
     written = {name: team[name] for name in mission.agents if robots is None or name in robots}
     if not written:
         raise BadInput("robots names nobody of the mission; leave it out to write all.")
-    return (*target.make(Request(mission, written, mission.spec.repeat, float(mission.margin), "", options)).files, NOTE)
+    whole = {name: team[name].flattened(mission.spec.repeat) for name in mission.agents}
+    request = Request(mission, written, mission.spec.repeat, float(mission.margin), "", options, whole=whole)
+    return (*target.make(request).files, NOTE)
 
 
 def _require_common_pauses(target: ExportTarget, mission: Mission, written: Mapping[str, Trajectory]) -> None:

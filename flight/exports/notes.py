@@ -18,13 +18,14 @@ def _clocks(error: float) -> str:
     return f"those of any two robots are at most {error:g} s apart at every moment" if error else "one for all robots"
 
 
-def readme(request: Request, target: ExportTarget, notes: tuple[str, ...]) -> str:
+def readme(request: Request, target: ExportTarget, notes: tuple[str, ...], beyond: tuple[str, ...]) -> str:
     """Return the text of README.txt.
 
     Args:
         request: What was exported.
         target: For what.
         notes: Sentences of this export.
+        beyond: What comes before and after the flight and is not covered.
     """
     mission = request.mission
     flown: dict[str, list[str]] = {}
@@ -61,7 +62,7 @@ def readme(request: Request, target: ExportTarget, notes: tuple[str, ...]) -> st
         *(f"  * {reason};" for reason in voids),
         "",
         "What it does not cover:",
-        "  * the climb to the start before time 0, and the landing after the end;",
+        *(f"  * {phrase};" for phrase in beyond),
         "  * collisions with anything that the mission does not name, downwash, and faults of the vehicle.",
         "",
     ]

@@ -7,22 +7,23 @@ from north clockwise. A `.tlog` is eight bytes of time (microseconds, big-endian
 
 from __future__ import annotations
 
-import json
 import math
 import struct
-from collections.abc import Mapping
-from importlib import resources
 from typing import Any
 
 import numpy as np
 
+from flight.exports.carried import STREAM, about, climb_and_landing, scripts, written
 from flight.exports.crazyflies.inventory import read_inventory, system_ids
 from flight.exports.target import ExportTarget, Product, Request
 from flight.model.attitude import Floats
+from flight.monitoring.thresholds import PX4_ACCURACY
 from verify.data import BadInput, MissingEngine, Trajectory
 
 RATE = 50.0
 """Setpoints a second."""
+FAILSAFE = {"COM_OF_LOSS_T": 1.0, "COM_OBL_RC_ACT": 4}
+"""What acts on board when set-points end: after so many seconds, land (4)."""
 
 _SENDER = (255, 190)  # system and component of a ground station's planner
 _AUTOPILOT = 1
@@ -47,32 +48,31 @@ def _product(request: Request) -> Product:
         f"{name}.tlog": _log(path, systems[name], rate, centre, duration, request.digest)
         for name, path in request.flown.items()
     }
-    files["flight.json"] = _described(request, systems, rate, centre, duration)
-    files["stream_setpoints.py"] = (resources.files("flight.exports") / "px4_stream.py").read_bytes()
+    robots = {name: {"system": systems[name], "file": f"{name}.tlog"} for name in request.team}
+    data = about(request, PX4_ACCURACY, robots) | {
+        "lasts": duration,
+        "rate": rate,
+        "origin": centre.tolist(),
+        "failsafe": FAILSAFE,
+    }
+    files |= scripts(STREAM) | written(data)
     said = ", ".join(f"{name} is system {systems[name]}" for name in request.team)
+    _, landing = climb_and_landing(request)
     return Product(
         files,
         (
             f"Setpoints at {rate:g} a second; {said}. stream_setpoints.py sends them to PX4 in real time; see its first lines.",
+            "Bring every robot to a hover at its start yourself, and land them yourself: at the end all hold where they are (PX4's hold). "
+            f"{landing.sentence}",
             "North is the mission's y, east its x; the local frame's origin is "
             f"({', '.join(f'{x:g}' for x in centre)}) m in the mission's frame.",
             "The certificate is of the path that the setpoints are samples of; what an autopilot does between them is its own.",
         ),
+        (
+            "the climb to the start before time 0, which is the pilot's",
+            "the hold behind the last setpoint, and the landing, as said above",
+        ),
     )
-
-
-def _described(request: Request, systems: Mapping[str, int], rate: float, origin: Floats, duration: float) -> bytes:
-    """Return what the streaming script reads beside the logs."""
-    robots = {name: {"system": systems[name], "file": f"{name}.tlog"} for name in request.team}
-    data = {
-        "certificate": request.digest,
-        "margin": request.margin,
-        "rate": rate,
-        "duration": duration,
-        "origin": origin.tolist(),
-        "robots": robots,
-    }
-    return (json.dumps(data, indent=1) + "\n").encode()
 
 
 def to_ned(flat: Floats, origin: Floats) -> tuple[Floats, Floats, Floats, Floats, Floats]:

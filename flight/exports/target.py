@@ -33,6 +33,7 @@ class Request:
         options: What the caller passed for this target; only options that it has.
         braked: All laps of those that brake behind their last one, with the braking.
         clock_error: How far apart the robots' clocks may be by the certificate, s.
+        whole: What every robot of the mission flies, those that are not written as well: finite, and in the mission's frame.
     """
 
     mission: Mission
@@ -43,6 +44,7 @@ class Request:
     options: Mapping[str, Any]  # of any type that the target reads
     braked: Mapping[str, Trajectory] = field(default_factory=lambda: MappingProxyType({}))
     clock_error: float = 0.0
+    whole: Mapping[str, Trajectory] = field(default_factory=lambda: MappingProxyType({}))
 
     @property
     def flown(self) -> dict[str, Trajectory]:
@@ -52,10 +54,17 @@ class Request:
 
 @dataclass(frozen=True, slots=True)
 class Product:
-    """What a target makes: contents by file name, and sentences for the note."""
+    """What a target makes.
+
+    Attributes:
+        files: Contents by file name.
+        notes: Sentences for the note.
+        beyond: What comes before and after the flight and is not covered, a phrase each.
+    """
 
     files: Mapping[str, bytes]
     notes: tuple[str, ...] = ()
+    beyond: tuple[str, ...] = ("the climb to the start before time 0, and the landing after the end",)
 
 
 class Sent(Protocol):

@@ -11,19 +11,7 @@ import numpy as np
 
 from flight.link.link import Link, Pose
 from flight.link.stages import Part, Stage
-
-SHARE = 0.5
-"""Share of the margin that a robot may stand off where a stage begins: the rest is for following it."""
-QUIET = 0.01
-"""m that the measured place of a robot at rest may wander within `WATCHED`."""
-WATCHED = 0.5
-"""s that robots are watched before they fly."""
-FRESH = 0.2
-"""s that a pose may be old."""
-HEADING = math.radians(15.0)
-"""rad that a robot's heading may be off before it climbs."""
-_RESERVE = 1.2
-"""How often the flight's duration a battery has to last."""
+from flight.monitoring.thresholds import FRESH, HEADING, QUIET, RESERVE, SHARE, WATCHED
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +46,7 @@ def before_take_off(
         All checks, passed or not.
     """
     robots, seen = tuple(first.paths), _watched(link, tuple(first.paths))
-    needed = _RESERVE * lasts
+    needed = RESERVE * lasts
     found: list[Check] = []
 
     def say(name: str, robot: str, passed: bool, what: str, do: str) -> None:

@@ -18,10 +18,11 @@ from typing import Any
 
 import numpy as np
 
-from flight.exports.px4 import to_ned
+from flight.exports.px4 import FAILSAFE, to_ned
 from flight.link.addresses import require_addresses, said_of
 from flight.link.link import Health, LinkLost, Pose
 from flight.link.streaming import RATE, SetpointStream
+from flight.monitoring.thresholds import PX4_ACCURACY
 from verify.data import BadInput, MissingEngine, Mission, Trajectory
 
 CONNECT = 10.0
@@ -34,8 +35,6 @@ AGAIN = 0.3
 """s after which what was not confirmed is asked for again."""
 OFFBOARD, HOLD, LAND = (6, 0), (4, 3), (4, 6)
 """PX4's main and sub mode."""
-FAILSAFE = {"COM_OF_LOSS_T": 1.0, "COM_OBL_RC_ACT": 4}
-"""What acts on board when set-points end: after so many seconds, land (4)."""
 
 _NO_SERIAL = "it is taken for a serial port, which needs pyserial (addresses in a network begin with udpin:, udpout: or tcp:)"
 _NO_PORT = "it has no port; write it as udpin:0.0.0.0:14540, udpout:, tcp: or a serial port, /dev/ttyUSB0"
@@ -85,7 +84,7 @@ class MavlinkLink:
         *,
         systems: Mapping[str, int] | None = None,
         origin: tuple[float, float, float] = (0.0, 0.0, 0.0),
-        accuracy: float = 0.02,
+        accuracy: float = PX4_ACCURACY,
     ) -> None:
         """Reach all vehicles, and set and read back what acts on board when set-points end.
 

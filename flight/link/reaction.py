@@ -8,17 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 
-from flight.link.checks import FRESH
 from flight.link.link import Link
 from flight.link.record import Record
 from flight.monitoring.reaction import LANDING_HEIGHT, LANDING_SPEED
+from flight.monitoring.thresholds import FRESH, HOLDING, PATIENCE
 
 AGAIN = 0.1
 """s after which a command that was not acknowledged is sent again."""
-PATIENCE = 2.0
-"""s that a robot has to acknowledge a command."""
-HOLDING = 2.0
-"""s that a team hovers before it lands."""
 _NEAR = 0.1
 """m above where its landing ends, at which a robot's motors may stop."""
 

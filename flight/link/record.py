@@ -7,9 +7,9 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from flight.link.checks import FRESH
 from flight.link.stages import FLIGHT
 from flight.logs.log import Event
+from flight.monitoring.thresholds import FRESH
 from verify.data.frame import Frame
 
 Row = tuple[float, str, float, float, float]

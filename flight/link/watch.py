@@ -12,15 +12,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flight.link.checks import FRESH
 from flight.link.link import Link, Pose
 from flight.link.record import Record
 from flight.link.stages import Part, Watched
 from flight.logs.log import Event
 from flight.monitoring.monitor import COVERED
-
-_EMPTY = 15.0
-"""s of battery that a landing needs."""
+from flight.monitoring.thresholds import EMPTY, FRESH
 
 
 @dataclass(frozen=True, slots=True)
@@ -163,7 +160,7 @@ class Watch:
             if now - time > FRESH:
                 return robot, f"{robot} was not seen for {FRESH:g} s at {when}."
             endurance = self._link.health(robot).endurance
-            if endurance is not None and endurance < _EMPTY:
+            if endurance is not None and endurance < EMPTY:
                 return robot, f"{robot}'s battery lasts {max(endurance, 0.0):.0f} s more at {when}."
         return None
 

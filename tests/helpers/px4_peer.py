@@ -10,6 +10,7 @@ import time
 from dataclasses import dataclass
 
 SET_MODE, SET_INTERVAL, ARM = 176, 511, 400
+SYS_STATUS, POSITION_REPORT, ESTIMATOR_STATUS = 1, 32, 230
 OFFBOARD, HOLD, POSITION, LAND = 6 << 16, 4 << 16 | 3 << 24, 3 << 16, 4 << 16 | 6 << 24
 
 
@@ -26,6 +27,11 @@ class Manner:
     deaf_to: tuple[int, ...] = ()  # modes that it never takes
     refuses_arming: bool = False
     deaf_to_parameters: tuple[str, ...] = ()
+    turned: float = 0.0  # rad, against the clock, from where it should look
+    battery: int = -1  # percent; -1 where it does not know
+    estimator: int = 1 | 8 | 16  # flags of ESTIMATOR_STATUS
+    restless: float = 0.0  # m that its reported place wanders
+    other_system: int = 0  # it answers as this one instead
 
 
 class Px4Peer(threading.Thread):
@@ -42,16 +48,19 @@ class Px4Peer(threading.Thread):
 
         self.manner = manner or Manner()
         self.link = mavutil.mavlink_connection(
-            f"udpout:127.0.0.1:{port}", source_system=system, source_component=1, dialect="common"
+            f"udpout:127.0.0.1:{port}",
+            source_system=self.manner.other_system or system,
+            source_component=1,
+            dialect="common",
         )
         x, y, z = place
-        self.place = (x + self.manner.off, y, z)
+        self.place, self.yaw = (x + self.manner.off, y, z), math.pi / 2
         self.mode, self.before, self.failsafes = POSITION, 0, 0
         self.flown: list[tuple[float, ...]] = []
         self.asked: list[int] = []
         self.lost: dict[tuple[int, float, float], int] = {}
         self.arrivals: list[float] = []
-        self.interval, self.touched = 1.0, math.inf
+        self.intervals, self.touched = {POSITION_REPORT: 1.0}, math.inf
         self.armed = self.manner.armed
         self.parameters = {"COM_OF_LOSS_T": 1.0, "COM_OBL_RC_ACT": 0}
         self.ended = threading.Event()
@@ -59,15 +68,22 @@ class Px4Peer(threading.Thread):
     def run(self) -> None:
         """Report and listen until `ended` is set."""
         mavlink, said, placed, now = self.link.mav, -math.inf, -math.inf, time.monotonic()
+        reported: dict[int, float] = {}
         while not self.ended.is_set():
             before, now = now, time.monotonic()
             silent = self.manner.falls_silent_after is not None and len(self.flown) > self.manner.falls_silent_after
             if now >= said + 0.05 and not silent:
                 said = now
                 mavlink.heartbeat_send(2, 12, 1 | (128 if self.armed else 0), self.mode, 4)
-            if now >= placed + self.interval and not silent:
+            if now >= placed + self.intervals[POSITION_REPORT] and not silent:
                 placed = now
-                mavlink.local_position_ned_send(0, *self.place, 0.0, 0.0, 0.0)
+                shift = self.manner.restless * math.sin(40.0 * now)
+                mavlink.local_position_ned_send(0, self.place[0] + shift, *self.place[1:], 0.0, 0.0, 0.0)
+                mavlink.attitude_send(0, 0.0, 0.0, self.yaw - self.manner.turned, 0.0, 0.0, 0.0)
+            for number, send in ((SYS_STATUS, self.report_battery), (ESTIMATOR_STATUS, self.report_estimator)):
+                if now >= reported.get(number, -math.inf) + self.intervals.get(number, math.inf) and not silent:
+                    reported[number] = now
+                    send()
             if self.mode == LAND and self.armed:  # a metre a second, down to the ground
                 x, y, z = self.place
                 self.place = (x, y, min(z + min(now - before, 0.1), 0.0))
@@ -79,6 +95,14 @@ class Px4Peer(threading.Thread):
             if message is not None:
                 self.take(message)
         self.link.close()
+
+    def report_battery(self) -> None:
+        """Say how full the battery is."""
+        self.link.mav.sys_status_send(0, 0, 0, 0, 12000, -1, self.manner.battery, 0, 0, 0, 0, 0, 0)
+
+    def report_estimator(self) -> None:
+        """Say how the estimator is."""
+        self.link.mav.estimator_status_send(0, self.manner.estimator, *[0.0] * 8)
 
     def take(self, message) -> None:
         """Take in one message."""
@@ -107,7 +131,7 @@ class Px4Peer(threading.Thread):
         """Do as a command says, and acknowledge it."""
         taken = True
         if message.command == SET_INTERVAL:
-            self.interval = message.param2 / 1e6
+            self.intervals[int(message.param1)] = message.param2 / 1e6
         elif message.command == SET_MODE:
             mode = int(message.param2) << 16 | int(message.param3) << 24
             self.asked.append(mode)

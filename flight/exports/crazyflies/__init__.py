@@ -1,5 +1,5 @@
 """Exports for Crazyflies: their memory's bytes, plain and compressed, and crazyswarm2's files.
 
-Read `crazyflie` (bytes and how they are sent) over `memory` and `fits`, then `compressed`; `crazyswarm` writes a folder for crazyswarm2 with the
-script in `swarm_script` and the configuration in `swarm_settings`: `parameters` are what firmware is told, `inventory` is the user's file.
+Read `crazyflie` (bytes and how they are sent) over `memory` and `fits`, then `compressed`; `crazyswarm` writes a folder for crazyswarm2 with
+the configuration in `swarm_settings`: `parameters` are what firmware is told, `inventory` is the user's file.
 """

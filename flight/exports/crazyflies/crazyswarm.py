@@ -1,4 +1,4 @@
-"""Crazyswarm2: one CSV a robot, a crazyflies.yaml and a script that flies the mission.
+"""Crazyswarm2: one CSV a robot, a crazyflies.yaml, and scripts that fly the mission by the numbers in flight.json.
 
 The CSV is what uav_trajectories and crazyswarm2 read: a header and 33 columns, numbers as `%.9g` so that float32
 survives. Crazyswarm2's loader fails on a file with one piece; `with_hovers` gives such flights a second one, which is then certified
@@ -7,32 +7,32 @@ with the first.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
 import numpy as np
 
 from flight.exports.braking import AtMost
+from flight.exports.carried import DATA, SWARM, about, climb_and_landing, scripts, written
 from flight.exports.crazyflies.fits import require_crazyflie, require_float32, require_held
-from flight.exports.crazyflies.inventory import Item, read_inventory, require_radios
-from flight.exports.crazyflies.parameters import sentence
+from flight.exports.crazyflies.inventory import Item, checked_weight, read_inventory, require_radios
+from flight.exports.crazyflies.parameters import parameters_read, sentence
 from flight.exports.crazyflies.radio_addresses import heard_by
-from flight.exports.crazyflies.swarm_script import script, stacked
 from flight.exports.crazyflies.swarm_settings import configuration, weights_said
-from flight.exports.parts import notes_on, parts_of
+from flight.exports.parts import Part, notes_on, order_of, parts_of
 from flight.exports.target import NOTE, ExportTarget, Product, Request
+from flight.monitoring.thresholds import CRAZYFLIE_ACCURACY
 from verify.data import BadInput, DoesNotFit, Trajectory
 from verify.data.files.trajectory_csv import write_csv
 from verify.data.storage.ownership import MANIFEST
-from verify.data.trajectory import HOVER, PIECES
+from verify.data.trajectory import HOVER, PAUSE, PIECES
 
 _CONFIGURATION = "crazyflies.yaml"
-_SCRIPT = "fly_mission.py"
 
 
 def file_names(robots: Iterable[str]) -> tuple[str, ...]:
     """Return the names of all files of a crazyswarm2 export, note and manifest included."""
-    return (*(f"{name}.csv" for name in robots), _CONFIGURATION, _SCRIPT, NOTE, MANIFEST)
+    return (*(f"{name}.csv" for name in robots), _CONFIGURATION, DATA, *SWARM, NOTE, MANIFEST)
 
 
 def _product(request: Request) -> Product:
@@ -51,19 +51,58 @@ def _product(request: Request) -> Product:
                 )
             files[f"{name}{part.ending}.csv"] = write_csv(path).encode()
     files[_CONFIGURATION] = configuration(request, parts[0].starts, items).encode()
-    files[_SCRIPT] = script(request, parts).encode()
-    note = "fly_mission.py climbs only if every robot stands below its own start, and begins only if each is within half a margin of it."
+    climb, landing = climb_and_landing(request)
+    files |= scripts(SWARM) | written(
+        _described(request, parts, items) | {"climb": "; ".join(climb.faults), "landing": "; ".join(landing.faults)}
+    )
     vehicles = dict.fromkeys(request.mission.vehicle_of(name) for name in request.team)
-    told = (f"crazyflies.yaml sets what was simulated. {sentence(vehicle)}" for vehicle in vehicles)
-    return Product(files, (note, *_stacked(request), *told, *weights_said(request, items), *notes_on(request, parts)))
+    notes = (
+        "fly_mission.py flies it; its first lines say what it looks at before and in flight, and what it does where something is wrong. It climbs "
+        "only if every robot stands below its own start, and begins only if each is within half a margin of it.",
+        climb.sentence,
+        *(
+            ()
+            if climb.certified
+            else ("fly_mission.py does not climb: have robots hover at their starts, and add --hovering.",)
+        ),
+        landing.sentence,
+        *(
+            ()
+            if landing.certified
+            else ("fly_mission.py flies it only with --watch-landing; have the mission end where robots can land.",)
+        ),
+        "Where something ends the flight, all brake to a hover and land straight down from there: that is not certified.",
+        *(f"crazyflies.yaml sets what was simulated. {sentence(vehicle)}" for vehicle in vehicles),
+        *weights_said(request, items),
+        *notes_on(request, parts),
+    )
+    beyond = [f"the {which.name}, as said above" for which in (climb, landing) if not which.certified]
+    return Product(
+        files, notes, (*beyond, "the ways of vehicles that leave their margin, and of those that a fault has all land")
+    )
 
 
-def _stacked(request: Request) -> Iterator[str]:
-    """Yield who cannot climb straight up to a start, or land straight down from an end, beside another robot."""
-    if robots := stacked(request, 0.0):
-        yield f"{' and '.join(robots)} start above each other; fly_mission.py, which climbs straight up, does not fly them."
-    if robots := stacked(request, max(path.duration for path in request.flown.values())):
-        yield f"{' and '.join(robots)} end above each other; fly_mission.py lands straight down: have the mission end them apart."
+def _described(request: Request, parts: tuple[Part, ...], items: Mapping[str, Item]) -> dict[str, object]:
+    """Return what fly_mission.py has to know."""
+    mission = request.mission
+    robots = {
+        name: {"parameters": parameters_read(vehicle, checked_weight(name, vehicle, items.get(name, Item()).mass))}
+        for name in request.team
+        for vehicle in (mission.vehicle_of(name),)
+    }
+    return {
+        **about(request, CRAZYFLIE_ACCURACY, robots),
+        "parts": [
+            {
+                "ending": part.ending,
+                "duration": part.duration,
+                "starts": {name: list(place) for name, place in part.starts.items()},
+            }
+            for part in parts
+        ],
+        "order": list(order_of(request)),
+        "pause": PAUSE,
+    }
 
 
 def with_hovers(team: Mapping[str, Trajectory], laps: int = 1) -> dict[str, Trajectory]:

@@ -9,6 +9,8 @@ _NUMBERS = {"pid": 1, "mellinger": 2, "lee": 5}
 """`stabilizer.controller` of each; any other flies as Mellinger's, the one that crazyswarm2 takes for trajectories."""
 KALMAN = 2
 """`stabilizer.estimator`."""
+_OF_CONTROLLERS = {"ctrlMel": 2, "ctrlLee": 5}
+"""Groups of parameters that only one controller reads, and its number."""
 
 
 def parameters(vehicle: Vehicle, mass: float | None = None) -> dict[str, dict[str, float]]:
@@ -24,6 +26,23 @@ def parameters(vehicle: Vehicle, mass: float | None = None) -> dict[str, dict[st
         "ctrlMel": {"mass": flown, "massThrust": autopilot.mellinger.thrust_to_pwm},
         "ctrlLee": {"mass": flown},
         "locSrv": {"extPosStdDev": autopilot.ekf.position_noise, "extQuatStdDev": autopilot.ekf.attitude_noise},
+    }
+
+
+def parameters_read(vehicle: Vehicle, mass: float | None = None) -> dict[str, float]:
+    """Return those of `parameters` that are read by whom the vehicle flies with, by `group.name`.
+
+    Args:
+        vehicle: Its profile.
+        mass: kg as it was weighed; None takes the profile's.
+    """
+    groups = parameters(vehicle, mass)
+    flown = groups["stabilizer"]["controller"]
+    return {
+        f"{group}.{key}": float(value)
+        for group, values in groups.items()
+        if _OF_CONTROLLERS.get(group, flown) == flown
+        for key, value in values.items()
     }
 
 

@@ -18,6 +18,9 @@ from flight.exports.crazyflies.inventory import Item, checked_weight
 from flight.exports.crazyflies.parameters import parameters
 from flight.exports.target import Request
 
+_ESTIMATOR = ("kalman.varPX", "kalman.varPY", "kalman.varPZ", "pm.batteryLevel")
+"""What `flying/crazyswarm.py` reads of the topic `estimator`, in this order."""
+
 
 def configuration(request: Request, starts: Mapping[str, tuple[float, ...]], items: Mapping[str, Item]) -> str:
     """Return the text of crazyflies.yaml.
@@ -53,7 +56,11 @@ def configuration(request: Request, starts: Mapping[str, tuple[float, ...]], ite
             }
         },
         "all": {
-            "firmware_logging": {"enabled": True, "default_topics": {"pose": {"frequency": 10}, "status": {"frequency": 1}}},
+            "firmware_logging": {
+                "enabled": True,
+                "default_topics": {"pose": {"frequency": 20}, "status": {"frequency": 2}},
+                "custom_topics": {"estimator": {"frequency": 20, "vars": list(_ESTIMATOR)}},
+            },
             "firmware_params": {"commander": {"enHighLevel": 1}},
             "broadcasts": {"num_repeats": 15, "delay_between_repeats_ms": 1},
         },

@@ -23,6 +23,7 @@ from flight.link.link import Health, Pose
 from flight.link.on_board import Commander
 from flight.model.attitude import euler
 from flight.monitoring.reaction import braking_length
+from flight.monitoring.thresholds import CRAZYFLIE_ACCURACY
 from verify.data import InternalError, Mission, Trajectory
 
 _ALIVE = 0.2
@@ -56,7 +57,7 @@ class CrazyflieLink:
         masses: Mapping[str, float] | None = None,
         capture: Capture | None = None,
         failsafe: Failsafe | None = None,
-        accuracy: float = 0.01,
+        accuracy: float = CRAZYFLIE_ACCURACY,
     ) -> None:
         """Reach all vehicles, set what a flight needs, and read it back. Nothing spins.
 

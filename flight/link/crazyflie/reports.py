@@ -10,9 +10,8 @@ from enum import IntFlag
 from typing import Any
 
 from flight.link.link import Pose
+from flight.monitoring.thresholds import SETTLED
 
-_SETTLED = 0.001
-"""m^2 that the variances of the estimated position may change by in half a second where the estimator has settled."""
 _DRIFT = 2e-4
 """Share by which a vehicle's clock may run slower than ours."""
 _HALF = 1 << 23
@@ -131,7 +130,7 @@ class Reports:
         """Whether the variances of its estimated position stay as they are; None where it does not say."""
         if not self._variances:
             return None
-        return self.watched and all(max(axis) - min(axis) < _SETTLED for axis in zip(*self._variances, strict=True))
+        return self.watched and all(max(axis) - min(axis) < SETTLED for axis in zip(*self._variances, strict=True))
 
     @property
     def battery(self) -> float | None:

@@ -7,12 +7,10 @@ from collections.abc import Callable, Mapping
 
 from flight.exports.crazyflies.fits import crazyflies
 from flight.exports.crazyflies.inventory import checked_weight
-from flight.exports.crazyflies.parameters import parameters
+from flight.exports.crazyflies.parameters import parameters_read
 from flight.link.crazyflie.vehicle import Vehicle
 from verify.data import DoesNotFit, Mission
 
-_OF_CONTROLLERS = {"ctrlMel": 2, "ctrlLee": 5}
-"""Groups of parameters that only one controller reads, and its number."""
 _IF_THERE = {"commander.enHighLevel": 1.0}
 """Asked of firmware that has it: newer firmware takes the high-level commander without."""
 
@@ -33,14 +31,7 @@ def wanted(mission: Mission, masses: Mapping[str, float]) -> dict[str, dict[str,
         vehicle = mission.vehicle_of(name)
         if name not in able:
             raise DoesNotFit(f"{name} flies '{vehicle.name}' of {vehicle.mass:g} kg, which is no Crazyflie.")
-        groups = parameters(vehicle, checked_weight(name, vehicle, masses.get(name)))
-        flown = groups["stabilizer"]["controller"]
-        found[name] = {
-            f"{group}.{key}": float(value)
-            for group, values in groups.items()
-            if _OF_CONTROLLERS.get(group, flown) == flown
-            for key, value in values.items()
-        }
+        found[name] = parameters_read(vehicle, checked_weight(name, vehicle, masses.get(name)))
     return found
 
 

@@ -24,6 +24,12 @@ def certified():
 @pytest.fixture
 def script_in_world(tmp_path, monkeypatch):
     """Export a team; return robots that stand below their starts, and the script that flies them."""
+
+    def forget() -> None:
+        """Have what was copied beside one script not be taken for what lies beside another."""
+        for name in [name for name in sys.modules if name == "flying" or name.startswith("flying.")]:
+            del sys.modules[name]
+
     before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
 
     def make(team, cert):
@@ -33,11 +39,14 @@ def script_in_world(tmp_path, monkeypatch):
             world.robots[name] = Robot(name, world, path.evaluate(0.0)[:3] * (1, 1, 0))
         for name, module in world.modules().items():
             monkeypatch.setitem(sys.modules, name, module)
+        forget()
+        monkeypatch.syspath_prepend(tmp_path)
         spec = importlib.util.spec_from_file_location("fly_mission", tmp_path / "fly_mission.py")
         script = importlib.util.module_from_spec(spec)
         spec.loader.exec_module(script)
         return world, script
 
     yield make
+    forget()
     for number, handler in before.items():
         signal.signal(number, handler)

@@ -80,7 +80,7 @@ def test_nothing_of_somebody_elses_is_overwritten(certified, tmp_path):
 def test_an_export_that_fails_half_way_leaves_nothing(certified, tmp_path):
     out = tmp_path / "out"
     flight.export(*certified, out, anyway=True)
-    before = {path.name: path.read_bytes() for path in out.iterdir()}
+    before = {path.name: path.read_bytes() for path in out.rglob("*") if path.is_file()}
 
     def full(_path: Path, _content: bytes) -> int:
         raise OSError(28, "No space left on device")
@@ -89,7 +89,7 @@ def test_an_export_that_fails_half_way_leaves_nothing(certified, tmp_path):
         patch.setattr(Path, "write_bytes", full)
         with pytest.raises(BadInput, match="cannot be written: No space left"):
             flight.export(*certified, out, anyway=True)
-    assert {path.name: path.read_bytes() for path in out.iterdir()} == before
+    assert {path.name: path.read_bytes() for path in out.rglob("*") if path.is_file()} == before
     assert list(tmp_path.iterdir()) == [out]
 
 

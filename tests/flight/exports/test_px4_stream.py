@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import contextlib
+import json
+import shutil
 import signal
 import subprocess
 import sys
@@ -34,7 +36,7 @@ def exported(tmp_path_factory):
 
 
 @contextlib.contextmanager
-def vehicles_and_script(exported, manner: Manner | None = None):
+def vehicles_and_script(exported, manner: Manner | None = None, swapped: bool = False):
     """Run the exported script against one vehicle a robot; `manner` is the last robot's."""
     folder, team = exported
     vehicles, addresses = {}, []
@@ -43,6 +45,9 @@ def vehicles_and_script(exported, manner: Manner | None = None):
         port = free_port()
         vehicles[name] = Px4Peer(system, port, (y, x, -z), manner if system == len(team) else None)
         addresses.append(f"{name}=udpin:127.0.0.1:{port}")
+    if swapped:
+        one, other = vehicles.values()
+        one.place, other.place = other.place, one.place
     for vehicle in vehicles.values():
         vehicle.start()
     script = subprocess.Popen(
@@ -61,9 +66,9 @@ def vehicles_and_script(exported, manner: Manner | None = None):
             vehicle.join()
 
 
-def fly(exported, manner: Manner | None = None) -> tuple[int, str, dict[str, Px4Peer]]:
+def fly(exported, manner: Manner | None = None, *, swapped: bool = False) -> tuple[int, str, dict[str, Px4Peer]]:
     for _ in range(5):
-        with vehicles_and_script(exported, manner) as (vehicles, script):
+        with vehicles_and_script(exported, manner, swapped) as (vehicles, script):
             said, _ = script.communicate(timeout=60)
         if " late" not in said:  # a busy computer may not keep time, and the script is right to stop then
             break
@@ -73,7 +78,22 @@ def fly(exported, manner: Manner | None = None) -> tuple[int, str, dict[str, Px4
 def test_every_vehicle_gets_its_setpoints_in_time_and_holds_at_the_end(exported) -> None:
     code, said, vehicles = fly(exported)
     assert code == 0, said
-    assert "flown; every robot holds" in said
+    assert "flown; every robot holds: land them" in said
+    assert "1 s after its last setpoint each robot lands where it is, by itself" in said
+    assert all(vehicle.parameters == {"COM_OF_LOSS_T": 1.0, "COM_OBL_RC_ACT": 4} for vehicle in vehicles.values())
+    folder = sorted(exported[0].glob("flown-*"))[-1]
+    data = json.loads((folder / "live.json").read_text())
+    assert data["reason"] == ""
+    assert data["ends"]["flight"] - data["starts"]["flight"] == pytest.approx(0.6)
+    rows = [line.split(",") for line in (folder / "live.csv").read_text().splitlines()[1:]]
+    for name, path in exported[1].items():
+        own = np.array([[row[0], *row[2:]] for row in rows if row[1] == name], dtype=float)
+        assert len(own) > 15
+        away = [
+            np.linalg.norm(path.evaluate(np.clip(t - np.linspace(0, 0.06, 20), 0, 0.6))[:, :3] - place, axis=1).min()
+            for t, *place in own
+        ]
+        assert max(away) < 5e-3, "what is written are the laboratory's places, in time"
     for name, path in exported[1].items():
         vehicle = vehicles[name]
         assert vehicle.before >= RATE, "PX4 wants a second of setpoints before it changes to offboard flight"
@@ -91,9 +111,15 @@ def test_every_vehicle_gets_its_setpoints_in_time_and_holds_at_the_end(exported)
 @pytest.mark.parametrize(
     ("manner", "says", "flies"),
     [
-        (Manner(off=0.2), "too far from the start", False),
-        (Manner(armed=False), "is not armed", False),
-        (Manner(drifts=0.25), "further from the setpoint than the margin", True),
+        pytest.param(Manner(restless=0.06), "quad1's place wanders by 0.1", False, marks=pytest.mark.slow),
+        pytest.param(
+            Manner(deaf_to_parameters=("COM_OBL_RC_ACT",)),
+            "quad1 does not take COM_OF_LOSS_T = 1, COM_OBL_RC_ACT = 4",
+            False,
+            marks=pytest.mark.slow,
+        ),
+        pytest.param(Manner(other_system=7), "quad1 is system 2, and system 7 answers", False, marks=pytest.mark.slow),
+        (Manner(drifts=0.25), "m from its plan; the margin is 0.05 m", True),
         pytest.param(Manner(leaves_after=10), "left offboard flight", True, marks=pytest.mark.slow),
         pytest.param(Manner(falls_silent_after=20), "confirmed neither hold nor land", True, marks=pytest.mark.slow),
     ],
@@ -110,6 +136,42 @@ def test_it_does_not_begin_or_go_on_where_it_must_not(exported, manner, says, fl
     assert flies or max(moved) == 0
     if manner.leaves_after is not None:
         assert vehicles[list(vehicles)[-1]].mode == POSITION, "what a pilot takes over is left to them"
+
+
+def test_all_that_is_wrong_is_said_at_once_and_nothing_is_asked_of_anybody(exported) -> None:
+    code, said, vehicles = fly(exported, Manner(off=0.2, armed=False, turned=0.5, estimator=1, battery=0))
+    assert code == 1
+    for sentence in (
+        "quad1 is 0.200 m from its start; 0.025 m are allowed: put it at (1.200, 0.900, 0.800)",
+        "quad1 is not armed: bring it to a hover at its start first",
+        "quad1's heading is 29 degrees off: turn it to 0 degrees",
+        "quad1's estimator has not settled",
+        "quad1's battery lasts 0 s of the 1 s needed",
+    ):
+        assert sentence in said
+    assert "not checked: whether quad0's battery lasts for 1 s: its charge is not reported" in said
+    assert not any(vehicle.asked or vehicle.before for vehicle in vehicles.values())
+
+
+@pytest.mark.slow
+def test_robots_that_hover_the_wrong_way_round_do_not_begin(exported) -> None:
+    code, said, vehicles = fly(exported, swapped=True)
+    assert code == 1
+    assert "quad0 is 1.800 m from its start, and is where quad1 belongs" in said
+    assert not any(vehicle.asked for vehicle in vehicles.values())
+
+
+@pytest.mark.slow
+def test_robots_too_near_to_each_other_hold(exported, tmp_path) -> None:
+    folder = shutil.copytree(exported[0], tmp_path / "out")
+    data = json.loads((folder / "flight.json").read_text())
+    data["separation"] = [["quad0", "quad1", 1.81]]
+    (folder / "flight.json").write_text(json.dumps(data))
+    code, said, vehicles = fly((folder, exported[1]))
+    assert code == 1
+    assert "quad0 and quad1 are 1.8" in said
+    assert "m apart, and 1.810 m are asked" in said
+    assert all(vehicle.mode == HOLD for vehicle in vehicles.values())
 
 
 @pytest.mark.slow
@@ -144,6 +206,23 @@ def test_all_hold_where_the_script_is_interrupted(exported, number) -> None:
     assert all(vehicle.mode == HOLD and vehicle.failsafes == 0 for vehicle in vehicles.values())
 
 
+@pytest.mark.slow
+def test_where_the_script_is_killed_vehicles_land_by_themselves_and_what_was_written_is_whole(exported) -> None:
+    with vehicles_and_script(exported) as (vehicles, script):
+        deadline = time.monotonic() + 30
+        while not all(vehicle.mode == OFFBOARD for vehicle in vehicles.values()) and time.monotonic() < deadline:
+            time.sleep(0.01)
+        time.sleep(0.3)
+        script.kill()
+        script.wait()
+        while not all(vehicle.mode == LAND for vehicle in vehicles.values()) and time.monotonic() < deadline:
+            time.sleep(0.01)
+    assert all(vehicle.failsafes == 1 for vehicle in vehicles.values())
+    folder = sorted(exported[0].glob("flown-*"))[-1]
+    assert json.loads((folder / "live.json").read_text())["reason"] == "it was not ended by the script itself"
+    assert len((folder / "poses.csv").read_text().splitlines()) > 5
+
+
 def test_each_robot_needs_an_address(exported) -> None:
     folder, _ = exported
     done = subprocess.run(
@@ -164,9 +243,7 @@ def test_two_robots_with_one_address_are_refused(exported) -> None:
 def test_where_pymavlink_is_not_one_sentence_says_so(exported) -> None:
     folder, team = exported
     addresses = [f"{name}=udpin:127.0.0.1:{free_port()}" for name in team]
-    without = (
-        "import runpy, sys; sys.modules['pymavlink'] = None; sys.argv.pop(0); runpy.run_path(sys.argv[0], run_name='__main__')"
-    )
+    without = "import runpy, sys; sys.modules['pymavlink'] = None; sys.argv.pop(0); sys.path[0] = sys.argv[0].rpartition('/')[0]; runpy.run_path(sys.argv[0], run_name='__main__')"
     asked = [sys.executable, "-c", without, folder / "stream_setpoints.py", *addresses]
     done = subprocess.run(asked, capture_output=True, text=True, check=False)
     assert done.returncode == 1

@@ -1,0 +1,99 @@
+"""What is looked at before anything spins, with crazyswarm2."""
+
+from __future__ import annotations
+
+from flying.crazyswarm import Swarm
+from flying.watch import Place, Pose, Refused, Team
+
+STEP = 0.02  # s between two looks
+LISTEN = 5.0  # s that first positions are waited for
+SELDOM = 1.1  # s in which the battery is reported once at least
+
+
+def require_certified(team: Team, *, hovering: bool, landing: bool) -> None:
+    """Refuse to climb or land straight where that is not proved.
+
+    Args:
+        team: Who flies.
+        hovering: Whether robots hover at their starts already.
+        landing: Whether a landing that is not certified is watched by somebody.
+
+    Raises:
+        Refused: As said.
+    """
+    climb, land = team.data["climb"], team.data["landing"]
+    if climb and not hovering:
+        raise Refused(f"climb not certified: {climb}; bring robots to hover at their starts, and add --hovering")
+    if land and not landing:
+        raise Refused(f"landing not certified: {land}; add --watch-landing to land straight down all the same, and watch it")
+
+
+def faults_of(team: Team, swarm: Swarm, *, hovering: bool) -> tuple[list[str], dict[str, float]]:
+    """Look at every robot; return what keeps it from flying, a sentence each, and how high the ground below each is, m.
+
+    Args:
+        team: Who flies.
+        swarm: The robots.
+        hovering: Whether they hover at their starts already.
+
+    Raises:
+        Refused: Somebody is not measured at all, or two have one address.
+    """
+    uris = [robot.uri for robot in swarm.robots.values() if hasattr(robot, "uri")]
+    if len(set(uris)) < len(uris):
+        raise Refused("two robots have one address: look at crazyflies.yaml")
+    poses = watched(team, swarm)
+    starts: dict[str, Place] = {name: tuple(row["start"][:3]) for name, row in team.data["robots"].items()}
+    faults, grounds = list[str](), dict.fromkeys(team.names, 0.0)
+    for name in team.names:
+        faults += team.pose_faults(name, poses[name], swarm.now())
+        if not poses[name]:
+            continue
+        x, y, z = (sum(pose.place[axis] for pose in poses[name]) / len(poses[name]) for axis in range(3))
+        faults.append(
+            team.place_fault(name, (x, y, z), starts, "its start" if hovering else "below its start", above=not hovering)
+        )
+        if not hovering:
+            grounds[name] = max(z, 0.0)
+            if not -team.limits["share"] * team.margin <= z < starts[name][2]:
+                faults.append(
+                    f"{name} stands at z = {z:.3f} m: the ground is at z = 0, and its start at {starts[name][2]:.3f} m"
+                )
+        heading = poses[name][-1].heading
+        if heading is None:
+            swarm.unknown.append(f"the heading of {name}: it is not reported")
+        faults.append(team.heading_fault(name, heading, team.data["robots"][name]["start"][3]))
+        faults += swarm.health_faults(name, team.data["lasts"])
+    faults += team.one_body_each({name: row[-1].place for name, row in poses.items() if row})
+    faults += swarm.set_parameters()
+    return [fault for fault in faults if fault], grounds
+
+
+def watched(team: Team, swarm: Swarm) -> dict[str, list[Pose]]:
+    """Return what is measured of each robot for a moment, once all are seen.
+
+    Args:
+        team: Who flies.
+        swarm: The robots.
+
+    Raises:
+        Refused: Somebody is not measured.
+    """
+    begin, first = swarm.now(), {name: swarm.pose(name) for name in team.names}
+    waits = set(team.names) if swarm.dated else set[str]()
+    while waits and swarm.now() - begin < LISTEN:
+        swarm.sleep(STEP)
+        waits = {name for name in waits if swarm.pose(name) == first[name]}
+    if waits:
+        silent = ", ".join(name for name in team.names if name in waits)
+        raise Refused(f"no position from {silent} within {LISTEN:g} s: is it seen by motion capture under its name?")
+    swarm.sleep(SELDOM)
+    seen: dict[str, list[Pose]] = {name: [] for name in team.names}
+    end = swarm.now() + team.limits["watched"]
+    while swarm.now() < end:
+        swarm.sleep(STEP)
+        for name, row in seen.items():
+            pose = swarm.pose(name)
+            if pose is not None and (not row or pose.time > row[-1].time):
+                row.append(pose)
+    return seen

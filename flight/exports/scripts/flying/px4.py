@@ -1,0 +1,188 @@
+"""PX4 vehicles over MAVLink: what they said last, and what they are told."""
+
+from __future__ import annotations
+
+import math
+import struct
+import time
+from collections import deque
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from flying.watch import Place, Pose, Refused
+
+AGAIN = 0.3  # s after which what was not confirmed is asked for again
+AGE = 0.05  # s that a position may have been on its way: it is held against the setpoints of that time
+OFFBOARD, HOLD, LAND = (6, 0), (4, 3), (4, 6)  # PX4's main and sub mode
+CUSTOM_MODE, SET_MODE, SET_INTERVAL, PX4, ARMED, INT32 = 1, 176, 511, 12, 128, 6
+SYS_STATUS, ATTITUDE, LOCAL_POSITION_NED, ESTIMATOR_STATUS = 1, 30, 32, 230
+LEVEL, PLACED, LOST = 1, 8 | 16, 128  # flags of ESTIMATOR_STATUS: attitude; horizontal position; it knows no position any more
+
+
+class Vehicle:
+    """One vehicle: its link, its setpoints, and what it last said of itself.
+
+    Attributes:
+        name: The robot's.
+        poses: What it said of where it is, in the laboratory, in the last half second.
+        worst: m that it was away from its setpoints at the most, since `fly`.
+    """
+
+    def __init__(self, name: str, entry: dict[str, Any], folder: Path, address: str, origin: Place) -> None:
+        """Reach it.
+
+        Args:
+            name: The robot's.
+            entry: Its `system` and `file`, as `flight.json` has them.
+            folder: Where its setpoints lie.
+            address: As pymavlink takes it.
+            origin: Where its local frame has its origin in the laboratory, m.
+
+        Raises:
+            Refused: It cannot be reached.
+        """
+        try:
+            from pymavlink import mavutil
+        except ImportError:
+            raise Refused("pymavlink is not installed here: pip install pymavlink") from None
+        self.name, self.system, self._origin = name, entry["system"], origin
+        self.setpoints = read_setpoints((folder / entry["file"]).read_bytes())
+        try:
+            self.link: Any = mavutil.mavlink_connection(address, source_system=255, source_component=190, dialect="common")
+        except Exception as error:  # pymavlink raises what its drivers do
+            raise Refused(f"{name} cannot be reached at {address}: {error}") from None
+        self.mode: tuple[int, int] | None = None
+        self.armed, self.autopilot = False, 0
+        self.others: set[int] = set()  # systems that were heard instead
+        self.beat = -math.inf  # s, of `time.monotonic`: the last heartbeat
+        self.poses: deque[Pose] = deque(maxlen=50)
+        self.charge: float | None = None
+        self.estimator: int | None = None
+        self.board: dict[str, float] = {}
+        self.asked_offboard = False
+        self.worst = 0.0
+        self._yaw: float | None = None
+        self._sent: deque[tuple[float, int]] = deque()  # when which setpoint was sent, as long ago as a position may be
+
+    def listen(self, seen: Callable[[Vehicle, Pose], object] | None = None) -> None:
+        """Take in what has arrived since.
+
+        Args:
+            seen: Told each pose.
+        """
+        while (message := self.link.recv_msg()) is not None:
+            kind = message.get_type()
+            if message.get_srcSystem() != self.system:
+                self.others.add(message.get_srcSystem())
+            elif kind == "HEARTBEAT" and message.autopilot == PX4:
+                self.autopilot, self.beat = PX4, time.monotonic()
+                self.mode = (message.custom_mode >> 16 & 255, message.custom_mode >> 24 & 255)
+                self.armed = bool(message.base_mode & ARMED)
+            elif kind == "LOCAL_POSITION_NED":
+                heading = None if self._yaw is None else math.remainder(math.pi / 2 - self._yaw, math.tau)
+                self.poses.append(Pose(time.monotonic(), self.in_laboratory(message), heading))
+                self.worst = max(self.worst, self.off())
+                if seen is not None:
+                    seen(self, self.poses[-1])
+            elif kind == "ATTITUDE":
+                self._yaw = message.yaw
+            elif kind == "SYS_STATUS":
+                self.charge = message.battery_remaining / 100.0 if message.battery_remaining >= 0 else None
+            elif kind == "ESTIMATOR_STATUS":
+                self.estimator = message.flags
+            elif kind == "PARAM_VALUE":
+                value = message.param_value
+                if message.param_type == INT32:
+                    (value,) = struct.unpack("<i", struct.pack("<f", value))
+                self.board[message.param_id] = value
+
+    def since(self, time_: float) -> list[Pose]:
+        """Return its poses since a time, s of `time.monotonic`."""
+        return [pose for pose in self.poses if pose.time >= time_]
+
+    def in_laboratory(self, ned: Any) -> Place:
+        """Return where a message's local x, y, z are in the laboratory."""
+        x, y, z = self._origin
+        return x + ned.y, y + ned.x, z - ned.z
+
+    @property
+    def heard(self) -> float:
+        """When its last position came, s of `time.monotonic`."""
+        return self.poses[-1].time if self.poses else -math.inf
+
+    def fly(self) -> None:
+        """Count how far it is away from its setpoints from now on."""
+        self.worst = 0.0
+
+    def send(self, index: int | None = None) -> None:
+        """Send a setpoint.
+
+        Args:
+            index: Which; None for the last one again, the first before any.
+        """
+        now = time.monotonic()
+        if index is None:
+            index = self._sent[-1][1] if self._sent else 0
+        self._sent.append((now, min(index, len(self.setpoints) - 1)))
+        while len(self._sent) > 1 and self._sent[1][0] < now - AGE:
+            self._sent.popleft()
+        self.link.mav.send(self.setpoints[self._sent[-1][1]])
+
+    def off(self) -> float:
+        """Return how far the last position is from the nearest setpoint that it can belong to, in m; 0 before any was sent."""
+        return min((self.distance(index) for _, index in self._sent), default=0.0)
+
+    def distance(self, index: int) -> float:
+        """Return how far the vehicle says it is from a setpoint, in m; infinite where it has not said."""
+        return math.dist(self.poses[-1].place, self.wanted(index)) if self.poses else math.inf
+
+    def wanted(self, index: int | None = None) -> Place:
+        """Return where a setpoint is in the laboratory.
+
+        Args:
+            index: Which; None for the last that was sent, the first before any.
+        """
+        if index is None:
+            index = self._sent[-1][1] if self._sent else 0
+        return self.in_laboratory(self.setpoints[min(index, len(self.setpoints) - 1)])
+
+    def command(self, number: int, *values: float) -> None:
+        """Send a command with up to seven values."""
+        self.link.mav.command_long_send(self.system, 1, number, 0, *values, *(0.0 for _ in range(7 - len(values))))
+
+    def ask_mode(self, mode: tuple[int, int]) -> None:
+        """Ask for one of PX4's modes."""
+        self.asked_offboard |= mode == OFFBOARD
+        self.command(SET_MODE, CUSTOM_MODE, *mode)
+
+    def ask_reports(self, rate: float) -> None:
+        """Ask for positions and headings often, and for battery and estimator twice a second.
+
+        Args:
+            rate: How often a second.
+        """
+        if self.autopilot != PX4:  # before it was heard, a link that listens knows nobody to send to
+            return
+        for message, often in ((ATTITUDE, rate), (SYS_STATUS, 2.0), (ESTIMATOR_STATUS, 2.0), (LOCAL_POSITION_NED, rate)):
+            self.command(SET_INTERVAL, message, 1e6 / often)
+
+    def set_parameter(self, key: str, value: float) -> None:
+        """Set a parameter; PX4 answers with what it has then."""
+        whole = isinstance(value, int)
+        sent = struct.unpack("<f", struct.pack("<i", value))[0] if whole else value
+        self.link.mav.param_set_send(self.system, 1, key.encode(), sent, INT32 if whole else 9)
+
+
+def read_setpoints(log: bytes) -> list[Any]:  # pymavlink's messages have no types
+    """Return the setpoints of a telemetry log: eight bytes of time, then a MAVLink 2 frame, and so on."""
+    from pymavlink.dialects.v20 import common
+
+    reader, setpoints, at = common.MAVLink(None), [], 0
+    while at < len(log):
+        size = 12 + log[at + 9]
+        message = reader.decode(bytearray(log[at + 8 : at + 8 + size]))
+        if message.get_type() == "SET_POSITION_TARGET_LOCAL_NED":
+            setpoints.append(message)
+        at += 8 + size
+    return setpoints

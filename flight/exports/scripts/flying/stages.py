@@ -1,0 +1,231 @@
+"""What is flown one after another with crazyswarm2, under watch: climb, way to the starts, the flight part by part."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+from flying.crazyswarm import Swarm
+from flying.paths import PiecewisePath, Row
+from flying.record import FLIGHT, Record
+from flying.watch import Place, Pose, Refused, Team, Watch
+
+STEP = 0.02  # s between two looks in flight
+AGE = 0.05  # s that a position and a start may have been on their way: it is held against the plan of that time
+WAY = 2.0  # s that the last centimetres to a start take
+PLATFORM = 0.1  # m above the floor, from which on a robot stood on something
+SLOW = 0.2  # s by which a look may be late: meanwhile nobody saw anything
+
+
+class Flight:
+    """One flight.
+
+    Attributes:
+        team: Who flies.
+        swarm: The robots.
+        record: Takes in what happens.
+        starts: x, y, z in m and heading in rad of each robot where the flight begins.
+        ends: And where it ends.
+        grounds: z in m of the ground below each robot.
+        flying: Whether motors may turn.
+        up: Whether robots may be in the air.
+        stage: What is flown.
+    """
+
+    def __init__(self, team: Team, swarm: Swarm, record: Record) -> None:
+        """Take what flies."""
+        self.team, self.swarm, self.record = team, swarm, record
+        self.starts: dict[str, Row] = {name: tuple(row["start"]) for name, row in team.data["robots"].items()}
+        self.ends: dict[str, Row] = {name: tuple(row["end"]) for name, row in team.data["robots"].items()}
+        self.grounds = dict.fromkeys(team.names, 0.0)
+        self.flying, self.up, self.stage = False, False, ""
+        self._paths: dict[str, PiecewisePath] = {}
+        self._begin: float | None = None  # of what is flown from the vehicles' memory
+        self._hovers: dict[str, Row] = dict(self.starts)
+        self._seen: dict[str, float] = {}
+
+    def enter(self, stage: str) -> None:
+        """Begin with a stage."""
+        self.stage = stage
+        self.record.began(stage, self.swarm.now())
+
+    def climb(self) -> None:
+        """Climb straight up to the height of the starts.
+
+        Raises:
+            Refused: It does not go on.
+        """
+        self.flying = True
+        self.enter("climb")
+        self.swarm.arm()
+        most = max(start[2] - self.grounds[name] for name, start in self.starts.items())
+        seconds = max(2.0, self.team.limits["climb"] * most)
+        self.up = True
+        for name, start in self.starts.items():
+            self.swarm.robots[name].takeoff(targetHeight=start[2], duration=seconds)
+        self._go_on(seconds + 0.5, Watch(self.team, self.swarm.now()))
+        self.record.ended("climb", self.swarm.now())
+
+    def go_to_starts(self) -> None:
+        """Go to the starts, and hover there.
+
+        Raises:
+            Refused: It does not go on.
+        """
+        self.flying = self.up = True
+        self.enter("way")
+        for name, start in self.starts.items():
+            self.swarm.robots[name].goTo(list(start[:3]), start[3], WAY)
+        self._go_on(WAY + 1.0, Watch(self.team, self.swarm.now()))
+        self.record.ended("way", self.swarm.now())
+
+    def fly(self, folder: Path) -> None:
+        """Fly part by part; all are at the start, and have the first part.
+
+        Args:
+            folder: Where the files lie.
+
+        Raises:
+            Refused: It does not go on.
+        """
+        swarm, data, pauses = self.swarm, self.team.data, list[float]()
+        order: list[int] = data["order"]
+        loaded, ended, watch = order[0], 0.0, Watch(self.team, swarm.now())
+        for number, index in enumerate(order):
+            part, since = data["parts"][index], swarm.now()
+            if number:
+                self._hold_at(part["starts"], watch)
+                if index != loaded:
+                    self.load(folder, index)
+                    loaded = index
+                    watch.last = dict.fromkeys(self.team.names, swarm.now())  # nobody was listened to meanwhile
+                self._go_on(0.5, watch)
+            self._require_at(part["starts"])
+            if number and swarm.now() - since > data["pause"]:
+                raise Refused(f"the pause before part {number + 1} of {len(order)} lasted more than {data['pause']:g} s")
+            self._begin = swarm.now()
+            swarm.start()
+            if not number:
+                self.enter(FLIGHT)
+                self.record.said["starts"][FLIGHT] = self._begin
+            else:
+                pauses.append(self._begin - ended)
+            ended = self._begin + part["duration"]
+            self.record.part(self._begin, ended)
+            self._go_on(ended - swarm.now(), watch)
+        self.record.ended(FLIGHT, ended)
+        self._hold_at(self.ends, watch)
+        if pauses:
+            said = ",".join(f"{pause:.3f}" for pause in pauses)
+            self.record.event(swarm.now(), f"pauses between parts, in s: {said}")
+
+    def load(self, folder: Path, index: int) -> None:
+        """Upload a part of the flight.
+
+        Args:
+            folder: Where the files lie.
+            index: Which of `flight.json`.
+        """
+        ending = self.team.data["parts"][index]["ending"]
+        self.swarm.upload(folder, ending)
+        self._paths = {name: PiecewisePath(folder / f"{name}{ending}.csv") for name in self.team.names}
+
+    def look(self, watch: Watch | None) -> None:
+        """Take in new poses.
+
+        Args:
+            watch: Raises where the flight must not go on; None once it has ended.
+
+        Raises:
+            Refused: It must not go on.
+        """
+        swarm = self.swarm
+        for name in self.team.names:
+            pose = swarm.pose(name)
+            if pose is not None and pose.time > self._seen.get(name, -math.inf):
+                self._seen[name] = pose.time
+                off, wanted = self._off(name, pose)
+                self.record.pose(self.stage, pose.time, name, pose.place, wanted, off)
+                if watch is not None:
+                    watch.see(name, pose, off, low=self.stage in ("way", FLIGHT))
+            if watch is None:
+                continue
+            if (level := swarm.level(name)) is not None:
+                watch.require_charged(name, level)
+            if fault := swarm.supervisor_fault(name):
+                raise Refused(fault)
+        if watch is not None:
+            watch.require_seen(swarm.now())
+
+    def brake(self, poses: dict[str, Pose]) -> None:
+        """Have all go to where they come to rest, and hover there.
+
+        Args:
+            poses: Where they are.
+        """
+        places: dict[str, Row] = {}
+        for name, pose in poses.items():
+            if self._begin is None or self.stage != FLIGHT:
+                places[name] = (*pose.place, self.starts[name][3])
+            else:
+                at = self.swarm.now() - self._begin
+                places[name] = self._paths[name].rest(at, self.team.limits["braking"], self.team.data["braking"])
+        for name, place in places.items():
+            self.swarm.robots[name].goTo(list(place[:3]), place[3], self.team.limits["braking"])
+        self._hovers = places
+        self.enter("hold")
+
+    def ground(self, name: str) -> float:
+        """Return how high the ground is where a robot lands, m: what it stood on where it lands there, else the floor.
+
+        Args:
+            name: The robot's.
+        """
+        pose, start = self.swarm.pose(name), self.starts[name]
+        home = pose is not None and math.dist(pose.place[:2], start[:2]) < self.team.margin
+        return self.grounds[name] if home or self.grounds[name] < PLATFORM else 0.0
+
+    def _go_on(self, seconds: float, watch: Watch) -> None:
+        """Let what is flown go on under watch."""
+        swarm, looked = self.swarm, self.swarm.now()
+        end = looked + seconds
+        while (left := end - swarm.now()) > 0:
+            swarm.sleep(min(STEP, left))
+            if swarm.now() - looked > SLOW + STEP:
+                raise Refused(f"this computer is too busy: nobody was looked at for {swarm.now() - looked:.2f} s")
+            looked = swarm.now()
+            self.look(watch)
+
+    def _hold_at(self, places: dict[str, Any], watch: Watch) -> None:
+        """Have robots hold by a command of its own: at a trajectory's end they still read their memory."""
+        self._begin, self._hovers = None, {name: tuple(place) for name, place in places.items()}
+        for _ in range(2):
+            for name, place in places.items():
+                self.swarm.robots[name].goTo(list(place[:3]), place[3], 1.0)
+            self._go_on(0.6, watch)
+
+    def _require_at(self, places: dict[str, Any]) -> None:
+        """Refuse to start where a robot is not where its part begins."""
+        wanted: dict[str, Place] = {name: tuple(place[:3]) for name, place in places.items()}
+        faults: list[str] = []
+        for name, place in places.items():
+            pose = self.swarm.pose(name)
+            if pose is None:
+                raise Refused(f"{name} was not seen")
+            faults.append(self.team.place_fault(name, pose.place, wanted, "the start"))
+            faults.append(self.team.heading_fault(name, pose.heading, place[3]))
+        if faults := [fault for fault in faults if fault]:
+            raise Refused("; ".join(faults))
+
+    def _off(self, name: str, pose: Pose) -> tuple[float, Row]:
+        """Return how far a robot is from where it should be, m, and where that is."""
+        if self.stage in ("climb", "landing"):
+            top = self.starts[name] if self.stage == "climb" else self.ends[name]
+            wanted: Row = (top[0], top[1], min(max(pose.place[2], 0.0), top[2]))
+        elif self.stage == FLIGHT and self._begin is not None:
+            at = pose.time - self._begin
+            return self._paths[name].near(pose.place, at - AGE, at)
+        else:
+            wanted = self._hovers[name]
+        return math.dist(pose.place, wanted[:3]), wanted

@@ -1,0 +1,32 @@
+"""The numbers that live flights are checked and watched by: over our links and by exported scripts, which are given them as data."""
+
+from __future__ import annotations
+
+import math
+
+SHARE = 0.5
+"""Share of the margin that a robot may stand off where a stage begins: the rest is for following it."""
+QUIET = 0.01
+"""m that the measured place of a robot at rest may wander within `WATCHED`."""
+WATCHED = 0.5
+"""s that robots are watched before they fly."""
+FRESH = 0.2
+"""s that a pose may be old."""
+HEADING = math.radians(15.0)
+"""rad that a robot's heading may be off before it climbs."""
+RESERVE = 1.2
+"""How often the flight's duration a battery has to last."""
+EMPTY = 15.0
+"""s of battery that a landing needs."""
+SETTLED = 0.001
+"""m^2 that the variances of the estimated position may change by in half a second where the estimator has settled."""
+HOLDING = 2.0
+"""s that a team hovers before it lands."""
+PATIENCE = 2.0
+"""s that a robot has to acknowledge a command."""
+CRAZYFLIE_ACCURACY = 0.01
+"""m that a Crazyflie's measured position may be off."""
+PX4_ACCURACY = 0.02
+"""m that a position which PX4 reports may be off."""
+CLIMB_SPEED = 0.5
+"""m/s of climbs and certified landings, near the ground and its turbulence; a mission's lower limit holds as well."""
