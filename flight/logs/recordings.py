@@ -20,12 +20,12 @@ from flight.logs.told import exact_time
 from flight.model.attitude import Floats
 from verify.data import BadInput
 from verify.data.errors import did_you_mean
-from verify.data.storage.tables import Decimal, Table, counted, rounding, since
+from verify.data.storage.tables import Decimal, Table, coarse_place, counted, rounding, since
 
 TIME_NAMES = {
     "t": 0, "time": 0, "timestamp": 0, "seconds": 0, "time_s": 0, "t_s": 0, "time (s)": 0,
     "time (seconds)": 0, "stamp": 0, "time_ms": -3, "t_ms": -3, "timestamp_ms": -3, "time (ms)": -3,
-    "time_us": -6, "timestamp_us": -6, "time_ns": -9, "timestamp_ns": -9, "stamp_ns": -9,
+    "time_us": -6, "t_us": -6, "timestamp_us": -6, "time_ns": -9, "t_ns": -9, "timestamp_ns": -9, "stamp_ns": -9,
 }  # fmt: skip
 """Columns that hold the time, lower case, and the power of ten of their unit in s."""
 
@@ -107,13 +107,14 @@ def read_table_recording(
     counts, power = counted(times, unit)
     own, places = names.layout(tuple(robots))
     rows = _long_rows(table, counts, own, tuple(robots)) if own is not None else _wide_rows(table, counts, len(robots))
-    position, off = _positions(table, rows, places)
+    position, off, coarse = _positions(table, rows, places)
     zero = Fraction(counts[rows[0][0]]) * Fraction(10) ** power
     if start is not None:
         zero = start if isinstance(start, Fraction) else exact_time(start)
     at = np.array(since([counts[row] for row, _ in rows], power, zero))
     require_forward(at, source)
-    return Recording(tuple(robots), at, position, (rounding(times, unit), off), zero=float(zero))
+    notes = (f"Positions are written to {coarse:g} m: --error has to cover that, too.",) if coarse else ()
+    return Recording(tuple(robots), at, position, (rounding(times, unit), off), notes, zero=float(zero))
 
 
 class _Names:
@@ -150,8 +151,10 @@ class _Names:
         free = {i: TIME_NAMES[name.lower()] for i, name in self._free() if name.lower() in TIME_NAMES}
         found = self._one("the time", given or free)
         if found is None:
+            other = next((mark for mark in "\t;|" if len(self._header) == 1 and mark in self._header[0]), "")
+            parted = f" Its cells are parted by {other!r}; write commas." if other else ""
             raise BadInput(
-                f"{self._source} has no column for the time; name it t (in s), or say what it is called ({_BY_CALL})."
+                f"{self._source} has no column for the time; name it t (in s), or say what it is called ({_BY_CALL}).{parted}"
             )
         return found, (given or free)[found]
 
@@ -269,8 +272,8 @@ def _not_forward(table: Table, counts: list[int], row: int) -> BadInput:
     )
 
 
-def _positions(table: Table, rows: Sequence[_Row], places: Sequence[_Axes]) -> tuple[Floats, float]:
-    """Return positions in m, shape (samples, robots, 3), and how far they may be off for the digits written."""
+def _positions(table: Table, rows: Sequence[_Row], places: Sequence[_Axes]) -> tuple[Floats, float, float]:
+    """Return positions in m, shape (samples, robots, 3), how far they may be off for the digits written, and their last place, m, where it is coarse."""
     read: dict[int, list[Decimal | None]] = {}
     for axes in places:
         for column, _ in axes.values():
@@ -292,4 +295,5 @@ def _positions(table: Table, rows: Sequence[_Row], places: Sequence[_Axes]) -> t
             if known:
                 position[sample, j] = known
     off = max(math.sqrt(sum(rounding(read[column], unit) ** 2 for column, unit in axes.values())) for axes in places)
-    return position, off * (1 + 1e-9)
+    coarse = min(float(coarse_place(read[column], unit)) for axes in places for column, unit in axes.values())
+    return position, off * (1 + 1e-9), coarse

@@ -13,6 +13,7 @@ import numpy as np
 from flight.model.attitude import Floats
 from verify.data import BadInput
 from verify.data.errors import did_you_mean
+from verify.recordings.measurement import LARGEST
 
 Axes = tuple[tuple[int, float], tuple[int, float], tuple[int, float]]
 """For the mission's x, y and z the index of the recording's axis, and 1 or -1."""
@@ -139,11 +140,11 @@ def exact_time(start: float) -> Fraction:
         start: s.
 
     Raises:
-        BadInput: It is no finite number.
+        BadInput: It is no such number.
     """
     number = not isinstance(start, bool) and isinstance(start, int | float)  # pyright: ignore[reportUnnecessaryIsInstance]  # a caller may err
-    if not number or not math.isfinite(start):
-        raise BadInput(f"start must be a time of the recording, in s, not {start!s:.40}.")
+    if not number or not abs(start) <= LARGEST:
+        raise BadInput(f"start must be a time of the recording, in s, within {LARGEST:g}, not {start!s:.40}.")
     return Fraction(repr(float(start))) if isinstance(start, float) else Fraction(start)
 
 

@@ -28,7 +28,7 @@ def require_metres(position: Floats, mission: Mission) -> None:
     farthest = float(np.nanmax(np.abs(position), initial=0.0))
     if farthest > _FAR * reach:
         raise BadInput(
-            f"positions reach {farthest:g} where the workspace ends at {reach:g} m; are they in millimetres? Give them in m."
+            f"positions reach {farthest:g} where the workspace ends at {reach:g} m; are they in millimetres or centimetres? Give them in m, or name their columns so (quad0.x_mm)."
         )
 
 

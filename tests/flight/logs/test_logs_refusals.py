@@ -51,6 +51,8 @@ def test_other_files_are_refused(flown, tmp_path):
         ("t,robot,x,y,z\n0,quad0,0,0,0\n1,quad0,0,0,0\n", "no rows for 'quad1'"),
         ("t,quad0.x,quad0.y,quad0.z\n0,0,0,0\n1,0,0,0\n", "position of 'quad1'"),
         ("clock,robot,x,y,z\n0,quad0,0,0,0\n1,quad0,0,0,0\n", "column for the time"),
+        ("t;robot;x;y;z\n0;quad0;0;0;0\n1;quad1;0;0;0\n", "parted by ';'; write commas"),
+        ("t\trobot\tx\ty\tz\n0\tquad0\t0\t0\t0\n", r"fewer than two|parted by '\\t'"),
         ("t,robot,x,y,z\n1,quad0,0,0,0\n0,quad1,0,0,0\n", "go forward"),
         ("t,robot,x,y,z\n1,quad0,0,here,0\n2,quad1,0,0,0\n", "finite number"),
         ("t,robot,x,y,z\n", "fewer than two"),
@@ -129,3 +131,28 @@ def test_a_log_that_does_not_cover_the_flight_is_not_covered_by_its_certificate(
         assert not any("covers this flight" in sentence for sentence in result.sentences)
     recording = flight.Recording(log.robots, part.times, part.position)
     assert flight.compare(recording, cert, team).tube == "unknown"
+
+
+@pytest.mark.parametrize(("unit", "power"), [("ms", 3), ("us", 6), ("ns", 9)])
+def test_times_in_small_units_are_named_alike(tmp_path, unit, power):
+    for name in ("t", "time", "timestamp"):
+        step = 10 ** (power - 2)
+        rows = "".join(f"{1_700_000_000 * 10**power + k * step},0,0,{k / 10}\n" for k in range(3))
+        (tmp_path / "log.csv").write_text(f"{name}_{unit},quad0.x,quad0.y,quad0.z\n{rows}")
+        assert flight.read_recording(tmp_path / "log.csv", ("quad0",)).times.tolist() == [0.0, 0.01, 0.02]
+
+
+def test_positions_of_few_digits_are_said_to_need_an_error(tmp_path):
+    for digits, said in (
+        (2, ("Positions are written to 0.01 m: --error has to cover that, too.",)),
+        (5, ()),
+    ):  # heights are whole
+        rows = "".join(f"{k / 50},{k / 7:.{digits}f},{k / 3:.{digits}f},1\n" for k in range(5))
+        (tmp_path / "log.csv").write_text(f"t,quad0.x,quad0.y,quad0.z\n{rows}")
+        assert flight.read_recording(tmp_path / "log.csv", ("quad0",)).notes == said
+
+
+def test_a_start_beyond_all_clocks_is_none(tmp_path):
+    (tmp_path / "log.csv").write_text("t,quad0.x,quad0.y,quad0.z\n0,0,0,1\n1,0,0,1\n")
+    with pytest.raises(BadInput, match="within 1e"):
+        flight.read_recording(tmp_path / "log.csv", ("quad0",), start=1e300)

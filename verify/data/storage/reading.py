@@ -83,7 +83,8 @@ def decoded(data: bytes, source: str, what: str) -> str:
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        raise BadInput(f"{source} is not UTF-8 text (byte {error.start}); a {what} is text.") from None
+        article = "an" if what[0] in "aeiou" else "a"
+        raise BadInput(f"{source} is not UTF-8 text (byte {error.start}); {article} {what} is text.") from None
 
 
 def parse_json(text: str | bytes, source: str, *, finite: bool = True) -> Any:  # of any type: what JSON may hold

@@ -189,14 +189,25 @@ def rounding(numbers: Sequence[Decimal | None], unit: int = 0) -> float:
     Places are those after the point or significant digits, whichever is coarser for the largest number. Numbers that
     are coarser than 0.1 mm (or ms) are taken as meant: 0.
     """
+    last = _last_place(numbers, unit)
+    return math.nextafter(float(last / 2), math.inf) if 0 < last <= FINE else 0.0
+
+
+def coarse_place(numbers: Sequence[Decimal | None], unit: int = 0) -> Fraction:
+    """Return a unit of the last place that a column's numbers are written to, times 10**unit, where `rounding` takes them as meant; else 0."""
+    last = _last_place(numbers, unit)
+    return last if last > FINE else Fraction(0)
+
+
+def _last_place(numbers: Sequence[Decimal | None], unit: int) -> Fraction:
+    """Return a unit of the last place of a column's numbers, times 10**unit; 0 where it has none."""
     found = [number for number in numbers if number is not None]
     if not found:
-        return 0.0
+        return Fraction(0)
     places = min(number.exponent for number in found)
     digits = max(len(str(abs(number.whole))) for number in found)
     size = max((number.exponent + len(str(abs(number.whole))) for number in found if number.whole), default=places)
-    last = Fraction(10) ** (max(places, size - digits) + unit)
-    return math.nextafter(float(last / 2), math.inf) if last <= FINE else 0.0
+    return Fraction(10) ** (max(places, size - digits) + unit)
 
 
 def _lines(text: str, source: str) -> Iterator[str]:
