@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json as json_text
 from collections.abc import Mapping
 from contextlib import ExitStack, closing
 from dataclasses import replace
@@ -23,6 +24,9 @@ if TYPE_CHECKING:
 
 FILES = ("poses.csv", "setpoints.csv", "live.csv", "live.json")
 """What a live flight writes."""
+
+_MOST = 200_000_000
+"""Bytes of a record that are read."""
 
 
 def fly_over_link(source: str, out: Path | None, asked: Asked, said: Said, seed: int | None, *, json: bool) -> None:
@@ -46,6 +50,7 @@ def fly_over_link(source: str, out: Path | None, asked: Asked, said: Said, seed:
     from ltlplan.live import stages
 
     require_sense(asked, said)
+    keep_record(out)
     mission = _mission(source)
     told, conditions = told_places(asked.places, mission), said.conditions(mission)
     with ExitStack() as opened:
@@ -66,11 +71,35 @@ def fly_over_link(source: str, out: Path | None, asked: Asked, said: Said, seed:
         with interrupts_land() as heard:
             done = fly_live(link, flown, grounds={name: place[2] for name, place in stand.items()}, show=view.show)
     view.end()
-    texts = done.record.files(mission.frame)
-
+    texts = flown_over(asked.kind, done.record.files(mission.frame))
     files = written(out, lambda folder: write_texts(texts, folder))
     outcome = _outcome(done, mission.name, link.failsafe, abort)
     replace(outcome, interrupted=heard.code(done)).show(files, as_json=json)
+
+
+def keep_record(out: Path | None) -> None:
+    """Refuse a folder with the record of a flight that vehicles flew: it cannot be flown again.
+
+    Args:
+        out: Folder to write; None writes nothing.
+
+    Raises:
+        BadInput: It holds such a record, or one that cannot be read.
+    """
+    from verify.data import BadInput
+    from verify.data.storage.folders import FLOWN
+    from verify.data.storage.reading import parse_json, read_text
+
+    if out is None or not (out / FLOWN).is_file():
+        return
+    about = parse_json(read_text(out / FLOWN, most=_MOST, what="record of a flight"), str(out / FLOWN))
+    if not isinstance(about, dict) or about.get("link") != "simulated":
+        raise BadInput(f"{out} holds the record of a live flight, which would be lost; name another folder with --out.")
+
+
+def flown_over(kind: str, texts: Mapping[str, str]) -> dict[str, str]:
+    """Return the files of a live flight, its record saying over which kind of link it was flown."""
+    return {**texts, "live.json": json_text.dumps({"link": kind, **json_text.loads(texts["live.json"])}, indent=1) + "\n"}
 
 
 def write_texts(texts: Mapping[str, str], folder: Path) -> None:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from ltlplan.commands.shared.followed import followed
 from ltlplan.commands.shared.links import Asked, below_starts, require_sense, simulated_robots, told_places, vehicles
-from ltlplan.commands.shared.live_flight import FILES, data_of, refusal_of, worst_lines, write_texts
+from ltlplan.commands.shared.live_flight import FILES, data_of, flown_over, keep_record, refusal_of, worst_lines, write_texts
 from ltlplan.commands.shared.live_view import View, interrupts_land
 from ltlplan.commands.shared.simulation import Outcome, simulating, written
 from ltlplan.online.told.lines import parse_events
@@ -65,6 +65,7 @@ def online_over_link(mission: Mission, out: Path | None, asked: Asked, said: Sai
     from ltlplan.transfers import to_starts
 
     require_sense(asked, said)
+    keep_record(out)
     require_tube(mission.margin)
     told, events = told_places(asked.places, mission), checked_events(mission, parse_events(happening.events))
     with ExitStack() as opened:
@@ -91,12 +92,12 @@ def online_over_link(mission: Mission, out: Path | None, asked: Asked, said: Sai
         with interrupts_land() as heard:
             done = fly_live(link, [transfer.stage for transfer in before], grounds=grounds, show=view.show, onwards=course)
     view.end()
-    files, outcome = _kept(course, done, cost, out, failsafe=link.failsafe)
+    files, outcome = _kept(course, done, cost, out, kind=asked.kind, failsafe=link.failsafe)
     replace(outcome, interrupted=heard.code(done)).show(files, as_json=json)
 
 
 def _kept(
-    course: OnlineCourse, done: LiveFlight, planned_cost: float, out: Path | None, *, failsafe: str
+    course: OnlineCourse, done: LiveFlight, planned_cost: float, out: Path | None, *, kind: str, failsafe: str
 ) -> tuple[tuple[Path, ...], Outcome]:
     """Judge what was flown and write it; return the files, and what is shown of how it ended."""
     from ltlplan.online.files import write_online
@@ -107,7 +108,7 @@ def _kept(
     with suppress(BadInput):  # it never began, or ended at once
         flown = flown_live(course, done, planned_cost=planned_cost)
     outcome = _outcome(course, done, flown, failsafe)
-    texts = done.record.files(mission.frame)
+    texts = flown_over(kind, done.record.files(mission.frame))
     texts["live.json"] = json_text.dumps({**json_text.loads(texts["live.json"]), "answers": _answers(course)}, indent=1) + "\n"
 
     def write(folder: Path) -> None:

@@ -46,6 +46,9 @@ except ImportError:  # not a Unix: nothing can tell a dead process's folder from
 PROOF = "certificate.json"
 """The file that makes a folder a certified flight; such a folder is replaced by another certified flight only."""
 
+FLOWN = "live.json"
+"""The file that makes a folder the record of a live flight; what is no live flight does not replace it."""
+
 _ELSEWHERE = "name another folder with --out"
 _AT_FDCWD, _EXCHANGE = -100, 2  # linux/fcntl.h
 _NO_EXCHANGE = (errno.ENOSYS, errno.EINVAL, errno.ENOTSUP, errno.EXDEV)
@@ -60,7 +63,7 @@ def check_folder(target: str | os.PathLike[str], written: Iterable[str] | None =
 
     Raises:
         BadInput: The target is a file or lies below one, cannot be written or replaced, is somebody else's, or holds a file of
-            the user's, or a certificate, that would be lost.
+            the user's, a certificate, or the record of a live flight, that would be lost.
     """
     target = Path(target)
     try:
@@ -153,6 +156,8 @@ def _check_contents(target: Path, contents: Contents, written: Iterable[str] | N
         )
     if PROOF in contents.ours and PROOF not in written:
         raise BadInput(f"{target} holds a certified flight, which would be lost; {_ELSEWHERE}.")
+    if FLOWN in contents.ours and FLOWN not in written:
+        raise BadInput(f"{target} holds the record of a live flight, which would be lost; {_ELSEWHERE}.")
 
 
 @contextmanager  # pyright: ignore[reportDeprecated]  # of its annotation, not of the function

@@ -174,6 +174,16 @@ def test_a_manifest_that_was_changed_owns_nothing(tmp_path: Path) -> None:
     write_files(run, SECOND)
 
 
+def test_the_record_of_a_live_flight_is_not_lost_to_what_is_none(tmp_path: Path) -> None:
+    write_files(tmp_path / "live", {"live.json": b"{}", "poses.csv": b"t"})
+    with pytest.raises(BadInput, match="record of a live flight, which would be lost"):
+        write_files(tmp_path / "live", SECOND)
+    with pytest.raises(BadInput, match="record of a live flight"):
+        check_folder(tmp_path / "live", SECOND)
+    assert without_manifest(tmp_path / "live") == {"live.json": b"{}", "poses.csv": b"t"}
+    write_files(tmp_path / "live", {"live.json": b"{ }"})
+
+
 def test_a_certified_flight_is_not_lost_to_one_that_is_not(tmp_path: Path) -> None:
     write_files(tmp_path / "run", {**FIRST, "certificate.json": b"{}"})
     with pytest.raises(BadInput, match="certified flight, which would be lost"):
