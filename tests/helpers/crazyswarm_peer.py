@@ -113,8 +113,8 @@ class Robot:
         return list(self.place + self.world.off.get(self.name, np.zeros(3)))
 
     def _heard(self) -> float:
-        """Return when the last pose was measured: 20 times a second."""
-        return min(np.floor(20 * self.world.now + 1e-9) / 20, self.world.silent_from.get(self.name, np.inf))
+        """Return when the last pose was measured: 50 times a second."""
+        return min(np.floor(50 * self.world.now + 1e-9) / 50, self.world.silent_from.get(self.name, np.inf))
 
     @property
     def poseStamped(self) -> dict[str, Any]:  # noqa: N802  # crazyswarm2's name

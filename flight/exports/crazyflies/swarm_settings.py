@@ -22,6 +22,15 @@ _ESTIMATOR = ("kalman.varPX", "kalman.varPY", "kalman.varPZ", "pm.batteryLevel")
 """What `flying/crazyswarm.py` reads of the topic `estimator`, in this order."""
 
 
+_FEW = 5
+"""Robots that one radio hears 50 times a second, beside what motion capture says to them."""
+
+
+def _pose_rate(request: Request) -> int:
+    """Return how often a second poses are reported: as often as recordings are best judged, or as a radio has room for."""
+    return 50 if len(request.team) <= _FEW * (request.mission.radios or 1) else 20
+
+
 def configuration(request: Request, starts: Mapping[str, tuple[float, ...]], items: Mapping[str, Item]) -> str:
     """Return the text of crazyflies.yaml.
 
@@ -58,7 +67,7 @@ def configuration(request: Request, starts: Mapping[str, tuple[float, ...]], ite
         "all": {
             "firmware_logging": {
                 "enabled": True,
-                "default_topics": {"pose": {"frequency": 20}, "status": {"frequency": 2}},
+                "default_topics": {"pose": {"frequency": _pose_rate(request)}, "status": {"frequency": 2}},
                 "custom_topics": {"estimator": {"frequency": 20, "vars": list(_ESTIMATOR)}},
             },
             "firmware_params": {"commander": {"enHighLevel": 1}},

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import pathlib
+import re
 import runpy
 import signal
 import sys
@@ -133,6 +134,9 @@ def test_it_climbs_only_if_every_robot_is_within_half_a_margin(world_and_script,
         (lambda w: w.robots["quad1"].paramTypeDict.pop("ctrlMel.mass"), "quad1's firmware does not have ctrlMel.mass: update it"),
         (lambda w: setattr(w, "variances", lambda name, now: 0.01 * now * (name == "quad1")), "quad1's estimator has not settled"),
         (lambda w: setattr(w.robots["quad1"], "uri", w.robots["quad0"].uri), "two robots have one address"),
+        (lambda w: w.volts.update(quad0=np.nan), "quad0's battery has nan V: charge or change it"),
+        (lambda w: setattr(w, "variances", lambda name, now: np.nan), "quad1's estimator has not settled"),
+        (lambda w: w.headings.update(quad1=np.nan), "quad1's heading is nan degrees off"),
         (lambda w: w.off.update(quad1=np.array([0.0, 0.0, -0.1])), "quad1 stands at z = -0.100 m: the ground is at z = 0"),
         (lambda w: w.off.update(quad1=np.array([0.06, 0.0, 0.0])), "quad1 is 0.060 m from below its start; 0.025 m are allowed: put it at "),
     ],
@@ -277,8 +281,7 @@ def test_robots_that_come_too_near_to_each_other_land(script_in_world, capsys) -
     path.write_text(json.dumps(data))
     once(world, "startTrajectory", lambda: world.off.update(r1=np.array([0.0, -0.06, 0.0])), later=0.0)
     assert script.main([]) == 1
-    assert "r0 and r1 are 0.4" in (said := capsys.readouterr().out)
-    assert "m apart, and 0.500 m are asked" in said
+    assert re.search(r"(r0 and r1|r1 and r0) are 0\.4\d+ m apart, and 0\.500 m are asked", capsys.readouterr().out)
     assert all_off(world)
 
 
@@ -474,3 +477,23 @@ def test_a_margin_that_measurements_use_up_is_refused(script_in_world, capsys) -
         in capsys.readouterr().out
     )
     assert world.told == []
+
+
+def test_a_mission_that_is_turned_and_moved_in_the_laboratory_is_watched_there(script_in_world) -> None:
+    frame = "frame: {rotation_deg: 90, offset: [3.0, -1.0, 0.1]}"
+    mission = small_mission("F a", regions=BALL, starts=((0.0, 0.0, 0.6), (0.0, 1.0, 0.6)), extra=frame, margin=0.05)
+    plan = plan_of(mission, {"r0": (Visit(region="a"),)})
+    team = flight.with_hovers({"r0": legs([(0.0, 0.0, 0.6), (1.5, 0.0, 0.6)]), "r1": legs([(0.0, 1.0, 0.6)])})
+    world, script = script_in_world(team, certify(plan, team))
+    for name, robot in world.robots.items():
+        robot.place, robot.heading = mission.frame.to_laboratory(team[name].evaluate(0.0)[:3]) * (1, 1, 0), np.radians(90.0)
+    assert script.main([]) == 0
+    team_there = script.Team(json.loads((script.FOLDER / "flight.json").read_text()))
+    rng, found = np.random.default_rng(0), set()
+    for place in rng.uniform(-7.0, 7.0, (300, 3)):
+        outside = float(np.max(np.abs(place) - 5.0))
+        if abs(outside) > 0.02:
+            fault = team_there.workspace_fault("r0", tuple(mission.frame.to_laboratory(place).tolist()))
+            assert bool(fault) is (outside > 0.0)
+            found.add(bool(fault))
+    assert len(found) == 2

@@ -146,7 +146,7 @@ class Swarm:
             state = int(status["supervisor"])
             if state & (TUMBLED | LOCKED | CRASHED) or not state & (CAN_ARM | CAN_FLY | ARMED):
                 found.append(f"{name} is not ready: put it level, and restart it where a tumble or a crash blocks it")
-            if 0.0 < status["battery"] <= CRITICAL:
+            if status["battery"] != 0.0 and not status["battery"] > CRITICAL:  # 0 where a server does not report it
                 found.append(f"{name}'s battery has {status['battery']:.2f} V: charge or change it")
         else:
             self.unknown.append(f"whether {name} is ready, and its battery: no `status` is reported of it")
@@ -159,8 +159,8 @@ class Swarm:
         variances = [row[:3] for row in self.estimates[name] if len(row) >= 3]
         if not variances:
             self.unknown.append(f"whether {name}'s estimator has settled: its variances are not reported")
-        elif len(variances) < 5 or any(
-            max(axis) - min(axis) >= team.limits["settled"] for axis in zip(*variances, strict=True)
+        elif len(variances) < 5 or not all(
+            max(axis) - min(axis) < team.limits["settled"] for axis in zip(*variances, strict=True)
         ):
             found.append(f"{name}'s estimator has not settled: leave it standing still, or reset it")
         return found

@@ -16,7 +16,7 @@ from flying.watch import Refused
 
 FLIGHT = "flight"
 HEAD = "t,robot,x,y,z\n"
-AFTER = 0.2  # s after the flight's end in which each robot's first position still belongs to it
+BESIDE = 0.2  # s before and after the flight in which each robot's last and first position still belong to it
 
 Row = tuple[float, str, float, float, float]
 
@@ -38,6 +38,7 @@ class Record:
         self.said: dict[str, Any] = {**about, "starts": {}, "ends": {}, "parts": {}, "parameters": {}, "batteries": {}}
         self.said |= {"worst": {}, "events": [], "reason": "it was not ended by the script itself"}
         self._flight: list[Row] = []
+        self._before: dict[str, Row] = {}
         self._lost = False
         self._poses, self._setpoints = self._table("poses.csv"), self._table("setpoints.csv")
         self._write()
@@ -68,6 +69,8 @@ class Record:
         worst[robot] = max(worst.get(robot, 0.0), round(off, 6))
         if FLIGHT in self.said["starts"]:
             self._flight.append(row)
+        else:
+            self._before[robot] = row
 
     def began(self, stage: str, time: float) -> None:
         """Note when a stage began, s of the script's clock."""
@@ -112,10 +115,11 @@ class Record:
         end = self.said["ends"].get(FLIGHT, float("inf"))
         after: dict[str, float] = {}
         for time, robot, *_ in self._flight:
-            if end <= time <= end + AFTER:
+            if end <= time <= end + BESIDE:
                 after[robot] = min(time, after.get(robot, time))
         last = max([end, *after.values()])
-        rows = sorted(row for row in self._flight if begin <= row[0] <= last)
+        hovering = (row for row in self._before.values() if begin - BESIDE <= row[0] < begin)
+        rows = sorted([*hovering, *(row for row in self._flight if begin <= row[0] <= last)])
         text = HEAD + "".join(_line((time - begin, *rest)) for time, *rest in rows)
         self._keep(lambda: (self.folder / "live.csv").write_text(text, encoding="utf-8"))
 

@@ -14,6 +14,7 @@ from flying.watch import Place, Pose, Refused, Team, Watch
 STEP = 0.02  # s between two looks in flight
 AGE = 0.05  # s that a position and a start may have been on their way: it is held against the plan of that time
 WAY = 2.0  # s that the last centimetres to a start take
+AGAIN = 0.1  # s after which robots are told to brake once more
 PLATFORM = 0.1  # m above the floor, from which on a robot stood on something
 SLOW = 0.2  # s by which a look may be late: meanwhile nobody saw anything
 
@@ -171,10 +172,12 @@ class Flight:
             else:
                 at = self.swarm.now() - self._begin
                 places[name] = self._paths[name].rest(at, self.team.limits["braking"], self.team.data["braking"])
-        for name, place in places.items():
-            self.swarm.robots[name].goTo(list(place[:3]), place[3], self.team.limits["braking"])
         self._hovers = places
         self.enter("hold")
+        for _ in range(2):
+            for name, place in places.items():
+                self.swarm.robots[name].goTo(list(place[:3]), place[3], self.team.limits["braking"])
+            self.swarm.sleep(AGAIN)
 
     def ground(self, name: str) -> float:
         """Return how high the ground is where a robot lands, m: what it stood on where it lands there, else the floor.

@@ -128,6 +128,7 @@ class Stream:
         Raises:
             Refused: One does not change to offboard flight, or is not where it has to be then.
         """
+        self._stage = "start"
         self.wait(time.monotonic() + LEAD, sending=True)
         if not self.wait(
             time.monotonic() + ANSWER,

@@ -48,7 +48,10 @@ class Team:
         self.names: list[str] = list(data["robots"])
         self.margin: float = data["margin"]
         self.limits: dict[str, float] = data["limits"]
-        self._separation: list[tuple[str, str, float]] = [tuple(row) for row in data["separation"]]
+        self._beside: dict[str, list[tuple[str, float]]] = {name: [] for name in self.names}
+        for one, other, least in data["separation"]:
+            self._beside[one].append((other, least))
+            self._beside[other].append((one, least))
 
     # Before the flight
 
@@ -165,15 +168,20 @@ class Team:
             return ""
         return f"{name} is {off:.3f} m from its plan; the margin is {self.margin:g} m, and its measurement may be off by {accuracy:g} m"
 
-    def apart_fault(self, places: dict[str, Place]) -> str:
-        """Return which robots are too near to each other; empty where none are. A distance in z counts as the mission says."""
-        z = self.data["z_scale"]
-        for one, other, least in self._separation:
-            if one in places and other in places:
-                a, b = places[one], places[other]
-                found = math.hypot(a[0] - b[0], a[1] - b[1], z * (a[2] - b[2]))
+    def apart_fault(self, name: str, places: dict[str, Place]) -> str:
+        """Return which robot one is too near to; empty where that is none. A distance in z counts as the mission says.
+
+        Args:
+            name: The robot's.
+            places: Where it and others are measured.
+        """
+        z, (x, y, height) = self.data["z_scale"], places[name]
+        for other, least in self._beside[name]:
+            if other in places:
+                place = places[other]
+                found = math.hypot(x - place[0], y - place[1], z * (height - place[2]))
                 if not found >= least:
-                    return f"{one} and {other} are {found:.3f} m apart, and {least:.3f} m are asked"
+                    return f"{name} and {other} are {found:.3f} m apart, and {least:.3f} m are asked"
         return ""
 
     def workspace_fault(self, name: str, place: Place, *, low: bool = True) -> str:
@@ -217,7 +225,11 @@ class Watch:
         team = self._team
         if not all(map(math.isfinite, pose.place)):
             raise Refused(f"{name}'s measured place is no number")
-        fault = team.margin_fault(name, off) or team.workspace_fault(name, pose.place, low=low) or team.apart_fault(self.places)
+        fault = (
+            team.margin_fault(name, off)
+            or team.workspace_fault(name, pose.place, low=low)
+            or team.apart_fault(name, self.places)
+        )
         if fault:
             raise Refused(fault)
 
@@ -246,5 +258,5 @@ class Watch:
             Refused: As said.
         """
         left = self._team.battery_left(name, level)
-        if left is not None and left < self._team.limits["empty"]:
+        if left is not None and not left >= self._team.limits["empty"]:
             raise Refused(f"{name}'s battery lasts {left:.0f} s more")
