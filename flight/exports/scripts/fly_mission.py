@@ -60,6 +60,10 @@ def fly(flight: Flight, *, hovering: bool) -> None:
     flight.fly(FOLDER)
     if up := land(flight):
         raise Refused(f"{', '.join(up)} is not measured to be down")
+    flight.flying = False
+    landing: dict[str, float] = record.said["worst"].get("landing", {})
+    if astray := [fault for name, off in landing.items() if (fault := flight.team.margin_fault(name, off))]:
+        raise Refused(f"all have landed, but in landing {'; '.join(astray)}")
 
 
 def flown(flight: Flight, *, hovering: bool) -> str:

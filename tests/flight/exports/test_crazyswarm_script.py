@@ -497,3 +497,13 @@ def test_a_mission_that_is_turned_and_moved_in_the_laboratory_is_watched_there(s
             assert bool(fault) is (outside > 0.0)
             found.add(bool(fault))
     assert len(found) == 2
+
+
+def test_a_robot_that_leaves_its_column_as_it_lands_is_told_at_the_end(world_and_script, capsys) -> None:
+    world, script = world_and_script
+    once(world, "land", lambda: world.off.update(quad1=np.array([0.07, 0.0, 0.0])), later=0.0)
+    assert script.main([]) == 1
+    said = capsys.readouterr().out
+    assert "stopped: all have landed, but in landing quad1 is 0.070 m from its plan; the margin is 0.05 m" in said
+    assert "emergency" not in world.commands("all")
+    assert all_off(world)

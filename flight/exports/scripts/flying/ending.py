@@ -55,6 +55,7 @@ def land(flight: Flight) -> list[str]:
     for _ in range(3):
         tell(list(targets))
         swarm.sleep(AGAIN)
+        flight.look(None)
     told = swarm.now()
     end = told + seconds + limits["patience"]
     while swarm.now() < end and (up := _up(flight, targets)):
