@@ -40,7 +40,7 @@ class OpenEnds:
     Attributes:
         start: From its earliest to its latest start.
         stop: From its earliest to its latest end; None where its end is the recording's.
-        recorded: Whether all of the flight was recorded, so that what never happens in the recording did not happen.
+        recorded: Whether the recording is as long as the flight, so that what never happens in it, or always holds in it, is taken to be so of the flight.
         logged: Whether actions are read of the recording; planned ones are judged for every start by themselves, as the tube is.
     """
 
@@ -83,10 +83,12 @@ def _told(claim: Claim, ends: OpenEnds, change: str, rows: Mapping[str, Row]) ->
     """Return one claim as it is for every start, where this changes within the times that may not be the flight's."""
     if claim.outcome == "undecided" or claim.name == "tube" or (claim.name == "actions" and not ends.logged):
         return claim
+    if claim.outcome == "holds" and not ends.recorded:
+        return _untold(claim, "The recording is shorter than the flight, of which it is not known when it began.")
     if claim.name in _WORDS:
         missed = None if claim.witness is None or claim.time is not None else claim.witness.region
         never = claim.outcome == "fails" and {status for _, status in rows.get(missed or "", ())} == {"no"}
-        if not change or (never and ends.recorded):
+        if ends.recorded and (never or not change):
             return claim
         if claim.outcome == "holds":
             return _untold(claim, f"{_HANGS}: {change}. {_SAY}")

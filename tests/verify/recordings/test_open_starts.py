@@ -104,3 +104,12 @@ def test_a_start_that_may_lie_behind_the_recording_tells_nothing() -> None:
     _, alone, samples = climbed("F a")
     found = check_flight(samples, alone, max_speed=1.5, start=(BEGIN, 1000.0))
     assert found.outcome == "undecided"
+
+
+def test_of_a_flight_that_was_recorded_in_part_nothing_holds_where_its_start_is_not_known() -> None:
+    planned, _, samples = climbed("F a")
+    part = (samples.times > BEGIN + 1.0) & (samples.times < BEGIN + 2.0)
+    found = check_flight(Samples(samples.times[part], {"r0": samples.positions["r0"][part]}), planned, max_speed=1.5)
+    assert not found.alignment.trusted
+    assert set(outcomes(found).values()) == {"undecided"}
+    assert any("shorter than the flight" in claim.sentence for claim in found.claims if claim.name == "workspace")
