@@ -12,11 +12,10 @@ import numpy as np
 
 from flight.link.checks import Check, at_start, before_take_off
 from flight.link.link import Link, LinkLost
-from flight.link.reaction import PATIENCE, end_safely, told
+from flight.link.reaction import end_safely, insisted, set_down
 from flight.link.record import Record
 from flight.link.stages import BRAKING, Part, Stage, Watched
 from flight.link.watch import Look, Watch
-from flight.monitoring.reaction import LANDING_HEIGHT
 from verify.data import BadInput, DoesNotFit, Trajectory
 from verify.data.trajectory import PAUSE
 
@@ -62,6 +61,7 @@ class Flying:
         show: Told what a person is shown, at every look.
         number: Under which the next flight is stored.
         looked: When all were looked at last, s of the link's clock.
+        began: Whether motors may turn.
     """
 
     link: Link
@@ -70,6 +70,7 @@ class Flying:
     show: Callable[[Look], None]
     number: int = 0
     looked: float = -math.inf
+    began: bool = False
 
     def store(self, paths: Mapping[str, Trajectory]) -> int:
         """Store a flight, and return its number."""
@@ -223,49 +224,47 @@ def fly_live(
         record.note(link.now(), check.sentence, check.robot, "check")
     if failed := [check.sentence for check in checks if not check.passed]:
         return LiveFlight(False, "; ".join(failed), checks, record, ())
-    robots, began, reason = tuple(stages[0].paths), False, ""
+    robots = tuple(stages[0].paths)
     flying = Flying(link, record, robots, show or _nobody)
+    try:
+        reason = _flown(flying, stages, onwards)
+    except BaseException as error:
+        if isinstance(error, DoesNotFit) and not flying.began:
+            raise
+        reason = INTERRUPTED  # once more, as why was still looked at
+
+    def end() -> list[str]:
+        if not reason:
+            return set_down(link, robots, grounds, record)
+        record.broken_off = record.note(link.now(), reason, kind="alarm").time
+        return end_safely(link, robots if flying.began else (), dict(grounds), record)
+
+    unsafe = insisted(end, robots)
+    return LiveFlight(not reason and not unsafe, reason, checks, record, tuple(unsafe))
+
+
+def _flown(flying: Flying, stages: Sequence[Stage], onwards: Onwards | None) -> str:
+    """Fly all; return why it was broken off, or nothing."""
     try:
         stored = [flying.store_all(stage) for stage in stages]
         for numbers, stage in zip(stored, stages, strict=True):
-            began = True
+            flying.began = True
             flying.fly(stage, numbers)
         if onwards is not None:
             onwards.fly(flying)
     except (Alarm, LinkLost) as alarm:
-        reason = str(alarm)
+        return str(alarm)
     except KeyboardInterrupt:
-        reason = INTERRUPTED
+        return INTERRUPTED
     except BaseException as error:  # whatever it was: robots are in the air
-        if isinstance(error, DoesNotFit) and not began:
+        if isinstance(error, DoesNotFit) and not flying.began:
             raise
-        reason = f"{type(error).__name__}: {error}"
-    if reason:
-        record.note(link.now(), reason, kind="alarm")
-        unsafe = end_safely(link, robots if began else (), dict(grounds), record)
-    else:
-        unsafe = _motors_off(link, robots, grounds, record)
-    return LiveFlight(not reason and not unsafe, reason, checks, record, tuple(unsafe))
+        return f"{type(error).__name__}: {error}"
+    return ""
 
 
 def _nobody(_look: Look) -> None:
     """Show a look to nobody."""
-
-
-def _motors_off(link: Link, robots: Sequence[str], grounds: Mapping[str, float], record: Record) -> list[str]:
-    """Set all down after the last stage, which ends just above the ground, and stop motors."""
-
-    def down() -> list[str]:
-        told(link, robots, lambda robot: link.land(robot, grounds[robot] + LANDING_HEIGHT, 1.0))
-        return told(link, robots, link.stop, 3 * PATIENCE)
-
-    try:
-        left = down()
-    except BaseException:  # once more: it is on the ground, and motors turn
-        left = down()
-    for robot in left:
-        record.note(link.now(), f"{robot} has not acknowledged that its motors stop: {link.failsafe}.", robot, "reaction")
-    return left
 
 
 def _require_joined(stages: Sequence[Stage], grounds: Mapping[str, float]) -> None:

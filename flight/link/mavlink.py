@@ -33,6 +33,8 @@ ANSWER = 5.0
 """s to wait for a mode, for arming, and for a parameter."""
 AGAIN = 0.3
 """s after which what was not confirmed is asked for again."""
+SURE = 1.0
+"""s after it was asked to arm from which on a vehicle's word that it is not armed counts: what it said before may have crossed that."""
 OFFBOARD, HOLD, LAND = (6, 0), (4, 3), (4, 6)
 """PX4's main and sub mode."""
 
@@ -62,6 +64,11 @@ class _Vehicle:
     def speaks(self) -> bool:
         """Whether it is known, seen, and reports often."""
         return self.mode is not None and self.pose is not None and self.often
+
+    @property
+    def off(self) -> bool:
+        """Whether its motors are known to stand still."""
+        return not self.armed and self.beats > self.asked.get("arm", -math.inf) + SURE
 
     def command(self, number: int, *values: float) -> None:
         """Send a command with up to seven values."""
@@ -131,7 +138,10 @@ class MavlinkLink:
     @property
     def failsafe(self) -> str:
         """What acts on board when set-points end, as it was read back."""
-        return f"{FAILSAFE['COM_OF_LOSS_T']:g} s after its last set-point PX4 lands where it is (COM_OF_LOSS_T, COM_OBL_RC_ACT)"
+        return (
+            f"{FAILSAFE['COM_OF_LOSS_T']:g} s after its last set-point PX4 lands where it is (COM_OF_LOSS_T, COM_OBL_RC_ACT); "
+            "one that was told to hold or to land does so to the end"
+        )
 
     @property
     def streams(self) -> bool:
@@ -227,15 +237,16 @@ class MavlinkLink:
         """
         del height, seconds
         vehicle = self._vehicles[robot]
-        return not vehicle.armed or self._in_mode(robot, LAND, "land")
+        return vehicle.off or self._in_mode(robot, LAND, "land")
 
     def stop(self, robot: str) -> bool:
-        """Ask a robot to disarm, which PX4 does on the ground only; return whether its motors are off."""
+        """Ask a robot to disarm, which PX4 does on the ground only, and to land until it has; return whether its motors are off."""
         vehicle = self._vehicles[robot]
         self._listen()
-        if vehicle.armed:
+        if not vehicle.off:
+            self._in_mode(robot, LAND, "land")
             vehicle.ask("disarm", self.now(), _ARM, 0.0)
-        return not vehicle.armed
+        return vehicle.off
 
     def close(self) -> None:
         """Close all sockets."""

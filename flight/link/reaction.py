@@ -1,11 +1,13 @@
 """How a live flight ends where something is wrong: the whole team holds, lands and stops, told until it has acknowledged that.
 
 Hold while all are seen, then land straight down; stop motors near the ground, where a robot is told to land and does not answer, or on a
-second explicit command. What nobody answers to is said, with what acts on board then.
+second explicit command. Who is neither heard nor answers is told to land once more, and never to stop: that would reach it in the air, where it is
+heard again. What nobody answers to is said, with what acts on board then.
 """
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable, Mapping, Sequence
 
 from flight.link.link import Link
@@ -15,22 +17,28 @@ from flight.monitoring.thresholds import FRESH, HOLDING, PATIENCE
 
 AGAIN = 0.1
 """s after which a command that was not acknowledged is sent again."""
+_TRIES = 10
+"""How often a flight's end may be interrupted before it is given up, and all robots are named."""
 _NEAR = 0.1
 """m above where its landing ends, at which a robot's motors may stop."""
 
 
-def told(link: Link, robots: Sequence[str], command: Callable[[str], bool], patience: float = PATIENCE) -> list[str]:
+def told(
+    link: Link, robots: Sequence[str], command: Callable[[str], bool], record: Record, patience: float = PATIENCE
+) -> list[str]:
     """Repeat a command to robots until each has acknowledged it; return those that have not.
 
     Args:
         link: To them.
         robots: Whom.
         command: Sends it to one; whether that has acknowledged it.
+        record: Takes in where they are measured meanwhile.
         patience: s.
     """
     end, left = link.now() + patience, list(robots)
     while True:
         left = [robot for robot in left if not command(robot)]
+        record.see(link, robots)
         if not left or link.now() >= end:
             return left
         link.sleep(AGAIN)
@@ -50,14 +58,49 @@ def end_safely(link: Link, robots: Sequence[str], grounds: dict[str, float], rec
     try:
         if all(_fresh(link, robot) for robot in robots):
             record.note(link.now(), "all robots hold where they can stop.", kind="reaction")
-            if not told(link, robots, link.hold):
-                link.sleep(HOLDING)
+            if not told(link, robots, link.hold, record):
+                end = link.now() + HOLDING
+                while link.now() < end:
+                    _wait(link, robots, record)
         left = land(link, robots, grounds, record)
     except BaseException as error:  # a second Ctrl-C, or the link itself
         record.note(link.now(), f"interrupted again ({type(error).__name__}): motors stop.", kind="reaction")
-        left = _stopped(link, robots, record)
+        left = insisted(lambda: _stopped(link, robots, record), robots)
     for robot in left:
         record.note(link.now(), f"{robot} has not acknowledged: {link.failsafe}.", robot, "reaction")
+    return left
+
+
+def insisted(end: Callable[[], list[str]], robots: Sequence[str]) -> list[str]:
+    """Do what ends a flight, again where something comes between; return the robots that are not known to be on the ground.
+
+    Args:
+        end: Does it, and returns such robots.
+        robots: All of them.
+    """
+    for _ in range(_TRIES):
+        with contextlib.suppress(BaseException):  # one more Ctrl-C, or the link itself
+            return end()
+    return list(robots)
+
+
+def set_down(link: Link, robots: Sequence[str], grounds: Mapping[str, float], record: Record) -> list[str]:
+    """Set all down after the last stage, which ends just above the ground, and stop motors; return those that have not acknowledged it.
+
+    Args:
+        link: To them.
+        robots: Whom.
+        grounds: z in m of the ground below each.
+        record: Takes in what is done.
+    """
+
+    def down() -> list[str]:
+        told(link, robots, lambda robot: link.land(robot, grounds[robot] + LANDING_HEIGHT, 1.0), record)
+        return told(link, robots, link.stop, record, 3 * PATIENCE)
+
+    left = insisted(down, robots)
+    for robot in left:
+        record.note(link.now(), f"{robot} has not acknowledged that its motors stop: {link.failsafe}.", robot, "reaction")
     return left
 
 
@@ -73,11 +116,23 @@ def land(link: Link, robots: Sequence[str], grounds: dict[str, float], record: R
     record.note(link.now(), "all robots land.", kind="reaction")
     targets = {robot: grounds[robot] + LANDING_HEIGHT for robot in robots}
     seconds = time_to_land(link, targets)
-    left = told(link, robots, lambda robot: link.land(robot, targets[robot], seconds))
-    end = link.now() + seconds + PATIENCE
-    while link.now() < end and not all(_down(link, robot, targets[robot]) for robot in robots if robot not in left):
-        link.sleep(AGAIN)
-    return _stopped(link, robots, record)
+
+    def landing(robot: str) -> bool:
+        return link.land(robot, targets[robot], seconds)
+
+    def down(these: Sequence[str]) -> None:
+        end = link.now() + seconds + PATIENCE
+        while link.now() < end and not all(_down(link, robot, targets[robot]) for robot in these):
+            _wait(link, robots, record)
+
+    silent = told(link, robots, landing, record)
+    down([robot for robot in robots if robot not in silent])
+    lost = [robot for robot in silent if not _fresh(link, robot)]
+    left = _stopped(link, [robot for robot in robots if robot not in lost], record)
+    silent = told(link, lost, landing, record)  # not to stop: that would drop them where they are heard again
+    back = [robot for robot in lost if robot not in silent]
+    down(back)
+    return [*left, *silent, *_stopped(link, back, record)]
 
 
 def time_to_land(link: Link, targets: Mapping[str, float]) -> float:
@@ -93,10 +148,16 @@ def time_to_land(link: Link, targets: Mapping[str, float]) -> float:
 
 
 def _stopped(link: Link, robots: Sequence[str], record: Record) -> list[str]:
-    left = told(link, robots, link.stop)
+    left = told(link, robots, link.stop, record)
     if stopped := [robot for robot in robots if robot not in left]:
         record.note(link.now(), f"the motors of {', '.join(stopped)} are stopped.", kind="reaction")
     return left
+
+
+def _wait(link: Link, robots: Sequence[str], record: Record) -> None:
+    """Let a moment pass, and take in where robots are."""
+    link.sleep(AGAIN)
+    record.see(link, robots)
 
 
 def _fresh(link: Link, robot: str) -> bool:

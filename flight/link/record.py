@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import itertools
 import json
-from collections.abc import Mapping
+import math
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
+from flight.link.link import Link
 from flight.link.stages import FLIGHT
 from flight.logs.log import Event
 from flight.monitoring.thresholds import FRESH
@@ -21,14 +23,15 @@ class Record:
     """Grows while a flight is flown; nothing is ever taken out.
 
     Attributes:
-        poses: Measured.
-        setpoints: Where each robot should have been, at the instant of the pose.
+        poses: Measured, also while a team that broke its flight off holds and lands.
+        setpoints: Where each robot should have been, at the instant of the pose, while it was flown.
         starts: When each stage began, s.
         ends: When each stage ended, s.
         parts: Of a stage in parts when each of them began and was to end, s; in between the team hovered.
         events: What happened and what was said.
         parameters: What was read back from each vehicle.
         worst: Greatest distance from the plan, m, by stage and robot.
+        broken_off: When what was flown was given up, s; infinite where it was not.
     """
 
     poses: list[Row] = field(default_factory=list[Row])
@@ -39,6 +42,7 @@ class Record:
     events: list[Event] = field(default_factory=list[Event])
     parameters: dict[str, Mapping[str, float]] = field(default_factory=dict[str, Mapping[str, float]])
     worst: dict[str, dict[str, float]] = field(default_factory=dict[str, dict[str, float]])
+    broken_off: float = math.inf
 
     def note(self, time: float, sentence: str, robot: str | None = None, kind: str = "note") -> Event:
         """Add an event, and return it.
@@ -52,6 +56,19 @@ class Record:
         event = Event(time, robot, kind, sentence)
         self.events.append(event)
         return event
+
+    def see(self, link: Link, robots: Iterable[str]) -> None:
+        """Take in where robots were measured, while nothing is flown that is watched.
+
+        Args:
+            link: To them.
+            robots: Whom.
+        """
+        for robot in robots:
+            pose = link.pose(robot)
+            last = next((row[0] for row in reversed(self.poses) if row[1] == robot), -math.inf)
+            if pose is not None and pose.time > last:
+                self.poses.append((pose.time, robot, *pose.position))
 
     def table(self, rows: list[Row], since: float = 0.0, until: float = float("inf"), frame: Frame | None = None) -> str:
         """Return rows as CSV, `t,robot,x,y,z`, times from `since` on.
@@ -103,9 +120,12 @@ class Record:
         return tuple(after[0] - before[1] for before, after in itertools.pairwise(self.parts.get(stage, ())))
 
     def _seen_after(self, stage: str) -> float:
-        """Return when all robots were measured for the first time since a stage ended, s: up to then its last instants lie between two poses."""
+        """Return when all robots were measured for the first time since a stage ended, s: up to then its last instants lie between two poses.
+
+        Of one that was broken off that is when it was.
+        """
         if stage not in self.ends:
-            return float("inf")
+            return self.broken_off
         end, first = self.ends[stage], dict[str, float]()
         for time, robot, *_ in self.poses:
             if end <= time <= end + FRESH:

@@ -262,11 +262,15 @@ class Firmware:
         return found
 
     def _value(self, key: str) -> float:
-        x, y, z, yaw = self.measured.tolist()
-        return {
-            "stateEstimate.x": x + self.manner.off, "stateEstimate.y": y, "stateEstimate.z": z, "stateEstimate.yaw": math.degrees(yaw),
-            "ctrltarget.x": self._target[0], "ctrltarget.z": self._target[2], "supervisor.info": self.info, "pm.batteryLevel": int(self.manner.battery), "pm.state": 3 if self.manner.battery <= 0 else 0,
-        }.get(key, self.clock() if self.manner.unsettled else 1e-5)  # fmt: skip
+        group, _, name = key.partition(".")
+        if group == "ctrltarget":
+            return self._target["xyz".index(name)]
+        if group == "stateEstimate":
+            value = self.measured[("x", "y", "z", "yaw").index(name)]
+            return math.degrees(value) if name == "yaw" else value + self.manner.off * (name == "x")
+        battery = self.manner.battery
+        told = {"pm.batteryLevel": int(battery), "pm.state": 3 if battery <= 0 else 0}
+        return self.info if key == "supervisor.info" else told.get(key, self.clock() if self.manner.unsettled else 1e-5)
 
     @property
     def _target(self) -> np.ndarray:

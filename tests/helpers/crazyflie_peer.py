@@ -37,6 +37,7 @@ class Air(threading.Thread):
         vehicles: By name.
         loss: Share of packets that are lost, each way.
         disorder: Share of packets that come after the next one.
+        behind: s that the simulation was late at the most.
     """
 
     def __init__(self, mission, places, manners=None, *, loss=0.0, disorder=0.0, seed=0, **conditions) -> None:
@@ -52,6 +53,7 @@ class Air(threading.Thread):
         airframes = airframes_of(mission, mission.agents)
         self._entries = self._on_board(airframes, told) if told.on_board else steps(Setup(airframes, fleet, told), [seed])
         self.truth: list[tuple[float, np.ndarray]] = []
+        self.behind = 0.0
 
     def _on_board(self, airframes, conditions):
         """Fly by a controller on board that is asked for the set-point 100 times a second: one that was streamed stays until the next."""
@@ -72,10 +74,15 @@ class Air(threading.Thread):
         """Fly until `ended` is set."""
         entry = next(self._entries)
         while not self.ended.is_set():
-            with self.lock:
-                while entry.step * STEP < self.clock():
+            for _ in range(5):  # a machine that is late flies on, and is heard meanwhile
+                late = self.clock() - entry.step * STEP
+                self.behind = max(self.behind, late)
+                if late <= 0.0:
+                    break
+                with self.lock:
                     entry = next(self._entries)
                     self.truth.append((entry.step * STEP, entry.position))
+            with self.lock:
                 for index, vehicle in enumerate(self.vehicles.values()):
                     vehicle.measured, vehicle.measured_at = (
                         np.array([*entry.position[:, index], vehicle.place[3]]),
@@ -86,7 +93,7 @@ class Air(threading.Thread):
                     if (driver := self.drivers.get(vehicle.name)) is not None:
                         for reply in vehicle.due():
                             driver.hear(reply)
-            time.sleep(0.005)
+            time.sleep(0.005 if entry.step * STEP >= self.clock() else 0.0)
 
     @property
     def spinning(self) -> list[str]:

@@ -42,3 +42,17 @@ workspace: {{min: [-2.0, -2.0, {floor}], max: [2.0, 2.0, 2.0]}}
 
 PAIR = pair("[-1.0, 0.4, 1.0]", "[1.0, 0.4, 1.4]")
 """Two robots, the one's region lower than the other's."""
+
+WIDE_HOP = """
+format: 1
+name: wide hop
+spec: {formula: F ahead}
+regions:
+  ahead: {center: [0.5, 0.3, 0.6], radii: [0.4, 0.4, 0.4]}
+agents:
+  one: {start: [0.0, -0.5, 0.6]}
+vehicle: crazyflie-2.1
+workspace: {min: [-2.0, -2.0, 0.2], max: [2.0, 2.0, 2.0]}
+margin: 0.25
+"""
+"""The same with a margin for poses of a machine that is late."""

@@ -2,17 +2,29 @@
 
 from __future__ import annotations
 
+import importlib
+
 import pytest
 
 UNSEEN = 0.7
 """s that a robot may be unseen."""
 LATE = 0.45
 """s by which a set-point may be late: vehicles level out 0.5 s after their last one."""
+_WHAT = {
+    **{f"flight.link.{module}.FRESH": UNSEEN for module in ("watch", "checks", "reaction")},
+    "flight.link.streaming.LATE": LATE,
+}
 
 
 @pytest.fixture(autouse=True)
 def patient(monkeypatch) -> None:
     """Let robots be unseen, and set-points be late, for a while: in every test of the modules that import this."""
-    for module in ("watch", "checks", "reaction"):
-        monkeypatch.setattr(f"flight.link.{module}.FRESH", UNSEEN)
-    monkeypatch.setattr("flight.link.streaming.LATE", LATE)
+    for name, seconds in _WHAT.items():
+        monkeypatch.setattr(name, seconds)
+
+
+def be_patient() -> None:
+    """Do the same in a process of its own, to its end."""
+    for name, seconds in _WHAT.items():
+        module, _, attribute = name.rpartition(".")
+        setattr(importlib.import_module(module), attribute, seconds)

@@ -32,6 +32,8 @@ class Manner:
     estimator: int = 1 | 8 | 16  # flags of ESTIMATOR_STATUS
     restless: float = 0.0  # m that its reported place wanders
     other_system: int = 0  # it answers as this one instead
+    silent: bool = False  # says nothing, and hears
+    unplugged: bool = False  # says and hears nothing
 
 
 class Px4Peer(threading.Thread):
@@ -57,6 +59,7 @@ class Px4Peer(threading.Thread):
         self.place, self.yaw = (x + self.manner.off, y, z), math.pi / 2
         self.mode, self.before, self.failsafes = POSITION, 0, 0
         self.flown: list[tuple[float, ...]] = []
+        self.track: list[tuple[float, tuple[float, ...]]] = []  # monotonic s, and where it was
         self.asked: list[int] = []
         self.lost: dict[tuple[int, float, float], int] = {}
         self.arrivals: list[float] = []
@@ -71,7 +74,9 @@ class Px4Peer(threading.Thread):
         reported: dict[int, float] = {}
         while not self.ended.is_set():
             before, now = now, time.monotonic()
-            silent = self.manner.falls_silent_after is not None and len(self.flown) > self.manner.falls_silent_after
+            silent = self.manner.silent or self.manner.unplugged
+            silent |= self.manner.falls_silent_after is not None and len(self.flown) > self.manner.falls_silent_after
+            self.track.append((now, self.place))
             if now >= said + 0.05 and not silent:
                 said = now
                 mavlink.heartbeat_send(2, 12, 1 | (128 if self.armed else 0), self.mode, 4)
@@ -92,7 +97,7 @@ class Px4Peer(threading.Thread):
             if self.mode == OFFBOARD and now - self.arrivals[-1] > self.parameters["COM_OF_LOSS_T"]:
                 self.mode, self.failsafes = LAND if self.parameters["COM_OBL_RC_ACT"] == 4 else HOLD, self.failsafes + 1
             message = self.link.recv_match(blocking=True, timeout=0.005)
-            if message is not None:
+            if message is not None and not self.manner.unplugged:
                 self.take(message)
         self.link.close()
 

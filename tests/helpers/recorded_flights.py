@@ -82,12 +82,21 @@ class Tally:
     outcomes: Counter = field(default_factory=Counter)
     untold: Counter = field(default_factory=Counter)
     left: int = 0
-    broken: int = 0
+    broken: Counter = field(default_factory=Counter)
     faults: list[str] = field(default_factory=list)
 
     @property
     def flights(self) -> int:
         return sum(self.outcomes.values())
+
+    @property
+    def said(self) -> str:
+        """What was found so far, in a line."""
+        said = ", ".join(f"{count} {name}" for name, count in sorted(self.outcomes.items()))
+        truly, untold = (
+            ", ".join(f"{name} {count}" for name, count in kept.most_common()) for kept in (self.broken, self.untold)
+        )
+        return f"{self.flights} flights: {said}; truly broken: {truly}; {len(self.faults)} wrong. Cannot tell: {untold}."
 
 
 def fly_many(made: Made, seeds: range, rng: np.random.Generator) -> list[Truth]:
@@ -359,7 +368,7 @@ def campaign(first: int, count: int, folder: Path, *, together: int = 100, say=l
             verdict = judge_tape(made, tape, folder)
             tally.outcomes[verdict.outcome] += 1
             tally.left += "tube" in broken
-            tally.broken += bool(broken)
+            tally.broken.update(broken)
             if verdict.outcome == "undecided":
                 tally.untold[verdict.sentence.split("(")[1].split(")")[0]] += 1
             for fault in disagreements(verdict, broken):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import shutil
 import signal
+import time
 from collections.abc import Generator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -20,6 +21,8 @@ if TYPE_CHECKING:
 
 _EVERY = 1.0
 """s of flight between two lines where nobody watches a terminal."""
+_AT_ONCE = 0.2
+"""s within which signals are one command: shells and wrappers pass on what the terminal has sent, too."""
 _PARTS = 3
 """Of a formula, that are named at once."""
 
@@ -97,12 +100,18 @@ class Interrupts:
 def interrupts_land() -> Generator[Interrupts]:
     """Have Ctrl-C and SIGTERM raise KeyboardInterrupt once each time: the first lands the team, the next stops motors.
 
+    Signals that come at once are one.
+
     The command line raises one that was caught again, which would stop motors in the air.
     """
-    heard = Interrupts()
+    heard, last = Interrupts(), -math.inf
 
     def interrupt(number: int, _frame: FrameType | None) -> None:
-        heard.first = heard.first or number
+        nonlocal last
+        now = time.monotonic()
+        if now - last < _AT_ONCE:
+            return
+        heard.first, last = heard.first or number, now
         raise KeyboardInterrupt
 
     before = {number: signal.signal(number, interrupt) for number in (signal.SIGINT, signal.SIGTERM)}

@@ -192,32 +192,3 @@ def test_set_points_go_out_by_the_radio_driver_as_often_as_they_are_meant_to(mis
         for vehicle in air.vehicles.values():
             times = np.array([when for when, _ in vehicle.streamed.kept])
             assert len(times) > 0.7 * RATE * (times[-1] - times[0])
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", range(1, 4))
-def test_failures_at_random_instants_end_with_all_motors_off(mission, flown, seed) -> None:
-    rng = np.random.default_rng(seed)
-    for _ in range(6):
-        kind, who = ("silent_since", "frozen_since", "off", "interrupted")[rng.integers(4)], f"r{rng.integers(3)}"
-        where = int(rng.integers(3))
-        after = float(rng.uniform(0.0, 0.8)) * flown[where].duration  # later, the stage may end before it is noticed
-        with in_the_air(mission, PLACES, loss=0.01, disorder=0.01, **ON_BOARD) as (air, addresses):
-            link = StreamedCrazyflies(mission, addresses)
-
-            def fails(k=kind, w=who, a=air) -> None:
-                if k == "interrupted":
-                    raise KeyboardInterrupt
-                setattr(a.vehicles[w].manner, k, 0.3 if k == "off" else a.clock())
-
-            at(link, where, after, fails)
-            done = flight_of(link, flown)
-            link.close()
-            case = (kind, who, where, after, done.reason)
-            deadline = air.clock() + 3.0
-            while air.spinning and air.clock() < deadline:
-                time.sleep(0.05)
-            assert air.spinning == [], case
-            assert not done.flown, case
-            assert done.unsafe in ((), (who,)), case
-            assert landed(air, *(name for name in PLACES if name != who)), case

@@ -14,6 +14,7 @@ import ltlplan
 from flight.link.live import fly_live
 from flight.link.simulated import Faults, SimulatedLink
 from flight.link.stages import Stage
+from ltlplan.commands.shared.live_view import interrupts_land
 from ltlplan.live import stages
 from ltlplan.pipeline import certified_team
 from tests.helpers.live_failures import KINDS, disturb, fault, on_the_ground, require_whole_logs
@@ -127,7 +128,7 @@ def test_the_team_ends_on_the_ground_whatever_fails_in_flight(ready, kind) -> No
         assert "landing" not in done.record.starts, "it did not go on as if nothing had been"
 
 
-@pytest.mark.parametrize("when", [0.2, 7.5, *(pytest.param(when, marks=pytest.mark.slow) for when in (2.0, 12.0))])
+@pytest.mark.parametrize("when", [0.2, 7.5, *(pytest.param(when, marks=pytest.mark.slow) for when in (2.0, 13.0))])
 @pytest.mark.parametrize("error", [KeyboardInterrupt, ValueError])
 def test_interruptions_and_errors_land_the_team(ready, when, error) -> None:
     mission, flown = ready
@@ -148,6 +149,11 @@ def test_interruptions_and_errors_land_the_team(ready, when, error) -> None:
         done = fly_live(link, flown, grounds=GROUNDS)
         assert done.reason.startswith("interrupted" if error is KeyboardInterrupt else "ValueError: somebody")
         assert done.unsafe == ()
+        last = {robot: z for _, robot, _, _, z in done.record.poses}
+        assert all(abs(last[name] - GROUNDS[name]) < 0.2 for name in PLACES), "it is recorded how they landed"
+        if "flight" in done.record.starts and "flight" not in done.record.ends:
+            times = [float(row.split(",")[0]) for row in done.record.files()["live.csv"].splitlines()[1:]]
+            assert 0.5 < max(times) <= done.record.broken_off - done.record.starts["flight"], "what is judged ends there"
     assert not link.spinning
 
 
@@ -168,6 +174,48 @@ def test_a_second_interruption_stops_motors_at_once(ready) -> None:
     assert not link.spinning
     assert link.now() < 12.8
     assert any("interrupted again" in event.sentence for event in done.record.events)
+
+
+def test_however_often_it_is_interrupted_all_that_hear_stop_and_the_others_are_named(ready) -> None:
+    mission, flown = ready
+    link = link_to(mission, Faults(deaf={"two": 11.0}))
+    slept, times = link.sleep, [12.0, 12.5, 12.6, 12.7, 12.8]
+
+    def sleep(seconds: float) -> None:
+        if times and link.now() >= times[0]:
+            times.pop(0)
+            raise KeyboardInterrupt
+        slept(min(seconds, 0.05))
+
+    link.sleep = sleep
+    done = fly_live(link, flown, grounds=GROUNDS)
+    assert times == []
+    assert done.unsafe == ("two",)
+    assert "one" not in link.spinning
+    require_whole_logs(done)
+
+
+def test_two_signals_at_once_land_the_team_as_one_does(ready) -> None:
+    mission, flown = ready
+    link = link_to(mission)
+    slept, both = link.sleep, {signal.SIGINT, signal.SIGTERM}
+
+    def sleep(seconds: float) -> None:
+        if link.now() >= 12.0 and link.sleep is not slept:
+            link.sleep = slept
+            signal.pthread_sigmask(signal.SIG_BLOCK, both)
+            for number in both:
+                os.kill(os.getpid(), number)
+            signal.pthread_sigmask(signal.SIG_UNBLOCK, both)
+        slept(min(seconds, 0.05))
+
+    link.sleep = sleep
+    with interrupts_land() as heard:
+        done = fly_live(link, flown, grounds=GROUNDS)
+    assert heard.code(done) in (130, 143)
+    assert done.unsafe == ()
+    assert not link.spinning
+    assert all(abs(link.pose(name).position[2] - GROUNDS[name]) < 0.2 for name in PLACES)
 
 
 def test_stages_that_do_not_join_are_refused(ready) -> None:

@@ -16,7 +16,7 @@ from ltlplan.live import stages
 from ltlplan.pipeline import certified_team
 from tests.helpers.live_missions import HOP
 from tests.helpers.live_stages import laps_stages, patrol_stages, places_of
-from tests.helpers.px4_peer import HOLD, LAND, OFFBOARD, Manner, Px4Peer, free_port
+from tests.helpers.px4_peer import ARM, HOLD, LAND, OFFBOARD, Manner, Px4Peer, free_port
 from verify.data import BadInput
 
 pytest.importorskip("pymavlink", reason="pymavlink is not installed")
@@ -88,6 +88,25 @@ def test_what_goes_wrong_is_said_and_ends_on_the_ground(ready, manner, says, end
     else:
         assert result.unsafe == ("one",)
         assert any("its last set-point PX4 lands" in event.sentence for event in result.record.events)
+
+
+@pytest.mark.slow
+def test_a_vehicle_that_was_asked_to_arm_and_says_nothing_since_is_not_taken_to_stand_still(ready) -> None:
+    mission, done = ready
+    stage = Stage("flight", done.plan, done.team, done.certificate)
+    with vehicle((0.0, -0.5, 0.3), Manner(armed=False)) as (peer, addresses):
+        obey = peer.obey
+
+        def obeys(message) -> None:
+            peer.manner.silent |= message.command == ARM
+            obey(message)
+
+        peer.obey = obeys
+        link = MavlinkLink(mission, addresses, accuracy=0.005)
+        result = fly_live(link, (stage,), grounds={"one": 0.0})
+        assert "one did not arm" in result.reason
+        assert result.unsafe == ("one",)
+        link.close()
 
 
 @pytest.mark.slow

@@ -24,6 +24,7 @@ def test_no_flight_that_is_called_satisfied_left_its_tube_or_broke_a_claim(tmp_p
 @pytest.mark.parametrize("thousand", range(10))
 def test_of_ten_thousand_flights_none_is_called_what_it_is_not(thousand, tmp_path):
     tally = campaign(1000 + 10 * thousand, 1000, tmp_path)
+    print(tally.said)  # `pytest -rP` shows it
     assert tally.faults == []
     assert tally.flights == 1000
     assert min(tally.outcomes["holds"], tally.outcomes["fails"], tally.left) >= 1
