@@ -95,8 +95,9 @@ class SetpointStream:
         late = now - self._sent - 1.0 / RATE
         if late < 0.0:
             return False
-        if self.begin < self._sent and late > LATE and math.isinf(self._stays):
-            self._stays, self._late = self._sent - self.begin, late
+        missed = min(late, now - self.begin)  # of a flight whose first set-point this is, since it began
+        if missed > LATE and math.isinf(self._stays):
+            self._stays, self._late = max(self._sent - self.begin, 0.0), missed
         self._sent = now if late > 1.0 / RATE else self._sent + 1.0 / RATE
         return True
 
