@@ -19,7 +19,7 @@ from verify.data.events import HoopMoves, NewFormula, ObstacleAppears, RobotJoin
 from verify.data.plan import Visit
 from verify.data.sections import Agent
 from verify.data.shapes.obstacle import Obstacle
-from verify.recordings.asked import World, of_events
+from verify.recordings.asked import Joined, World, of_events
 
 ELSEWHERE = (0.0, 3.0, 1.0)
 CORNERS = np.array([(0.0, 0.0, 1.0), (2.0, 0.0, 1.0), (2.0, 2.0, 1.0)])
@@ -305,3 +305,84 @@ def test_an_obstacle_in_a_file_of_events_is_held_against_the_schema(tmp_path: Pa
         file.write_text(text.replace(old, new))
         with pytest.raises(BadInput, match=says):
             load_events(file)
+
+
+# -- robots that climb to a team in flight ----------------------------------------------------------------------
+
+JOINER = RobotJoins(time=4.0, robot="r1", agent=Agent(start=(1.0, -1.5, -4.0)), climbs=2.0)
+
+
+def with_a_newcomer(way, rate=100.0):
+    """The one flies past `a`, the other goes its own way: corners, and when it is at each."""
+    samples = flown(1, rate=rate)
+    at, corners = np.array([time for time, _ in way]), np.array([place for _, place in way])
+    path = np.stack([np.interp(samples.times, at, corners[:, axis]) for axis in range(3)], axis=1)
+    return Samples(samples.times, {**samples.positions, "r1": path})
+
+
+CLIMBS = ((0.0, (1.0, -1.5, -5.3)), (2.0, (1.0, -1.5, -5.3)), (3.9, (1.0, -1.5, -4.0)), (8.0, (1.0, -1.5, -4.0)))
+"""From outside of the workspace, whose floor is at -5 m."""
+
+
+def climbing_verdict(formula="F a", *, event=JOINER, way=CLIMBS, **changes):
+    mission = small_mission(formula, extra="separation: 0.3", **changes)
+    return claims(verdict(mission, event, samples=with_a_newcomer(way)))
+
+
+def test_one_that_climbs_is_part_of_the_team_from_when_it_joins():
+    found = climbing_verdict()
+    assert all(outcomes == {"holds"} for outcomes in found.values()), found
+    hovered = RobotJoins(time=4.0, robot="r1", agent=JOINER.agent)
+    assert climbing_verdict(event=hovered)["workspace"] == {"holds", "fails"}, (
+        "one that hovered all the time is judged all the time"
+    )
+    late = (*CLIMBS[:2], (7.9, (1.0, -1.5, -4.9)), (8.0, (1.0, -1.5, -4.9)))
+    assert climbing_verdict(way=late)["workspace"] == {"holds", "fails"}, "it joins before it is in the workspace"
+
+
+def test_what_one_is_in_before_it_joins_is_not_shown():
+    """It climbs through `b`, which nobody may show, and is in it again later or not."""
+    regions = "a: {center: [1, 0, 1], radii: [0.2, 0.2, 0.2]}\nb: {center: [1, -1.5, -4.8], radii: [0.2, 0.2, 0.2]}"
+    assert climbing_verdict("F a & G !b", regions=regions)["formula"] == {"holds"}
+    assert climbing_verdict("F b", regions=regions)["formula"] == {"fails"}
+    back = (*CLIMBS[:3], (5.0, (1.0, -1.5, -4.0)), (7.5, (1.0, -1.5, -4.8)), (8.0, (1.0, -1.5, -4.8)))
+    assert climbing_verdict("F b", way=back, regions=regions)["formula"] == {"holds"}
+    hovered = RobotJoins(time=4.0, robot="r1", agent=JOINER.agent)
+    assert climbing_verdict("F b", event=hovered, regions=regions)["formula"] == {"holds"}
+
+
+def test_what_one_shows_first_that_joins_inside_of_a_region_cannot_be_told():
+    regions = "a: {center: [1, 0, 1], radii: [0.2, 0.2, 0.2]}\nb: {center: [1, -1.5, -4], radii: [0.2, 0.2, 0.2]}"
+    for formula in ("F a", "F b", "F a & G !b"):
+        assert climbing_verdict(formula, regions=regions)["formula"] == {"undecided"}
+
+
+@pytest.mark.parametrize(("near", "found"), [(1.0, {"holds"}), (3.0, {"fails"}), (5.0, {"fails"})])
+def test_one_keeps_away_from_the_others_from_when_it_climbs(near, found):
+    """It is carried past the other one, when it stands on the ground still, climbs, or is one of the team."""
+    other = flown(1).positions["r0"][round(100 * near)]
+    here, away = tuple(other - [0.0, 0.1, 0.0]), tuple(other - [0.0, 1.5, 1.0])
+    way = ((0.0, here), (near + 0.05, here), (near + 1.9, away), (8.0, away))
+    event = RobotJoins(time=5.0 if near == 3.0 else 4.0, robot="r1", agent=JOINER.agent, climbs=2.0)
+    asked = of_events(small_mission("F a", extra="separation: 0.3"), [event])
+    assert claims(check_flight(with_a_newcomer(way), asked, max_speed=1.8))["separation"] == found
+
+
+@pytest.mark.parametrize(
+    ("climbs", "time", "says"), [(5.0, 4.0, "must climb before it joins"), (2.0, 9.0, "not within the flight that is judged")]
+)
+def test_joining_at_times_that_cannot_be_is_refused(climbs, time, says):
+    event = RobotJoins(time=time, robot="r1", agent=JOINER.agent, climbs=climbs)
+    with pytest.raises(BadInput, match=says):
+        climbing_verdict(event=event)
+    with pytest.raises(BadInput, match="leave after it"):
+        Asked((World(0.0, small_mission()),), gone={"r0": 1.0}, joined={"r0": Joined(2.0, 1.0)}).checked()
+
+
+def test_when_one_climbed_is_kept_in_the_file(tmp_path: Path):
+    (tmp_path / "events.json").write_text(events_to_json([JOINER]))
+    assert load_events(tmp_path / "events.json") == (JOINER,)
+    assert "climbs" not in events_to_json([RobotJoins(time=4.0, robot="r1", agent=JOINER.agent)])
+    (tmp_path / "events.json").write_text(events_to_json([JOINER]).replace('"climbs": 2.0', '"climbs": -1'))
+    with pytest.raises(BadInput, match="'climbs' must be a number of seconds"):
+        load_events(tmp_path / "events.json")

@@ -109,11 +109,13 @@ class RobotJoins:
         time: s.
         robot: Its name, not one of the mission's.
         agent: Where it hovers, its heading and costs.
+        climbs: When it left the ground to get there, s; None where it hovered there all the time.
     """
 
     time: float
     robot: str
     agent: Agent
+    climbs: float | None = None
 
     def apply(self, mission: Mission) -> Mission:
         """Return the mission with one more agent."""
@@ -212,6 +214,8 @@ def _data(event: WorldEvent) -> dict[str, Any]:
     data = {"event": _KINDS[type(event)], **asdict(event)}
     if isinstance(event, RobotJoins):
         data["agent"] = event.agent.model_dump(mode="json")
+        if event.climbs is None:
+            del data["climbs"]
     if isinstance(event, ObstacleAppears):
         data["obstacle"] = event.obstacle.model_dump(mode="json", by_alias=True, exclude_none=True)
     return data
@@ -223,7 +227,7 @@ def _event(entry: Any, source: str) -> WorldEvent:
         raise BadInput(f"{source}: 'event' must be one of {', '.join(kinds)}.")
     kind, values = kinds[entry["event"]], {key: value for key, value in entry.items() if key != "event"}
     fields = set(kind.__dataclass_fields__)
-    if set(values) != fields:
+    if set(values) != fields and set(values) != fields - _MAY_BE_LEFT_OUT:
         raise BadInput(f"{source} must have the keys event, {', '.join(sorted(fields))}.")
     for key, (test, wanted) in _SHAPE.items():
         if key in values and not test(values[key]):
@@ -247,6 +251,7 @@ def _is_number(value: Any) -> bool:
 _KINDS: dict[type, str] = {
     HoopMoves: "moves", ObstacleAppears: "appears", RobotLeaves: "leaves", RobotJoins: "joins", NewFormula: "formula"
 }  # fmt: skip
+_MAY_BE_LEFT_OUT = {"climbs"}
 _SHAPE: dict[str, tuple[Callable[[Any], bool], str]] = {  # tests of any type: what a file may hold
     "time": (lambda v: _is_number(v) and v >= 0, "a number of seconds, at least 0"),
     "region": (lambda v: isinstance(v, str), "a name"),
@@ -257,5 +262,6 @@ _SHAPE: dict[str, tuple[Callable[[Any], bool], str]] = {  # tests of any type: w
     "yaw_deg": (lambda v: v is None or _is_number(v), "a number of degrees, or null"),
     "agent": (lambda v: isinstance(v, dict), "an object"),
     "name": (lambda v: isinstance(v, str), "a name"),
+    "climbs": (lambda v: v is None or (_is_number(v) and v >= 0), "a number of seconds, at least 0, or null"),
     "obstacle": (lambda v: isinstance(v, dict), "an object"),
 }

@@ -15,7 +15,7 @@ from pathlib import Path
 from verify.certificate import ActionInstant, Certificate
 from verify.certification import judge
 from verify.data.errors import BadInput, NotCertified
-from verify.data.events import EVENTS_FILE, RobotLeaves, WorldEvent, load_events, require_known
+from verify.data.events import EVENTS_FILE, RobotJoins, RobotLeaves, WorldEvent, load_events, require_known
 from verify.data.files.mission_file import load_mission_file
 from verify.data.mission import Mission, check_mission
 from verify.data.plan import Plan, check_plan, load_plan
@@ -36,6 +36,19 @@ class World:
     mission: Mission
 
 
+@dataclass(frozen=True, slots=True)
+class Joined:
+    """When a robot that stood on the ground came to the team.
+
+    Attributes:
+        since: When it hovered and took part, s of the recording: from then on it is judged like all others.
+        climbs: When it left the ground, s: from then on it keeps away from all others, and from rims and obstacles.
+    """
+
+    since: float
+    climbs: float
+
+
 @dataclass(frozen=True, eq=False)
 class Asked:
     """What a recording is held against.
@@ -48,6 +61,7 @@ class Asked:
         clock_error: How far clocks may differ, s.
         actions: Instants of planned actions, proved, on the plan's clock.
         gone: Robots that left the team in flight, and when, s.
+        joined: Robots that joined the team in flight from the ground, and when.
     """
 
     worlds: tuple[World, ...]
@@ -57,6 +71,7 @@ class Asked:
     clock_error: float = 0.0
     actions: tuple[ActionInstant, ...] = ()
     gone: Mapping[str, float] = field(default_factory=dict)
+    joined: Mapping[str, Joined] = field(default_factory=dict)
 
     @classmethod
     def of_mission(cls, mission: Mission) -> Asked:
@@ -97,12 +112,13 @@ class Asked:
         return checked
 
     def _require_order(self) -> None:
-        """Refuse worlds that do not follow one another, and robots that left at no time or were never there."""
+        """Refuse worlds that do not follow one another, and robots that left or joined at no time or were never there."""
         if not self.worlds:
             raise BadInput("There must be at least one world: the mission at take-off.")
         for what, time in [
             *(("change of the world", w.since) for w in self.worlds),
             *(("leaving", t) for t in self.gone.values()),
+            *(("joining", t) for one in self.joined.values() for t in (one.since, one.climbs)),
         ]:
             if isinstance(time, bool) or not isinstance(time, int | float) or not math.isfinite(time):  # pyright: ignore[reportUnnecessaryIsInstance]  # callers without types
                 raise BadInput(f"The time of a {what} must be a number of seconds, not {time!r:.40}.")
@@ -114,6 +130,13 @@ class Asked:
         for robot in self.gone:
             if robot not in self.mission.agents:
                 raise BadInput(f"'{robot:.40}' leaves but is no robot of the mission ({', '.join(self.mission.agents)}).")
+        for robot, one in self.joined.items():
+            if robot not in self.mission.agents:
+                raise BadInput(f"'{robot:.40}' joins but is no robot of the mission ({', '.join(self.mission.agents)}).")
+            if not one.climbs <= one.since <= self.gone.get(robot, math.inf):
+                raise BadInput(
+                    f"'{robot}' must climb before it joins, and leave after it, not climb at {one.climbs:g} s and join at {one.since:g} s."
+                )
 
     def _require_fit(self) -> None:
         """Refuse worlds with other regions, and a plan or trajectories of other robots."""
@@ -232,7 +255,7 @@ def of_events(mission: Mission, events: Sequence[WorldEvent]) -> Asked:
     Raises:
         BadInput: An event cannot be.
     """
-    worlds, gone = [World(0.0, mission)], dict[str, float]()
+    worlds, gone, joined = [World(0.0, mission)], dict[str, float](), dict[str, Joined]()
     for event in events:
         require_known(mission, event)
         if isinstance(event, RobotLeaves):
@@ -240,9 +263,11 @@ def of_events(mission: Mission, events: Sequence[WorldEvent]) -> Asked:
                 raise BadInput(f"'{event.robot}' leaves twice, at {gone[event.robot]:g} s and at {event.time:g} s.")
             gone[event.robot] = event.time
             continue
+        if isinstance(event, RobotJoins) and event.climbs is not None:
+            joined[event.robot] = Joined(event.time, event.climbs)
         try:
             mission = event.apply(mission)
         except ValueError as error:
             raise BadInput(f"At {event.time:g} s {event}: {error}") from None
         worlds.append(World(event.time, mission))
-    return Asked(tuple(worlds), margin=mission.margin, gone=gone)
+    return Asked(tuple(worlds), margin=mission.margin, gone=gone, joined=joined)

@@ -41,7 +41,8 @@ class RecordedFlight:
         alignment: When the flight began on the recording's clock.
         start: When the flight that is judged begins there, s.
         stop: And when it ends, s.
-        tracks: For each robot where it can have been.
+        tracks: For each robot where it can have been while it was part of the team.
+        aloft: The same, with how it climbed to the others that were in the air.
     """
 
     def __init__(self, samples: Samples, asked: Asked, bounds: Bounds, start: tuple[float, float] | None, budget: int) -> None:
@@ -66,6 +67,7 @@ class RecordedFlight:
         self.start, self.stop = self._window()
         self.bounds = bounds
         self.tracks: dict[str, Track] = {}
+        self.aloft: dict[str, Track] = {}
         for robot, places in samples.positions.items():
             whole = track(robot, samples.times, places, bounds, start=self.start, stop=self.stop)
             gone = asked.gone.get(robot)
@@ -74,7 +76,15 @@ class RecordedFlight:
                     f"{robot} left at {gone:g} s, before the flight that is judged begins at {self.start:g} s: what it showed last "
                     "was not recorded."
                 )
-            self.tracks[robot] = whole if gone is None else whole.over(self.start, gone)
+            judged = whole if gone is None else whole.over(self.start, gone)
+            came = asked.joined.get(robot)
+            if came is not None and not self.start <= came.climbs <= came.since <= self.stop:
+                raise BadInput(
+                    f"{robot} climbs at {came.climbs:g} s and joins at {came.since:g} s, not within the flight that is judged, from "
+                    f"{self.start:g} to {self.stop:g} s."
+                )
+            self.tracks[robot] = judged if came is None else judged.over(came.since, self.stop)
+            self.aloft[robot] = judged if came is None else judged.over(came.climbs, self.stop)
         self.rows = {robot: region_rows(one, asked.worlds) for robot, one in self.tracks.items()}
 
     def claims(self) -> tuple[Claim, ...]:
@@ -123,7 +133,13 @@ class RecordedFlight:
     def lap(self) -> Fraction | None:
         """How long the lap lasts with which the flight ends, s; None where there is none, or its ends are not known on the recording's clock."""
         team, begins = self.asked.team, self.alignment
-        known = begins.trusted and begins.low == begins.high and len(self.asked.worlds) == 1 and not self.asked.gone
+        known = (
+            begins.trusted
+            and begins.low == begins.high
+            and len(self.asked.worlds) == 1
+            and not self.asked.gone
+            and not self.asked.joined
+        )
         if team is None or not known or self.asked.mission.spec.trace != "infinite":
             return None
         laps = {
@@ -194,7 +210,7 @@ class RecordedFlight:
         for index, world in enumerate(worlds):
             since = self.start if index == 0 else world.since
             until = self.stop if index + 1 == len(worlds) else worlds[index + 1].since
-            parts = {robot: one.over(since, until) for robot, one in self.tracks.items()}
+            parts = {robot: one.over(since, until) for robot, one in self.aloft.items()}
             parts = {robot: one for robot, one in parts.items() if one.start <= one.stop}
             rims = (rim_claim(one, world.mission, radii[robot]) for robot, one in parts.items())
             yield from (claim for claim in rims if claim is not None)
@@ -202,7 +218,7 @@ class RecordedFlight:
             yield from (claim for claim in solid if claim is not None)
         for one in self.tracks.values():
             yield workspace_claim(one, self.asked.mission)
-        yield from separation_claims(self.tracks, self.asked.mission)
+        yield from separation_claims(self.aloft, self.asked.mission)
 
     def _actions(self, robot: str) -> tuple[frozenset[str], list[Action]]:
         """Return a robot's internal propositions at the start, and its actions, each held against the samples."""
@@ -248,6 +264,11 @@ class RecordedFlight:
                 yield (
                     "Internal states are those of the certificate's planned actions, each where the samples allow it at its place."
                 )
+        for robot, came in self.asked.joined.items():
+            yield (
+                f"{robot} stood on the ground until {came.climbs:.4f} s and climbed until {came.since:.4f} s: until then it is held against "
+                "nobody, and until it joined against the other robots, rims and obstacles only."
+            )
         if len(self.asked.worlds) > 1 or self.asked.gone:
             yield "The world changed in flight as the folder says; the formula is the one that was asked last."
         if self.paths is None:

@@ -101,7 +101,8 @@ def recorded_timeline(
 ) -> Timeline:
     """Put together what is known of one robot, its time from `start` to `stop` counted from 0.
 
-    What a robot showed last it goes on showing where it was judged for a shorter time than the team.
+    What a robot showed last it goes on showing where it was judged for a shorter time than the team. Before it was judged it showed no
+    region.
 
     Args:
         track: The robot's samples.
@@ -115,8 +116,10 @@ def recorded_timeline(
     changes = [
         Change(Enclosure(time - zero, time - zero), region, status) for region, row in rows.items() for time, status in row[1:]
     ]
+    late = {region: row[0] for region, row in rows.items() if row[0][0] > zero}
+    changes += [Change(Enclosure(t - zero, t - zero), region, status) for region, (t, status) in late.items() if status != "no"]
     changes.sort(key=lambda change: change.time.low)
-    initial: dict[str, Status] = {region: row[0][1] for region, row in rows.items()}
+    initial: dict[str, Status] = {region: "no" if region in late else row[0][1] for region, row in rows.items()}
     return Timeline(track.robot, initial, tuple(changes), end, internal, tuple(actions))
 
 
@@ -137,6 +140,11 @@ def formula_claim(
         budget: Configurations that each part of the formula may take.
     """
     mission = worlds[-1].mission
+    for robot, own in rows.items():
+        for region, row in own.items():
+            if row[0][0] > Fraction(zero) and row[0][1] != "no":
+                sentence = f"{robot} may be in '{region}' when it joins at {float(row[0][0]):.3f} s, so what it showed first cannot be told."
+                return recorded_claim("formula", "undecided", sentence, robot=robot, time=float(row[0][0]), region=region)
     if doubtful and mission.internal_propositions & mission.formula.names():
         return recorded_claim("formula", "undecided", f"The formula speaks of internal states: {doubtful}.")
     for one, other in itertools.pairwise(worlds):
