@@ -32,7 +32,11 @@ class Check:
 
 
 def before_take_off(
-    link: Link, first: Stage, lasts: float, wanted: Mapping[str, Mapping[str, float]] | None = None
+    link: Link,
+    first: Stage,
+    lasts: float,
+    wanted: Mapping[str, Mapping[str, float]] | None = None,
+    standing: Part | None = None,
 ) -> tuple[Check, ...]:
     """Look at every robot for half a second, and say what keeps it from flying.
 
@@ -41,18 +45,48 @@ def before_take_off(
         first: What is flown first; it begins where they stand.
         lasts: s that all is to take.
         wanted: Parameters that must be on board, by robot; None asks for none.
+        standing: Where other robots stand that wait on the ground; None where there are none.
 
     Returns:
         All checks, passed or not.
     """
-    robots, seen = tuple(first.paths), _watched(link, tuple(first.paths))
+    seen = _watched(link, (*first.paths, *(() if standing is None else standing.paths)))
+    team = {robot: seen[robot] for robot in first.paths}
+    found = on_ground(link, first, lasts, team, wanted)
+    if standing is not None:
+        found += on_ground(link, standing, lasts, {robot: seen[robot] for robot in standing.paths})
+    found += one_body_each(seen)
+    if frame := _frame(first, team):
+        found = [check for check in found if check.passed or check.name not in ("place", "heading")]
+    return (*found, *frame)
+
+
+def on_ground(
+    link: Link,
+    first: Stage | Part,
+    lasts: float,
+    seen: Mapping[str, Sequence[Pose]],
+    wanted: Mapping[str, Mapping[str, float]] | None = None,
+) -> list[Check]:
+    """Say what keeps robots that stand on the ground, and were looked at for a while, from flying.
+
+    Args:
+        link: To the robots.
+        first: What they fly first; it begins where they stand.
+        lasts: s that all is to take.
+        seen: Poses of those that are meant.
+        wanted: Parameters that must be on board, by robot; None asks for none.
+
+    Returns:
+        All checks, passed or not.
+    """
     needed = RESERVE * lasts
     found: list[Check] = []
 
     def say(name: str, robot: str, passed: bool, what: str, do: str) -> None:
         found.append(Check(name, robot, passed, what if passed else f"{what}: {do}"))
 
-    for robot in robots:
+    for robot in seen:
         if robot not in link.robots:
             say("reached", robot, False, f"{robot} does not answer", "switch it on, and look at its address and channel")
             continue
@@ -82,10 +116,7 @@ def before_take_off(
                  if key not in board or not math.isclose(board[key], value, rel_tol=1e-5, abs_tol=1e-9)]  # fmt: skip
         say("parameters", robot, not wrong, f"{robot}'s parameters are as they must be" if not wrong else f"{robot}: {'; '.join(wrong)}",
             "set them again, and look whether the firmware has them")  # fmt: skip
-    found += _one_body_each(seen)
-    if frame := _frame(first, seen):
-        found = [check for check in found if check.passed or check.name not in ("place", "heading")]
-    return (*found, *frame)
+    return found
 
 
 def at_start(link: Link, stage: Stage | Part) -> tuple[Check, ...]:
@@ -153,8 +184,12 @@ def _frame(stage: Stage, seen: Mapping[str, list[Pose]]) -> list[Check]:
     return [Check("frame", next(iter(poses)), False, sentence)]
 
 
-def _one_body_each(seen: Mapping[str, list[Pose]]) -> list[Check]:
-    """Refuse two robots that are measured at one place: one body is taken for both."""
+def one_body_each(seen: Mapping[str, Sequence[Pose]]) -> list[Check]:
+    """Refuse two robots that are measured at one place: one body is taken for both.
+
+    Args:
+        seen: Poses of each, in order of time.
+    """
     found: list[Check] = []
     last = {robot: poses[-1].position for robot, poses in seen.items() if poses}
     for (one, here), (other, there) in itertools.combinations(last.items(), 2):

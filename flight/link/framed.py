@@ -87,6 +87,10 @@ class FramedLink:
         """Have a stored flight on board of all."""
         self.link.bring(number, meanwhile)
 
+    def ready(self, robot: str, number: int) -> bool:
+        """Have a robot on the ground ready for a stored flight."""
+        return self.link.ready(robot, number)
+
     def start(self, number: int, at: float | None = None) -> float:
         """Start a stored flight of all robots at once; return when it began."""
         return self.link.start(number, at)

@@ -119,8 +119,22 @@ class Link(Protocol):
         """
         ...
 
+    def ready(self, robot: str, number: int) -> bool:
+        """Have a robot that stands on the ground ready for a stored flight, so that it begins when that is started next.
+
+        It is called again and again, while others fly; the robot's motors may turn from the first time on.
+
+        Args:
+            robot: Name.
+            number: Of the flight, which begins where the robot stands.
+
+        Returns:
+            Whether it is ready.
+        """
+        ...
+
     def start(self, number: int, at: float | None = None) -> float:
-        """Start a stored flight of all robots at once, by one broadcast; return when it began, s of the link's clock.
+        """Start a stored flight of all robots that have it, at once, by one broadcast; return when it began, s of the link's clock.
 
         Args:
             number: Of the flight.

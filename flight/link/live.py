@@ -57,7 +57,8 @@ class Flying:
     Attributes:
         link: To the robots.
         record: What is kept.
-        robots: All that took off.
+        robots: All that took off; more may join them.
+        grounded: Robots on the ground whose motors may turn, as they are to join.
         show: Told what a person is shown, at every look.
         number: Under which the next flight is stored.
         looked: When all were looked at last, s of the link's clock.
@@ -68,6 +69,7 @@ class Flying:
     record: Record
     robots: tuple[str, ...]
     show: Callable[[Look], None]
+    grounded: tuple[str, ...] = ()
     number: int = 0
     looked: float = -math.inf
     began: bool = False
@@ -151,6 +153,11 @@ class Flying:
         self.record.ends[BRAKING] = self.link.now()
         watch.finish(covered="it was proved for such a flight")
 
+    def leave_out(self, robot: str) -> None:
+        """Tell a robot nothing more: it is on the ground, and has acknowledged that its motors are off."""
+        self.robots = tuple(name for name in self.robots if name != robot)
+        self.grounded = tuple(name for name in self.grounded if name != robot)
+
     def begin(self, watched: Watched, number: int, at: float | None = None) -> Watch:
         """Start a stored flight, and return who watches it.
 
@@ -184,6 +191,7 @@ class Onwards(Protocol):
         ...
 
 
+# eight parameters: the link, what is flown, and what is known of the ground and the vehicles, each by its keyword
 def fly_live(
     link: Link,
     stages: Sequence[Stage],
@@ -192,6 +200,7 @@ def fly_live(
     parameters: Mapping[str, Mapping[str, float]] | None = None,
     show: Callable[[Look], None] | None = None,
     onwards: Onwards | None = None,
+    standing: Part | None = None,
 ) -> LiveFlight:
     """Fly certified stages over a link, watch them, and end safely whatever happens.
 
@@ -205,6 +214,7 @@ def fly_live(
         parameters: What must be on board, by robot.
         show: Told what a person is shown, at every look.
         onwards: What is flown after the stages; None where they end just above the ground.
+        standing: Where other robots stand, which wait on the ground and are checked, too; None where there are none.
 
     Returns:
         How it ended.
@@ -219,13 +229,12 @@ def fly_live(
     lasts = sum(stage.duration + SETTLE * (len(stage.parts) - 1) for stage in stages) + (
         0.0 if onwards is None else onwards.duration
     )
-    checks = before_take_off(link, stages[0], lasts, parameters)
+    checks = before_take_off(link, stages[0], lasts, parameters, standing)
     for check in checks:
         record.note(link.now(), check.sentence, check.robot, "check")
     if failed := [check.sentence for check in checks if not check.passed]:
         return LiveFlight(False, "; ".join(failed), checks, record, ())
-    robots = tuple(stages[0].paths)
-    flying = Flying(link, record, robots, show or _nobody)
+    flying = Flying(link, record, tuple(stages[0].paths), show or _nobody)
     try:
         reason = _flown(flying, stages, onwards)
     except BaseException as error:
@@ -235,11 +244,11 @@ def fly_live(
 
     def end() -> list[str]:
         if not reason:
-            return set_down(link, robots, grounds, record)
+            return set_down(link, flying.robots, grounds, record, flying.grounded)
         record.broken_off = record.note(link.now(), reason, kind="alarm").time
-        return end_safely(link, robots if flying.began else (), dict(grounds), record)
+        return end_safely(link, flying.robots if flying.began else (), dict(grounds), record, flying.grounded)
 
-    unsafe = insisted(end, robots)
+    unsafe = insisted(end, (*flying.robots, *flying.grounded))
     return LiveFlight(not reason and not unsafe, reason, checks, record, tuple(unsafe))
 
 

@@ -12,7 +12,7 @@ import math
 import os
 import struct
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -124,6 +124,7 @@ class MavlinkLink:
                 raise BadInput(f"{name} cannot be reached at {addresses[name]}: {reason}.") from None
             self._vehicles[name] = _Vehicle(name, (systems or {}).get(name, index + 1), link)
         self._stream, self._streaming = SetpointStream(self._vehicles), False
+        self._waking: dict[str, tuple[int, float]] = {}
         try:
             self._connect()
         except BaseException:
@@ -197,8 +198,25 @@ class MavlinkLink:
     def bring(self, number: int, meanwhile: Callable[[], None]) -> None:
         """Do nothing: what is stored is streamed from here."""
 
+    def ready(self, robot: str, number: int) -> bool:
+        """Have a robot on the ground in offboard flight and armed, at the set-point with which a flight begins.
+
+        Args:
+            robot: Name.
+            number: Of the flight.
+        """
+        vehicle, now = self._vehicles[robot], self.now()
+        if self._waking.get(robot, (-1, 0.0))[0] != number:
+            self._waking[robot] = number, now
+        if now - self._waking[robot][1] >= LEAD:
+            if vehicle.mode != OFFBOARD:
+                vehicle.ask("offboard", now, _SET_MODE, _CUSTOM_MODE, *OFFBOARD)
+            elif not vehicle.armed:
+                vehicle.ask("arm", now, _ARM, 1.0)
+        return vehicle.mode == OFFBOARD and vehicle.armed
+
     def start(self, number: int, at: float | None = None) -> float:
-        """Start a flight of all: before the first one, set-points, offboard flight and arming.
+        """Start a flight of all that have it: before the first one, set-points, offboard flight and arming.
 
         Args:
             number: Of the flight.
@@ -210,21 +228,24 @@ class MavlinkLink:
         Raises:
             LinkLost: A vehicle does not change to offboard flight, or does not arm.
         """
-        self._stream.fly(number, math.inf)
         if not self._streaming:
+            self._stream.fly(number, math.inf)
             self._streaming = True
+            whom = [self._vehicles[name] for name in self._stream.those_in(number)]
+            self._waking = {vehicle.name: (number, self.now()) for vehicle in whom}
             self.sleep(LEAD)
-            self._until(
-                lambda vehicle: vehicle.mode == OFFBOARD,
-                lambda vehicle: vehicle.ask("offboard", self.now(), _SET_MODE, _CUSTOM_MODE, *OFFBOARD),
-                "did not change to offboard flight",
-            )
-            self._until(lambda vehicle: vehicle.armed, lambda vehicle: vehicle.ask("arm", self.now(), _ARM, 1.0), "did not arm")
+            for done, otherwise in (
+                (lambda vehicle: vehicle.mode == OFFBOARD, "did not change to offboard flight"),
+                (lambda vehicle: vehicle.armed, "did not arm"),
+            ):
+                self._until(done, lambda vehicle: self.ready(vehicle.name, number), otherwise, whom=whom)
+        self._waking.clear()
         self._stream.fly(number, self.now() if at is None else at)
         return self._stream.begin
 
     def hold(self, robot: str) -> bool:
         """Ask a robot to hold, which is to brake to a hover; return whether it does."""
+        self._waking.pop(robot, None)
         return self._in_mode(robot, HOLD, "hold")
 
     def land(self, robot: str, height: float, seconds: float) -> bool:
@@ -237,11 +258,13 @@ class MavlinkLink:
         """
         del height, seconds
         vehicle = self._vehicles[robot]
+        self._waking.pop(robot, None)
         return vehicle.off or self._in_mode(robot, LAND, "land")
 
     def stop(self, robot: str) -> bool:
         """Ask a robot to disarm, which PX4 does on the ground only, and to land until it has; return whether its motors are off."""
         vehicle = self._vehicles[robot]
+        self._waking.pop(robot, None)
         self._listen()
         if not vehicle.off:
             self._in_mode(robot, LAND, "land")
@@ -284,16 +307,21 @@ class MavlinkLink:
             self._until(has_it, set_it, f"does not take the parameter {key} = {value:g}")
 
     def _until(
-        self, done: Callable[[_Vehicle], bool], ask: Callable[[_Vehicle], None], otherwise: str, patience: float = ANSWER
+        self,
+        done: Callable[[_Vehicle], bool],
+        ask: Callable[[_Vehicle], object],
+        otherwise: str,
+        patience: float = ANSWER,
+        whom: Collection[_Vehicle] | None = None,
     ) -> None:
-        """Ask vehicles for something until each has confirmed it.
+        """Ask vehicles, all where nobody is named, for something until each has confirmed it.
 
         Raises:
             LinkLost: One has not.
         """
         end = self.now() + patience
         while True:
-            left = [vehicle for vehicle in self._vehicles.values() if not done(vehicle)]
+            left = [vehicle for vehicle in (self._vehicles.values() if whom is None else whom) if not done(vehicle)]
             if not left:
                 return
             if self.now() >= end:
@@ -333,7 +361,11 @@ class MavlinkLink:
         if not self._streaming or not self._stream.due(now):
             return
         for name, vehicle in self._vehicles.items():
-            if vehicle.mode in (HOLD, LAND) or (asked := self._stream.of(name, now, 3)) is None:
+            if name in self._waking:  # whatever its mode is on the ground
+                asked = self._stream.first(name, self._waking[name][0], 3)
+            else:
+                asked = None if vehicle.mode in (HOLD, LAND) else self._stream.of(name, now, 3)
+            if asked is None:
                 continue
             position, velocity, acceleration, heading, rate = to_ned(asked.flat[:, None], self._origin)
             vehicle.link.mav.set_position_target_local_ned_send(

@@ -44,14 +44,17 @@ def told(
         link.sleep(AGAIN)
 
 
-def end_safely(link: Link, robots: Sequence[str], grounds: dict[str, float], record: Record) -> list[str]:
-    """Bring robots that fly to the ground; return those that are not known to be there.
+def end_safely(
+    link: Link, robots: Sequence[str], grounds: dict[str, float], record: Record, grounded: Sequence[str] = ()
+) -> list[str]:
+    """Bring robots that fly to the ground; return those that are not known to be there with their motors off.
 
     Args:
         link: To them.
         robots: Whose motors were started.
         grounds: z in m of the ground below each.
         record: Takes in what is done.
+        grounded: Robots that stand on the ground with motors that may turn.
     """
     if not robots:
         return []
@@ -63,9 +66,10 @@ def end_safely(link: Link, robots: Sequence[str], grounds: dict[str, float], rec
                 while link.now() < end:
                     _wait(link, robots, record)
         left = land(link, robots, grounds, record)
+        left += _stopped(link, grounded, record)
     except BaseException as error:  # a second Ctrl-C, or the link itself
         record.note(link.now(), f"interrupted again ({type(error).__name__}): motors stop.", kind="reaction")
-        left = insisted(lambda: _stopped(link, robots, record), robots)
+        left = insisted(lambda: _stopped(link, (*robots, *grounded), record), (*robots, *grounded))
     for robot in left:
         record.note(link.now(), f"{robot} has not acknowledged: {link.failsafe}.", robot, "reaction")
     return left
@@ -84,7 +88,9 @@ def insisted(end: Callable[[], list[str]], robots: Sequence[str]) -> list[str]:
     return list(robots)
 
 
-def set_down(link: Link, robots: Sequence[str], grounds: Mapping[str, float], record: Record) -> list[str]:
+def set_down(
+    link: Link, robots: Sequence[str], grounds: Mapping[str, float], record: Record, grounded: Sequence[str] = ()
+) -> list[str]:
     """Set all down after the last stage, which ends just above the ground, and stop motors; return those that have not acknowledged it.
 
     Args:
@@ -92,13 +98,14 @@ def set_down(link: Link, robots: Sequence[str], grounds: Mapping[str, float], re
         robots: Whom.
         grounds: z in m of the ground below each.
         record: Takes in what is done.
+        grounded: Robots that stand on the ground with motors that may turn.
     """
 
     def down() -> list[str]:
         told(link, robots, lambda robot: link.land(robot, grounds[robot] + LANDING_HEIGHT, 1.0), record)
-        return told(link, robots, link.stop, record, 3 * PATIENCE)
+        return told(link, (*robots, *grounded), link.stop, record, 3 * PATIENCE)
 
-    left = insisted(down, robots)
+    left = insisted(down, (*robots, *grounded))
     for robot in left:
         record.note(link.now(), f"{robot} has not acknowledged that its motors stop: {link.failsafe}.", robot, "reaction")
     return left

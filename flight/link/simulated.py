@@ -201,8 +201,13 @@ class SimulatedLink:
     def bring(self, number: int, meanwhile: Callable[[], None]) -> None:
         """Do nothing: what is stored lies on board."""
 
+    def ready(self, robot: str, number: int) -> bool:
+        """Return whether a robot can be told anything: it needs nothing before it flies."""
+        del number
+        return self._reaches(robot)
+
     def start(self, number: int, at: float | None = None) -> float:
-        """Start a stored flight of all, and return when."""
+        """Start a stored flight of all that have it, and return when."""
         begin = self._time if at is None else at
         for name, commander in self._fleet.commanders.items():
             if self._reaches(name):

@@ -64,6 +64,14 @@ class SetpointStream:
         """
         self._stored[robot][number] = path
 
+    def those_in(self, number: int) -> list[str]:
+        """Return who flies in a flight.
+
+        Args:
+            number: Of the flight.
+        """
+        return [robot for robot, flights in self._stored.items() if number in flights]
+
     def fly(self, number: int, begin: float) -> None:
         """Fly a flight of all.
 
@@ -80,6 +88,21 @@ class SetpointStream:
             robot: Name.
         """
         return self._number if self._number in self._stored[robot] else None
+
+    def first(self, robot: str, number: int, orders: int) -> Setpoint | None:
+        """Return what a robot is asked to do just before a flight that is started next; None where it does not fly in it.
+
+        Args:
+            robot: Name.
+            number: Of the flight.
+            orders: As for `of`.
+        """
+        path = self._stored[robot].get(number)
+        if path is None:
+            return None
+        flat = np.zeros((orders, 4))
+        flat[0] = path.evaluate(0.0)
+        return Setpoint(0.0, flat)
 
     @property
     def until(self) -> float:

@@ -65,7 +65,7 @@ class Watch:
         self._worst = worst
         worst.update({robot: worst.get(robot, 0.0) for robot in watched.paths})
         self._last = dict.fromkeys(watched.paths, self._since)
-        self._outside = ""
+        self._outside: dict[str, str] = {}
 
     def see_before(self, poses: Sequence[Pose | None]) -> None:
         """Show the monitor where robots were just before they are watched, that the time up to the first look is not left open.
@@ -121,7 +121,7 @@ class Watch:
             errors[index] = np.linalg.norm(measured[:, index] - wanted)
             self._worst[robot] = max(self._worst[robot], float(errors[index]))
             if not errors[index] + self._link.accuracy < self._watched.margin:
-                self._outside = (
+                self._outside[robot] = (
                     f"{robot} is {errors[index]:.3f} m from its plan; the margin is {self._watched.margin:g} m, "
                     f"and its measurement may be off by {self._link.accuracy:.3g} m."
                 )
@@ -168,10 +168,18 @@ class Watch:
         """Return when a robot was measured last, s of the link's clock."""
         return self._last[robot]
 
+    def outside(self, robot: str) -> str:
+        """Say that a robot was outside of its margin; empty where it was not.
+
+        Args:
+            robot: Name.
+        """
+        return self._outside.get(robot, "")
+
     def alarm(self) -> str:
         """Return why the flight must not go on, though all robots could; empty where it may."""
         if self._outside:
-            return self._outside
+            return next(iter(self._outside.values()))
         if self._monitor.too_close or self._monitor.formula == "violated":
             kind = "separation" if self._monitor.too_close else "formula"
             return [event.sentence for event in self._monitor.events if event.kind == kind][-1]

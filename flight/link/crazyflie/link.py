@@ -17,7 +17,7 @@ from flight.link.crazyflie.capture import Body, Capture, Watch
 from flight.link.crazyflie.memory import Memory, encoded
 from flight.link.crazyflie.reports import State
 from flight.link.crazyflie.setting import wanted
-from flight.link.crazyflie.steps import arm, connect, store, until
+from flight.link.crazyflie.steps import arm, armed, connect, store, until
 from flight.link.crazyflie.vehicle import Vehicle
 from flight.link.link import Health, Pose
 from flight.link.on_board import Commander
@@ -87,7 +87,8 @@ class CrazyflieLink:
         self._vehicles: dict[str, Vehicle] = {}
         self._broadcast: Broadcast | None = None
         self._watch: Watch | None = None
-        self._flying, self._fed = False, -math.inf
+        self._flown: set[str] = set()
+        self._fed, self._armed_at = -math.inf, dict[str, float]()
         self._stopped: set[str] = set()
         self._targets: dict[str, tuple[tuple[float, float, float, float], float]] = {}
         try:
@@ -152,7 +153,8 @@ class CrazyflieLink:
             ready = not blocked and bool(state & (State.CAN_FLY | State.CAN_ARM))
         if self._watch is not None and vehicle.pose is not None and vehicle.reports.estimate is not None:
             near = math.dist(vehicle.pose.position, vehicle.reports.estimate.position) < _ASTRAY
-            settled = near or self._flying if settled is None else settled and (near or self._flying)
+            near = near or robot in self._flown
+            settled = near if settled is None else settled and near
         if battery is None or (endurance is None and battery > 0.0):
             return Health(ready, settled, None)
         return Health(ready, settled, (endurance or 0.0) * battery)
@@ -209,6 +211,16 @@ class CrazyflieLink:
         for name in self._vehicles:
             self._bring(name, number, sleep)
 
+    def ready(self, robot: str, number: int) -> bool:
+        """Arm a robot where it has to be armed; return whether it is.
+
+        Args:
+            robot: Name.
+            number: Of the flight.
+        """
+        del number
+        return armed(self._vehicles[robot], self._armed_at)
+
     def start(self, number: int, at: float | None = None) -> float:
         """Start a stored flight of all at one instant.
 
@@ -226,9 +238,9 @@ class CrazyflieLink:
         if at is not None:
             raise InternalError("Crazyflies begin a flight when they have heard of it, not at an instant that is said before.")
         self.bring(number, _nothing)
-        if not self._flying:
+        if not self._flown:
             arm(self._vehicles.values(), self.sleep)
-            self._flying = True
+            self._flown.update(self._vehicles)
             self.sleep(0.0)
         assert self._broadcast is not None
         self._targets.clear()
@@ -266,7 +278,7 @@ class CrazyflieLink:
             robot: Name.
         """
         vehicle, pose = self._vehicles[robot], self.pose(robot)
-        if self._flying and (pose is None or pose.position[2] > self._grounds[robot] + _HIGH):
+        if robot in self._flown and (pose is None or pose.position[2] > self._grounds[robot] + _HIGH):
             vehicle.emergency()
         if vehicle.stop():
             self._stopped.add(robot)
@@ -279,7 +291,7 @@ class CrazyflieLink:
         if self._broadcast is not None:
             self._broadcast.close()
         for name, vehicle in self._vehicles.items():
-            vehicle.close(landed=not self._flying or name in self._stopped)
+            vehicle.close(landed=name not in self._flown or name in self._stopped)
         logging.getLogger("cflib").removeHandler(self._quiet)
 
     def _rest(self, robot: str, since: float) -> tuple[float, float, float, float]:
@@ -291,10 +303,10 @@ class CrazyflieLink:
 
     def _go_on(self, now: float) -> None:
         """Give signs of life."""
-        if self._flying and self._stops and now - self._fed >= _ALIVE:
+        if self._flown and self._stops and now - self._fed >= _ALIVE:
             self._fed = now
-            for vehicle in self._vehicles.values():
-                vehicle.alive()
+            for name in self._flown:
+                self._vehicles[name].alive()
 
     def _standing(self, robot: str) -> Commander:
         """Return a commander like the one on board, which stands where the robot does."""
@@ -317,7 +329,7 @@ class CrazyflieLink:
         if entry is None:
             return
         self._targets.pop(robot, None)
-        if self._flying:
+        if robot in self._flown:
             until((self._vehicles[robot],), lambda _: self.hold(robot), "did not hold", sleep)
         store(self._vehicles[robot], entry, sleep)
 

@@ -88,17 +88,23 @@ def arm(vehicles: Collection[Vehicle], sleep: Sleep) -> None:
         LinkLost: One does not arm.
     """
     asked: dict[str, float] = {}
+    until(vehicles, lambda vehicle: armed(vehicle, asked), "did not arm", sleep)
 
-    def armed(vehicle: Vehicle) -> bool:
-        state, now = vehicle.reports.state, vehicle.now()
-        if state is None or state & (State.ARMED | State.CAN_FLY):
-            return True
-        if now - asked.get(vehicle.name, -math.inf) > 0.3:
-            asked[vehicle.name] = now
-            vehicle.arm()
-        return False
 
-    until(vehicles, armed, "did not arm", sleep)
+def armed(vehicle: Vehicle, asked: dict[str, float]) -> bool:
+    """Ask a vehicle to arm that has to be armed; return whether it is, or need not be.
+
+    Args:
+        vehicle: Reached.
+        asked: When each was asked last, s; what is asked now is added.
+    """
+    state, now = vehicle.reports.state, vehicle.now()
+    if state is None or state & (State.ARMED | State.CAN_FLY):
+        return True
+    if now - asked.get(vehicle.name, -math.inf) > 0.3:
+        asked[vehicle.name] = now
+        vehicle.arm()
+    return False
 
 
 def until(

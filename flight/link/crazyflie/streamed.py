@@ -75,7 +75,7 @@ class StreamedCrazyflies(CrazyflieLink):
         self._commanders[robot].store(number, path)
 
     def start(self, number: int, at: float | None = None) -> float:
-        """Start a flight of all: vehicles are armed before the first one, and each gets its first set-point at once.
+        """Start a flight of all that have it: vehicles are armed before the first one, and each gets its first set-point at once.
 
         Args:
             number: Of the flight.
@@ -87,9 +87,10 @@ class StreamedCrazyflies(CrazyflieLink):
         Raises:
             LinkLost: A vehicle does not arm.
         """
-        if not self._flying:
-            arm(self._vehicles.values(), self.sleep)
-            self._flying = True
+        new = [name for name in self._stream.those_in(number) if name not in self._flown]
+        if new:
+            arm([self._vehicles[name] for name in new], self.sleep)
+            self._flown.update(new)
         self._stream.fly(number, self.now() if at is None else at)
         self.sleep(0.0)
         return self._stream.begin
@@ -121,7 +122,7 @@ class StreamedCrazyflies(CrazyflieLink):
             robot: Name.
         """
         self._leave(robot)
-        if self._flying and not self._follows_itself(robot):
+        if robot in self._flown and not self._follows_itself(robot):
             self._vehicles[robot].emergency()
         return super().stop(robot)
 
@@ -156,7 +157,7 @@ class StreamedCrazyflies(CrazyflieLink):
             LinkLost: This computer was late by more than `LATE`; from then on robots are asked to stay where they last were.
         """
         super()._go_on(now)
-        if not self._flying or not self._stream.due(now):
+        if not self._flown or not self._stream.due(now):
             return
         for name, vehicle in self._vehicles.items():
             asked = None if name in self._gone else self._stream.of(name, now + 0.5 / RATE, 4)
