@@ -14,16 +14,20 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from fractions import Fraction
 
 import numpy as np
 
-from flight.link.stages import Stage
+from flight.link.stages import Part, Stage
 from flight.monitoring.thresholds import CLIMB_SPEED
 from ltlplan.pipeline import Certified, certified_team, plan
 from verify.data import BadInput, Infeasible, Mission, NotCertified, Trajectory, check_trajectories
 from verify.data.events import unknown
-from verify.data.progress import Progress, part_of
+from verify.data.mission import check_mission
+from verify.data.progress import Progress, part_of, silent
 from verify.data.sections import Agent, Box, Limits, Spec
+from verify.data.shapes.obstacle import Obstacle
+from verify.pieces import judge_stop
 
 Place = tuple[float, float, float]
 
@@ -31,6 +35,8 @@ LANDING = 0.05
 """m above the ground at which a landing ends and motors may stop."""
 _BELOW = 0.01
 """m that a climb's workspace reaches below the places where robots stand, beyond the margin."""
+_CLEAR = 0.01
+"""m more than needed that a climb is planned to stay away from robots that hover."""
 _AT_REST = 1e-4
 """m/s and m/s^2 that a flight may differ from a hover where it begins or ends."""
 
@@ -60,6 +66,26 @@ class Transfer:
         return Stage(self.name, self.certified.plan, self.certified.team, self.certified.certificate)
 
 
+@dataclass(frozen=True, eq=False, slots=True)
+class Solo:
+    """A flight of one robot while all others hover, judged with them.
+
+    Attributes:
+        name: `climb` or `way`.
+        mission: What it was judged in: the mission's world, where everybody begins, formula `true`.
+        team: One trajectory a robot.
+    """
+
+    name: str
+    mission: Mission
+    team: Mapping[str, Trajectory]
+
+    @property
+    def part(self) -> Part:
+        """The flight as all begin it."""
+        return Part(self.name, self.team, self.mission.margin, max(path.duration for path in self.team.values()))
+
+
 def to_starts(
     mission: Mission, team: Mapping[str, Trajectory], places: Mapping[str, Place], *, progress: Progress | None = None
 ) -> tuple[Transfer, ...]:
@@ -84,6 +110,84 @@ def to_starts(
     climb = _transfer("climb", _near_ground(mission, places), places, above, yaws, part_of(progress, 0.0, 0.5))
     way = _transfer("way", mission, above, starts, yaws, part_of(progress, 0.5, 1.0))
     return (climb, way)
+
+
+def to_join(mission: Mission, robot: str, place: Place, hovers: Mapping[str, Trajectory]) -> tuple[Solo, ...]:
+    """Return proved flights that bring one robot from the ground to its start, while all others hover where their flights end.
+
+    It is planned past solid bodies in the others' places, and certified by itself; then it is judged with the others as they hover. They may
+    hover anywhere, inside of a ring as well.
+
+    Args:
+        mission: The world, with everybody who is in the air and the newcomer, each with its start.
+        robot: The newcomer.
+        place: Where it stands, x, y and z in m.
+        hovers: What the others flew last; it is over.
+
+    Returns:
+        Its climb; where its start is not above its place, the way there as well.
+
+    Raises:
+        BadInput: It stands where no flight can begin, or another one's trajectory does not end at rest.
+        Infeasible: There is no way past the others.
+        NotCertified: None is proved.
+    """
+    agent = mission.agents[robot]
+    alone = mission.model_copy(update={"agents": {robot: agent}})
+    (place,) = _checked(alone, {robot: place}).values()
+    above = (*place[:2], agent.start[2])
+    legs = [("climb", _near_ground(alone, {robot: place}), place, above)]
+    if above != agent.start:
+        legs.append(("way", alone, above, agent.start))
+    still = {name: _still(name, path) for name, path in hovers.items()}
+    found: list[Solo] = []
+    for name, world, start, end in legs:
+        past = world.model_copy(update={"obstacles": _with_bodies(mission, robot, still), "hoops": {}})
+        path = _transfer(name, past, {robot: start}, {robot: end}, {robot: agent.yaw}, silent).team[robot]
+        found.append(
+            _judged(
+                name, mission.model_copy(update={"workspace": world.workspace, "limits": world.limits}), {**still, robot: path}
+            )
+        )
+    return tuple(found)
+
+
+def _still(name: str, path: Trajectory) -> Trajectory:
+    """Return a hover where a trajectory ends."""
+    rest = np.zeros((1, 4, 8))
+    rest[0, :3, 0], rest[0, 3, 0] = _hover(name, path, path.duration), path.evaluate(path.duration)[3]
+    return Trajectory([1.0], rest.astype(np.float32))
+
+
+def _with_bodies(mission: Mission, robot: str, still: Mapping[str, Trajectory]) -> dict[str, Obstacle]:
+    """Return bodies of which who stays clear meets nothing: walls without openings, a ball around each ring, and a box around each robot that hovers.
+
+    They are what is planned with, and hold more than there is; what comes of it is judged in the world itself.
+    """
+    bodies = {name: wall.model_copy(update={"openings": ()}) for name, wall in mission.obstacles.items()}
+    for name, hoop in mission.hoops.items():
+        bodies[name] = Obstacle.model_validate({"center": hoop.center, "radii": [hoop.opening + hoop.rim] * 3})
+    own = mission.vehicle_of(robot).radius + mission.margin  # what any obstacle is given
+    for name, path in still.items():
+        apart = mission.least_distance(robot, name)
+        high = apart * mission.separation_z / mission.separation if mission.separation_z and mission.separation else apart
+        sides = [2.0 * max(length + 2.0 * mission.margin + _CLEAR - own, _CLEAR) for length in (apart, apart, high)]
+        while name in bodies or name in mission.all_regions:
+            name += "_"
+        bodies[name] = Obstacle.model_validate({"center": path.evaluate(0.0)[:3].tolist(), "size": sides})
+    return bodies
+
+
+def _judged(name: str, world: Mission, team: Mapping[str, Trajectory]) -> Solo:
+    """Judge a flight of one robot while the others hover."""
+    starts = {robot: path.evaluate(0.0).tolist() for robot, path in team.items()}
+    places = {robot: (start[0], start[1], start[2]) for robot, start in starts.items()}
+    asked = _only_moves(world, name, places, dict.fromkeys(places), {robot: start[3] for robot, start in starts.items()})
+    refused = [claim for claim in judge_stop(asked, team, Fraction(0)) if claim.outcome != "holds"]
+    if refused:
+        witnesses = [claim.witness for claim in refused if claim.witness is not None]
+        raise NotCertified(f"{name} past the others: {refused[0].sentence}", witnesses)
+    return Solo(name, asked, team)
 
 
 def to_ground(
@@ -188,15 +292,15 @@ def _transfer(
     progress: Progress,
 ) -> Transfer:
     """Plan, refine and certify a flight from somewhere to somewhere else."""
-    asked = _only_moves(mission, name, starts, ends, yaws)
+    asked = check_mission(_only_moves(mission, name, starts, ends, yaws))
     made = plan(asked, method="exact", progress=part_of(progress, 0.0, 0.2))
     return Transfer(name, made.mission, certified_team(made, progress=part_of(progress, 0.2, 1.0)))
 
 
 def _only_moves(
-    mission: Mission, name: str, starts: Mapping[str, Place], ends: Mapping[str, Place], yaws: Mapping[str, float]
+    mission: Mission, name: str, starts: Mapping[str, Place], ends: Mapping[str, Place | None], yaws: Mapping[str, float]
 ) -> Mission:
-    """Return a mission in the same world that asks for nothing but other places."""
+    """Return a mission in the same world that asks for nothing but other places; whether it can be is not looked at."""
     agents = {
         robot: Agent(
             start=starts[robot],
@@ -207,18 +311,22 @@ def _only_moves(
         )
         for robot, agent in mission.agents.items()
     }
-    return mission.changed(
-        name=f"{mission.name} {name}"[:60].rstrip(),
-        spec=Spec(formula="true"),
-        environment=None,
-        regions={},
-        robot=type(mission.robot)(),
-        robots=None,
-        sequence=None,
-        hoops={key: hoop.model_copy(update={"only": None}) for key, hoop in mission.hoops.items()},
-        limits=_all_over(mission.limits),
-        agents=agents,
-        planner=mission.planner.model_copy(update={"speed": min(mission.planner.speed, mission.limits.speed or math.inf)}),
+    return mission.model_copy(
+        update={
+            "name": f"{mission.name} {name}"[:60].rstrip(),
+            "spec": Spec(formula="true"),
+            "environment": None,
+            "regions": {},
+            "robot": type(mission.robot)(),
+            "robots": None,
+            "sequence": None,
+            "hoops": {key: hoop.model_copy(update={"only": None}) for key, hoop in mission.hoops.items()},
+            "limits": _all_over(mission.limits),
+            "agents": agents,
+            "planner": mission.planner.model_copy(
+                update={"speed": min(mission.planner.speed, mission.limits.speed or math.inf)}
+            ),
+        }
     )
 
 

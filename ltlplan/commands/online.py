@@ -51,6 +51,14 @@ def command(
             "a planning service is told (again for more).",
         ),
     ] = None,
+    standby: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--standby",
+            help="With --link: NAME=x,y,z in m, where the laboratory sees a robot stand that is none of the mission's, and waits on the ground until an "
+            "event has it join: `quad3 joins 1,0.5,1`. One that --event has join stands below its start where nothing else is said.",
+        ),
+    ] = None,
     json: options.JsonOption = False,
 ) -> None:
     """Share tasks while flying; exit code 5 where the flown words do not keep the formula, or a live flight was ended.
@@ -71,10 +79,12 @@ def command(
         said = flight_options.Said(wind, noise, model, follower, None, None, None)
         kind = Asked(str(link), tuple(place or ()), tuple(address or ()), inventory, False)
         asked = with_seed(options.read_mission(mission), seed)
-        online_over_link(asked, out, kind, said, Happening(tuple(event or ()), tuple(follow or ())), json=json)
+        online_over_link(
+            asked, out, kind, said, Happening(tuple(event or ()), tuple(follow or ()), tuple(standby or ())), json=json
+        )
         return
-    if place or address or inventory or follow:
-        raise BadInput("--place, --address, --inventory and --follow go with --link.")
+    if place or address or inventory or follow or standby:
+        raise BadInput("--place, --address, --inventory, --follow and --standby go with --link.")
     from flight import Conditions
     from ltlplan.online.files import ONLINE_FILES, write_online
     from ltlplan.online.flight import fly_online

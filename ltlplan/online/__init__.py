@@ -4,8 +4,10 @@
 |---|---|
 | `flight`, `online_flight` | a mission flown online in simulation, judged afterwards; what came of it |
 | `certified`, `team_in_pieces`, `braking`, `next_piece` | the same team flying certified pieces only, how it comes to rest, and what it flies next |
-| `live`, `in_air`, `what_follows` | that team over a link in real time: the course of its flight, what is flown and asked meanwhile, and its next piece |
-| `happenings`, `leaving`, `watching`, `asking` | what happens, robots that leave it, its watch, and who computes answers |
+| `live`, `in_air` | that team over a link in real time: the course of its flight, and what is flown and asked meanwhile |
+| `stopping`, `what_follows` | how it comes to rest when something happens, and its next piece |
+| `standby`, `joining`, `leaving` | robots that wait on the ground, join it and leave it |
+| `happenings`, `watching`, `asking` | what happens, its watch, and who computes answers |
 | `told` | where events are told: lines of files, of a ROS 2 topic |
 | `flown_live`, `seen`, `files` | what measurements show of such a flight, timelines of what was seen, and what is written |
 

@@ -11,7 +11,7 @@ from typing import Any, Protocol
 
 from ltlplan.online.braking import Stop, StoppingManoeuvre, come_to_rest
 from ltlplan.online.next_piece import Found, Left, WholeFlight, find_piece, require_proved
-from ltlplan.transfers import Place, Transfer, to_ground
+from ltlplan.transfers import Place, Solo, Transfer, to_ground, to_join
 from verify.data import LtlplanError, Mission, Trajectory
 from verify.data.progress import Progress
 
@@ -133,6 +133,19 @@ def judgement(flight: WholeFlight, _progress: Progress) -> None:
         NotCertified: The whole formula is not proved.
     """
     require_proved(flight)
+
+
+def way_up(question: tuple[Mission, str, Place, Mapping[str, Trajectory]], _progress: Progress) -> tuple[Solo, ...]:
+    """Answer how a robot comes from the ground to its start while all others hover.
+
+    Args:
+        question: The world with everybody in it, the robot, where it stands, and what the others flew last.
+
+    Raises:
+        Infeasible: There is no way.
+        NotCertified: None is proved.
+    """
+    return to_join(*question)
 
 
 def way_down(

@@ -24,10 +24,13 @@ from ltlplan.online.seen import seen_timeline
 from verify.behaviour.timeline import InternalChange, Relations
 from verify.behaviour.word_claims import judge_formula
 from verify.data import BadInput, Letter, Mission
-from verify.data.events import RobotLeaves
+from verify.data.events import RobotJoins, RobotLeaves
 from verify.data.language.word import stutter_free
 
 Floats = NDArray[np.float64]
+
+_BEFORE = 1.0
+"""s before a flight from which on poses of robots that wait are used: where they stand is known from its beginning on."""
 
 
 def flown_live(course: OnlineCourse, live: LiveFlight, *, planned_cost: float) -> OnlineFlight:
@@ -46,11 +49,15 @@ def flown_live(course: OnlineCourse, live: LiveFlight, *, planned_cost: float) -
     mission = course.team.mission
     robots = tuple(mission.agents)
     gone = {event.robot: event.time for event in course.happened if isinstance(event, RobotLeaves)}
+    joined = {event.robot: event.time for event in course.happened if isinstance(event, RobotJoins)}
     times, position = _places(course, live, robots, gone)
     if not len(times):
         raise BadInput("The online flight ended before all robots were measured at once.")
     actions = {name: _actions(course, name, Fraction(times[-1])) for name in robots}
-    letters = {name: _letters(course, name, times, position[:, j], actions[name], gone) for j, name in enumerate(robots)}
+    letters = {
+        name: _letters(course, name, times, position[:, j], actions[name], (joined.get(name, -inf), gone.get(name, inf)))
+        for j, name in enumerate(robots)
+    }
     timelines = {name: seen_timeline(mission, name, times, letters[name], actions[name]) for name in robots}
     verdict = judge_formula(mission, timelines, Relations())[0]
     lost = course.team.lost or (None if live.flown else live.reason)
@@ -105,12 +112,16 @@ def _places(
     seen: dict[str, list[tuple[float, ...]]] = {name: [] for name in robots}
     for time, robot, *place in live.record.poses:
         at = time - course.began
-        if 0.0 <= at <= course.ended - course.began and at <= gone.get(robot, inf):
+        begins = -_BEFORE if robot in course.standby.agents else 0.0
+        if robot in seen and begins <= at <= course.ended - course.began and at <= gone.get(robot, inf):
             seen[robot].append((at, *place))
     tables = {name: np.array(rows) for name, rows in seen.items()}
     if missing := [name for name, table in tables.items() if not len(table)]:
         raise BadInput(f"{missing[0]} was never measured in the online flight.")
-    clock = max((name for name in robots if name not in gone), key=lambda name: len(tables[name]), default=robots[0])
+    stay = [name for name in robots if name not in gone]
+    clock = max(
+        [name for name in stay if name not in course.standby.agents] or stay or robots[:1], key=lambda name: len(tables[name])
+    )
     times = tables[clock][:, 0]
     first = max(float(table[0, 0]) for table in tables.values())
     last = min(float(table[-1, 0]) for name, table in tables.items() if name not in gone or name == clock)
@@ -139,20 +150,23 @@ def _letters(
     times: Floats,
     places: Floats,
     actions: tuple[InternalChange, ...],
-    gone: Mapping[str, float],
+    part: tuple[float, float],
 ) -> list[Letter]:
-    """Return what a robot showed at each time: regions of the world as it then was, and its internal propositions."""
+    """Return what a robot showed at each time: regions of the world as it then was, and its internal propositions.
+
+    `part` says from when until when it was part of the team, s: before, it shows no region; afterwards, what it showed last.
+    """
     worlds = _worlds(course)
     inside: list[frozenset[str]] = [frozenset()] * len(times)
     for (since, mission), (until, _) in pairwise([*worlds, (inf, worlds[-1][1])]):
-        rows = np.flatnonzero((times >= since) & (times < until))
+        rows = np.flatnonzero((times >= max(since, part[0])) & (times < until))
         for name, region in mission.all_regions.items():
             for row in rows[np.asarray(region.level(places[rows])) <= 1.0] if len(rows) else ():
                 inside[row] |= {name}
     held, found = course.team.mission.initial_letter(robot), list[Letter]()
-    made, left = 0, gone.get(robot, inf)
+    made = 0
     for row, time in enumerate(times.tolist()):
-        if time > left and found:
+        if time > part[1] and found:
             found.append(found[-1])
             continue
         while made < len(actions) and actions[made].time <= time:

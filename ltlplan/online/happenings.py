@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 from ltlplan.online.certified import CertifiedTeam
+from ltlplan.online.standby import Standby, shown_at
 from ltlplan.sharing.events import in_order
 from verify.data import BadInput, Mission
 from verify.data.events import RobotJoins, RobotLeaves, WorldEvent
@@ -32,22 +33,23 @@ GIVE_UP = 3.0
 TOO_LATE = "the flight ended before."
 """Why an event was not heard that nobody took in time."""
 
-_NO_JOINING = "{}: robots join a team in simulation without a link; over one, land and begin anew with all of them."
+_NOBODY = Standby()
 
 
-def checked_events(mission: Mission, events: Sequence[WorldEvent]) -> tuple[WorldEvent, ...]:
+def checked_events(mission: Mission, events: Sequence[WorldEvent], standby: Standby = _NOBODY) -> tuple[WorldEvent, ...]:
     """Return events in the order of their times, if all of them can be in a flight over a link.
 
     Args:
         mission: As it is at take-off.
         events: What happens.
+        standby: Who may join.
 
     Raises:
-        BadInput: An event cannot be, or a robot is to join.
+        BadInput: An event cannot be, or a robot is to join that does not wait on the ground.
     """
     for event in events:
-        if isinstance(event, RobotJoins):
-            raise BadInput(_NO_JOINING.format(event))
+        if isinstance(event, RobotJoins) and event.robot not in mission.agents and (fault := standby.fault(mission, event)):
+            raise BadInput(fault)
     return in_order(mission, events)
 
 
@@ -56,15 +58,27 @@ def no_news() -> Sequence[WorldEvent | Told | str]:
     return ()
 
 
-def fault_of(team: CertifiedTeam, event: WorldEvent) -> str | None:
+def fault_of(team: CertifiedTeam, event: WorldEvent, standby: Standby = _NOBODY, earlier: Sequence[Mission] = ()) -> str | None:
     """Say why an event cannot be, as the world is now; None where it can.
 
     Args:
         team: As it flies.
         event: What was told.
+        standby: Who may join, or climbs already.
+        earlier: The mission as it was before, at any time of the flight.
     """
-    if isinstance(event, RobotJoins):
-        return _NO_JOINING.format(event)
+    if isinstance(event, RobotJoins) and event.robot not in team.mission.agents:
+        if fault := standby.fault(team.mission, event):
+            return fault
+        if team.lost is not None:
+            return f"{event}: nothing more is certified of this flight. {team.lost}"
+        if team.mission.written.counts:
+            return f"{event}: the formula counts robots or names them, and what it asks of a team that somebody joins is not planned in flight."
+        if region := next((name for world in (*earlier, team.mission) if (name := shown_at(event.agent.start, world))), None):
+            return (
+                f"{event}: where it is to hover it may show '{region}', where that is or was in this flight; let it begin outside of all "
+                "regions."
+            )
     if isinstance(event, RobotLeaves) and event.robot not in team.pilots:
         return f"{event}: it is not in the air."
     try:
@@ -104,6 +118,17 @@ class Happenings:
             event: What happened.
         """
         self.queue.append((arrived, Told(event, _nobody)))
+
+    def first(self, *, joining: bool) -> tuple[float, Told] | None:
+        """Take out the first event that can be taken now; None where there is none.
+
+        Args:
+            joining: Whether a robot can join now; where none can, those that are to wait, and others go before them.
+        """
+        for index, (_, told) in enumerate(self.queue):
+            if joining or not isinstance(told.event, RobotJoins):
+                return self.queue.pop(index)
+        return None
 
     def hear(self, now: float, arrived: float) -> list[str]:
         """Take in what is due and what was told, and return what was told and is no event.

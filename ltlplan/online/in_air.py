@@ -67,6 +67,7 @@ class InAir:
         leaving: Robots that leave it.
         gone: When they were part of it last, s of the flight.
         question: What is being asked.
+        climb: What all fly while a newcomer climbs and the others hover; None where nobody does.
     """
 
     team: CertifiedTeam
@@ -81,6 +82,7 @@ class InAir:
     leaving: list[Leaving] = field(default_factory=list[Leaving])
     gone: dict[str, float] = field(default_factory=dict[str, float])
     question: _Question | None = None
+    climb: Piece | None = None
 
     @property
     def link(self) -> Link:
@@ -119,7 +121,7 @@ class InAir:
 
     def show(self) -> None:
         """Look, and show all that was said since."""
-        look, ends = self.watch.look(), float(self.present.end)
+        look, ends = self.watch.look(), float((self.climb or self.present).end)
         said = tuple(self.record.events[self.shown :])
         self.shown = len(self.record.events)
         self.flying.show(replace(look, time=self.now, duration=ends, events=said))
@@ -130,7 +132,7 @@ class InAir:
 
     def watch_again(self) -> None:
         """Watch what is flown from now on."""
-        self.watch = watch_on(self.link, self.record, self.present, self.began, without=self.gone)
+        self.watch = watch_on(self.link, self.record, self.climb or self.present, self.began, without=self.gone)
 
     def breathe(self) -> None:
         """Let set-points go out between two steps that take some milliseconds each."""

@@ -21,6 +21,7 @@ class Leaving:
         asked: When it was first told, s of the link's clock; None where it was not yet.
         down: When it is on the ground, s of the link's clock; None before it has acknowledged that it lands.
         stopped: Whether it has acknowledged that its motors stop, or was told for long enough.
+        off: Whether it has acknowledged it.
     """
 
     robot: str
@@ -28,6 +29,7 @@ class Leaving:
     asked: float | None = None
     down: float | None = None
     stopped: bool = False
+    off: bool = False
     _told: float = float("-inf")
 
     def go_on(self, link: Link, record: Record) -> None:
@@ -55,4 +57,5 @@ class Leaving:
             elif now - self.asked > PATIENCE:
                 raise Alarm(f"{self.robot} does not acknowledge that it lands.")
         elif now >= self.down:
-            self.stopped = link.stop(self.robot) or now - self.down > 3 * PATIENCE
+            self.off = link.stop(self.robot)
+            self.stopped = self.off or now - self.down > 3 * PATIENCE

@@ -9,6 +9,8 @@ While robots fly, what is asked is answered elsewhere (`in_air`, `asking`), one 
 3. The piece is judged with all that was flown, to begin at an instant a little ahead, and begins at that very instant; where the judgement came
    too late it is asked for anew, for a later one.
 
+A robot that is to join (`joining`) makes all others come to rest as any event does, and climbs before step 2.
+
 Who does not answer in time, or was ended, ends the flight: the team holds and lands. Where nothing is proved of what is left, it hovers for a while,
 as another event may help, and lands where it can.
 """
@@ -17,26 +19,25 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from math import floor, inf
+from fractions import Fraction
+from math import floor
 
 from flight.link.live import STEP, Alarm, Flying
 from flight.link.stages import FLIGHT
-from ltlplan.online.asking import Answer, Computer, way_down, way_to_stop
-from ltlplan.online.braking import StoppingManoeuvre
+from ltlplan.online.asking import Computer, way_down
 from ltlplan.online.certified import CertifiedTeam
 from ltlplan.online.happenings import GIVE_UP, Happenings, Told, fault_of, no_news
 from ltlplan.online.in_air import PATIENCE, Answered, InAir, exact_instant, result_of
+from ltlplan.online.joining import Joining
 from ltlplan.online.leaving import Leaving
+from ltlplan.online.standby import Standby
+from ltlplan.online.stopping import LONGEST_REACTION, ComingToRest
 from ltlplan.online.what_follows import WhatFollows, stage_of
 from ltlplan.sharing.events import falls_on
 from ltlplan.transfers import Place
-from verify.data import LtlplanError, Mission, Trajectory
-from verify.data.events import RobotLeaves, WorldEvent
+from verify.data import LtlplanError, Mission
+from verify.data.events import RobotJoins, RobotLeaves, WorldEvent
 
-REACTION = 0.3
-"""s from an event to where robots begin to slow down, at first: finding a way for three robots takes 0.15 s."""
-LONGEST_REACTION = 2.0
-"""s from an event, after which a team that has no proved way to come to rest holds as its vehicles do, and lands."""
 ENDS = 0.5
 """s that a team hovers at its end before it lands."""
 LANDING_TAKES = 10.0
@@ -50,8 +51,9 @@ class OnlineCourse:
     Attributes:
         team: What is proved and flown; it hovers at its starts.
         computer: Who computes answers.
-        places: Where each robot stood, m.
+        places: Where each robot stood, m, those that wait included.
         happenings: What happens.
+        standby: Who waits on the ground and may join.
         began: When the flight began, s of the link's clock.
         ended: When it ended, s of the link's clock.
         happened: What has happened, each with the flight time from which it counts.
@@ -64,13 +66,13 @@ class OnlineCourse:
     computer: Computer
     places: Mapping[str, Place]
     happenings: Happenings = field(default_factory=lambda: Happenings((), no_news))
+    standby: Standby = field(default_factory=Standby)
     began: float = 0.0
     ended: float = 0.0
     happened: list[WorldEvent] = field(default_factory=list[WorldEvent])
     earlier: list[tuple[float, Mission]] = field(default_factory=list[tuple[float, Mission]])
     answered: list[Answered] = field(default_factory=list[Answered])
     satisfied_at: float | None = None
-    _stopping: bool = False
 
     @property
     def duration(self) -> float:
@@ -96,6 +98,10 @@ class OnlineCourse:
         self.began = flying.record.starts[FLIGHT]
         self._air = InAir(self.team, self.computer, flying, self.began, number, watch, shown, self.answered)
         self._next = WhatFollows(self._air)
+        everybody = {**self.team.mission.agents, **self.standby.agents}
+        self._joining = Joining(self._air, self.standby, everybody, self.duration)
+        self._stopping = ComingToRest(self._air, self._at_rest)
+        self._joining.lookout.look(self._air.link, self._air.record, self._joining.standby.agents)
         try:
             while not self._over():
                 self._look()
@@ -105,9 +111,10 @@ class OnlineCourse:
             self._land()
         finally:
             self._drop()
+            self._joining.end()
             self.happenings.end()
             self.ended = self.ended or flying.link.now()
-            if self._stopping:
+            if self._stopping.looks:
                 self.team.lose("the world changed, and the robots did not come to rest in a certified way.")
 
     def _look(self) -> None:
@@ -115,7 +122,10 @@ class OnlineCourse:
         air = self._air
         air.link.sleep(STEP)
         air.show()
-        if (lost := air.watch.lost()) is not None:
+        self._joining.lookout.look(air.link, air.record, self._joining.standby.agents)
+        if astray := self._joining.astray:
+            self._joining.give_up(astray)
+        elif (lost := air.watch.lost()) is not None:
             self._lose(*lost)
         elif reason := air.watch.alarm():
             raise Alarm(reason)
@@ -124,21 +134,31 @@ class OnlineCourse:
         self.satisfied_at = None if not satisfied else air.now if self.satisfied_at is None else self.satisfied_at
         for leaving in air.leaving:
             leaving.go_on(air.link, air.record)
+            if leaving.off:
+                air.flying.leave_out(leaving.robot)
 
     def _hear(self) -> None:
         """Take in what happens: one event at a time, and none while a way to come to rest is looked for."""
         arrived = self._air.link.now()
         for sentence in self.happenings.hear(self._air.now, arrived):
             self._air.record.note(arrived, sentence)
-        while self.happenings.queue and not self._stopping:
-            self._take(*self.happenings.queue.pop(0))
+        while (
+            not self._stopping.looks
+            and (following := self.happenings.first(joining=self._joining.newcomer is None)) is not None
+        ):
+            self._take(*following)
 
     def _go_on(self) -> None:
         """Do what is next where an answer has come, or it is time for the next piece."""
-        if self._air.question is None:
+        air = self._air
+        if air.question is not None:
+            air.go_on(LONGEST_REACTION if self._stopping.looks else PATIENCE)
+        elif self._joining.newcomer is None:
             self._next.go_on()
-        else:
-            self._air.go_on(LONGEST_REACTION if self._stopping else PATIENCE)
+        elif (event := self._joining.go_on()) is not None:
+            self._join(event)
+        if self._joining.gave_up and air.question is None:
+            self._resume()
 
     def _drop(self) -> None:
         """Give up what is asked, and what was found for a world that is no more."""
@@ -148,7 +168,13 @@ class OnlineCourse:
     def _over(self) -> bool:
         """Whether nothing is left to be flown, or nothing can be proved of what is."""
         air = self._air
-        if air.question or self._next.due or self.happenings or not all(leaving.stopped for leaving in air.leaving):
+        if (
+            air.question
+            or self._next.due
+            or self.happenings
+            or self._joining.newcomer
+            or not all(leaving.stopped for leaving in air.leaving)
+        ):
             return False
         refused = self._next.refused_at
         given_up = refused is None or air.link.now() - refused > GIVE_UP
@@ -175,9 +201,14 @@ class OnlineCourse:
     def _take(self, arrived: float, told: Told) -> None:
         """Let the world change, and look for a way to come to rest in it."""
         air, team, now, event = self._air, self.team, self._air.now, told.event
+        joins = self._joining
+        if joins.newcomer is not None and isinstance(event, RobotLeaves) and event.robot == joins.newcomer.robot:
+            joins.give_up(f"{event}.")
+            told.answer(True, f"{event}: it did not join.")
+            return
         unseen = air.gone.get(event.robot) if isinstance(event, RobotLeaves) else None
         since = exact_instant(now if unseen is None else min(unseen, now), floor)
-        if (fault := fault_of(team, event)) is not None:
+        if (fault := self._fault_of(event, joins.standby)) is not None:
             air.note(f"Not done: {fault}")
             told.answer(False, fault)
             return
@@ -189,54 +220,67 @@ class OnlineCourse:
                 team.lost = f"when the world changed at {float(air.present.since):.2f} s, {event} had begun, and was not known."
             since = air.present.since
         air.breathe()
+        if isinstance(event, RobotJoins):
+            self._drop()
+            joins.begin(event, told)
+            air.note(f"{event.robot} is to join, and the others come to rest for it.", event.robot)
+            team.pause(f"at {now:.2f} s {event.robot} is to join", since)
+            self._come_to_rest(replace(event, time=float(since)), arrived)
+            return
         trouble = falls_on(team.mission, event, air.positions())
+        joins.world_changes(event)
+        event = self._change(event, since)
+        told.answer(True, f"{event}, from {float(since):.2f} s of the flight on.")
+        if isinstance(event, RobotLeaves) and unseen is None:
+            self._leave(event.robot, now)
+        if trouble is not None:
+            raise Alarm(trouble)
+        self._come_to_rest(event, arrived)
+
+    def _join(self, event: RobotJoins) -> None:
+        """Let a robot that hovers at its start be one of the team."""
+        joins, since = self._joining, exact_instant(self._air.now, floor)
+        if (fault := self._fault_of(event, self.standby)) is not None:
+            joins.give_up(fault)
+            return
+        joins.joined(f"{event}, from {float(since):.2f} s of the flight on.")
+        self._come_to_rest(self._change(event, since), self._air.link.now())
+
+    def _fault_of(self, event: WorldEvent, standby: Standby) -> str | None:
+        """Say why an event cannot be now; None where it can."""
+        return fault_of(self.team, event, standby, [mission for _, mission in self.earlier])
+
+    def _change(self, event: WorldEvent, since: Fraction) -> WorldEvent:
+        """Let the world change from an instant on, and return the event with it; robots go on as before."""
+        air, team = self._air, self.team
         self._drop()
         self.earlier.append((float(since), team.mission))
         event = replace(event, time=float(since))
         self.happened.append(event)
         air.note(f"{event}.", getattr(event, "robot", None))
-        told.answer(True, f"{event}, from {float(since):.2f} s of the flight on.")
         team.close_piece(event, since)
-        air.breathe()
+        return event
+
+    def _come_to_rest(self, event: WorldEvent, arrived: float) -> None:
+        """Look for a way to come to rest, as something happens that came to be known at a time of the link's clock, s."""
+        self._air.breathe()
         self._next.refused_at = None
-        if isinstance(event, RobotLeaves) and unseen is None:
-            self._leave(event.robot, now)
-        if trouble is not None:
-            raise Alarm(trouble)
         self.answered.append(Answered(event))
-        air.known = arrived
-        air.watch_again()
-        self._ask_stop(REACTION)
+        self._air.known = arrived
+        self._air.watch_again()
+        self._stopping.ask()
 
-    # -- coming to rest ------------------------------------------------------------------------------------
+    def _at_rest(self) -> None:
+        """Ask for what comes next, now that it is proved where all come to rest."""
+        if self._joining.newcomer is None:
+            self._resume()
+        else:
+            self._joining.at_rest()
 
-    def _ask_stop(self, reaction: float) -> None:
-        """Ask for a way to come to rest that begins some seconds from now."""
-        stop, self._stopping = self.team.stop(), True
-        assert stop is not None, "somebody is in the air"
-        late = self._air.now - float(self._air.present.since)
-        if late + reaction > LONGEST_REACTION:
-            raise Alarm(f"no proved way to come to rest was found within {LONGEST_REACTION:g} s.")
-        about = replace(stop, reaction=late + reaction)
-        self._air.ask(way_to_stop, about, lambda answer: self._stop_found(answer, reaction))
-
-    def _stop_found(self, answer: Answer, reaction: float) -> None:
-        """Come to rest as was found, unless it begins in the past: then ask for a later one."""
-        how: StoppingManoeuvre = result_of(answer)
-        air, team = self._air, self.team
-        if how.refused:
-            raise Alarm(f"no way to come to rest is proved: {how.refused[0].sentence}")
-        if air.now - float(air.present.start) >= _first_change(air.present.team, how.team) - STEP:
-            self._ask_stop(2 * reaction)
-            return
-        team.take_stop(how)
-        for robot in air.present.team.keys() - air.gone.keys():
-            air.link.upload(robot, air.number, air.present.team[robot])
-        air.watch_again()
-        self._stopping = False
-        air.took(stop=air.link.now() - air.known)
-        air.breathe()
-        if team.waits_to_share:
+    def _resume(self) -> None:
+        """Ask for what is flown next, as nobody joins."""
+        self._joining.gave_up = False
+        if self.team.waits_to_share:
             self._next.ask()
         else:
             self._next.refuse(None)
@@ -252,7 +296,7 @@ class OnlineCourse:
         air = self._air
         mission, team = air.present.mission, air.present.team
         places = {name: self.places[name] for name in mission.agents}
-        answer = self.computer.ask(way_down, (mission, team, places))
+        answer = self.computer.ask(way_down, (self._joining.solid(mission), team, places))
         try:
             since = air.link.now()
             while not answer.done():
@@ -270,9 +314,3 @@ class OnlineCourse:
             answer.drop()
         for transfer in ways:
             air.flying.fly(transfer.stage)
-
-
-def _first_change(before: Mapping[str, Trajectory], after: Mapping[str, Trajectory]) -> float:
-    """Return when the first robot begins to fly otherwise, s on the trajectories' clocks."""
-    begins = [float(path.knots[-2]) for name, path in after.items() if path.digest() != before[name].digest()]
-    return min(begins, default=inf)

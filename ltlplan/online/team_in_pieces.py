@@ -98,6 +98,19 @@ class TeamInPieces(TeamInFlight[LocatedRobot]):
             since: Flight time from which it counts, exact, in s.
         """
         super().change(event, float(since))
+        self._close(since)
+
+    def pause(self, why: str, since: Fraction) -> None:
+        """Have all come to rest, though nothing changes in the world; they go on as before, as `close_piece` says.
+
+        Args:
+            why: What for, as the rest of a sentence.
+            since: Flight time from which it counts, exact, in s.
+        """
+        self.hold(why)
+        self._close(since)
+
+    def _close(self, since: Fraction) -> None:
         start = self._now if self.present is None else self.present.start
         later: dict[str, tuple[InternalChange, ...]] = {}
         if self.present is not None:

@@ -181,19 +181,35 @@ def told_places(texts: tuple[str, ...], mission: Mission) -> dict[str, Place]:
     Raises:
         BadInput: A text names no robot, one twice, or no place.
     """
+    for text in texts:
+        name = text.partition("=")[0]
+        if name not in mission.agents:
+            raise BadInput(f"--place {text}: {unknown(name, 'robot of the mission', mission.agents)}")
+    return places_of("--place", texts, mission)
+
+
+def places_of(option: str, texts: tuple[str, ...], mission: Mission) -> dict[str, Place]:
+    """Return where robots, whoever they are, are said to stand, in the mission's frame.
+
+    Args:
+        option: How it is said.
+        texts: `NAME=x,y,z`, in the laboratory's frame.
+        mission: Says where that lies.
+
+    Raises:
+        BadInput: A text names a robot twice, or no place.
+    """
     found: dict[str, Place] = {}
     for text in texts:
         name, _, numbers = text.partition("=")
-        if name not in mission.agents:
-            raise BadInput(f"--place {text}: {unknown(name, 'robot of the mission', mission.agents)}")
         if name in found:
-            raise BadInput(f"--place names {name} twice.")
+            raise BadInput(f"{option} names {name} twice.")
         try:
             x, y, z = (float(part) for part in numbers.split(","))
         except ValueError:
-            raise BadInput(f"--place {text}: write NAME=x,y,z in m, such as {name}=0.5,-1,0.") from None
-        if not all(map(math.isfinite, (x, y, z))):
-            raise BadInput(f"--place {text}: a place is finite.")
+            raise BadInput(f"{option} {text}: write NAME=x,y,z in m, such as {name or 'quad3'}=0.5,-1,0.") from None
+        if not name or not all(map(math.isfinite, (x, y, z))):
+            raise BadInput(f"{option} {text}: {'a place is finite' if name else 'it has no name before the place'}.")
         if mission.frame is not None:
             x, y, z = mission.frame.to_mission((x, y, z)).tolist()
         found[name] = (x, y, z)

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ltlplan.commands.shared.followed import followed
-from ltlplan.commands.shared.links import Asked, below_starts, require_sense, simulated_robots, told_places, vehicles
+from ltlplan.commands.shared.links import Asked, below_starts, places_of, require_sense, simulated_robots, told_places, vehicles
 from ltlplan.commands.shared.live_flight import FILES, data_of, flown_over, keep_record, refusal_of, worst_lines, write_texts
 from ltlplan.commands.shared.live_view import View, interrupts_land
 from ltlplan.commands.shared.simulation import Outcome, simulating, written
@@ -32,10 +32,12 @@ class Happening:
     Attributes:
         events: As `--event`.
         followed: As `--follow`.
+        standby: As `--standby`.
     """
 
     events: tuple[str, ...]
     followed: tuple[str, ...]
+    standby: tuple[str, ...] = ()
 
 
 def online_over_link(mission: Mission, out: Path | None, asked: Asked, said: Said, happening: Happening, *, json: bool) -> None:
@@ -61,13 +63,18 @@ def online_over_link(mission: Mission, out: Path | None, asked: Asked, said: Sai
     from ltlplan.online.files import ONLINE_FILES
     from ltlplan.online.happenings import Happenings, checked_events
     from ltlplan.online.live import OnlineCourse
+    from ltlplan.online.standby import standby_of
     from ltlplan.service.computing.beside import Beside
     from ltlplan.transfers import to_starts
 
     require_sense(asked, said)
     keep_record(out)
     require_tube(mission.margin)
-    told, events = told_places(asked.places, mission), checked_events(mission, parse_events(happening.events))
+    told, events = told_places(asked.places, mission), parse_events(happening.events)
+    standby = standby_of(mission, places_of("--standby", happening.standby, mission), events)
+    events = checked_events(mission, events, standby)
+    standby.require_out_of_reach(mission)
+    everybody = standby.beside(mission)
     with ExitStack() as opened:
         news = [opened.enter_context(closing(followed(name, mission.name))) for name in happening.followed]
         with simulating(out, (*ONLINE_FILES, *FILES), quiet=json) as progress:
@@ -75,22 +82,30 @@ def online_over_link(mission: Mission, out: Path | None, asked: Asked, said: Sai
             link = (
                 None
                 if asked.kind == "simulated"
-                else opened.enter_context(closing(vehicles(asked, mission, flown="from here")))
+                else opened.enter_context(closing(vehicles(asked, everybody, flown="from here")))
             )
             progress("planning and proving what is asked", 0.1)
             team = CertifiedTeam(mission, seed=mission.planner.seed)
             assert team.present is not None, "it was certified"
             stand, cost = {**below_starts(team.present.team), **told}, team.cost
-            before = to_starts(mission, team.present.team, stand, progress=part_of(progress, 0.3, 0.7))
+            before = to_starts(standby.solid(mission), team.present.team, stand, progress=part_of(progress, 0.3, 0.7))
+            stand |= standby.places
             progress("making ready who computes beside the flight", 0.7)
             happenings = Happenings(events, lambda: [event for each in news for event in each()])
-            course = OnlineCourse(team, Beside(), stand, happenings)
+            course = OnlineCourse(team, Beside(), stand, happenings, standby)
         if link is None:
-            robots = simulated_robots(mission, stand, said.conditions(mission), mission.planner.seed, real_time=True)
+            robots = simulated_robots(everybody, stand, said.conditions(mission), mission.planner.seed, real_time=True)
             link = opened.enter_context(closing(robots))
         view, grounds = View(quiet=json), {name: place[2] for name, place in stand.items()}
         with interrupts_land() as heard:
-            done = fly_live(link, [transfer.stage for transfer in before], grounds=grounds, show=view.show, onwards=course)
+            done = fly_live(
+                link,
+                [transfer.stage for transfer in before],
+                grounds=grounds,
+                show=view.show,
+                onwards=course,
+                standing=standby.standing(mission),
+            )
     view.end()
     files, outcome = _kept(course, done, cost, out, kind=asked.kind, failsafe=link.failsafe)
     replace(outcome, interrupted=heard.code(done)).show(files, as_json=json)

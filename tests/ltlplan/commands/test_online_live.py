@@ -21,7 +21,7 @@ ROOT = Path(__file__).parents[3]
     [
         (["--link", "simulated"], "add --certified"),
         (["--link", "crazyflie", "--certified"], "no address of one, two; write one=radio://"),
-        (["--inventory", "lab.yaml"], "--inventory and --follow go with --link"),
+        (["--inventory", "lab.yaml"], "--inventory, --follow and --standby go with --link"),
         (
             ["--link", "simulated", "--certified", "--inventory", "lab.yaml"],
             "--inventory goes with --link crazyflie and mavlink",
@@ -29,7 +29,14 @@ ROOT = Path(__file__).parents[3]
         (["--follow", "-"], "go with --link"),
         (["--link", "simulated", "--certified", "--follow", "nothing"], "make it before"),
         (["--link", "simulated", "--certified", "--event", "1 three fails"], "'three' is not a robot"),
-        (["--link", "simulated", "--certified", "--event", "1 three joins 0,0,1"], "robots join a team in simulation"),
+        (["--link", "simulated", "--certified", "--event", "1 two joins 0,0,1"], "'two' is a robot of this mission already"),
+        (["--link", "simulated", "--certified", "--standby", "one=0,0,0"], "one is a robot of the mission"),
+        (["--link", "simulated", "--certified", "--standby", "three"], "write NAME=x,y,z in m, such as three="),
+        (
+            ["--link", "simulated", "--certified", "--standby", "three=0,0,0.2"],
+            "where others may fly: `workspace` begins at z = 0.3 m",
+        ),
+        (["--link", "mavlink", "--certified", "--standby", "three=0,0,0"], "no address of one, two, three"),
         (["--link", "mavlink", "--certified", "--noise", "0.001"], "mavlink is real"),
     ],
 )

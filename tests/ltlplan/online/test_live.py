@@ -25,7 +25,7 @@ from ltlplan.online.live import OnlineCourse
 from ltlplan.recorded import judge_flight
 from ltlplan.transfers import to_starts
 from tests.helpers.live_missions import PAIR
-from verify.data import BadInput, Infeasible, parse_mission
+from verify.data import Infeasible, parse_mission
 from verify.data.events import HoopMoves, NewFormula, ObstacleAppears, RobotJoins, RobotLeaves
 from verify.data.sections import Agent
 from verify.data.shapes.obstacle import Obstacle
@@ -305,7 +305,7 @@ def test_what_is_told_and_cannot_be_is_said_and_changes_nothing(ready):
         "'nonsense' is no event",
         "three fails and lands: it is not in the air",
         "'nowhere' is not a region",
-        "robots join a team",
+        "three joins: it is not among the robots that wait on the ground (there are none)",
     ):
         assert word in said
 
@@ -345,12 +345,6 @@ def test_a_solid_body_on_a_robot_ends_the_flight(ready):
     _, done, _ = fly(ready, ObstacleAppears(time=0.1, name="box", obstacle=box))
     assert not done.flown
     assert "which needs" in done.reason
-
-
-def test_robots_that_are_to_join_are_refused_before_anything_spins(ready):
-    team, _ = ready
-    with pytest.raises(BadInput, match="join a team in simulation"):
-        checked_events(team.mission, (RobotJoins(time=1.0, robot="three", agent=Agent(start=(0, 0, 1))),))
 
 
 def test_an_action_after_a_robot_was_seen_last_and_before_it_was_missed_counts(tmp_path):
