@@ -77,7 +77,7 @@ def test_a_page_draws_from_its_file_alone_without_a_complaint(desk: Desk, name: 
 @pytest.mark.parametrize(
     ("name", "phone"),
     [
-        ("report", True),
+        pytest.param("report", True, marks=pytest.mark.slow),
         *(pytest.param(name, True, marks=pytest.mark.slow) for name in ("show", "campaign", "online")),
         ("campaign", False),
         pytest.param("online", False, marks=pytest.mark.slow),
@@ -126,6 +126,7 @@ def test_scenes_far_down_the_page_are_drawn_when_they_come_near(desk: Desk) -> N
     assert tab.complaints() == []
 
 
+@pytest.mark.slow
 def test_the_error_curve_can_be_read_beside_its_margin(desk: Desk) -> None:
     tab = desk("report")
     height = tab.run("document.getElementById('errors').getBoundingClientRect().height")

@@ -29,7 +29,7 @@ def planned(case: str) -> tuple[Mission, Assignment]:
         ("Schillinger, second", 84.0),
         ("Schillinger, second, joint", 84.0),
         ("Schillinger, third", 38.0),
-        ("Schillinger, third, joint", 43.083),
+        pytest.param("Schillinger, third, joint", 43.083, marks=pytest.mark.slow),
         ("five gather", 30.828),
         ("ten meet", 73.484),
         ("thirty meet", 241.030),

@@ -66,6 +66,7 @@ def test_a_mission_of_the_world_is_certified_and_flown_clear_of_what_is_solid(na
     assert (tmp_path / "run" / "report.html").stat().st_size <= MOST_BYTES
 
 
+@pytest.mark.slow
 def test_robots_that_change_places_cannot_pass_above_each_other_and_end_where_they_are_meant_to() -> None:
     mission = ltlplan.load_mission("wall-swap")
     low, high = mission.workspace.min[2], mission.workspace.max[2]

@@ -179,6 +179,7 @@ def test_a_robot_that_hovers_beside_a_wall_may_not_step_into_it() -> None:
             assert [body.name for body in leg.obstacles if body.name.startswith("obstacle")] == ["obstacle wall"]
 
 
+@pytest.mark.slow
 def test_visits_move_out_of_obstacles() -> None:
     mission = walled({"post": ((2, 2.1, 1), (0.1, 0.1, 2))}, start=(-2, -2, 1), goal=(2, 2, 1))
     mission = mission.changed(regions={"goal": mission.regions["goal"].changed(center=(2.0, 1.8, 1.0))})

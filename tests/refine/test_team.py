@@ -195,7 +195,7 @@ def test_every_flight_has_two_pieces_at_least(tmp_path: Path) -> None:
     assert [claim.sentence for claim in certificate.claims if claim.outcome != "holds"] == []
     folder = flight.export(team, certificate, tmp_path / "out", anyway=True).folder
     assert all(len((folder / f"{name}.csv").read_text().splitlines()) == 3 for name in team)
-    assert not any("second piece" in file.read_text() for file in folder.iterdir())
+    assert not any("second piece" in file.read_text() for file in folder.rglob("*.*"))
 
 
 def test_a_patrol_that_only_hovers_has_two_pieces() -> None:

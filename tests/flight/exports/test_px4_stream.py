@@ -120,7 +120,7 @@ def test_every_vehicle_gets_its_setpoints_in_time_and_holds_at_the_end(exported)
             marks=pytest.mark.slow,
         ),
         pytest.param(Manner(other_system=7), "quad1 is system 2, and system 7 answers", False, marks=pytest.mark.slow),
-        (Manner(drifts=0.25), "m from its plan; the margin is 0.05 m", True),
+        pytest.param(Manner(drifts=0.25), "m from its plan; the margin is 0.05 m", True, marks=pytest.mark.slow),
         pytest.param(Manner(leaves_after=10), "left offboard flight", True, marks=pytest.mark.slow),
         pytest.param(Manner(falls_silent_after=20), "confirmed neither hold nor land", True, marks=pytest.mark.slow),
     ],

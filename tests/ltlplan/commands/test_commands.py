@@ -205,6 +205,7 @@ def test_check_and_plan(tmp_path: Path) -> None:
     assert (tmp_path / "p" / "plan.json").exists()
 
 
+@pytest.mark.slow
 def test_an_online_flight_says_what_it_is(tmp_path: Path) -> None:
     out = tmp_path / "online"
     text = ok("online", "firefighting", "--event", "3 quad0 fails", "--out", str(out))

@@ -104,7 +104,7 @@ def ltlplan(*arguments: str, cwd: Path, **options: object) -> subprocess.Popen[s
     return subprocess.Popen([sys.executable, "-m", "ltlplan", *arguments], cwd=cwd, env=environment, text=True, **told)  # type: ignore[call-overload]
 
 
-@pytest.mark.parametrize("delay", [0.0, *(pytest.param(delay, marks=pytest.mark.slow) for delay in (0.1, 0.2, 0.6)), 0.38])
+@pytest.mark.parametrize("delay", [*(pytest.param(delay, marks=pytest.mark.slow) for delay in (0.0, 0.1, 0.2, 0.6)), 0.38])
 def test_ctrl_c_is_no_bug(delay: float, tmp_path: Path) -> None:
     """Neither in the work nor while a library is being loaded, which may make of it an ImportError or a death by signal."""
     running = ltlplan("run", "firefighting", cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
@@ -253,6 +253,7 @@ def test_a_closed_output_is_told_before_the_work(arguments: tuple[str, ...], tmp
     assert running.wait(timeout=300) == 2
 
 
+@pytest.mark.slow
 def test_nothing_is_printed_into_the_files_where_streams_are_closed(tmp_path: Path) -> None:
     """The first file that is opened would else be standard error, and progress would go into it."""
     (tmp_path / "small.yaml").write_text(SMALL)

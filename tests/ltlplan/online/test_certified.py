@@ -125,6 +125,7 @@ def finished(flight):
     return flight
 
 
+@pytest.mark.slow
 def test_robots_in_different_internal_states_go_on(firefighting):
     flight = finished(flown(firefighting, NewFormula(time=3.5, formula=WATER)))
     assert len(flight.certificates) == 2

@@ -47,7 +47,7 @@ def test_the_pictures_of_a_shipped_mission_can_be_sent(shipped_page, name: str) 
     assert size(pictures) <= MOST_BYTES
 
 
-@pytest.mark.parametrize("name", ["campaign", "online"])
+@pytest.mark.parametrize("name", ["campaign", pytest.param("online", marks=pytest.mark.slow)])
 def test_the_pages_of_a_campaign_and_of_an_online_flight_can_be_sent(shipped_page, name: str) -> None:
     assert size(shipped_page(name)) <= MOST_BYTES
 

@@ -75,6 +75,7 @@ def test_it_is_not_the_plan_of_another_method(firefighting: Mission, plan):
         assert other.robots != plan.robots
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_bytes_and_another_one_other_paths(firefighting: Mission, plan):
     assert ltlplan.plan(firefighting, seed=3).to_json() == plan.to_json()
     assert ltlplan.plan(firefighting, seed=4).robots != plan.robots

@@ -141,6 +141,7 @@ def test_a_hoop_that_moves_is_flown_to_where_it_is(fire):
     assert np.linalg.norm(np.array(flight.positions["quad0"]) - (-1.1, 0.1, 1.1)) < 0.7
 
 
+@pytest.mark.slow
 def test_progress_is_kept_when_a_formula_arrives(fire):
     wanted = "F loc1 & F loc2 & G(smoke -> carrying) & F water"
     flight = Flight(fire, events=[NewFormula(time=4.0, formula=wanted)])

@@ -77,11 +77,11 @@ def test_segments_meet_what_dense_points_on_them_lie_in() -> None:
         box((0.3, -0.5, 0.0), (0.2, 0.9, 0.4)),
     ]
     bodies = SolidBodies([body for k, one in enumerate(shapes) for body in grown_bodies(str(k), one.center, one.body, 0.05)])
-    starts, ends = rng.uniform(-1, 1, (3000, 3)), rng.uniform(-1, 1, (3000, 3))
+    starts, ends = rng.uniform(-1, 1, (1000, 3)), rng.uniform(-1, 1, (1000, 3))
     met = bodies.meets(starts, ends)
     shares = np.linspace(0, 1, 400)[:, None, None]
     points = (starts + shares * (ends - starts)).reshape(-1, 3)
-    sampled = np.any([body.holds(points).reshape(400, 3000) for body in bodies.bodies], axis=(0, 1))
+    sampled = np.any([body.holds(points).reshape(400, 1000) for body in bodies.bodies], axis=(0, 1))
     assert np.all(met[sampled])
     assert np.mean(met ^ sampled) < 0.01
 

@@ -43,6 +43,7 @@ def cluster(machines: LocalCluster) -> Iterator[Cluster]:
         yield found
 
 
+@pytest.mark.slow
 def test_an_error_comes_back_with_its_class_its_words_and_what_it_carries(cluster: Cluster) -> None:
     with pytest.raises(MissionError, match="there is no such hoop") as caught:
         cluster.submit(work.wrong_mission).result(PATIENCE)

@@ -160,6 +160,7 @@ def _unexpected(served: Served, count: int) -> dict[int, int]:
     return wrong
 
 
+@pytest.mark.slow
 def test_a_hundred_hostile_requests(served: Served) -> None:
     assert _unexpected(served, 100) == {}
 
