@@ -79,7 +79,7 @@ def test_a_page_draws_from_its_file_alone_without_a_complaint(desk: Desk, name: 
     [
         pytest.param("report", True, marks=pytest.mark.slow),
         *(pytest.param(name, True, marks=pytest.mark.slow) for name in ("show", "campaign", "online")),
-        ("campaign", False),
+        pytest.param("campaign", False, marks=pytest.mark.slow),
         pytest.param("online", False, marks=pytest.mark.slow),
         pytest.param("recorded", True, marks=pytest.mark.slow),
     ],

@@ -108,6 +108,7 @@ def test_a_vehicle_without_an_airframe_flies_on_an_estimate_and_the_log_says_so(
     assert log.worst_error() < 0.03
 
 
+@pytest.mark.slow
 def test_a_lasso_is_flown_for_its_laps_with_its_actions_in_each():
     """A robot that goes round between two regions for ever, filling its tank in each lap; two laps are flown."""
     text = """

@@ -140,6 +140,7 @@ def flight_of(stage: Stage, team):
     return certify(stage.plan, team, margin=stage.certificate.margin)
 
 
+@pytest.mark.slow
 def test_laps_in_parts_are_stored_once_and_begun_again(laps) -> None:
     stage = laps[1]
     assert len(stage.stored) == 2
@@ -172,6 +173,7 @@ def slow_link(stages, seconds: float, faults: Faults | None = None) -> SlowLink:
     return link
 
 
+@pytest.mark.slow
 def test_pauses_may_be_of_any_length_and_are_watched(parts) -> None:
     link = slow_link(parts, 7.0)
     done = flown_over(link, parts)

@@ -209,6 +209,7 @@ def test_until_interrupts_are_seen_to_nothing_is_loaded_that_takes_time() -> Non
     assert not {"typer", "typing", "re", "inspect", "logging", "numpy", "verify"} & set(loaded)
 
 
+@pytest.mark.slow
 def test_where_interrupts_are_ignored_the_work_goes_on(tmp_path: Path) -> None:
     """As under `nohup`, or in the background of a script."""
 

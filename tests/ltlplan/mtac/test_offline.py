@@ -67,6 +67,7 @@ def test_firefighting_is_shared_as_the_paper_means_it(fire):
     assert plan.lower_bound is not None
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_bytes_and_optimising_all_robots_again_changes_nothing(fire):
     fewer = fire.planner.model_copy(update={"samples": 20, "iterations": 2})
     fire = fire.model_copy(update={"planner": fewer})

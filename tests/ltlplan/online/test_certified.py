@@ -167,6 +167,7 @@ def turning():
     return parse_mission(TURNING)
 
 
+@pytest.mark.slow
 def test_a_robot_that_looks_along_its_path_goes_on_from_the_heading_that_it_has(turning):
     # the second change comes while it flies what was planned after the first, from another heading than the mission's
     events = NewFormula(time=0.5, formula="F b"), NewFormula(time=2.0, formula="F a & F b")

@@ -144,6 +144,7 @@ def test_a_term_of_another_package_is_minimised_and_counted_as_nothing_in_the_bo
     assert "gain was below 0: no bound on costs is known." in gained.notes
 
 
+@pytest.mark.slow
 def test_laps_and_meetings_are_chosen_by_the_costs_of_their_paths_with_a_bound() -> None:
     for formula, trace in (
         ("F(count(a) >= 2) & F b & F c", "finite"),

@@ -28,6 +28,7 @@ def test_what_is_shown_is_what_is_planned(name: str) -> None:
             assert f"after cross-entropy {path.cost:.3f}." in page
 
 
+@pytest.mark.slow
 def test_the_round_that_is_asked_for_is_drawn_counted_from_one(monkeypatch: pytest.MonkeyPatch) -> None:
     mission = load_mission("hoops-ltl")
     drawn: list[np.ndarray] = []

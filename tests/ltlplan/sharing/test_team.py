@@ -95,7 +95,7 @@ def test_the_same_seed_flies_the_same_bytes(fire):
     assert first.positions != other.positions
 
 
-DEFAULT = {("quad0", 1), ("quad0", 7), ("quad1", 8)}
+DEFAULT = {("quad0", 1), ("quad1", 8)}
 SECONDS = [
     pytest.param(robot, second, marks=() if (robot, second) in DEFAULT else pytest.mark.slow)
     for robot in ("quad0", "quad1", "quad2")

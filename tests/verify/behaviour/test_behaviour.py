@@ -26,7 +26,7 @@ def judged(formula: str, *lines: Timeline, team: str = "own", relations: Relatio
 FLOWN = given(formulas(size=8), st.lists(timelines(), min_size=1, max_size=3), st.sampled_from(["own", "joint"]), st.randoms())
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=6, deadline=None)
 @FLOWN
 def test_no_possible_flight_breaks_what_is_said_to_hold(formula, lines, team, rng: Random):
     assert_no_flight_breaks_it(formula, lines, team, rng)

@@ -223,7 +223,7 @@ def holds_of_some(made, times, paths, rng):
 
 
 @pytest.mark.parametrize("made", [fires, gates])
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=6, deadline=None)
 @given(data=st.data())
 def test_nothing_that_is_broken_is_said_to_hold(made, data):
     """Random recordings of perturbed flights, held against continuous paths that go as far aside as the speed allows."""

@@ -50,6 +50,7 @@ def test_an_error_comes_back_with_its_class_its_words_and_what_it_carries(cluste
     assert caught.value.faults[0].line == 3
 
 
+@pytest.mark.slow
 def test_work_is_held_to_its_bounds_there_too(cluster: Cluster) -> None:
     with pytest.raises(OutOfMemory, match="600 MB"):
         cluster.submit(work.take_memory).result(PATIENCE)
@@ -63,6 +64,7 @@ def test_progress_comes_back(cluster: Cluster) -> None:
     assert until(lambda: told == [("adding", 0.5)], PATIENCE)
 
 
+@pytest.mark.slow
 def test_cancelling_kills_at_once(cluster: Cluster, tmp_path: Path) -> None:
     mark = tmp_path / "mark"
     future = cluster.submit(work.sleep, 600.0, str(mark))
@@ -87,6 +89,7 @@ def test_stages_find_there_what_they_find_here(cluster: Cluster) -> None:
     assert there == staged(lambda name, value: run_stage(name, value, silent))
 
 
+@pytest.mark.slow
 def test_a_campaign_finds_there_what_it_finds_here(cluster: Cluster, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(importlib.import_module("flight.campaigns"), "LEAST_SHARE", 1)
     plan, team = made_flight()
@@ -108,6 +111,7 @@ def test_a_worker_of_another_version_is_refused(machines: LocalCluster, monkeypa
         Cluster(machines.address)
 
 
+@pytest.mark.slow
 def test_so_is_one_that_comes_later(machines: LocalCluster) -> None:
     with Cluster(machines.address) as cluster:
         cluster.versions = {**here(), "numpy": "0.1"}

@@ -144,6 +144,7 @@ def test_a_pool_has_at_least_one_worker() -> None:
         LocalWorkers(0)
 
 
+@pytest.mark.slow
 def test_nothing_is_left_behind_by_a_process_that_is_killed(tmp_path: Path) -> None:
     mark = tmp_path / "pid"
     script = (

@@ -170,6 +170,7 @@ def test_the_plan_is_there_as_soon_as_it_is_made(tmp_path: Path) -> None:
     run(check())
 
 
+@pytest.mark.slow
 def test_what_goes_on_after_a_stop_does_not_begin_anew(tmp_path: Path) -> None:
     async def check() -> None:
         async with service(tmp_path / "data", workers=1) as jobs:
