@@ -111,6 +111,11 @@ def on_ground(
         if health.endurance is not None:
             say("battery", robot, health.endurance >= needed,
                 f"{robot}'s battery lasts {health.endurance:.0f} s of the {needed:.0f} s needed", "charge or change it")  # fmt: skip
+        else:
+            unknown = "its charge is not reported, or its vehicle has no `endurance`"
+            found.append(
+                Check("battery", robot, True, f"{robot}'s battery is not held against the {needed:.0f} s needed: {unknown}")
+            )
         board = link.parameters(robot)
         wrong = [f"{key} is {board.get(key)}, not {value:g}" for key, value in ((wanted or {}).get(robot) or {}).items()
                  if key not in board or not math.isclose(board[key], value, rel_tol=1e-5, abs_tol=1e-9)]  # fmt: skip

@@ -64,6 +64,7 @@ def fly_over_link(source: str, out: Path | None, asked: Asked, said: Said, seed:
             abort = _abort(asked.kind, flown)
         if not json:
             typer.echo(abort)
+            say_unknown_batteries(asked.kind, mission)
         if link is None:
             seed = plan.seed if seed is None else seed
             link = opened.enter_context(closing(simulated_robots(mission, stand, conditions, seed, real_time=asked.real_time)))
@@ -75,6 +76,21 @@ def fly_over_link(source: str, out: Path | None, asked: Asked, said: Said, seed:
     files = written(out, lambda folder: write_texts(texts, folder))
     outcome = _outcome(done, mission.name, link.failsafe, abort)
     replace(outcome, interrupted=heard.code(done)).show(files, as_json=json)
+
+
+def say_unknown_batteries(kind: str, mission: Mission) -> None:
+    """Say, before anything spins, whose battery cannot be held against the flight's length; nothing where all can.
+
+    Args:
+        kind: Of the link; simulated vehicles always have an endurance.
+        mission: Names the vehicles.
+    """
+    unknown = [name for name in mission.agents if mission.vehicle_of(name).endurance is None]
+    if unknown and kind != "simulated":
+        typer.echo(
+            f"Not checked: whether the battery of {', '.join(unknown)} lasts for the flight, as the vehicle's profile has no `endurance` (s, "
+            "from take-off to touchdown)."
+        )
 
 
 def keep_record(out: Path | None) -> None:

@@ -10,7 +10,16 @@ from typing import TYPE_CHECKING
 
 from ltlplan.commands.shared.followed import followed
 from ltlplan.commands.shared.links import Asked, below_starts, places_of, require_sense, simulated_robots, told_places, vehicles
-from ltlplan.commands.shared.live_flight import FILES, data_of, flown_over, keep_record, refusal_of, worst_lines, write_texts
+from ltlplan.commands.shared.live_flight import (
+    FILES,
+    data_of,
+    flown_over,
+    keep_record,
+    refusal_of,
+    say_unknown_batteries,
+    worst_lines,
+    write_texts,
+)
 from ltlplan.commands.shared.live_view import View, interrupts_land
 from ltlplan.commands.shared.simulation import Outcome, simulating, written
 from ltlplan.online.told.lines import parse_events
@@ -96,6 +105,8 @@ def online_over_link(mission: Mission, out: Path | None, asked: Asked, said: Sai
         if link is None:
             robots = simulated_robots(everybody, stand, said.conditions(mission), mission.planner.seed, real_time=True)
             link = opened.enter_context(closing(robots))
+        if not json:
+            say_unknown_batteries(asked.kind, everybody)
         view, grounds = View(quiet=json), {name: place[2] for name, place in stand.items()}
         with interrupts_land() as heard:
             done = fly_live(

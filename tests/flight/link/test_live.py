@@ -5,12 +5,14 @@ from __future__ import annotations
 import os
 import signal
 import threading
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import flight
 import ltlplan
+from flight.link.checks import before_take_off
 from flight.link.live import fly_live
 from flight.link.simulated import Faults, SimulatedLink
 from flight.link.stages import Stage
@@ -94,6 +96,18 @@ def test_what_is_wrong_before_take_off_is_said_and_nothing_spins(ready, faults, 
     assert says in done.reason
     assert link.spinning == ()
     assert done.record.poses == []
+
+
+def test_a_battery_of_which_nothing_is_known_is_said_not_to_be_checked(ready) -> None:
+    mission, flown = ready
+
+    class Unknown(SimulatedLink):
+        def health(self, robot):
+            return replace(super().health(robot), endurance=None)
+
+    checks = [check for check in before_take_off(Unknown(mission, PLACES), flown[0], 50.0) if check.name == "battery"]
+    assert [(check.robot, check.passed) for check in checks] == [("one", True), ("two", True)]
+    assert "is not held against the 60 s needed" in checks[0].sentence
 
 
 def test_swapped_bodies_are_refused_before_anything_spins(ready) -> None:
