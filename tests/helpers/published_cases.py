@@ -1,6 +1,6 @@
 """Formulas of published case studies for teams, as missions: places in the air are ours, the work is theirs.
 
-Bai: `bairuofei/sampling_ltl_planning`, both cases. LOMAP: `wasserfeder/lomap`, its example ijrr2013 with two robots. Schillinger: Schillinger, Buerger, Dimarogonas, "Simultaneous task allocation and
+Bai: `bairuofei/sampling_ltl_planning`, both cases. KTH: its example for hard and soft formulas. LOMAP: `wasserfeder/lomap`, its example ijrr2013 with two robots. Schillinger: Schillinger, Buerger, Dimarogonas, "Simultaneous task allocation and
 planning for temporal logic goals in heterogeneous multi-robot systems" (IJRR 2018), its second and third case. What they say by "until,
 and then not" (`F(p & carry & (carry U (d10 & !carry)))`) is said by actions here: what was picked up is put down where that is
 permitted and nowhere else, and the internal state after it, `left10`, is shown.
@@ -12,7 +12,7 @@ from collections.abc import Callable
 from functools import partial
 
 from tests.helpers.worlds import office_grid, world
-from verify.data import Mission
+from verify.data import Mission, parse_mission
 
 BAI_PLACES = {
     "r_begin": (0.0, 0.0), "r_l1": (2.0, 2.0), "r_l2": (4.0, -1.0), "r_l3": (5.0, 2.5), "r_c1": (-2.0, 2.5), "r_u1": (1.5, -2.5),
@@ -34,6 +34,31 @@ THIRD_TOGETHER = (
     f"F some(m1 & photo) & F some(m4 & photo) & F some(m6 & photo) & G all(camera -> {_MEETING}) & F some(left3) "
     f"& G all(carry -> !{_PUBLIC}) & F quad5.brought6"
 )
+
+
+_LOADS = """
+format: 1
+name: loads
+spec: {formula: G F (r1 & loaded) & G F (r1 & unloaded), soft: [{formula: G !r3}], trace: infinite}
+regions:
+  r1: {center: [0, 0, 1], radii: [0.25, 0.25, 0.25]}
+  r2: {center: [1, 1, 1], radii: [0.25, 0.25, 0.25]}
+  r3: {center: [0.7, -0.3, 1], radii: [0.25, 0.25, 0.25]}
+environment: {start: home, edges: [[home, r1], [r1, r2], [r1, r3]]}
+robot:
+  initial: empty
+  states: {empty: [unloaded], full: [loaded]}
+  actions: [{from: empty, to: full, at: r3}, {from: full, to: empty, at: r1}, {from: empty, to: full, at: AT}]
+agents: {turtle: {start: [-0.6, 0, 1]}}
+vehicle: crazyflie-2.1
+workspace: {min: [-1.5, -1.5, 0.2], max: [2, 2, 2]}
+margin: 0.04
+"""
+
+
+def loads(also: str) -> Mission:
+    """Return the example of `KTH-SML/ltl_automaton_core`: one robot that loads at r3 and at a further place, and wishes `G !r3`."""
+    return parse_mission(_LOADS.replace("AT", also))
 
 
 def bai_second(team: str = "own") -> Mission:

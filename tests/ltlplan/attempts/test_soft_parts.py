@@ -18,6 +18,7 @@ from ltlplan.report.summary import soft_sentences
 from ltlplan.search.exact import assign
 from ltlplan.search.refusals.unsatisfiable_cores import NoPlan
 from tests.helpers.own_places import own_places
+from tests.helpers.published_cases import loads
 from tests.helpers.worlds import world
 from verify.data import BadInput, Mission, NotCertified, Unsatisfiable, mission_to_yaml, parse_mission
 from verify.run_folder import recheck
@@ -103,32 +104,12 @@ def test_a_lasso_keeps_what_it_can() -> None:
     assert kept_by_words(mission, ltlplan.plan(mission).words) == {1}
 
 
-PUBLISHED = """
-format: 1
-name: loads
-spec: {formula: G F (r1 & loaded) & G F (r1 & unloaded), soft: [{formula: G !r3}], trace: infinite}
-regions:
-  r1: {center: [0, 0, 1], radii: [0.25, 0.25, 0.25]}
-  r2: {center: [1, 1, 1], radii: [0.25, 0.25, 0.25]}
-  r3: {center: [0.7, -0.3, 1], radii: [0.25, 0.25, 0.25]}
-environment: {start: home, edges: [[home, r1], [r1, r2], [r1, r3]]}
-robot:
-  initial: empty
-  states: {empty: [unloaded], full: [loaded]}
-  actions: [{from: empty, to: full, at: r3}, {from: full, to: empty, at: r1}, {from: empty, to: full, at: AT}]
-agents: {turtle: {start: [-0.6, 0, 1]}}
-vehicle: crazyflie-2.1
-workspace: {min: [-1.5, -1.5, 0.2], max: [2, 2, 2]}
-margin: 0.04
-"""
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("also", "visits", "outcome"), [("r2", ["r1", "r2", "r1"], "holds"), ("r3", ["r1", "r3", "r1"], "fails")]
 )
 def test_a_published_hard_and_soft_formula(also: str, visits: list[str], outcome: str) -> None:
-    made = ltlplan.plan(parse_mission(PUBLISHED.replace("AT", also)))
+    made = ltlplan.plan(loads(also))
     assert [visit.region for visit in made.robots["turtle"].visits] == visits
     certificate = certified_team(made).certificate
     assert certificate.holds
