@@ -233,7 +233,7 @@ def _at_margin(evidence: Evidence, margin: Fraction, clock_error: Fraction) -> _
         *(_word_claim(verdict, plan, found.matchings) for verdict in words),
         *found.visits,
         *found.passages,
-        *precedence_claims(plan, found.matchings, found.timelines, clock_error),
+        *precedence_claims(evidence, found.matchings, found.timelines, clock_error),
         *_claims_of_paths(evidence, found, margin, separation_claims(evidence, margin, _clocks(evidence, clock_error))),
     )
     return _Tube(claims, found.timelines)
@@ -254,7 +254,7 @@ def _holds_at(evidence: Evidence, margin: Fraction, clock_error: Fraction) -> bo
     claims = itertools.chain(
         found.visits,
         found.passages,
-        precedence_claims(evidence.plan, found.matchings, found.timelines, clock_error),
+        precedence_claims(evidence, found.matchings, found.timelines, clock_error),
         _claims_of_paths(evidence, found, margin, ()),
     )
     return (

@@ -290,7 +290,9 @@ def test_a_certificate_of_an_earlier_format_is_to_be_made_again(folder):
     data = {**json.loads(path.read_text()), "format": 1}
     data["digest"] = payload_digest({k: v for k, v in data.items() if k != "digest"})
     path.write_text(json.dumps(data))
-    with pytest.raises(BadInput, match="earlier version of ltlplan, whose sentences can mean something else; certify the folder again"):
+    with pytest.raises(
+        BadInput, match="earlier version of ltlplan, whose sentences can mean something else; certify the folder again"
+    ):
         recheck(folder)
     plan, team = read_folder(folder)
     path.write_text(certify(plan, team, margin=data["margin"], clock_error=data["clock_error"]).to_json())

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from decimal import Decimal
+from fractions import Fraction
 from typing import Literal
 
 from verify.data.witness import Witness
@@ -85,6 +88,18 @@ def claim_of(
             bound=bound, limit=limit, what=what, way=way,
         )  # fmt: skip
     return Claim(name, outcome, sentence, robot, other, unit, bound, limit, margin, time, witness)
+
+
+def at_least(value: Fraction | float, digits: int = 4) -> str:
+    """Write a lower bound with so many decimals, rounded down: what is printed is proved, too.
+
+    Args:
+        value: What is proved.
+        digits: Decimals.
+    """
+    if not math.isfinite(value):
+        return f"{float(value):.{digits}f}"
+    return f"{Decimal(math.floor(Fraction(value) * 10**digits)).scaleb(-digits):.{digits}f}"
 
 
 def told_apart(value: float, limit: float) -> str:

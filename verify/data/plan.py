@@ -117,21 +117,9 @@ class Precedence(Value):
 
     def sentence(self, robots: Mapping[str, RobotPlan]) -> str:
         """Return the precedence in words, such as "quad1 enters b only when quad0 has left a"."""
-        (first, _), (then, _) = self.first, self.then
-        what, where = _place(robots, *self.first), _place(robots, *self.then)
         done = {"left": "left", "entered": "entered", "acted": "acted in"}[self.done]
         due = {"enters": "enters", "leaves": "leaves", "acts": "acts in"}[self.due]
-        return f"{then} {due} {where} only when {first} has {done} {what}"
-
-
-def _place(robots: Mapping[str, RobotPlan], name: str, visit: int) -> str:
-    """Return where a visit is made; of several visits of a region also which one it is."""
-    regions = [each.region for each in robots[name].visits]
-    region = regions[visit]
-    if regions.count(region) == 1:
-        return region
-    number = regions[: visit + 1].count(region)
-    return f"{region} for the {('first', 'second', 'third')[number - 1] if number <= 3 else f'{number}th'} time"
+        return _sentence(robots, self, due, done)
 
 
 class Meeting(Value):
@@ -142,8 +130,28 @@ class Meeting(Value):
 
     def sentence(self, robots: Mapping[str, RobotPlan]) -> str:
         """Return the meeting in words, such as "quad1 sets out for b only when quad0 has entered a"."""
-        what, where = _place(robots, *self.first), _place(robots, *self.then)
-        return f"{self.then[0]} sets out for {where} only when {self.first[0]} has entered {what}"
+        return _sentence(robots, self, "sets out for", "entered")
+
+
+def _sentence(robots: Mapping[str, RobotPlan], wait: Precedence | Meeting, due: str, done: str) -> str:
+    (first, i), (then, j) = wait.first, wait.then
+    lap = robots[then].cycle_visit
+    repeated = "" if lap is None or j < lap else ", in each lap"
+    return f"{then} {due} {_place(robots[then], j)} only when {first} has {done} {_place(robots[first], i)}{repeated}"
+
+
+def _place(robot: RobotPlan, visit: int) -> str:
+    """Return where a visit is made; of several visits of a region before the laps, or in a lap, also which one it is."""
+    regions, lap, when = [each.region for each in robot.visits], robot.cycle_visit, ""
+    if lap is not None and visit < lap:
+        regions, when = regions[:lap], " before the first lap"
+    elif lap is not None:
+        regions, visit = regions[lap:], visit - lap
+    region = regions[visit]
+    if regions.count(region) == 1:
+        return region + when
+    number = regions[: visit + 1].count(region)
+    return f"{region} for the {('first', 'second', 'third')[number - 1] if number <= 3 else f'{number}th'} time{when}"
 
 
 class Plan(Value):
