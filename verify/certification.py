@@ -32,9 +32,11 @@ from verify.data.mission import Mission
 from verify.data.plan import Plan, check_plan
 from verify.data.rules.clocks import clock_error_of, since_common_start
 from verify.data.trajectory import Trajectory, check_trajectories
+from verify.judged_plan import judged_plan
 from verify.logic.verdict import Verdict
 from verify.motion.membership.statuses import changes, statuses
 from verify.motion.passages import crossings
+from verify.motion.planned_words import false_statement
 from verify.motion.separation import stretch_of
 from verify.motion.visits import Matching, internal_changes, match
 
@@ -61,6 +63,8 @@ def certify(
         BadInput: Team, plan and mission do not belong together, or an argument is out of range.
     """
     certificate = judge(plan, team, margin=margin, clock_error=clock_error)
+    if certificate.holds and (fault := false_statement(plan, certificate.timelines)):
+        raise NotCertified(f"All claims hold, but the plan states what is not so: {fault}")
     if certificate.holds:
         return certificate
     refused = [claim for claim in certificate.claims if claim.outcome != "holds"]
@@ -104,7 +108,7 @@ def judge(
     if tuple(plan.robots) != tuple(mission.agents):
         raise BadInput(f"The plan has robots {', '.join(plan.robots)}; the mission has {', '.join(mission.agents)}.")
     _check_plan(plan)
-    evidence = Evidence.of(plan, team)
+    evidence = Evidence.of(judged_plan(plan), team)
     error = Fraction(apart)
     still = _margin_free_claims(evidence)
     tube = _at_margin(evidence, Fraction(asked), error)

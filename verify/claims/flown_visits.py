@@ -3,7 +3,8 @@
 A region is entered from when the path may be in it until it is for sure, and left from when the path may be out of it again until it is
 for sure. A robot sets out for its first visit at the first instant at which its nominal path differs from its start; for a later one, where
 it stands still for the last time before it leaves the visit before, or comes to the new one. Where it never stands still there, it has been
-on its way since it came to the visit before. Laps are alike: an event of a lap's visit comes again one lap later.
+on its way since it came to the visit before. For the first visit of a lap it sets out from where the lap begins, which need be no visit. Laps
+are alike: an event of a lap's visit comes again one lap later.
 """
 
 from __future__ import annotations
@@ -105,8 +106,10 @@ class FlownVisits:
         return Enclosure(stay.start, stay.must[0][0] if stay.must else stay.stop)
 
     def _left(self, visit: int, lap: int) -> Enclosure | None:
+        return self._leaves(self._stay(visit), lap * self.length)
+
+    def _leaves(self, stay: Stay, later: Fraction) -> Enclosure | None:
         """Return when a region is left: after the first time in it for sure, for the path may go to and fro at its boundary."""
-        stay, later = self._stay(visit), lap * self.length
         begins = stay.must[0][1] if stay.must else stay.start
         return None if begins >= self.timeline.duration + self.length else Enclosure(begins + later, stay.stop + later)
 
@@ -116,16 +119,26 @@ class FlownVisits:
 
     def _set_out(self, visit: int, lap: int) -> Enclosure | None:
         """Return when it sets out for a visit; no later than it may leave where it is, or come to where it goes."""
-        there = self._entered(visit, lap)
-        if visit == 0 and not lap:
+        there, seam = self._entered(visit, lap), (self.timeline.cycle or Fraction(0)) + lap * self.length
+        opens = visit == self.matching.lap  # the first visit of a lap: it sets out from where the lap begins
+        if visit == 0 and not lap and not (opens and self.moves is not None and self.moves < seam):
             if self.moves is None:
                 return None
             extra = self.matching.extra
-            leaves = there.low if extra is None else extra.must[0][1] if extra.must else extra.start
-            return Enclosure(min(self.moves, leaves, there.low), min(self.moves, there.high))
-        first = lap > 0 and visit == self.matching.lap  # it comes from the last visit of the lap before
-        number, before = (len(self.matching.stays) - 1, 0) if first else (visit - 1, lap)
-        begun, left = self._entered(number, before).low, self._left(number, before)
+            left = None if extra is None else self._leaves(extra, Fraction(0))
+            low = there.low if left is None else min(left.low, there.low)
+            return Enclosure(min(self.moves, low), min(self.moves, there.high))
+        begun, left = self._before(visit, lap)
+        if opens and left is not None and left.high <= seam:
+            left = None
         low, high = (there.low, there.high) if left is None else (min(left.low, there.low), min(left.high, there.high))
         stands = [stand.stop for stand in self.stands if stand.start <= low and stand.stop >= begun]
         return Enclosure(min(stands[-1], low), min(stands[-1], high)) if stands else Enclosure(min(begun, low), high)
+
+    def _before(self, visit: int, lap: int) -> tuple[Fraction, Enclosure | None]:
+        """Return from when the visit before lasts, and when it is left; of the first visit of a later lap that is the lap's last one."""
+        number, of_lap = (len(self.matching.stays) - 1, 0) if lap and visit == self.matching.lap else (visit - 1, lap)
+        if number >= 0:
+            return self._entered(number, of_lap).low, self._left(number, of_lap)
+        extra = self.matching.extra
+        return Fraction(0), None if extra is None else self._leaves(extra, Fraction(0))

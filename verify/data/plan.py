@@ -278,8 +278,8 @@ def _read_otherwise(given: Any, read: Any) -> str:
         return next(
             (f".{i}{where}" for i, (a, b) in enumerate(zip(given, read, strict=True)) if (where := _read_otherwise(a, b))), ""
         )
-    numbers = [isinstance(value, int | float) and not isinstance(value, bool) for value in (given, read)]
-    return "" if given == read and (all(numbers) or type(given) is type(read)) else "."
+    same = type(given) is type(read) or (type(given) is int and type(read) is float)  # 2 for 2.0, but no 2.0 for an index
+    return "" if same and given == read else "."
 
 
 def load_plan(path: str | Path, mission: Mission) -> Plan:
@@ -300,6 +300,17 @@ def _check(plan: Plan, source: str) -> None:
             raise BadInput(f"{source}, {name}: '{unknown[0]}' is not a region of the mission.")
         if robot.cycle_visit is not None and not 0 <= robot.cycle_visit <= len(robot.visits):
             raise BadInput(f"{source}, {name}: cycle_visit is {robot.cycle_visit}; it must lie from 0 to {len(robot.visits)}.")
+        _check_cycle(robot, f"{source}, {name}")
+        states = plan.mission.robot_of(name).states
+        unknown = [
+            state
+            for visit in robot.visits
+            for act in visit.actions
+            for state in (act.source, act.target)
+            if state not in states
+        ]
+        if unknown:
+            raise BadInput(f"{source}, {name}: '{unknown[0]}' is not a state of its robot; it has {', '.join(states)}.")
     for precedence in (*plan.precedences, *plan.meetings):
         for robot, visit in (precedence.first, precedence.then):
             if robot not in plan.robots or not 0 <= visit < len(plan.robots[robot].visits):
@@ -311,3 +322,20 @@ def _check(plan: Plan, source: str) -> None:
         for (robot, visit), acts in ((wait.first, wait.done == "acted"), (wait.then, wait.due == "acts")):
             if acts and not plan.robots[robot].visits[visit].actions:
                 raise BadInput(f"{source}: a precedence waits for an action of {robot} in visit {visit}, which has none.")
+
+
+def _check_cycle(robot: RobotPlan, where: str) -> None:
+    """Refuse a cycle that begins at a waypoint but at no visit, or does not end where it begins."""
+    begins, last = robot.cycle_waypoint, len(robot.waypoints) - 1
+    if begins is None:
+        return
+    if robot.cycle_visit is None:
+        raise BadInput(
+            f"{where}: cycle_waypoint is {begins}, and cycle_visit says that there is no cycle; give both or neither."
+        )
+    if not 0 <= begins <= last:
+        raise BadInput(f"{where}: cycle_waypoint is {begins}; it must lie from 0 to {last}.")
+    if robot.waypoints[begins].position != robot.waypoints[last].position:
+        raise BadInput(
+            f"{where}: the last waypoint is not where the cycle begins, at waypoint {begins}; a lap ends where it begins."
+        )
