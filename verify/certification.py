@@ -21,6 +21,7 @@ from verify.certificate import ActionInstant, Certificate, versions
 from verify.claims.claim import Claim
 from verify.claims.distance_claims import Clocks, rim_claims, separation_claims, separation_holds, workspace_claims
 from verify.claims.evidence import Evidence
+from verify.claims.judged_plan import judged_plan
 from verify.claims.limit_claims import continuity_claims, endurance_claims, leg_claims, limit_claims
 from verify.claims.obstacle_claims import obstacle_claims
 from verify.claims.order_claims import ordered_claims, precedence_claims
@@ -32,7 +33,6 @@ from verify.data.mission import Mission
 from verify.data.plan import Plan, check_plan
 from verify.data.rules.clocks import clock_error_of, since_common_start
 from verify.data.trajectory import Trajectory, check_trajectories
-from verify.judged_plan import judged_plan
 from verify.logic.verdict import Verdict
 from verify.motion.membership.statuses import changes, statuses
 from verify.motion.passages import crossings

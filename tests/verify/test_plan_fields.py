@@ -16,10 +16,10 @@ from tests.helpers.flights import legs, plan_of, small_mission
 from tests.verify.test_run_folder import write_folder
 from verify import certify, recheck
 from verify.certificate import payload_digest
+from verify.claims.judged_plan import OF_PLANNING, PROVED, judged_plan
 from verify.data import BadInput, NotCertified, Plan, RobotPlan, Trajectory, Visit, Waypoint, Word
 from verify.data.plan import Meeting, Precedence
 from verify.data.sections import Action
-from verify.judged_plan import OF_PLANNING, PROVED, judged_plan
 
 TYPES = (Plan, RobotPlan, Visit, Precedence, Meeting)
 REGIONS = "a: {center: [1.0, 0.0, 1.0], radii: [0.2, 0.2, 0.2]}\nb: {center: [1.0, 2.0, 1.0], radii: [0.2, 0.2, 0.2]}"
