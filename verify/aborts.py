@@ -2,7 +2,8 @@
 
 Braking is that of `verify.motion.braking`: every robot comes to rest within one length, from the state that was planned for the instant. Distances
 are proved by branch and bound over instants and shares of the braking at once (`verify.claims.braking_claims`). For limits the share is cut
-into intervals, on each of which velocity, acceleration and jerk are bounded for all instants; where that does not do it is cut again.
+into intervals, on each of which velocity, acceleration, jerk, yaw rate and rotor thrusts are bounded for all instants; where that does not do
+it is cut again. Limits of single legs and endurance are no part of it.
 
 Nothing is claimed of words: an abort may break the formula. What is proved is of robots that are in their tubes when the braking begins,
 and follow it within the margin, too.
@@ -23,14 +24,19 @@ from verify.data.errors import BadInput
 from verify.data.mission import Mission
 from verify.data.trajectory import Trajectory, check_trajectories
 from verify.data.vehicle import GRAVITY
-from verify.motion.braking.courses import greatest, weights
+from verify.motion.braking.courses import braking_motion, greatest, weights
 from verify.motion.braking.surroundings import Braking
 from verify.motion.paths import read_team
+from verify.motion.rotors import turning_bounds
 
 FIRST = 4
 """Intervals that the braking is cut into at first, for limits."""
 FINEST = Fraction(1, 256)
 """Share of the braking below which an interval is not cut."""
+COVERED = "speed, acceleration, thrust, tilt, body rate, yaw rate and rotor thrust"
+"""Limits that braking is proved to keep."""
+_HALVINGS = 8
+"""How often a piece is halved at most for yaw rates and rotor thrusts."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,7 +59,10 @@ class AbortVerdict:
         """What is said of it: of what is refuted, where there is something."""
         if self.refused:
             return f"Abort not certified: {self.refused[0].sentence}"
-        return f"Abort certified: from every instant all robots brake to a hover within {self.length:g} s, apart and clear of everything."
+        return (
+            f"Abort certified: from every instant all robots brake to a hover within {self.length:g} s, apart and clear of everything, "
+            f"within their limits of {COVERED}; limits of single legs and endurance are not covered."
+        )
 
 
 @np.errstate(all="ignore")
@@ -65,7 +74,7 @@ def judge_aborts(
     margin: float | None = None,
     clock_error: float = 0.0,
 ) -> AbortVerdict:
-    """Decide whether a team may brake to a hover at any instant: separation, walls, rims, obstacles, closed regions and limits.
+    """Decide whether a team may brake to a hover at any instant: separation, walls, rims, obstacles, closed regions, and limits but those of legs and endurance.
 
     Args:
         mission: The world, and who flies.
@@ -117,9 +126,14 @@ def _limits_between(braking: Braking, begin: Fraction, end: Fraction) -> Iterato
     velocity, acceleration, jerk = (weights(length, begin, end, order) for order in (1, 2, 3))
     speeds, pushes, jerks = (greatest(paths, rows) for rows in (velocity, acceleration, jerk))
     forces = greatest(paths, acceleration, gravity=True)
+    asked = [mission.limits_of(robot) for robot in paths.robots]
+    turning = turning_bounds(
+        paths, braking_motion(paths, length, begin, end),
+        [(limits.yaw_rate, limits.rotor_thrust_min, limits.rotor_thrust_max) for limits in asked], _HALVINGS,
+    )  # fmt: skip
     when = f"from {float(begin * length):.3f} to {float(end * length):.3f} s into braking"
-    for robot, speed, push, shake, force in zip(paths.robots, speeds, pushes, jerks, forces, strict=True):
-        limits, mass = mission.limits_of(robot), mission.vehicle_of(robot).mass
+    for index, (robot, speed, push, shake, force) in enumerate(zip(paths.robots, speeds, pushes, jerks, forces, strict=True)):
+        limits, mass = asked[index], mission.vehicle_of(robot).mass
         left = max(GRAVITY - push, 1e-9)  # m/s^2 of thrust at least
         rows = (
             ("speed", speed, limits.speed, "m/s"),
@@ -128,9 +142,12 @@ def _limits_between(braking: Braking, begin: Fraction, end: Fraction) -> Iterato
             ("thrust_min", -mass * left, -limits.thrust_min, "N"),
             ("tilt", math.asin(min(push / GRAVITY, 1.0)), limits.tilt, "rad"),
             ("body_rate", shake / left, limits.body_rate, "rad/s"),
+            ("yaw_rate", turning.yaw_rate[index], limits.yaw_rate, "rad/s"),
+            ("rotor_thrust_max", turning.greatest[index], limits.rotor_thrust_max, "N"),
+            ("rotor_thrust_min", -turning.least[index], -limits.rotor_thrust_min, "N"),
         )
         for name, bound, limit, unit in rows:
-            above = float(bound) * (1 + 1e-12)
+            above = float(bound) + abs(float(bound)) * 1e-12
             if above <= limit:
                 continue
             what, side = (

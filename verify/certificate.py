@@ -17,7 +17,8 @@ from verify.claims.soft_claims import SoftClaim
 from verify.data.mission import Mission
 from verify.data.trajectory import Trajectory
 
-CERTIFICATE_FORMAT = 1
+CERTIFICATE_FORMAT = 2
+"""Raised whenever a claim's sentence changes its meaning, so that no sentence is read with another meaning than it was proved with."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,8 +18,13 @@ _AGREE = 1e-6
 """Bounds proved on another machine may differ by so much of their size: sums are rounded in another order there."""
 
 
-def read_certificate(path: Path) -> dict[str, Any]:  # of any type: JSON nests
+def read_certificate(path: Path, *, earlier: bool = False) -> dict[str, Any]:  # of any type: JSON nests
     """Read certificate.json as plain data of the right shape; `recheck` proves what it says.
+
+    Args:
+        path: The file.
+        earlier: Whether earlier formats are read too. They have the same shape, but their sentences are not those that are proved now:
+            only for folders that are certified again.
 
     Raises:
         BadInput: The file is unreadable, no certificate, or one of another format.
@@ -27,11 +32,18 @@ def read_certificate(path: Path) -> dict[str, Any]:  # of any type: JSON nests
     if not path.exists():
         raise BadInput(f"{path.parent} has no {path.name}; name a folder that `ltlplan run` or `ltlplan certify` wrote.")
     data = read_bytes(path, most=MAX_BYTES, what="certificate")
-    return certificate_from_json(data, str(path))
+    return certificate_from_json(data, str(path), earlier=earlier)
 
 
-def certificate_from_json(data: str | bytes, source: str = "certificate.json") -> dict[str, Any]:  # of any type: JSON nests
+def certificate_from_json(
+    data: str | bytes, source: str = "certificate.json", *, earlier: bool = False
+) -> dict[str, Any]:  # of any type: JSON nests
     """Read certificate.json as plain data; `recheck` proves what it says.
+
+    Args:
+        data: The file's contents.
+        source: Names the file in messages.
+        earlier: Whether earlier formats are read too, as in `read_certificate`.
 
     Raises:
         BadInput: It is no certificate, or one of another format.
@@ -39,13 +51,7 @@ def certificate_from_json(data: str | bytes, source: str = "certificate.json") -
     value = parse_json(data, source)
     if not isinstance(value, dict):
         raise BadInput(f"{source} is no certificate: it must be an object.")
-    number = value.get("format")
-    if isinstance(number, int) and not isinstance(number, bool) and number > CERTIFICATE_FORMAT:
-        raise BadInput(
-            f"{source} has format {number}, which is later than this version's {CERTIFICATE_FORMAT}; update ltlplan."
-        )
-    if number != CERTIFICATE_FORMAT or isinstance(number, bool):
-        raise BadInput(f'{source} must have "format": {CERTIFICATE_FORMAT}, not {number!r}.')
+    _require_format(value.get("format"), source, earlier=earlier)
     for key, test, wanted in _SHAPE:
         if key not in value:
             raise BadInput(f"{source} lacks '{key}'; it is incomplete.")
@@ -57,6 +63,20 @@ def certificate_from_json(data: str | bytes, source: str = "certificate.json") -
     if unknown:
         raise BadInput(f"{source} has an unknown key '{unknown[0][:40]}'.")
     return value
+
+
+def _require_format(number: Any, source: str, *, earlier: bool) -> None:
+    if isinstance(number, bool) or not isinstance(number, int) or number < 1:
+        raise BadInput(f'{source} must have "format": {CERTIFICATE_FORMAT}, not {number!r}.')
+    if number > CERTIFICATE_FORMAT:
+        raise BadInput(
+            f"{source} has format {number}, which is later than this version's {CERTIFICATE_FORMAT}; update ltlplan."
+        )
+    if number < CERTIFICATE_FORMAT and not earlier:
+        raise BadInput(
+            f"{source} has format {number}: it was made by an earlier version of ltlplan, whose sentences can mean something else; "
+            f"certify the folder again (`ltlplan certify`), which writes format {CERTIFICATE_FORMAT}."
+        )
 
 
 def _is_number(value: Any) -> bool:

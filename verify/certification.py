@@ -21,6 +21,7 @@ from verify.certificate import ActionInstant, Certificate, versions
 from verify.claims.claim import Claim
 from verify.claims.distance_claims import Clocks, rim_claims, separation_claims, separation_holds, workspace_claims
 from verify.claims.evidence import Evidence
+from verify.claims.judged_plan import judged_plan
 from verify.claims.limit_claims import continuity_claims, endurance_claims, leg_claims, limit_claims
 from verify.claims.obstacle_claims import obstacle_claims
 from verify.claims.order_claims import ordered_claims, precedence_claims
@@ -35,6 +36,7 @@ from verify.data.trajectory import Trajectory, check_trajectories
 from verify.logic.verdict import Verdict
 from verify.motion.membership.statuses import changes, statuses
 from verify.motion.passages import crossings
+from verify.motion.planned_words import false_statement
 from verify.motion.separation import stretch_of
 from verify.motion.visits import Matching, internal_changes, match
 
@@ -61,6 +63,8 @@ def certify(
         BadInput: Team, plan and mission do not belong together, or an argument is out of range.
     """
     certificate = judge(plan, team, margin=margin, clock_error=clock_error)
+    if certificate.holds and (fault := false_statement(plan, certificate.timelines)):
+        raise NotCertified(f"All claims hold, but the plan states what is not so: {fault}")
     if certificate.holds:
         return certificate
     refused = [claim for claim in certificate.claims if claim.outcome != "holds"]
@@ -104,7 +108,7 @@ def judge(
     if tuple(plan.robots) != tuple(mission.agents):
         raise BadInput(f"The plan has robots {', '.join(plan.robots)}; the mission has {', '.join(mission.agents)}.")
     _check_plan(plan)
-    evidence = Evidence.of(plan, team)
+    evidence = Evidence.of(judged_plan(plan), team)
     error = Fraction(apart)
     still = _margin_free_claims(evidence)
     tube = _at_margin(evidence, Fraction(asked), error)
@@ -233,7 +237,7 @@ def _at_margin(evidence: Evidence, margin: Fraction, clock_error: Fraction) -> _
         *(_word_claim(verdict, plan, found.matchings) for verdict in words),
         *found.visits,
         *found.passages,
-        *precedence_claims(plan, found.matchings, found.timelines, clock_error),
+        *precedence_claims(evidence, found.matchings, found.timelines, clock_error),
         *_claims_of_paths(evidence, found, margin, separation_claims(evidence, margin, _clocks(evidence, clock_error))),
     )
     return _Tube(claims, found.timelines)
@@ -254,7 +258,7 @@ def _holds_at(evidence: Evidence, margin: Fraction, clock_error: Fraction) -> bo
     claims = itertools.chain(
         found.visits,
         found.passages,
-        precedence_claims(evidence.plan, found.matchings, found.timelines, clock_error),
+        precedence_claims(evidence, found.matchings, found.timelines, clock_error),
         _claims_of_paths(evidence, found, margin, ()),
     )
     return (

@@ -123,7 +123,7 @@ def _as_cut(folder: Path, mission: Mission, flown: Mapping[str, Trajectory]) -> 
     """Return flights in the parts that a certificate in their folder names, which the judge is to prove; None where it names none for them."""
     if not (folder / CERTIFICATE_FILE).exists():
         return None
-    written = read_certificate(folder / CERTIFICATE_FILE)["trajectories"]
+    written = read_certificate(folder / CERTIFICATE_FILE, earlier=True)["trajectories"]
     if set(written) != set(flown) or not any(entry.get("cuts") for entry in written.values()):
         return None
     found: dict[str, Trajectory] = {}

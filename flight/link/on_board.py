@@ -68,10 +68,9 @@ class Commander:
         self._length = self._brakes
         self._brake = braking(flat, self._length)
         self.flying, self._begin = None, now
-        end = self._place.copy()
-        end[3] = flat[0, 3]
-        end[:3] = flat[0, :3] + sum(self._brake[k] * self._length ** (k + 1) / (k + 1) for k in range(len(self._brake)))
-        self._from = self._to = end
+        self._from = self._to = flat[0] + sum(
+            self._brake[k] * self._length ** (k + 1) / (k + 1) for k in range(len(self._brake))
+        )
 
     def land(self, height: float, seconds: float, now: float) -> None:
         """Sink from where it is wanted now.
@@ -104,12 +103,11 @@ class Commander:
             self._from = self._to = path.evaluate(path.duration)
             self.flying = None
         if self._brake is not None and t < self._length:
-            flat[0] = self._to
-            origin = self._to[:3] - sum(self._brake[k] * self._length ** (k + 1) / (k + 1) for k in range(len(self._brake)))
-            flat[0, :3] = origin + sum(self._brake[k] * t ** (k + 1) / (k + 1) for k in range(len(self._brake)))
+            origin = self._to - sum(self._brake[k] * self._length ** (k + 1) / (k + 1) for k in range(len(self._brake)))
+            flat[0] = origin + sum(self._brake[k] * t ** (k + 1) / (k + 1) for k in range(len(self._brake)))
             powers = self._brake
             for order in range(1, 5):
-                flat[order, :3] = sum(powers[k] * t**k for k in range(len(powers)))
+                flat[order] = sum(powers[k] * t**k for k in range(len(powers)))
                 powers = np.stack([k * powers[k] for k in range(1, len(powers))])
             return flat
         if np.array_equal(self._from, self._to):

@@ -22,7 +22,7 @@ LANDING_TIME = 15.0
 class Stop:
     """A smooth stop of every robot from its planned motion at one instant, and a descent where it is to land.
 
-    Velocity goes to zero as a polynomial of degree 5 that keeps velocity, acceleration and jerk at its beginning; heading stays.
+    Velocity and the heading's rate go to zero as polynomials of degree 5 that keep them and their two derivatives at the beginning.
     """
 
     def __init__(self, flat: Floats, begin: float, mission: Mission, reaction: Reaction) -> None:
@@ -38,7 +38,7 @@ class Stop:
         speed = float(np.max(np.sqrt(np.sum(flat[1, :3] ** 2, axis=0))))
         self._length = t = braking_time(speed, min(mission.limits_of(robot).acceleration for robot in mission.agents))
         self._velocity = braking(flat, t)
-        self._stopped = flat[0, :3] + sum(self._velocity[k] * t ** (k + 1) / (k + 1) for k in range(6))
+        self._stopped = flat[0] + sum(self._velocity[k] * t ** (k + 1) / (k + 1) for k in range(6))
         self._drop = self._stopped[2] - LANDING_HEIGHT if reaction == "land" else np.zeros(flat.shape[-1])
         self._descent = max(float(np.max(self._drop)) / LANDING_SPEED, 1.0) if reaction == "land" else 0.0
 
@@ -50,16 +50,15 @@ class Stop:
     def flat(self, time: float) -> Floats:
         """Return the flat reference at a time after the stop began. Shape (5, 4, robots)."""
         result = np.zeros_like(self._start)
-        result[0, 3] = self._start[0, 3]
         t = time - self._begin
         if t < self._length:
-            result[0, :3] = self._start[0, :3] + sum(self._velocity[k] * t ** (k + 1) / (k + 1) for k in range(6))
+            result[0] = self._start[0] + sum(self._velocity[k] * t ** (k + 1) / (k + 1) for k in range(6))
             coefficients = self._velocity
             for order in range(1, 5):
-                result[order, :3] = sum(coefficients[k] * t**k for k in range(len(coefficients)))
+                result[order] = sum(coefficients[k] * t**k for k in range(len(coefficients)))
                 coefficients = np.stack([k * coefficients[k] for k in range(1, len(coefficients))])
             return result
-        result[0, :3] = self._stopped
+        result[0] = self._stopped
         if self._descent:
             step = smooth_step((t - self._length) / self._descent)
             for order in range(5):
@@ -88,17 +87,17 @@ def braking_length(mission: Mission) -> float:
 
 
 def braking(flat: Floats, length: float) -> Floats:
-    """Return the powers of a velocity that keeps velocity, acceleration and jerk of a motion and is at rest after so many seconds.
+    """Return the powers of rates that keep velocity, acceleration and jerk of a motion, heading included, and are zero after some seconds.
 
     Args:
         flat: x, y, z, yaw and their derivatives. Shape (5, 4, ...).
         length: s.
 
     Returns:
-        m/s and so on, ascending powers. Shape (6, 3, ...).
+        m/s and rad/s and so on, ascending powers. Shape (6, 4, ...).
     """
     t = length
-    velocity, acceleration, jerk = flat[1, :3], flat[2, :3], flat[3, :3]
+    velocity, acceleration, jerk = flat[1], flat[2], flat[3]
     # Powers 3 to 5 that bring velocity, acceleration and jerk to zero at the end.
     ends = np.array([[t**3, t**4, t**5], [3 * t**2, 4 * t**3, 5 * t**4], [6 * t, 12 * t**2, 20 * t**3]])
     left = -np.stack([velocity + t * acceleration + 0.5 * t * t * jerk, acceleration + t * jerk, jerk])

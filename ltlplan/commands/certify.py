@@ -116,7 +116,7 @@ def _clock_error_before(folder: Path) -> float | None:
     from verify.data.storage.folders import PROOF
 
     path = folder / PROOF
-    return float(read_certificate(path)["clock_error"]) if path.exists() else None
+    return float(read_certificate(path, earlier=True)["clock_error"]) if path.exists() else None
 
 
 def below_asked(certificate: Certificate) -> str:

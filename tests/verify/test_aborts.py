@@ -11,6 +11,7 @@ import pytest
 from flight.link.on_board import Commander
 from flight.monitoring.reaction import braking_length
 from tests.helpers.braking import brakes, closest
+from tests.helpers.dense_motion import SampledFlight, body_rates, rotor_thrusts
 from tests.helpers.stand_ins import hover, minimum_snap, rest_to_rest
 from verify.aborts import judge_aborts
 from verify.claims.claim import told_apart
@@ -156,6 +157,22 @@ def test_vehicles_that_are_told_to_hold_brake_as_it_is_judged() -> None:
         assert np.allclose(wanted, brakes(path, np.array([now]), shares, LENGTH)[:, 0], atol=1e-9)
 
 
+def test_vehicles_that_hold_slow_their_turning_down_as_it_is_judged() -> None:
+    path, begin = swerving(0.6)["one"], 0.4
+    coefficients = path.coefficients.copy()
+    coefficients[:, 3] = coefficients[:, 1]  # it turns as it flies along y
+    turning = Trajectory(path.durations, coefficients)
+    commander = Commander(np.array([-1.0, 0.0, 1.0, 0.0]), LENGTH)
+    commander.store(0, turning)
+    commander.start(0, 0.0)
+    commander.hold(begin)
+    for share in np.linspace(0.0, 0.999, 7):
+        wanted = commander.wanted(begin + LENGTH * float(share))
+        assert np.allclose(wanted[:, 3], wanted[:, 1], atol=1e-12)
+    assert np.allclose(commander.wanted(begin)[1:4, 3], [turning.evaluate(begin, order)[3] for order in (1, 2, 3)])
+    assert np.allclose(commander.wanted(begin + LENGTH)[1:4, 3], 0.0)
+
+
 @pytest.mark.slow
 def test_the_verdict_agrees_with_dense_sampling_on_random_flights() -> None:
     rng, certified, refused = np.random.default_rng(4), 0, 0
@@ -175,6 +192,61 @@ def test_the_verdict_agrees_with_dense_sampling_on_random_flights() -> None:
             assert sampled < asked + 0.03, "it refuses nothing that is clear by more than its intervals are wide"
     assert certified > 5
     assert refused > 5
+
+
+def turning_brake(path: Trajectory, length: float) -> tuple[float, float, float]:
+    """Return the greatest yaw rate, and the least and greatest rotor thrust, of braking from a grid of instants, by dense samples."""
+    flown, shares = SampledFlight(path.durations, path.coefficients), np.linspace(0.0, 1.0, 41)
+    times = np.repeat(flown.inner_times(0.02), len(shares))
+    late = np.tile(shares, len(times) // len(shares)) * length
+    motion, before = [flown.at(times, order) for order in (1, 2, 3)], flown.at(times)
+    ends = [
+        [length**3, length**4, length**5],
+        [3 * length**2, 4 * length**3, 5 * length**4],
+        [6 * length, 12 * length**2, 20 * length**3],
+    ]
+    v, a, j = motion
+    left = -np.stack([v + length * a + 0.5 * length**2 * j, a + length * j, j]).reshape(3, -1)
+    powers = [v, a, 0.5 * j, *np.linalg.solve(ends, left).reshape(3, *v.shape)]
+
+    def flat(after: float) -> tuple[np.ndarray, np.ndarray]:
+        t = (late + after)[:, None]
+        acceleration = sum(k * c * t ** (k - 1) for k, c in enumerate(powers) if k)
+        place = before + sum(c * t ** (k + 1) / (k + 1) for k, c in enumerate(powers))
+        return acceleration[:, :3], place[:, 3]
+
+    vehicle = mission().vehicle
+    thrusts = rotor_thrusts(flat, vehicle.mass, vehicle.arm, vehicle.inertia, vehicle.torque_to_thrust)
+    return float(np.abs(body_rates(flat)[:, 2]).max()), float(thrusts.min()), float(thrusts.max())
+
+
+@pytest.mark.parametrize("limit", ["yaw_rate_deg", "rotor_thrust_min", "rotor_thrust_max"])
+def test_yaw_rate_and_rotor_thrust_are_judged_as_sampled(limit: str) -> None:
+    path = minimum_snap([(-1, 0, 1), (0.2, 0.9, 1.3), (0.9, -0.4, 0.8)], [1.9, 2.0])
+    coefficients = path.coefficients.copy()
+    coefficients[0, 3, 4:6] = np.float32([0.8, -0.3])
+    coefficients[1, 3, 0] = np.float32(np.polynomial.polynomial.polyval(path.durations[0], coefficients[0, 3]))
+    path = Trajectory(path.durations, coefficients)
+    rate, least, greatest = turning_brake(path, LENGTH)
+    reached, sign = {
+        "yaw_rate_deg": (math.degrees(rate), 1.0),
+        "rotor_thrust_min": (least, -1.0),
+        "rotor_thrust_max": (greatest, 1.0),
+    }[limit]
+    agents = {"one": mission().agents["one"]}
+    for share, certified in ((0.03, True), (-0.005, False)):
+        vehicle = mission().vehicle.model_copy(update={limit: reached * (1 + sign * share)})
+        verdict = judge_aborts(mission(vehicle=vehicle, agents=agents, obstacles={}), {"one": path}, length=LENGTH)
+        assert bool(verdict) == certified, verdict.sentence
+        assert certified or {claim.name for claim in verdict.refused} == {f"limits.{limit.removesuffix('_deg')}"}
+
+
+def test_the_sentence_says_which_limits_are_covered() -> None:
+    team = {"one": hover(place=(-1.0, 0.0, 1.0)), "two": hover(place=(1.0, 0.0, 1.0))}
+    sentence = judge_aborts(mission(), team, length=LENGTH).sentence
+    for limit in ("speed", "acceleration", "thrust", "tilt", "body rate", "yaw rate", "rotor thrust"):
+        assert limit in sentence.split("within their limits of ")[1].split(";")[0]
+    assert sentence.endswith("limits of single legs and endurance are not covered.")
 
 
 def test_teams_of_any_size_are_judged() -> None:

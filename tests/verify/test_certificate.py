@@ -210,7 +210,7 @@ def test_the_certificate_is_plain_json(fire):
     plan, team = fire
     certificate = judge(plan, team, margin=0.1)
     data = certificate.to_dict()
-    assert data["format"] == 1
+    assert data["format"] == 2
     assert {c["verdict"] for c in data["claims"]} >= {"holds", "fails"}
     assert all("witness" in c for c in data["claims"] if c["verdict"] != "holds")
     assert not certificate.covers(team)

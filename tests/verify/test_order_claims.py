@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from random import Random
 
 import numpy as np
@@ -69,7 +70,13 @@ def test_a_flight_keeps_its_precedence_by_as_much_as_is_claimed() -> None:
     _, left = inside(FLIGHTS["r0"], (1, 0, 1), 0.01)
     entered, _ = inside(FLIGHTS["r1"], (1, 2, 1), 0.01)
     assert kept.bound == pytest.approx(entered - left, abs=3e-3)
-    assert kept.sentence == f"In flight r1 enters b only when r0 has left a, by {kept.bound:.4f} s."
+    written = re.fullmatch(
+        r"In flight r1 enters b only when r0 has left a, by at least (\S+) s, of which clocks that differ may take (\S+) s\.",
+        kept.sentence,
+    )
+    assert written
+    assert 0 <= kept.bound - float(written[1]) < 1e-4
+    assert float(written[2]) == pytest.approx(certificate.clock_error, abs=1e-6)
     assert kept.time == pytest.approx(entered, abs=2e-3)
 
 
@@ -235,3 +242,47 @@ def test_a_plan_whose_visits_its_words_do_not_show_claims_no_order() -> None:
     assert [claim.outcome for claim in claims(certificate, "precedences")] == ["holds"]
     with pytest.raises(BadInput, match="names visit 3 of r0"):
         plan.changed(precedences=(Precedence(first=("r0", 3), then=("r1", 0)),))
+
+
+AFTER = Meeting(first=("r0", 0), then=("r1", 0))
+
+
+@pytest.mark.parametrize(("hold", "outcome"), [(0.5, "fails"), (1.0, "fails"), (7.0, "holds")])
+def test_a_robot_sets_out_for_its_first_visit_when_it_first_moves(hold: float, outcome: str) -> None:
+    slowly = legs([[0, 2, 1], [1, 2, 1]], speed=0.1, hold=hold)  # it comes to b long after r0 has come to a
+    certificate = judge(flown("F a", "joint", AFTER), {**FLIGHTS, "r1": slowly}, largest=False)
+    (kept,) = claims(certificate, "precedences")
+    assert kept.outcome == outcome, kept.sentence
+    entered, _ = inside(FLIGHTS["r0"], (1, 0, 1), -0.01)
+    assert kept.time == hold
+    assert kept.bound == pytest.approx(hold - entered, abs=3e-3)
+
+
+def test_turning_in_place_is_not_setting_out() -> None:
+    turning = legs([[0, 2, 1], [1, 2, 1]], hold=7.0)
+    coefficients = turning.coefficients.copy()
+    coefficients[0, 3, 4:] = np.float32(1e-3)
+    turning = Trajectory(turning.durations, coefficients)
+    (kept,) = claims(judge(flown("F a", "joint", AFTER), {**FLIGHTS, "r1": turning}, largest=False), "precedences")
+    assert (kept.outcome, kept.time) == ("holds", 7.0)
+    coefficients[0, 2, 7] = np.float32(1e-30)  # it climbs from its very start
+    climbing = Trajectory(turning.durations, coefficients)
+    (kept,) = claims(judge(flown("F a", "joint", AFTER), {**FLIGHTS, "r1": climbing}, largest=False), "precedences")
+    assert (kept.outcome, kept.time) == ("fails", 0.0)
+
+
+def test_a_robot_sets_out_for_a_later_visit_where_it_last_stands_still() -> None:
+    mission = small_mission("F a", regions=REGIONS, starts=((0, 0, 1), (0, 2, 1)), margin=0.01)
+    mission = mission.changed(spec=mission.spec.model_copy(update={"team": "joint"}))
+    plan = plan_of(mission, {"r0": [Visit(region="a")], "r1": [Visit(region="b"), Visit(region="b")]})
+    plan = plan.changed(meetings=(Meeting(first=("r0", 0), then=("r1", 1)),))
+    first = legs([[0, 0, 1], [1, 0, 1]], speed=0.2)  # in a from about 4 s on
+    entered, _ = inside(first, (1, 0, 1), -0.01)
+    outcomes = {}
+    for wait in (0.0, 6.0):
+        path = legs([[0, 2, 1], *[[1, 2, 1]] * (1 + round(4 * wait)), [1.5, 2, 1], [1, 2, 1]], speed=0.5)
+        (kept,) = claims(judge(plan, {"r0": first, "r1": path}, largest=False), "precedences")
+        outcomes[wait] = kept.outcome
+        assert kept.bound == pytest.approx(2.0 + wait - entered, abs=3e-3)
+        assert "sets out for b for the second time" in kept.sentence
+    assert outcomes == {0.0: "fails", 6.0: "holds"}

@@ -139,6 +139,14 @@ def test_a_folder_of_parts_is_proved_again_and_tampered_ones_are_refused(tmp_pat
     assert moving.digest() != certificate.digest()
 
 
+def test_a_folder_of_an_earlier_format_is_cut_as_it_was(tmp_path, made: Plan) -> None:
+    team = {"r0": cut(legs(POINTS), 2)}
+    folder = write_folder(tmp_path / "out", made, team, certify(made, team))
+    written = json.loads((folder / "certificate.json").read_text())
+    (folder / "certificate.json").write_text(json.dumps({**written, "format": 1}))
+    assert read_folder(folder)[1] == team
+
+
 def test_files_of_parts_beside_a_run_are_those_of_its_flight(tmp_path, made: Plan) -> None:
     team = {"r0": cut(legs(POINTS), 2)}
     certificate = certify(made, team)

@@ -111,7 +111,8 @@ def test_a_pipe_is_not_waited_for(folder, name):
 def test_a_number_of_thousands_of_digits_is_bad_input(folder):
     for name in ("plan.json", "certificate.json"):
         whole = (folder / name).read_text()
-        (folder / name).write_text(whole.replace('"format": 1', '"format": ' + "1" * 5000))
+        number = json.loads(whole)["format"]
+        (folder / name).write_text(whole.replace(f'"format": {number}', '"format": ' + "1" * 5000))
         with pytest.raises(BadInput, match="no JSON"):
             recheck(folder)
         (folder / name).write_text(whole)
@@ -264,24 +265,38 @@ def test_a_sentences_whole_numbers_are_not_rounded(folder):
 HOSTILE = {
     "empty": "",
     "no json": "certified!",
-    "cut": '{"format": 1, "margin": 0.0',
+    "cut": '{"format": 2, "margin": 0.0',
     "list": "[]",
     "number": "1",
     "null": "null",
     "no format": "{}",
-    "later format": '{"format": 2}',
+    "later format": '{"format": 3}',
     "much later": '{"format": 99999999999999999999999}',
-    "format as text": '{"format": "1"}',
+    "format as text": '{"format": "2"}',
     "format true": '{"format": true}',
-    "old format": '{"format": 0}',
-    "NaN": '{"format": 1, "margin": NaN}',
-    "infinity": '{"format": 1, "margin": Infinity}',
+    "no such format": '{"format": 0}',
+    "NaN": '{"format": 2, "margin": NaN}',
+    "infinity": '{"format": 2, "margin": Infinity}',
     "deep": "[" * 100_000,
-    "key twice": '{"format": 1, "format": 1}',
-    "only format": '{"format": 1}',
+    "key twice": '{"format": 2, "format": 2}',
+    "only format": '{"format": 2}',
     "bytes": "\udcff\udcfe",
-    "huge number": '{"format": 1, "margin": 1e999}',
+    "huge number": '{"format": 2, "margin": 1e999}',
 }
+
+
+def test_a_certificate_of_an_earlier_format_is_to_be_made_again(folder):
+    path = folder / "certificate.json"
+    data = {**json.loads(path.read_text()), "format": 1}
+    data["digest"] = payload_digest({k: v for k, v in data.items() if k != "digest"})
+    path.write_text(json.dumps(data))
+    with pytest.raises(
+        BadInput, match="earlier version of ltlplan, whose sentences can mean something else; certify the folder again"
+    ):
+        recheck(folder)
+    plan, team = read_folder(folder)
+    path.write_text(certify(plan, team, margin=data["margin"], clock_error=data["clock_error"]).to_json())
+    assert recheck(folder).format == 2
 
 
 @pytest.mark.parametrize("name", list(HOSTILE))

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
+from fractions import Fraction
 from typing import Literal
 
 from verify.data.witness import Witness
@@ -85,6 +88,46 @@ def claim_of(
             bound=bound, limit=limit, what=what, way=way,
         )  # fmt: skip
     return Claim(name, outcome, sentence, robot, other, unit, bound, limit, margin, time, witness)
+
+
+def at_least(value: Fraction | float, digits: int = 4) -> str:
+    """Write a lower bound with so many decimals, rounded down: what is printed is proved, too.
+
+    Args:
+        value: What is proved.
+        digits: Decimals.
+    """
+    if not math.isfinite(value):
+        return f"{float(value):.{digits}f}"
+    return f"{Decimal(math.floor(Fraction(value) * 10**digits)).scaleb(-digits):.{digits}f}"
+
+
+def at_least_asked(value: float, limit: float) -> tuple[str, str]:
+    """Write a lower bound that is no less than a limit, rounded down, and the limit, with so many decimals that one sees that.
+
+    Args:
+        value: What is proved.
+        limit: What is asked.
+    """
+    for digits in range(4, 17):
+        bound, asked = at_least(value, digits), f"{limit:.{digits}f}"
+        if float(bound) >= float(asked):
+            return bound, asked
+    return repr(value), repr(limit)
+
+
+def figures(value: float, count: int, *, up: bool) -> str:
+    """Write a bound with so many figures, rounded to its safe side: what is printed is proved, too.
+
+    Args:
+        value: What is proved.
+        count: Figures.
+        up: Whether it is a bound from above.
+    """
+    if not math.isfinite(value):
+        return f"{value:.{count}g}"
+    safe = Context(prec=count, rounding=ROUND_CEILING if up else ROUND_FLOOR).create_decimal(Decimal(value))
+    return f"{float(safe):.{count}g}"
 
 
 def told_apart(value: float, limit: float) -> str:

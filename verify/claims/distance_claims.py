@@ -7,10 +7,10 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 
-from verify.claims.claim import Claim, Outcome, claim_of
+from verify.claims.claim import Claim, Outcome, at_least, at_least_asked, claim_of
 from verify.claims.evidence import Evidence
 from verify.motion.passages import clearances
-from verify.motion.separation import distance_exactly, stretch_of, wall_exactly
+from verify.motion.separation import distance_exactly, stretch_of, wall_exactly, z_weight
 
 
 def workspace_claims(evidence: Evidence, margin: Fraction) -> Iterable[Claim]:
@@ -19,9 +19,8 @@ def workspace_claims(evidence: Evidence, margin: Fraction) -> Iterable[Claim]:
         verdict = _at_least(near.low, near.high, margin, lambda robot=robot: wall_exactly(evidence.paths, robot, margin))
         time = float(near.time)
         stays = "stays" if verdict == "holds" else "comes within"
-        sentence = (
-            f"{near.robot} {stays} {max(near.low, 0.0) if verdict == 'holds' else near.high:.4f} m from the wall {near.other}"
-        )
+        distance = at_least(max(near.low, 0.0)) if verdict == "holds" else f"{near.high:.4f}"
+        sentence = f"{near.robot} {stays} {distance} m from the wall {near.other}"
         sentence += "." if verdict == "holds" else f" at {time:.4f} s; the margin is {float(margin):g} m."
         bound = _proved(near.low, margin, verdict)
         yield claim_of(
@@ -103,13 +102,11 @@ def _separation_claim(evidence: Evidence, pair: int, margin: Fraction, clocks: C
             return _claim_of_shifts(evidence, pair, in_tube, margin, clocks)
         if any(steps):
             verdict = "undecided"  # what steps can do is bounded from above only
-    time = float(near.time)
-    asked = (
-        f"{float(limit):.4f} m are asked (separation {evidence.plan.mission.least_distance(*robots):g} m, "
-        f"margin {float(margin):g} m)"
-    )
+    time, bound = float(near.time), _proved(near.low, limit, verdict)
+    proved, least = at_least_asked(bound, float(limit))
+    asked = _asked(evidence, robots, least if verdict == "holds" else f"{float(limit):.4f}", margin)
     if verdict == "holds":
-        sentence = f"{near.robot} and {near.other} stay {near.low:.4f} m apart; {asked}."
+        sentence = f"{near.robot} and {near.other} stay {proved} m apart; {asked}."
     elif verdict == "undecided":
         sentence = (
             f"{near.robot} and {near.other} cannot be shown to keep apart: they come within {near.high:.4f} m at {time:.4f} s, "
@@ -117,7 +114,6 @@ def _separation_claim(evidence: Evidence, pair: int, margin: Fraction, clocks: C
         )
     else:
         sentence = f"{near.robot} and {near.other} come within {near.high:.4f} m at {time:.4f} s; {asked}."
-    bound = _proved(near.low, limit, verdict)
     return claim_of(
         "separation", verdict, sentence, robot=near.robot, other=near.other, unit="m", time=time,
         bound=bound, limit=float(limit), margin=bound - float(limit),
@@ -129,12 +125,10 @@ def _claim_of_shifts(evidence: Evidence, pair: int, limit: Fraction, margin: Fra
     near = evidence.shifted_distances.least(pair, clocks.error, evidence.minimum_distances[pair].high)
     verdict: Outcome = "holds" if Fraction(near.low) >= limit else "fails" if Fraction(near.high) < limit else "undecided"
     time, apart = float(near.time), f"with clocks up to {float(clocks.error):g} s apart"
-    asked = (
-        f"{float(limit):.4f} m are asked (separation {evidence.plan.mission.least_distance(near.robot, near.other):g} m, "
-        f"margin {float(margin):g} m)"
-    )
+    proved, least = at_least_asked(near.low, float(limit))
+    asked = _asked(evidence, (near.robot, near.other), least if verdict == "holds" else f"{float(limit):.4f}", margin)
     if verdict == "holds":
-        sentence = f"{near.robot} and {near.other} stay {near.low:.4f} m apart {apart}; {asked}."
+        sentence = f"{near.robot} and {near.other} stay {proved} m apart {apart}; {asked}."
     elif verdict == "undecided":
         sentence = (
             f"{near.robot} and {near.other} cannot be shown to keep apart {apart}: no more than {near.low:.4f} m is proved, and they "
@@ -146,6 +140,13 @@ def _claim_of_shifts(evidence: Evidence, pair: int, limit: Fraction, margin: Fra
         "separation", verdict, sentence, robot=near.robot, other=near.other, unit="m", time=time,
         bound=near.low, limit=float(limit), margin=near.low - float(limit),
     )  # fmt: skip
+
+
+def _asked(evidence: Evidence, pair: tuple[str, str], limit: str, margin: Fraction) -> str:
+    """Word what is asked of a pair, and how distances are counted where that is not the same in all directions."""
+    mission, weight = evidence.plan.mission, z_weight(evidence.paths)
+    counted = "" if weight == 1 else f", distances in z counted {float(weight):g} times"
+    return f"{limit} m are asked (separation {mission.least_distance(*pair):g} m, margin {float(margin):g} m{counted})"
 
 
 def rim_claims(evidence: Evidence, margin: Fraction) -> Iterable[Claim]:
@@ -165,7 +166,7 @@ def rim_claims(evidence: Evidence, margin: Fraction) -> Iterable[Claim]:
             verdict = "fails"
         time = float(near.time)
         if verdict == "holds":
-            sentence = f"{robot} stays {near.low:.4f} m from the rim of '{near.hoop}' and of every other hoop."
+            sentence = f"{robot} stays {at_least(near.low)} m from the rim of '{near.hoop}' and of every other hoop."
         else:
             sentence = (
                 f"{robot} comes within {near.high:.4f} m of the rim of '{near.hoop}' at {time:.4f} s; "

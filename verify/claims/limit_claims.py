@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Mapping
 from fractions import Fraction
 
-from verify.claims.claim import Claim, Outcome, claim_of, told_apart
+from verify.claims.claim import Claim, Outcome, claim_of, figures, told_apart
 from verify.claims.evidence import Evidence
 from verify.claims.part_claims import pauses
 from verify.data.trajectory import PAUSE
@@ -41,7 +41,7 @@ def endurance_claims(evidence: Evidence) -> Iterable[Claim]:
         if Fraction(bound) < total:
             bound = math.nextafter(bound, math.inf)
         sentence = (
-            f"{robot} is in the air for {bound:.5g} s, {CLIMB_AND_LANDING:g} s of them for climb, the way to the start and landing; "
+            f"{robot} is in the air for {figures(bound, 5, up=True)} s, {CLIMB_AND_LANDING:g} s of them for climb, the way to the start and landing; "
             f"its endurance is {limit:.5g} s.{_paused(paused)}"
         )
         yield claim_of(
@@ -104,12 +104,13 @@ def _limit_claim(extreme: Extreme, region: str | None = None, visit: int | None 
     least = extreme.name.endswith("_min")
     unit = UNITS[extreme.name]
     quantity = extreme.name.replace("_", " ").removesuffix(" min").removesuffix(" max")
+    quantity += " (roll and pitch)" if extreme.name == "body_rate" else ""
     quantity += "" if region is None else f" on the way to '{region}'"
     verdict: Outcome = "holds" if extreme.holds else "fails" if extreme.fails else "undecided"
     time = float(extreme.time)
     if extreme.holds:
-        word = "at least" if least else "at most"
-        sentence = f"{extreme.robot}'s {quantity} is {word} {extreme.bound:.5g} {unit} (limit {extreme.limit:.5g})."
+        word, bound = "at least" if least else "at most", figures(extreme.bound, 5, up=not least)
+        sentence = f"{extreme.robot}'s {quantity} is {word} {bound} {unit} (limit {extreme.limit:.5g})."
     elif extreme.fails:
         word = "falls to" if least else "reaches"
         sentence = (
@@ -130,7 +131,7 @@ def continuity_claims(jumps: Iterable[Jump]) -> Iterable[Claim]:
     """Jumps between pieces, at the start and at the end."""
     for jump in jumps:
         verdict: Outcome = "holds" if jump.share <= 1 else "fails" if jump.sure > 1 else "undecided"
-        sentence = f"{jump.robot}: the {jump.what} jumps by at most {jump.size:.3g}; {jump.allowed:g} is allowed."
+        sentence = f"{jump.robot}: the {jump.what} jumps by at most {figures(jump.size, 3, up=True)}; {jump.allowed:g} is allowed."
         yield claim_of(
             "continuity", verdict, sentence, robot=jump.robot, bound=jump.size, limit=jump.allowed,
             margin=jump.allowed - jump.size, time=float(jump.time), what=jump.what,

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable
 from fractions import Fraction
 
-from verify.claims.claim import Claim, Outcome, claim_of
+from verify.claims.claim import Claim, Outcome, at_least, claim_of
 from verify.claims.evidence import Evidence
 from verify.motion.solids.approaches import Approach
 from verify.motion.solids.points import meets
@@ -42,7 +42,7 @@ def _is_beyond(one: Approach, limit: Fraction) -> bool:
 
 def _kept(nearest: Approach, limit: Fraction) -> Claim:
     low = max(nearest.low, float(limit))
-    sentence = f"{nearest.robot} stays {low:.4f} m from obstacle '{nearest.obstacle}' and from every other."
+    sentence = f"{nearest.robot} stays {at_least(low)} m from obstacle '{nearest.obstacle}' and from every other."
     return claim_of(
         "obstacles", "holds", sentence, robot=nearest.robot, unit="m", bound=low, limit=float(limit),
         margin=low - float(limit), time=float(nearest.time), region=nearest.obstacle,

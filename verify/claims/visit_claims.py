@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Mapping
 from fractions import Fraction
 
-from verify.claims.claim import Claim, claim_of
+from verify.claims.claim import Claim, at_least, claim_of
 from verify.claims.evidence import Evidence
 from verify.data.language.sequence import Passage, Sequence
 from verify.motion.membership.bodies import Span
@@ -109,7 +109,7 @@ def passage_claim(
         return claim_of("passages", "holds", f"{robot} passes no opening, as planned.", robot=robot)
     room, crossing = tightest
     return claim_of(
-        "passages", "holds", f"{robot} passes exactly its planned openings: {flown}; at least {room:.4f} m inside the rims.",
+        "passages", "holds", f"{robot} passes exactly its planned openings: {flown}; at least {at_least(room)} m inside the rims.",
         robot=robot, unit="m", bound=room, limit=limit, margin=room - limit,
         time=float((crossing.start + crossing.stop) / 2), region=crossing.hoop,
     )  # fmt: skip

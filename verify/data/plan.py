@@ -117,21 +117,9 @@ class Precedence(Value):
 
     def sentence(self, robots: Mapping[str, RobotPlan]) -> str:
         """Return the precedence in words, such as "quad1 enters b only when quad0 has left a"."""
-        (first, _), (then, _) = self.first, self.then
-        what, where = _place(robots, *self.first), _place(robots, *self.then)
         done = {"left": "left", "entered": "entered", "acted": "acted in"}[self.done]
         due = {"enters": "enters", "leaves": "leaves", "acts": "acts in"}[self.due]
-        return f"{then} {due} {where} only when {first} has {done} {what}"
-
-
-def _place(robots: Mapping[str, RobotPlan], name: str, visit: int) -> str:
-    """Return where a visit is made; of several visits of a region also which one it is."""
-    regions = [each.region for each in robots[name].visits]
-    region = regions[visit]
-    if regions.count(region) == 1:
-        return region
-    number = regions[: visit + 1].count(region)
-    return f"{region} for the {('first', 'second', 'third')[number - 1] if number <= 3 else f'{number}th'} time"
+        return _sentence(robots, self, due, done)
 
 
 class Meeting(Value):
@@ -142,8 +130,28 @@ class Meeting(Value):
 
     def sentence(self, robots: Mapping[str, RobotPlan]) -> str:
         """Return the meeting in words, such as "quad1 sets out for b only when quad0 has entered a"."""
-        what, where = _place(robots, *self.first), _place(robots, *self.then)
-        return f"{self.then[0]} sets out for {where} only when {self.first[0]} has entered {what}"
+        return _sentence(robots, self, "sets out for", "entered")
+
+
+def _sentence(robots: Mapping[str, RobotPlan], wait: Precedence | Meeting, due: str, done: str) -> str:
+    (first, i), (then, j) = wait.first, wait.then
+    lap = robots[then].cycle_visit
+    repeated = "" if lap is None or j < lap else ", in each lap"
+    return f"{then} {due} {_place(robots[then], j)} only when {first} has {done} {_place(robots[first], i)}{repeated}"
+
+
+def _place(robot: RobotPlan, visit: int) -> str:
+    """Return where a visit is made; of several visits of a region before the laps, or in a lap, also which one it is."""
+    regions, lap, when = [each.region for each in robot.visits], robot.cycle_visit, ""
+    if lap is not None and visit < lap:
+        regions, when = regions[:lap], " before the first lap"
+    elif lap is not None:
+        regions, visit = regions[lap:], visit - lap
+    region = regions[visit]
+    if regions.count(region) == 1:
+        return region + when
+    number = regions[: visit + 1].count(region)
+    return f"{region} for the {('first', 'second', 'third')[number - 1] if number <= 3 else f'{number}th'} time{when}"
 
 
 class Plan(Value):
@@ -270,8 +278,8 @@ def _read_otherwise(given: Any, read: Any) -> str:
         return next(
             (f".{i}{where}" for i, (a, b) in enumerate(zip(given, read, strict=True)) if (where := _read_otherwise(a, b))), ""
         )
-    numbers = [isinstance(value, int | float) and not isinstance(value, bool) for value in (given, read)]
-    return "" if given == read and (all(numbers) or type(given) is type(read)) else "."
+    same = type(given) is type(read) or (type(given) is int and type(read) is float)  # 2 for 2.0, but no 2.0 for an index
+    return "" if same and given == read else "."
 
 
 def load_plan(path: str | Path, mission: Mission) -> Plan:
@@ -292,6 +300,17 @@ def _check(plan: Plan, source: str) -> None:
             raise BadInput(f"{source}, {name}: '{unknown[0]}' is not a region of the mission.")
         if robot.cycle_visit is not None and not 0 <= robot.cycle_visit <= len(robot.visits):
             raise BadInput(f"{source}, {name}: cycle_visit is {robot.cycle_visit}; it must lie from 0 to {len(robot.visits)}.")
+        _check_cycle(robot, f"{source}, {name}")
+        states = plan.mission.robot_of(name).states
+        unknown = [
+            state
+            for visit in robot.visits
+            for act in visit.actions
+            for state in (act.source, act.target)
+            if state not in states
+        ]
+        if unknown:
+            raise BadInput(f"{source}, {name}: '{unknown[0]}' is not a state of its robot; it has {', '.join(states)}.")
     for precedence in (*plan.precedences, *plan.meetings):
         for robot, visit in (precedence.first, precedence.then):
             if robot not in plan.robots or not 0 <= visit < len(plan.robots[robot].visits):
@@ -303,3 +322,20 @@ def _check(plan: Plan, source: str) -> None:
         for (robot, visit), acts in ((wait.first, wait.done == "acted"), (wait.then, wait.due == "acts")):
             if acts and not plan.robots[robot].visits[visit].actions:
                 raise BadInput(f"{source}: a precedence waits for an action of {robot} in visit {visit}, which has none.")
+
+
+def _check_cycle(robot: RobotPlan, where: str) -> None:
+    """Refuse a cycle that begins at a waypoint but at no visit, or does not end where it begins."""
+    begins, last = robot.cycle_waypoint, len(robot.waypoints) - 1
+    if begins is None:
+        return
+    if robot.cycle_visit is None:
+        raise BadInput(
+            f"{where}: cycle_waypoint is {begins}, and cycle_visit says that there is no cycle; give both or neither."
+        )
+    if not 0 <= begins <= last:
+        raise BadInput(f"{where}: cycle_waypoint is {begins}; it must lie from 0 to {last}.")
+    if robot.waypoints[begins].position != robot.waypoints[last].position:
+        raise BadInput(
+            f"{where}: the last waypoint is not where the cycle begins, at waypoint {begins}; a lap ends where it begins."
+        )

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from verify.behaviour.timeline import Status, Timeline
-from verify.data.language.word import Letter, Word
+from verify.data.language.word import Letter, Word, stutter_free
 from verify.data.mission import Mission
 from verify.data.plan import Plan, RobotPlan
 from verify.data.sections import Robot
@@ -59,10 +59,11 @@ def _word_fault(mission: Mission, name: str, robot: RobotPlan, timeline: Timelin
             return f"word holds {min(letter - known)!r}, which is no region or proposition of the mission"
     if (word.cycle is None) != (robot.cycle_visit is None):
         return "word and visits do not agree on whether they go on for ever"
+    if any(stutter_free(part) != part for part in (word.prefix, word.cycle or ())):
+        return f"word {word!s:.200} holds a letter twice in succession"
     names = sorted(mission.all_regions)
-    if len(relations(mission).disjoint) < len(names) * (len(names) - 1) // 2:
-        return ""
-    if not any(_comes_to(word, events) for events in _told(mission, name, robot, word)):
+    apart = len(relations(mission).disjoint) == len(names) * (len(names) - 1) // 2
+    if apart and not any(_comes_to(word, events) for events in _told(mission, name, robot, word)):
         return f"word {word!s:.200} is not what its visits and their actions come to"
     if not _can_show(mission, word, timeline):
         return f"word {word!s:.200} is not one that its certified flight can show"

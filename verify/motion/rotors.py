@@ -58,21 +58,8 @@ def yaw_rate_peaks(paths: TeamPaths, force: Balls, jerk: Balls, limits: Sequence
         limits: Each robot's limit, in rad/s, which sets how tight the bounds are made.
     """
     state = (force, jerk, dot(force, force), paths.derivative(0)[:, 3], paths.derivative(1)[:, 3])
-
-    def values(parts: Sequence[_Quantity]) -> _Quantity:
-        f, j, f2, yaw, turn = parts
-        return _Frame.of(f, j, f2, yaw, turn).rate_z
-
-    def enclose(parts: _State, items: Indices) -> tuple[Floats, Floats, Floats]:
-        del items
-        return _thirds(values([_spread(part) for part in parts]).magnitude())
-
-    def enclose_closely(parts: _State, items: Indices) -> tuple[Floats, Floats, Floats]:
-        del items
-        over = values([Centred.of(part) for part in parts]).over.magnitude()
-        return _with_ends(over, values([_ends(part) for part in parts]).magnitude())
-
-    return _peaks(state, (enclose, enclose_closely), paths.piece_owner, np.array(limits), np.array(limits))
+    enclosures = _enclose_yaw_rate, _enclose_yaw_rate_closely
+    return _peaks(state, enclosures, paths.piece_owner, np.array(limits), np.array(limits))
 
 
 def rotor_peaks(
@@ -91,33 +78,141 @@ def rotor_peaks(
         Bounds on minus the least thrust, and on the greatest.
     """
     yaw, turn, spin = (paths.derivative(order)[:, 3] for order in range(3))
-    single = (force, jerk, snap, dot(force, force), dot(force, jerk), yaw, turn, spin)
     pieces, count = len(paths.piece_owner), len(paths.robots)
-    state = tuple(Balls(np.concatenate([b.mid, b.mid]), np.concatenate([b.rad, b.rad])) for b in single)
-    groups = np.concatenate([paths.piece_owner, paths.piece_owner + count])
-    airframes = _airframes(paths)
-
-    def thrusts(parts: Sequence[_Quantity], items: Indices) -> list[_Quantity]:
-        f, j, s, f2, fj, yaw, turn, spin = parts
-        own = airframes if airframes.ndim == 1 else airframes[:, groups[items] % count]
-        return _rotor_thrusts(_Frame.of(f, j, f2, yaw, turn), s, fj, spin, own)
-
-    def enclose(parts: _State, items: Indices) -> tuple[Floats, Floats, Floats]:
-        items = np.tile(items, 3)
-        return _thirds(_extreme(thrusts([_spread(part) for part in parts], items), items < pieces))
-
-    def enclose_closely(parts: _State, items: Indices) -> tuple[Floats, Floats, Floats]:
-        over = _extreme([t.over for t in thrusts([Centred.of(part) for part in parts], items)], items < pieces)
-        items = np.tile(items, 2)
-        return _with_ends(over, _extreme(thrusts([_ends(part) for part in parts], items), items < pieces))
-
-    least, most = np.array(limits).T
-    both = _peaks(state, (enclose, enclose_closely), groups, np.concatenate([-least, most]), np.concatenate([most, most]))
+    rotors, least, most = _Rotors.of(paths), *np.array(limits).T
+    both = _peaks(
+        rotors.state(Motion(force, jerk, snap, yaw, turn, spin)), (rotors.enclose, rotors.enclose_closely), rotors.groups,
+        np.concatenate([-least, most]), np.concatenate([most, most]),
+    )  # fmt: skip
     first, second = slice(0, count), slice(count, 2 * count)
     return (
         Peaks(both.upper[first], both.lower[first], both.item[first] % pieces, both.place[first]),
         Peaks(both.upper[second], both.lower[second], both.item[second] % pieces, both.place[second]),
     )
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Motion:
+    """What is known of a motion on each piece; what it stands for may be any of many motions, by the radii of these.
+
+    Attributes:
+        force: f, m/s^2. Shape (pieces, 3, n + 1).
+        jerk: m/s^3. Likewise.
+        snap: m/s^4. Likewise.
+        yaw: Heading, rad. Shape (pieces, n + 1).
+        turn: Its rate, rad/s. Likewise.
+        spin: Its second derivative, rad/s^2. Likewise.
+    """
+
+    force: Balls
+    jerk: Balls
+    snap: Balls
+    yaw: Balls
+    turn: Balls
+    spin: Balls
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class TurningBounds:
+    """What is proved of yaw rates and rotor thrusts, as closely as tells that they are within limits, where they are.
+
+    Attributes:
+        yaw_rate: At most, rad/s. Shape (robots,).
+        least: At least, N. Likewise.
+        greatest: At most, N. Likewise.
+    """
+
+    yaw_rate: Floats
+    least: Floats
+    greatest: Floats
+
+
+@np.errstate(all="ignore")
+def turning_bounds(paths: TeamPaths, motion: Motion, limits: Sequence[tuple[float, float, float]], depth: int) -> TurningBounds:
+    """Bound the yaw rates and rotor thrusts of any of the motions that are enclosed.
+
+    Args:
+        paths: Who flies, and whose pieces the motion is on.
+        motion: On each of these pieces.
+        limits: Each robot's greatest yaw rate, in rad/s, and least and greatest rotor thrust, in N.
+        depth: How often pieces are halved at most where that is not within the limits.
+    """
+    rotors, count = _Rotors.of(paths), len(paths.robots)
+    turn, least, most = np.array(limits).T
+    state = (motion.force, motion.jerk, dot(motion.force, motion.force), motion.yaw, motion.turn)
+    rates = _within(state, _enclose_yaw_rate, paths.piece_owner, turn, depth)
+    thrusts = _within(rotors.state(motion), rotors.enclose, rotors.groups, np.concatenate([-least, most]), depth)
+    return TurningBounds(rates, -thrusts[:count], thrusts[count:])
+
+
+def _within(state: _State, enclose: _Enclose, groups: Indices, critical: Floats, depth: int) -> Floats:
+    """Bound greatest values of groups, halving only what may lie above what is critical. Shape (groups,)."""
+
+    def decided(parts: _State, items: Indices) -> tuple[Floats, Floats, Floats]:
+        high, _, _ = enclose(parts, items)
+        enough = critical[groups[items]]  # nothing below it is looked at closer
+        return high, enough, enough
+
+    slack = np.zeros(len(critical))
+    return search(state, decided, groups, len(critical), slack=slack, depth=depth, stride=_STRIDE).upper
+
+
+def _yaw_rate(parts: Sequence[_Quantity]) -> _Quantity:
+    f, j, f2, yaw, turn = parts
+    return _Frame.of(f, j, f2, yaw, turn).rate_z
+
+
+def _enclose_yaw_rate(parts: _State, items: Indices) -> tuple[Floats, Floats, Floats]:
+    del items
+    return _thirds(_yaw_rate([_spread(part) for part in parts]).magnitude())
+
+
+def _enclose_yaw_rate_closely(parts: _State, items: Indices) -> tuple[Floats, Floats, Floats]:
+    del items
+    over = _yaw_rate([Centred.of(part) for part in parts]).over.magnitude()
+    return _with_ends(over, _yaw_rate([_ends(part) for part in parts]).magnitude())
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Rotors:
+    """All rotors of a team: each piece twice, first for minus the least thrust, then for the greatest.
+
+    Attributes:
+        pieces: How many there are.
+        robots: How many there are.
+        groups: Robot of each piece, and so many more of its second time. Shape (2 pieces,).
+        airframes: As `_airframes` gives them.
+    """
+
+    pieces: int
+    robots: int
+    groups: Indices
+    airframes: Floats
+
+    @classmethod
+    def of(cls, paths: TeamPaths) -> _Rotors:
+        count = len(paths.robots)
+        groups = np.concatenate([paths.piece_owner, paths.piece_owner + count])
+        return cls(len(paths.piece_owner), count, groups, _airframes(paths))
+
+    def state(self, motion: Motion) -> _State:
+        force, jerk, snap = motion.force, motion.jerk, motion.snap
+        single = (force, jerk, snap, dot(force, force), dot(force, jerk), motion.yaw, motion.turn, motion.spin)
+        return tuple(Balls(np.concatenate([b.mid, b.mid]), np.concatenate([b.rad, b.rad])) for b in single)
+
+    def enclose(self, parts: _State, items: Indices) -> tuple[Floats, Floats, Floats]:
+        items = np.tile(items, 3)
+        return _thirds(_extreme(self._thrusts([_spread(part) for part in parts], items), items < self.pieces))
+
+    def enclose_closely(self, parts: _State, items: Indices) -> tuple[Floats, Floats, Floats]:
+        over = _extreme([t.over for t in self._thrusts([Centred.of(part) for part in parts], items)], items < self.pieces)
+        items = np.tile(items, 2)
+        return _with_ends(over, _extreme(self._thrusts([_ends(part) for part in parts], items), items < self.pieces))
+
+    def _thrusts(self, parts: Sequence[_Quantity], items: Indices) -> list[_Quantity]:
+        f, j, s, f2, fj, yaw, turn, spin = parts
+        own = self.airframes if self.airframes.ndim == 1 else self.airframes[:, self.groups[items] % self.robots]
+        return _rotor_thrusts(_Frame.of(f, j, f2, yaw, turn), s, fj, spin, own)
 
 
 def _airframes(paths: TeamPaths) -> Floats:

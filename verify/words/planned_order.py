@@ -35,8 +35,8 @@ def check_planned_order(plan: Plan, *, budget: int = DEFAULT_BUDGET) -> Verdict:
         visits[name] = found
     pairs: list[tuple[LetterEvent, LetterEvent]] = []
     for wait in (*plan.precedences, *plan.meetings):
-        (first, i), (then, j) = wait.first, wait.then
-        done, due = _done(visits[first][i], wait), _due(visits[then], j, wait)
+        (first, i), (then, _) = wait.first, wait.then
+        done, due = _done(visits[first][i], wait), _due(plan, visits[then], wait)
         if due is None:
             continue  # it never does what would have to wait
         if done is None:
@@ -62,14 +62,22 @@ def _done(visit: _Visit, wait: Precedence | Meeting) -> int | None:
     return visit.after if wait.done == "left" else max(visit.acts, default=visit.first)
 
 
-def _due(visits: tuple[_Visit, ...], number: int, wait: Precedence | Meeting) -> int | None:
+def _due(plan: Plan, visits: tuple[_Visit, ...], wait: Precedence | Meeting) -> int | None:
+    name, number = wait.then
     visit = visits[number]
-    if isinstance(wait, Meeting):  # it leaves where it is, or where it is nowhere, is not there yet
-        before = visits[number - 1].after if number else None
+    if isinstance(wait, Meeting):  # whatever it comes to or leaves first after it has set out
+        before = visits[number - 1].after if number else _first_change(plan, name)
         return (visit.first if before is None else min(visit.first, before)) or None
     if wait.due == "leaves":
         return visit.after
     return (visit.first if wait.due == "enters" else min(visit.acts, default=0)) or None
+
+
+def _first_change(plan: Plan, name: str) -> int | None:
+    """Return the first letter of a robot's word that shows other regions than where it starts."""
+    regions = frozenset(plan.mission.all_regions)
+    shown = [letter & regions for letter in plan.robots[name].word.letters]
+    return next((index for index, seen in enumerate(shown) if seen != shown[0]), None)
 
 
 def _visits(plan: Plan, name: str, robot: RobotPlan) -> tuple[_Visit, ...] | None:

@@ -18,6 +18,8 @@ from verify.data import BadInput, NotCertified
 from verify.data.files.trajectory_csv import load_csv
 from verify.data.plan import Visit
 from verify.data.sections import Action
+from verify.data.storage.single_files import replace_listed
+from verify.run_folder import read_folder
 
 runner = CliRunner()
 TANK = "robot: {initial: dry, states: {dry: [], wet: [wet]}, actions: [{from: dry, to: wet, at: a}]}"
@@ -109,6 +111,21 @@ def test_certifying_again_keeps_the_clock_error(folder: Path) -> None:
     assert json.loads(path.read_text())["clock_error"] == 0.05
     ok("certify", str(folder), "--clock-error", "0")
     assert json.loads(path.read_text())["clock_error"] == 0.0
+
+
+def test_a_folder_of_an_earlier_format_is_certified_again_with_its_clock_error(folder: Path) -> None:
+    path = folder / "certificate.json"
+    path.unlink()
+    ok("certify", str(folder), "--clock-error", "0.05")
+    path.unlink()
+    earlier = {**certify(*read_folder(folder), clock_error=0.05).to_dict(), "format": 1}
+    replace_listed(folder, path.name, json.dumps(earlier))
+    done = runner.invoke(app, ["recheck", str(folder)])
+    assert isinstance(done.exception, BadInput)
+    assert "certify the folder again" in str(done.exception)
+    assert "clocks up to 0.05 s apart" in ok("certify", str(folder))
+    assert json.loads(path.read_text())["format"] == 2
+    ok("recheck", str(folder))
 
 
 @pytest.mark.parametrize("form", ["crazyswarm2", "crazyflie-compressed"])

@@ -1,13 +1,13 @@
 """Braking to a hover from any instant of a flight: where it leads, and how fast, for all instants at once.
 
-Velocity goes to zero within a length L as the polynomial of degree 5 that begins with the velocity, acceleration and jerk of the instant t and
+Velocity, and the heading's rate, go to zero within a length L as the polynomial of degree 5 that begins with the velocity, acceleration and jerk of the instant t and
 ends with all three at zero. At a share s of the way the place is then
 
     p(t, s) = x(t) + L k1(s) x'(t) + L^2 k2(s) x''(t) + L^3 k3(s) x'''(t),
 
 for a fixed s again a path of polynomials in t. For s within an interval p lies among the paths that the Bernstein coefficients of k1, k2
 and k3 on it give: in their convex hull, for every t. So one path in the middle, and how far the others are from it, enclose all. Time
-derivatives of the braking have the derivatives of k1, k2 and k3 over powers of L for weights.
+derivatives of the braking have the derivatives of k1, k2 and k3 over powers of L for weights. The heading brakes as x, y and z do.
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ from verify.arithmetic.bounds import peaks
 from verify.data.trajectory import DEGREE
 from verify.motion.limits import with_gravity
 from verify.motion.paths import TeamPaths
+from verify.motion.rotors import Motion
 
 Weights = tuple[Fraction, Fraction, Fraction]
 """Of velocity, acceleration and jerk at the instant at which braking begins."""
@@ -109,3 +110,31 @@ def weighted_sum(paths: TeamPaths, row: Weights) -> Balls:
         raised(paths.derivative(order)[:, :3], DEGREE).scaled(*nearest(weight)) for order, weight in enumerate(row, 1)
     )
     return first + second + third
+
+
+def braking_motion(paths: TeamPaths, length: Fraction, begin: Fraction, end: Fraction) -> Motion:
+    """Enclose forces, their derivatives and headings between two shares of the braking, for every instant at which it begins.
+
+    Args:
+        paths: What is flown.
+        length: L, s.
+        begin: Share, from 0.
+        end: Share, to 1.
+    """
+    places, heading = slice(0, 3), 3
+
+    def enclosed(order: int, axes: slice | int) -> Balls:
+        total = None
+        rows = weights(length, begin, end, order)
+        for derivative, values in enumerate(zip(*rows, strict=True), 1):
+            low, high = min(values), max(values)
+            middle, off = nearest((low + high) / 2)
+            radius = math.nextafter(float((high - low) / 2) * (1 + 1e-15) + off, math.inf)
+            part = raised(paths.derivative(derivative)[:, axes], DEGREE).scaled(middle, radius)
+            total = part if total is None else total + part
+        assert total is not None
+        return total
+
+    acceleration, jerk, snap = (enclosed(order, places) for order in (2, 3, 4))
+    yaw = paths.derivative(0)[:, heading] + enclosed(0, heading)
+    return Motion(with_gravity(acceleration), jerk, snap, yaw, enclosed(1, heading), enclosed(2, heading))

@@ -53,7 +53,7 @@ class PiecewisePath:
         return min((math.dist(place[:3], row[:3]), row) for row in rows)
 
     def rest(self, time: float, length: float, shares: list[float]) -> Row:
-        """Return where a robot comes to rest that brakes from a time on: x, y, z in m, and the heading that it has.
+        """Return where a robot comes to rest that brakes from a time on: x, y, z in m and heading in rad.
 
         Args:
             time: s.
@@ -63,9 +63,9 @@ class PiecewisePath:
         place, *motion = (self.at(time, order) for order in range(4))
         added = [
             sum(share * length**power * flat[axis] for power, (share, flat) in enumerate(zip(shares, motion, strict=True), 1))
-            for axis in range(3)
+            for axis in range(4)
         ]
-        return (*(a + b for a, b in zip(place[:3], added, strict=True)), place[3])
+        return tuple(a + b for a, b in zip(place, added, strict=True))
 
 
 def _polynomial(coefficients: Row, time: float, order: int) -> float:
