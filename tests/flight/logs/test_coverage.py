@@ -131,9 +131,8 @@ def test_a_recording_covers_what_its_files_hold_or_promise(tmp_path: Path, kind:
     found = flight.read_flown(path, ("r0",), told)
     seen = found.times[~np.isnan(found.position[:, 0, 0])]
     assert seen[-1] - seen[0] == pytest.approx(LAST - FIRST, abs=2e-3)
-    before = 3.0 if kind == "PX4" else 0.0  # the vehicle was switched on before
     after = FIRST if kind in ("Motive", "Qualisys") else 0.0  # what is lost may be lost at either end
-    assert seen[0] - found.covers[0] == pytest.approx(FIRST + before, abs=3e-3)
+    assert seen[0] - found.covers[0] == pytest.approx(FIRST, abs=3e-3)
     assert found.covers[1] - seen[-1] == pytest.approx(2.0 - LAST + after, abs=3e-3)
 
 
