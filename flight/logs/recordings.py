@@ -34,6 +34,9 @@ TIME_NAMES = {
 _BY_CALL = "--called, or `columns=` of `flight.read_recording`"
 """How a caller says what columns are called."""
 
+_STILL = 3
+"""Different numbers of a column up to which its digits do not say how well they are known: 1.5 may be all that there is to write."""
+
 ROBOT_NAMES = ("robot", "name", "id", "body", "rigid_body", "rigidbody", "agent", "drone", "object")
 """Columns that name the robot, lower case."""
 
@@ -319,5 +322,6 @@ def _positions(table: Table, rows: Sequence[_Row], places: Sequence[_Axes]) -> t
             if known:
                 position[sample, j] = known
     off = max(math.sqrt(sum(rounding(read[column], unit) ** 2 for column, unit in axes.values())) for axes in places)
-    coarse = min(float(coarse_place(read[column], unit)) for axes in places for column, unit in axes.values())
+    moving = [(read[column], unit) for axes in places for column, unit in axes.values() if len(set(read[column])) > _STILL]
+    coarse = max((float(coarse_place(numbers, unit)) for numbers, unit in moving), default=0.0)
     return position, off * (1 + 1e-9), coarse
