@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from flight.certified import certified_mission
-from flight.frames import samples_of
 from flight.logs.log import Event, FlightLog
 from flight.logs.own_logs import as_recording
+from flight.logs.placed import samples_of
 from flight.logs.recordings import Recording
 from flight.model.attitude import Floats
 from flight.model.reference import flown

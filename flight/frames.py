@@ -1,18 +1,14 @@
-"""Between the mission's frame and the laboratory's: certified flights there, the same polynomials in the vehicles' own numbers, and recordings back."""
+"""Certified flights in the laboratory's frame: the same polynomials, turned and moved, in the vehicles' own numbers again."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Mapping
 
 import numpy as np
 
-from flight.logs.recordings import Recording
-from flight.logs.units import require_metres
-from verify.data import DoesNotFit, Letter, Mission, Trajectory
+from verify.data import DoesNotFit, Mission, Trajectory
 from verify.data.frame import Frame
-from verify.recordings.flight_log import Samples
 
 NEAR = 1e-5
 """m that rounding to the vehicles' numbers may move a flight by in the laboratory's frame."""
@@ -64,39 +60,6 @@ def team_in_laboratory(mission: Mission, team: Mapping[str, Trajectory]) -> tupl
         "which is of the margin."
     )
     return {name: path for name, (path, _) in found.items()}, said
-
-
-def in_mission(found: Recording, mission: Mission) -> Recording:
-    """Return a recording in the mission's frame; nothing else turns what was measured.
-
-    Args:
-        found: In the frame that it says.
-        mission: Carries the frame.
-    """
-    frame = mission.frame
-    if found.frame == "mission" or frame is None:
-        return replace(found, frame="mission")
-    late, off = found.rounding
-    lost = 8 * float(np.spacing(np.nanmax(np.abs(found.position), initial=1.0)))
-    turned = replace(found, position=frame.to_mission(found.position), rounding=(late, off + lost), frame="mission")
-    return turned.noted(f"The recording's frame is the laboratory's: {frame.sentence} (`frame`).")
-
-
-def samples_of(found: Recording, mission: Mission, internal: Mapping[str, Sequence[Letter]] | None = None) -> Samples:
-    """Return a recording as what the checker judges: in the mission's frame, with all that its files cover.
-
-    Args:
-        found: As it was read.
-        mission: Carries the frame and the workspace.
-        internal: Each robot's letter at each sample, where the recording shows them.
-
-    Raises:
-        BadInput: Positions cannot be metres in the mission's workspace.
-    """
-    turned = in_mission(found, mission)
-    require_metres(turned.position, mission)
-    places = {name: turned.position[:, j] for j, name in enumerate(turned.robots)}
-    return Samples(turned.times, places, internal, turned.rounding, turned.notes, turned.zero, turned.covers)
 
 
 def mission_in_laboratory(mission: Mission) -> Mission:

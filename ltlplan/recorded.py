@@ -123,7 +123,7 @@ def _our_log(recording: str | os.PathLike[str], mission: Mission, told: Told) ->
 def _others(recording: str | os.PathLike[str], asked: Asked, told: Told) -> tuple[Samples, _Begins]:
     """Read what others recorded, 0 where the flight began as far as that is told."""
     from flight import read_flown
-    from flight.frames import samples_of
+    from flight.logs.placed import samples_of
     from flight.logs.units import require_seconds
 
     found = read_flown(recording, tuple(asked.mission.agents), told)

@@ -65,7 +65,7 @@ class Recording:
         notes: How it was read, in sentences, where its files do not say it.
         zero: The recording's own time where `times` is 0, s.
         covers: From when to when its files hold anything or say that they do, whoever was seen meanwhile, s; it holds all of `times`.
-        frame: Whose frame positions are in; the mission's only of logs of ours. `flight.frames.in_mission` turns them.
+        frame: Whose frame positions are in; the mission's only of logs of ours. `flight.logs.placed.in_mission` turns them.
         begins: From when to when the flight may have begun, s; None where neither the recording says it nor anybody did.
     """
 

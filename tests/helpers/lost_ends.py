@@ -28,6 +28,8 @@ from verify.data.frame import Frame
 
 RATE = 50
 """Frames a second."""
+RADIUS = 0.3
+"""m, of both regions."""
 STRANGER = "cart"
 """A body that is none of the mission's."""
 FORMULAS = ("G !b", "F a & G !b", "!b U a", "F a")
@@ -82,7 +84,7 @@ class Motion:
             centre = np.tile(np.array(regions[name].center), (len(times), 1))
             if name == "b" and self.moved is not None:
                 centre[times >= start + self.moved[0]] = self.moved[1]
-            each = [np.linalg.norm(path - centre, axis=1) <= regions[name].radii[0] + by for path in places.values()]
+            each = [np.linalg.norm(path - centre, axis=1) <= RADIUS + by for path in places.values()]
             return np.logical_or.reduce(each)
 
         a, b = within("a", -slack), within("b", slack)
@@ -144,8 +146,8 @@ def draw_motion(rng: np.random.Generator, *, changing: bool) -> Motion:
         frame = f"frame: {{rotation_deg: {float(rng.integers(-180, 180))}, offset: {offset}}}"
     agents = "\n".join(f"  r{k}: {{start: [{-1.0 - 0.5 * k}, 0.0, 1.0]}}" for k in range(robots))
     mission = parse_mission(
-        f'format: 1\nname: hunted\nspec: {{formula: "{formula}"}}\nregions:\n  a: {{center: [1.0, 0.0, 1.0], radii: [0.3, 0.3, 0.3]}}\n'
-        f"  b: {{center: [0.0, 1.0, 1.0], radii: [0.3, 0.3, 0.3]}}\nagents:\n{agents}\nvehicle: crazyflie-2.1\n"
+        f'format: 1\nname: hunted\nspec: {{formula: "{formula}"}}\nregions:\n  a: {{center: [1.0, 0.0, 1.0], radii: [{RADIUS}, {RADIUS}, {RADIUS}]}}\n'
+        f"  b: {{center: [0.0, 1.0, 1.0], radii: [{RADIUS}, {RADIUS}, {RADIUS}]}}\nagents:\n{agents}\nvehicle: crazyflie-2.1\n"
         f"workspace: {{min: [-6.0, -6.0, -6.0], max: [6.0, 6.0, 6.0]}}\nseparation: 0.3\nmargin: 0.0\n{frame}\n"
     )
     times = np.arange(0, round(end * RATE) + 1) / RATE
