@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from ltlplan import judge_flight
 from tests.helpers.flights import plan_of, small_mission
 from tests.helpers.recordings import claims, dense, refused
 from verify import Asked, Samples, asked_of, check_flight
@@ -142,6 +143,27 @@ def test_a_folder_with_events_is_judged_with_them(tmp_path: Path):
     assert check_flight(flown(), asked_of(tmp_path), max_speed=0.8, start=0.0)
     with pytest.raises(BadInput, match="nobody says when that was on the recording's clock"):
         check_flight(flown(), asked_of(tmp_path), max_speed=0.8)
+
+
+def test_a_table_on_another_clock_is_not_judged_with_events(tmp_path: Path):
+    """It begins 4 s after take-off and passes where `a` stood until 5 s: by its own clock in time, in truth too late."""
+    (tmp_path / "mission.yaml").write_text(mission_to_yaml(small_mission("F a")))
+    (tmp_path / "events.json").write_text(events_to_json([moves(5.0)]))
+    samples = flown()
+    rows = [f"{t:.6f},{x:.6f},{y:.6f},{z:.6f}\n" for t, (x, y, z) in zip(samples.times, samples.positions["r0"], strict=True)]
+    (tmp_path / "table.csv").write_text("t,r0.x,r0.y,r0.z\n" + "".join(rows))
+    with pytest.raises(BadInput, match="nobody says when that was"):
+        judge_flight(tmp_path, tmp_path / "table.csv", max_speed=0.8)
+    late = judge_flight(tmp_path, tmp_path / "table.csv", max_speed=0.8, start=-4.0).verdict
+    assert late.outcome != "holds"
+    assert judge_flight(tmp_path, tmp_path / "table.csv", max_speed=0.8, start=0.0).verdict
+
+
+def test_nothing_is_said_for_ever_of_a_mission_alone_without_a_start():
+    """Into `a`, which `G !a` forbids; whether in the flight or before it nobody says."""
+    asked = Asked.of_mission(small_mission("G !a", trace="infinite"))
+    assert claims(check_flight(flown(), asked, max_speed=0.8))["formula"] == {"undecided"}
+    assert claims(check_flight(flown(), asked, max_speed=0.8, start=0.0))["formula"] == {"fails"}
 
 
 def test_a_start_that_is_not_known_well_leaves_open_where_the_world_had_changed():
