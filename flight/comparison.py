@@ -10,8 +10,9 @@ import numpy as np
 
 from flight.certified import certified_mission
 from flight.logs.log import Event, FlightLog
+from flight.logs.own_logs import as_recording
+from flight.logs.placed import samples_of
 from flight.logs.recordings import Recording
-from flight.logs.units import require_metres
 from flight.model.attitude import Floats
 from flight.model.reference import flown
 from flight.monitoring.formula_state import FormulaVerdict
@@ -19,7 +20,7 @@ from flight.monitoring.letters import certified_actions
 from flight.monitoring.monitor import Monitor
 from flight.monitoring.tube import TubeVerdict, relative_acceleration
 from verify.certificate import Certificate
-from verify.data import BadInput, Mission, NotCertified, Plan, Trajectory, check_trajectories
+from verify.data import BadInput, Letter, Mission, NotCertified, Plan, Trajectory, check_trajectories
 from verify.recordings.asked import Asked
 from verify.recordings.flight_log import Samples
 from verify.recordings.flight_verdict import FlightVerdict, check_flight
@@ -83,12 +84,12 @@ def compare(
     plan: Plan | None = None,
     measurement: float = 0.0,
     max_speed: float | None = None,
-    start: float | None = 0.0,
+    start: float | None = None,
 ) -> Comparison:
     """Hold a simulated, logged or recorded flight against a certificate: `verify.check_flight`, with figures for a person.
 
     Args:
-        log: The flight; of a FlightLog the positions are taken as measured.
+        log: The flight, in whatever frame it is; of a FlightLog the positions are taken as measured.
         cert: The certificate.
         team: The certified trajectories. A FlightLog can do without, by the errors that it holds; then only the tube is judged,
             and pieces are taken to be longer than the gaps between samples.
@@ -96,8 +97,8 @@ def compare(
         measurement: Bound on a measured position's error, m.
         max_speed: Bound on every robot's speed, m/s; None takes what the vehicle's rotors allow between the samples, which bound the
             acceleration.
-        start: When the flight began on the log's clock, s; logs and recordings count from there. None fits one start for the whole
-            team to the plan.
+        start: When the flight began on the log's clock, s. None takes what the log says; of a recording that does not say it, one start for
+            the whole team is fitted to the plan.
 
     Raises:
         BadInput: Other robots, units that cannot be metres and seconds, holes, too short a flight, or a recording
@@ -115,13 +116,17 @@ def compare(
     if team is not None and not cert.covers(team):
         raise NotCertified("the certificate does not cover these trajectories.")
     order = [log.robots.index(name) for name in mission.agents]
-    position = log.position[:, order]
+    found = as_recording(log) if isinstance(log, FlightLog) else log
+    samples = samples_of(found, mission, _internal(log))
+    begins = found.begins if start is None else (start, start)
+    position = np.stack([samples.positions[name] for name in mission.agents], axis=1)
     shortest, longest = _durations(cert, mission, team)
-    _require_sense(log.times - (start or 0.0), position, mission, shortest, longest)
-    judged, shift = None, start or 0.0
+    shift = 0.0 if begins is None else begins[0] / 2 + begins[1] / 2
+    _require_sense(log.times - shift, shortest, longest)
+    judged = None
     if team is not None:
         asked = Asked.of_certificate(cert, team, plan)
-        judged = _judged(log, position, asked, measurement=measurement, max_speed=max_speed, start=start)
+        judged = _judged(samples, asked, measurement=measurement, max_speed=max_speed, begins=begins)
         shift = shift if judged.alignment.fitted is None else judged.alignment.fitted
     times = log.times - shift
     errors = _errors(log, order, position, times, mission, team)
@@ -163,34 +168,28 @@ def _durations(cert: Certificate, mission: Mission, team: Mapping[str, Trajector
     return shortest, shortest * mission.spec.repeat  # how much of it is the lap is not known without the trajectories
 
 
+def _internal(log: FlightLog | Recording) -> dict[str, list[Letter]] | None:
+    """Return each robot's letters, where the log has them."""
+    if isinstance(log, Recording):
+        return None
+    return {name: [row[column] for row in log.letters] for column, name in enumerate(log.robots)}
+
+
 def _judged(
-    log: FlightLog | Recording,
-    position: Floats,
-    asked: Asked,
-    *,
-    measurement: float,
-    max_speed: float | None,
-    start: float | None,
+    samples: Samples, asked: Asked, *, measurement: float, max_speed: float | None, begins: tuple[float, float] | None
 ) -> FlightVerdict:
     """Let the checker judge the flight."""
     mission = asked.mission
-    names = tuple(mission.agents)
-    internal = None
-    if isinstance(log, FlightLog):
-        columns = {name: log.robots.index(name) for name in names}
-        internal = {name: [row[column] for row in log.letters] for name, column in columns.items()}
-    rounding = log.rounding if isinstance(log, Recording) else (0.0, 0.0)
-    samples = Samples(log.times, {name: position[:, j] for j, name in enumerate(names)}, internal, rounding)
-    push = max(relative_acceleration(mission.vehicle_of(robot), 0.0) for robot in names)
+    push = max(relative_acceleration(mission.vehicle_of(robot), 0.0) for robot in mission.agents)
 
     def judged(speed: float) -> FlightVerdict:
-        return check_flight(samples, asked, max_speed=speed, max_acceleration=push, error=measurement, start=start)
+        return check_flight(samples, asked, max_speed=speed, max_acceleration=push, error=measurement, start=begins)
 
     if max_speed is not None:
         return judged(max_speed)
-    whole, end = measurement + rounding[1], max(path.duration for path in flown(mission, asked.team or {}).values())
-    first = float(log.times[0]) if start is None else start
-    speed = _fastest(samples, push, whole, first, first + end)
+    whole, end = measurement + samples.rounding[1], max(path.duration for path in flown(mission, asked.team or {}).values())
+    low, high = begins or (float(samples.times[0]),) * 2
+    speed = _fastest(samples, push, whole, low, high + end)
     for _ in range(_ROUNDS):
         if not np.isfinite(speed):
             break
@@ -264,9 +263,8 @@ def _errors(
     raise BadInput("a recording does not know the plan; pass the team's trajectories as well.")
 
 
-def _require_sense(times: Floats, position: Floats, mission: Mission, duration: float, longest: float) -> None:
-    """Refuse a log whose numbers cannot be this flight in metres and seconds."""
-    require_metres(position, mission)
+def _require_sense(times: Floats, duration: float, longest: float) -> None:
+    """Refuse a log whose times cannot be this flight's in seconds."""
     span = float(times[-1] - times[0])
     if span > 50.0 * max(longest, 1.0):
         raise BadInput(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, TypedDict
 
@@ -87,7 +87,7 @@ def judge_flight(
     told = Told(start=start) if told is None else told
     asked = asked_of(Path(source), pauses)
     (progress or silent)("reading the recording", 0.0)
-    if _is_our_log(recording):
+    if _shows_internal_states(recording):
         samples, begins = _our_log(recording, asked.mission, told)
     else:
         samples, begins = _others(recording, asked, told)
@@ -101,50 +101,46 @@ _Begins = tuple[float, float] | None
 
 
 def _our_log(recording: str | os.PathLike[str], mission: Mission, told: Told) -> tuple[Samples, _Begins]:
-    """Read a log of ours, whose clock and frame are the mission's."""
+    """Read a log of ours that shows internal states, 0 where the flight began."""
+    from flight import read_log
     from verify.data import BadInput
-    from verify.recordings.flight_log import load_flight_log
+    from verify.recordings.flight_log import load_flight_log, read_flight_log
 
-    if told.called or told.axes or told.origin or isinstance(told.start, Mapping):
+    told.require_start_only(str(recording))
+    if told.called:
         raise BadInput(
-            f"{recording} is a log of ours, on one clock and in the mission's frame: of it only one start may be told."
+            f"{recording} is a log of ours, in which all is called as in the mission: nothing else may be told of it."
         )
-    begin = 0.0 if told.start is None else told.start
-    return load_flight_log(recording, mission), (begin - told.start_error, begin + told.start_error)
+    if Path(recording).suffix == ".parquet":
+        samples = read_flight_log(read_log(recording).to_csv(), str(recording), mission)
+    else:
+        samples = load_flight_log(recording, mission)
+    begins = told.begins(tuple(mission.agents)) or {}
+    zero = float(next(iter(begins.values()), 0))
+    return replace(samples, times=samples.times - zero, zero=zero), told.began or (0.0, 0.0)
 
 
 def _others(recording: str | os.PathLike[str], asked: Asked, told: Told) -> tuple[Samples, _Begins]:
-    """Read what others recorded, brought to the mission's frame, 0 where the flight began as far as that is told."""
+    """Read what others recorded, 0 where the flight began as far as that is told."""
     from flight import read_flown
-    from flight.logs.units import require_metres, require_seconds
-    from verify.recordings.flight_log import Samples
+    from flight.logs.placed import samples_of
+    from flight.logs.units import require_seconds
 
-    mission = asked.mission
-    found = read_flown(recording, tuple(mission.agents), told)
-    require_metres(found.position, mission)
+    found = read_flown(recording, tuple(asked.mission.agents), told)
     if asked.team is not None:
-        longest = max(path.flattened(mission.spec.repeat).duration for path in asked.team.values())
+        longest = max(path.flattened(asked.mission.spec.repeat).duration for path in asked.team.values())
         require_seconds(found.times, longest)
-    position = found.position if mission.frame is None else mission.frame.to_mission(found.position)
-    framed = (
-        () if mission.frame is None else (f"The recording's frame is the laboratory's: {mission.frame.sentence} (`frame`).",)
-    )
-    places = {name: position[:, j] for j, name in enumerate(found.robots)}
-    counted = (
-        ()
-        if isinstance(told.start, Mapping) or not found.zero
-        else (f"Times are counted from {found.zero:.15g} s of the recording's own clock.",)
-    )
-    samples = Samples(found.times, places, rounding=found.rounding, notes=(*counted, *found.notes, *framed), zero=found.zero)
-    if told.start is None:
-        return samples, None
-    off = 0.0 if isinstance(told.start, Mapping) else told.start_error  # of several clocks it is part of the times' own error
-    return samples, (0.0 - off, off)
+    if found.zero and not isinstance(told.start, Mapping):
+        counted = f"Times are counted from {found.zero:.15g} s of the recording's own clock."
+        found = replace(found, notes=(counted, *found.notes))
+    return samples_of(found, asked.mission), found.begins
 
 
-def _is_our_log(path: str | os.PathLike[str]) -> bool:
-    """Tell a log of ours, which holds internal propositions, from recordings of others."""
-    from flight.logs.log import COLUMNS
+def _shows_internal_states(path: str | os.PathLike[str]) -> bool:
+    """Tell a log of ours, as a table, from recordings of others."""
     from verify.data.storage.reading import begins_with
+    from verify.recordings.flight_log import LOG_COLUMNS
 
-    return not Path(path).is_dir() and begins_with(path, ",".join(COLUMNS).encode(), "recording")
+    if Path(path).is_dir():
+        return False
+    return Path(path).suffix == ".parquet" or begins_with(path, ",".join(LOG_COLUMNS).encode(), "recording")

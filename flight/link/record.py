@@ -83,7 +83,7 @@ class Record:
             seen = frame.to_laboratory([row[2:] for row in rows]).tolist()
             rows = [(time, robot, x, y, z) for (time, robot, *_), (x, y, z) in zip(rows, seen, strict=True)]
         kept = sorted((row for row in rows if since <= row[0] <= until), key=lambda row: row[0])
-        lines = [f"{time - since:.9g},{robot},{x:.9g},{y:.9g},{z:.9g}" for time, robot, x, y, z in kept]
+        lines = [f"{time - since:.6f},{robot},{x:.9g},{y:.9g},{z:.9g}" for time, robot, x, y, z in kept]
         return "t,robot,x,y,z\n" + "".join(f"{line}\n" for line in lines)
 
     def files(self, frame: Frame | None = None) -> dict[str, str]:

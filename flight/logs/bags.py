@@ -6,7 +6,7 @@ could be meant, none is chosen. Times are the messages' own stamps, which is whe
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -49,6 +49,31 @@ class _Samples:
     frames: set[str]
 
 
+@dataclass
+class _Clock:
+    """What was read of the messages' stamps so far, ns.
+
+    Attributes:
+        first: The earliest stamp, of whatever the topics hold.
+        last: The latest.
+        late: How long after its stamp a message was received at the least: how far the receiver's clock is ahead.
+    """
+
+    first: int
+    last: int
+    late: int
+
+    def see(self, stamp: int, received: int) -> None:
+        """Take in one message."""
+        self.first, self.last = min(self.first, stamp), max(self.last, stamp)
+        self.late = min(self.late, received - stamp)
+
+    def covers(self, spans: Iterable[tuple[int, int]]) -> tuple[int, int]:
+        """Return from when to when a bag goes on the clock of the stamps: from its first to its last message of any topic as received."""
+        ends = [end - self.late for start, stop in spans if start < stop for end in (start, stop - 1)]
+        return min([self.first, *ends]), max([self.last, *ends])
+
+
 def is_bag(path: Path) -> bool:
     """Tell whether a path is a ROS 2 bag, or one of its files."""
     return (path / "metadata.yaml").is_file() if path.is_dir() else path.suffix in (".mcap", ".db3")
@@ -75,7 +100,12 @@ def read_bag(path: Path, robots: Sequence[str], told: Told) -> Recording:
             topics = {connection.topic: str(connection.msgtype) for connection in reader.connections}
             chosen = _topics(topics, dict(zip(robots, told.names(robots), strict=True)), source)
             connections = [connection for connection in reader.connections if connection.topic in set(chosen.values())]
-            found = _read(reader.messages(connections), store, chosen, told, robots, source)
+            found, clock = _read(reader.messages(connections), store, chosen, told, robots, source)
+            kept = (
+                reader.storage,
+                *getattr(reader.storage, "storages", ()),
+            )  # what metadata.yaml promises, and what its files hold
+            spans = [(each.metadata.start_time, each.metadata.end_time) for each in kept]
     except BadInput:
         raise
     except Exception as error:  # whatever a damaged file leads to in rosbags and what it reads with
@@ -87,12 +117,12 @@ def read_bag(path: Path, robots: Sequence[str], told: Told) -> Recording:
     frames = sorted(set[str]().union(*(one.frames for one in found.values())))
     if len(frames) > 1:
         raise BadInput(f"{source} holds poses in several frames ({', '.join(frames)[:160]}); a recording is in one.")
-    off = 0.0
-    seen = {robot: Seen(one.counts, _NANOSECONDS, np.array(one.places), (1e-9, off)) for robot, one in found.items()}
+    covers = clock.covers(spans)
+    seen = {robot: Seen(one.counts, _NANOSECONDS, np.array(one.places), (1e-9, 0.0), covers) for robot, one in found.items()}
     listed = ", ".join(f"{robot} from {topic}" for robot, topic in chosen.items())
     notes = (
         f"Poses are of the topics: {listed}; times are the messages' own stamps, taken for those of one clock.",
-        *([f"Positions are in the frame '{frames[0]}', taken for the mission's."] if frames[0] else []),
+        *([f"Positions are in the frame '{frames[0]}'."] if frames[0] else []),
     )
     return on_one_clock(seen, told, source, shared=True).noted(*notes)
 
@@ -134,13 +164,13 @@ def _topics(topics: Mapping[str, str], names: Mapping[str, str], source: str) ->
 # six parameters: what is read, how it is decoded, and who is looked for
 def _read(
     messages: Iterator[Any], store: Any, chosen: Mapping[str, str], told: Told, robots: Sequence[str], source: str
-) -> dict[str, _Samples]:
-    """Return what the messages say of each robot."""
-    found = {robot: _Samples([], [], set()) for robot in robots}
+) -> tuple[dict[str, _Samples], _Clock]:
+    """Return what the messages say of each robot, and what their stamps say of the bag's clock."""
+    found, clock = {robot: _Samples([], [], set()) for robot in robots}, _Clock(1 << 63, 0, 1 << 63)
     whose: dict[str, list[str]] = {}
     for robot, topic in chosen.items():
         whose.setdefault(topic, []).append(robot)
-    for count, (connection, _, data) in enumerate(messages):
+    for count, (connection, received, data) in enumerate(messages):
         if count == MAX_MESSAGES:
             raise BadInput(f"{source} holds more than {MAX_MESSAGES} poses; cut the recording.")
         message: Any = store.deserialize_cdr(data, connection.msgtype)
@@ -149,6 +179,7 @@ def _read(
             raise BadInput(
                 f"{source}: a message of {connection.topic} has no time stamp (0), so when it was measured is not known."
             )
+        clock.see(stamp, received)
         for robot in whose[connection.topic]:
             place = _place(message, connection.msgtype, told.called.get(robot, robot), source)
             if place is not None:
@@ -158,7 +189,7 @@ def _read(
                 one.frames.add(str(message.header.frame_id))
     for robot, one in found.items():
         _sort(one, robot, source)
-    return found
+    return found, clock
 
 
 def _place(message: Any, kind: str, name: str, source: str) -> tuple[float, float, float] | None:

@@ -28,12 +28,14 @@ class Seen:
         power: 0 or less.
         places: m; NaN where it was not seen. Shape (n, 3).
         rounding: How far times (s) and positions (m) may be off for how they were written.
+        covers: From when to when its file holds anything or says that it does, in the same multiples; `counts` lie within.
     """
 
     counts: Sequence[int]
     power: int
     places: Floats
     rounding: tuple[float, float]
+    covers: tuple[int, int]
 
     @property
     def first(self) -> Fraction:
@@ -93,11 +95,13 @@ def on_one_clock(seen: Mapping[str, Seen], told: Told, source: str, *, shared: b
     position = np.full((len(times), len(robots), 3), np.nan)
     for j, (robot, at) in enumerate(own.items()):
         position[np.searchsorted(times, at), j] = seen[robot].places
+    ends = [end for robot, one in seen.items() for end in since(one.covers, one.power, zeros[robot])]
     late, off = (max(one.rounding[i] for one in seen.values()) for i in (0, 1))
     several = isinstance(told.start, Mapping)
     if several:  # each clock may be off on its own
         late += told.start_error
-    return Recording(robots, times, position, (late, off), _said(zeros, told), 0.0 if several else float(zeros[robots[0]]))
+    zero = 0.0 if several else float(zeros[robots[0]])
+    return Recording(robots, times, position, (late, off), _said(zeros, told), zero, (min(ends), max(ends)))
 
 
 def _said(zeros: Mapping[str, Fraction], told: Told) -> tuple[str, ...]:

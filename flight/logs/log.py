@@ -13,12 +13,7 @@ import numpy as np
 
 from flight.model.attitude import Floats
 from verify.data import Letter
-
-COLUMNS = (
-    "t", "robot", "x", "y", "z", "vx", "vy", "vz", "roll", "pitch", "yaw", "thrust", "wx", "wy", "wz", "error", "letter",
-)  # fmt: skip
-"""Columns of flight.csv: s, name, m, m/s, rad, N (collective), rad/s (body), m from the plan, regions and internal
-propositions joined by spaces (empty: free flight)."""
+from verify.recordings.flight_log import DIGITS, LOG_COLUMNS
 
 ROTOR_COLUMNS = ("rotor1", "rotor2", "rotor3", "rotor4")
 """N, front left and on clockwise; only where the model has rotors."""
@@ -163,7 +158,7 @@ class FlightLog:
     def columns(self) -> tuple[str, ...]:
         """The CSV's columns: those of every log, then rotors and measurements where there are any."""
         return (
-            COLUMNS
+            LOG_COLUMNS
             + (ROTOR_COLUMNS if self.rotors is not None else ())
             + (MEASURED_COLUMNS if self.measured is not None else ())
         )
@@ -173,9 +168,9 @@ class FlightLog:
         parts = [self.position, self.velocity, self.attitude, self.thrust[..., None], self.rates, self.error[..., None]]
         extra = [values for values in (self.rotors, self.measured) if values is not None]
         main, rest = np.concatenate(parts, axis=-1), np.concatenate([*extra, np.zeros((*self.error.shape, 0))], axis=-1)
-        before, after = ",%.9g" * main.shape[-1], ",%.9g" * rest.shape[-1]
+        before, after = f",%.{DIGITS}g" * main.shape[-1], f",%.{DIGITS}g" * rest.shape[-1]
         for i, time in enumerate(self.times):
-            at = f"{float(time):.9g}"
+            at = f"{float(time):.{DIGITS}g}"
             for robot, numbers, letter, more in zip(
                 self.robots, main[i].tolist(), self.letters[i], rest[i].tolist(), strict=True
             ):

@@ -15,9 +15,11 @@ from fractions import Fraction
 from flight.logs.told import SAME, Axes
 from verify.data import BadInput
 from verify.data.errors import did_you_mean
-from verify.data.storage.tables import MAX_LINE, MAX_ROWS, Table, decimal
+from verify.data.storage.tables import MAX_LINE, MAX_ROWS, Decimal, Table, decimal
 
 _UNITS = {"m": "m", "meters": "m", "cm": "cm", "centimeters": "cm", "mm": "mm", "millimeters": "mm"}
+_BODIES, _NO_BODIES = ("Objects", "Segments"), ("Trajectories", "Model Outputs", "Devices")
+"""Titles of the parts of Vicon's exports."""
 _NOTHING = "-"
 """Name of columns that hold no position."""
 
@@ -30,11 +32,13 @@ class Exported:
         table: Columns `t` and `BODY.x (UNIT)`, and others that mean nothing.
         axes: What the format says of its axes; None where nobody knows which of them points up.
         notes: How it was read, in sentences.
+        promised: From when to when it says that it goes, s on the table's clock; None where it says nothing beyond its rows.
     """
 
     table: Table
     axes: Axes | None
     notes: tuple[str, ...]
+    promised: tuple[Fraction, Fraction] | None = None
 
 
 def export_table(text: str, source: str, robots: Sequence[str]) -> Exported | None:
@@ -54,9 +58,9 @@ def export_table(text: str, source: str, robots: Sequence[str]) -> Exported | No
     if first.startswith(("NO_OF_FRAMES\t", "FILE_VERSION\t")):
         return _qualisys(_rows(text, source, "\t"), source, robots, whole=text.endswith(("\n", "\r")))
     head = first.splitlines()[0].strip().rstrip(",") if first else ""
-    if head in ("Objects", "Segments"):
+    if head in _BODIES:
         return _vicon(_rows(text, source, ","), source, robots, whole=text.endswith(("\n", "\r")))
-    if head in ("Trajectories", "Model Outputs", "Devices"):
+    if head in _NO_BODIES:
         raise BadInput(f"{source} is an export of {head.lower()}; export the objects (rigid bodies) instead.")
     return None
 
@@ -109,7 +113,9 @@ def _motive(rows: _Rows, source: str, robots: Sequence[str], *, whole: bool) -> 
             found[k] = f"{names[k]}.{header[k].lower()} ({unit})"
     _require_bodies(bodies, robots, source)
     said = f"Motive's export: lengths in {unit}, times in s since its first frame."
-    return Exported(_table(rows[at + 1 :], found, source, whole=whole), None, (said,))
+    wanted, rate = about.get("Total Exported Frames", ""), about.get("Export Frame Rate", "")
+    promised, lacks = _promised(rows[at + 1 :], wanted, rate, 0, source)
+    return Exported(_table(rows[at + 1 :], found, source, whole=whole), None, (said, *lacks), promised)
 
 
 def _vicon(rows: _Rows, source: str, robots: Sequence[str], *, whole: bool) -> Exported:
@@ -129,16 +135,39 @@ def _vicon(rows: _Rows, source: str, robots: Sequence[str], *, whole: bool) -> E
             bodies.append(name)
             found[k] = f"{name}.{header[k][1].lower()} ({unit})"
     _require_bodies(bodies, robots, source)
-    end = next((k for k in range(5, len(rows)) if not any(rows[k][1])), len(rows))
+    end = next((k for k in range(5, len(rows)) if _is_title(rows[k][1])), len(rows))
     stamped: _Rows = []
     for line, row in rows[5:end]:
+        if not any(row):
+            continue  # a frame that was not written
         if len(row) < 2 or decimal(row[0]) is None or row[1] not in ("0", ""):
             raise BadInput(
                 f"{source}:{line}: a row of Vicon's export begins with its frame and sub frame 0, not {','.join(row[:2])!r:.40}."
             )
         stamped.append((line, [_seconds(row[0], rate.exact()), *row[1:]]))
     said = f"Vicon's export: times are frame numbers / {float(rate.exact()):g} Hz."
-    return Exported(_table(stamped, found, source, whole=whole or end < len(rows)), SAME, (said,))
+    frames = [number.exact() / rate.exact() for number in _frames(rows)]
+    promised = (min(frames), max(frames)) if frames else None
+    return Exported(_table(stamped, found, source, whole=whole or end < len(rows)), SAME, (said,), promised)
+
+
+def _is_title(row: list[str]) -> bool:
+    """Tell the first line of a part of Vicon's export."""
+    return bool(row) and row[0] in (*_BODIES, *_NO_BODIES, "Events", "Joints") and not any(row[1:])
+
+
+def _frames(rows: _Rows) -> list[Decimal]:
+    """Return the frames of all parts of Vicon's export, which are counted by its cameras whatever they hold."""
+    found: list[Decimal] = []
+    inside = False
+    for _, row in rows:
+        if row[:2] == ["Frame", "Sub Frame"]:
+            inside = True
+        elif _is_title(row):
+            inside = False
+        elif inside and len(row) > 1 and row[0] and row[1] and (number := decimal(row[0])) is not None:
+            found.append(number)
+    return found
 
 
 def _object(name: str) -> str:
@@ -178,8 +207,41 @@ def _qualisys(rows: _Rows, source: str, robots: Sequence[str], *, whole: bool) -
         turned.append([k, *[m for m in range(k + 3, end) if header[m].startswith("Rot[")]])
     _require_bodies(bodies, robots, source)
     seen = [(line, _unseen(row, turned)) for line, row in rows[at + 1 :]]
+    wanted, rate = ((about.get(name) or [""])[0] for name in ("NO_OF_FRAMES", "FREQUENCY"))
+    promised, lacks = _promised(rows[at + 1 :], wanted, rate, 1, source)
     said = "Qualisys' export: lengths in mm, times in s since its first frame; a body whose rotation is all zeros was not seen."
-    return Exported(_table(seen, found, source, whole=whole), SAME, (said,))
+    return Exported(_table(seen, found, source, whole=whole), SAME, (said, *lacks), promised)
+
+
+# five parameters: the frames that there are, and what the header says of them
+def _promised(
+    rows: _Rows, wanted: str, rate: str, first: int, source: str
+) -> tuple[tuple[Fraction, Fraction] | None, tuple[str, ...]]:
+    """Return from when to when an export goes by its header, s, and what it lacks in sentences: frames may be lost before its rows or after them.
+
+    Args:
+        rows: Frame, time and what was measured.
+        wanted: How many frames the header promises; empty where it does not.
+        rate: Frames a second, as the header says it.
+        first: Number of an export's first frame.
+        source: Names it in messages.
+    """
+    frames = [(decimal(row[0]), decimal(row[1])) for _, row in rows if len(row) > 1 and any(row)]
+    known = [(frame.exact(), time.exact()) for frame, time in frames if frame is not None and time is not None]
+    count = decimal(wanted)
+    if count is None or not known or count.exact() <= len(known):
+        return None, ()
+    missing, each = count.exact() - (known[-1][0] - known[0][0] + 1), decimal(rate)
+    if missing <= 0:
+        return None, ()  # they are lost between its rows
+    if each is None or each.whole <= 0:
+        raise BadInput(
+            f"{source} promises {wanted} frames and holds {len(known)}, and does not say how many there are a second, so that when it ended is "
+            "not known: export it again."
+        )
+    before = min(max(known[0][0] - first, Fraction(0)), missing)
+    said = f"its header promises {wanted} frames, and {len(known)} are there: for the others nobody was seen."
+    return (known[0][1] - before / each.exact(), known[-1][1] + missing / each.exact()), (said,)
 
 
 def _unseen(row: list[str], turned: list[list[int]]) -> list[str]:

@@ -12,7 +12,7 @@ import numpy as np
 from flight.logs.bags import is_bag, read_bag
 from flight.logs.clocks import on_one_clock
 from flight.logs.motion_capture import export_table
-from flight.logs.own_mcap import is_ours, read_mcap
+from flight.logs.own_logs import is_ours, read_mcap, read_parquet
 from flight.logs.recordings import Recording, read_table_recording
 from flight.logs.robot_files import crazyflie_table, is_crazyflie_log, read_robot_files
 from flight.logs.told import SAME, Axes, Told
@@ -45,14 +45,16 @@ def read_recording(
         MissingEngine: What reads it is not installed.
     """
     whole = read_flown(path, robots, Told(start=start, called=columns or {}))
-    return replace(whole, times=whole.times[whole.times >= 0], position=whole.position[whole.times >= 0])
+    later = whole.times >= 0
+    covers = max(whole.covers[0], 0.0), whole.covers[1]
+    return replace(whole, times=whole.times[later], position=whole.position[later], covers=covers)
 
 
 def read_flown(path: str | os.PathLike[str], robots: Sequence[str], told: Told) -> Recording:
     """Read a recording of a flight, with all that came before and after it.
 
     These are read: tables with one row a sample, or one a sample and robot; what Vicon, Motive and Qualisys export of bodies; a
-    Crazyflie's own log; PX4's (`.ulg`); ROS 2 bags; our own logs (`.csv`, `.mcap`); and folders with a file for each robot.
+    Crazyflie's own log; PX4's (`.ulg`); ROS 2 bags; our own logs (`.csv`, `.parquet`, `.mcap`); and folders with a file for each robot.
 
     Args:
         path: A file, a bag, or a folder with a file for each robot.
@@ -60,7 +62,7 @@ def read_flown(path: str | os.PathLike[str], robots: Sequence[str], told: Told) 
         told: What is told of the recording that its files do not say.
 
     Returns:
-        m, in the mission's frame; times are 0 where the flight began, as was told, or at the first sample.
+        m, in the laboratory's frame, of logs of ours in the mission's; times are 0 where the flight began, as was told, or at the first sample.
 
     Raises:
         BadInput: It cannot be understood, could be meant in two ways, lacks a robot, or its times do not go forward.
@@ -68,16 +70,22 @@ def read_flown(path: str | os.PathLike[str], robots: Sequence[str], told: Told) 
     """
     path = Path(path)
     found, axes = _read(path, tuple(robots), told)
+    begins = told.began
+    if found.frame == "mission":
+        told.require_start_only(str(path))
+        begins = begins or (0.0, 0.0)
     position, notes = told.in_mission(found.position, tuple(robots), axes)
     if not np.any(found.times >= 0):
         raise BadInput(f"{path} ends {-float(found.times[-1]):g} s before the flight's start.")
-    return replace(found, robots=tuple(robots), position=position).noted(*notes)
+    return replace(found, robots=tuple(robots), position=position, begins=begins).noted(*notes)
 
 
 def _read(path: Path, robots: tuple[str, ...], told: Told) -> tuple[Recording, Axes]:
     """Return a recording in its own frame, and its axes."""
     if path.suffix == ".mcap" and path.is_file() and is_ours(path):
         return read_mcap(path, robots, told), SAME
+    if path.suffix == ".parquet" and path.is_file():
+        return read_parquet(path, robots, told), SAME
     if is_bag(path):
         return read_bag(path, robots, told), SAME
     if path.is_dir():
@@ -105,8 +113,9 @@ def _table(path: Path, robots: tuple[str, ...], told: Told) -> tuple[Recording, 
     names, columns, late, axes = told.names(robots), told.columns(robots), 0.0, SAME
     export = export_table(text, source, names)
     notes: tuple[str, ...] = ()
+    promised = None
     if export is not None:
-        table, notes = export.table, export.notes
+        table, notes, promised = export.table, export.notes, export.promised
         if export.axes is None and not told.axes:
             raise BadInput(
                 f"{source} does not say which of its axes points up: say it with --axes x,-z,y (its y, as the program has it unless it was "
@@ -126,5 +135,5 @@ def _table(path: Path, robots: tuple[str, ...], told: Told) -> tuple[Recording, 
             f"{source} has one clock for all robots, on which the flight began once: give one start, not one a robot."
         )
     start = None if begins is None else next(iter(begins.values()))
-    found = read_table_recording(table, names, start=start, columns=columns)
+    found = read_table_recording(table, names, start=start, columns=columns, promised=promised)
     return replace(found, rounding=(found.rounding[0] + late, found.rounding[1])).noted(*notes), axes

@@ -12,6 +12,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from typing import Literal
 
 import numpy as np
 
@@ -20,7 +21,8 @@ from flight.logs.told import exact_time
 from flight.model.attitude import Floats
 from verify.data import BadInput
 from verify.data.errors import did_you_mean
-from verify.data.storage.tables import Decimal, Table, coarse_place, counted, rounding, since
+from verify.data.storage.tables import Decimal, Table, coarse_place, counted, half_place, rounding, since
+from verify.recordings.flight_log import DIGITS, LOG_COLUMNS
 
 TIME_NAMES = {
     "t": 0, "time": 0, "timestamp": 0, "seconds": 0, "time_s": 0, "t_s": 0, "time (s)": 0,
@@ -31,6 +33,9 @@ TIME_NAMES = {
 
 _BY_CALL = "--called, or `columns=` of `flight.read_recording`"
 """How a caller says what columns are called."""
+
+_STILL = 3
+"""Different numbers of a column up to which its digits do not say how well they are known: 1.5 may be all that there is to write."""
 
 ROBOT_NAMES = ("robot", "name", "id", "body", "rigid_body", "rigidbody", "agent", "drone", "object")
 """Columns that name the robot, lower case."""
@@ -45,6 +50,9 @@ _Axes = dict[str, tuple[int, int]]
 """For x, y and z the column and the power of ten of its unit in m."""
 
 
+Frame = Literal["laboratory", "mission"]
+
+
 @dataclass(frozen=True, eq=False)
 class Recording:
     """Positions of a team as something else measured them.
@@ -56,6 +64,9 @@ class Recording:
         rounding: How far times (s) and positions (m) may be off for the digits that they were written with.
         notes: How it was read, in sentences, where its files do not say it.
         zero: The recording's own time where `times` is 0, s.
+        covers: From when to when its files hold anything or say that they do, whoever was seen meanwhile, s; it holds all of `times`.
+        frame: Whose frame positions are in; the mission's only of logs of ours. `flight.logs.placed.in_mission` turns them.
+        begins: From when to when the flight may have begun, s; None where neither the recording says it nor anybody did.
     """
 
     robots: tuple[str, ...]
@@ -64,12 +75,18 @@ class Recording:
     rounding: tuple[float, float] = (0.0, 0.0)
     notes: tuple[str, ...] = ()
     zero: float = 0.0
+    covers: tuple[float, float] = (math.inf, -math.inf)
+    frame: Frame = "laboratory"
+    begins: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
         for name in ("times", "position"):
             values = np.array(getattr(self, name), dtype=np.float64)
             values.setflags(write=False)
             object.__setattr__(self, name, values)
+        if len(self.times):
+            ends = min(self.covers[0], float(self.times[0])), max(self.covers[1], float(self.times[-1]))
+            object.__setattr__(self, "covers", ends)
 
     def noted(self, *notes: str) -> Recording:
         """Return the same with more said of how it was read."""
@@ -77,7 +94,12 @@ class Recording:
 
 
 def read_table_recording(
-    table: Table, robots: Sequence[str], *, start: float | Fraction | None = None, columns: Mapping[str, str] | None = None
+    table: Table,
+    robots: Sequence[str],
+    *,
+    start: float | Fraction | None = None,
+    columns: Mapping[str, str] | None = None,
+    promised: tuple[Fraction, Fraction] | None = None,
 ) -> Recording:
     """Read a recording from a table.
 
@@ -88,9 +110,10 @@ def read_table_recording(
         columns: What the table calls things where the names are not understood, or where several could be meant:
             `{"t": "Frame time", "robot": "Body", "x": "X"}` for tables with a robot column, `{"t": ..., "quad0.x": ...}`
             for wide ones.
+        promised: From when to when the table says that it goes, s of its own clock; None where it says nothing.
 
     Returns:
-        All rows, those before `start` too.
+        All rows, those before `start` too. It covers the rows of all bodies, and what was promised.
 
     Raises:
         BadInput: Columns are missing, not understood or could be meant in two ways, a robot is missing or stands twice at
@@ -108,13 +131,17 @@ def read_table_recording(
     own, places = names.layout(tuple(robots))
     rows = _long_rows(table, counts, own, tuple(robots)) if own is not None else _wide_rows(table, counts, len(robots))
     position, off, coarse = _positions(table, rows, places)
-    zero = Fraction(counts[rows[0][0]]) * Fraction(10) ** power
+    ours = table.header[: len(LOG_COLUMNS)] == LOG_COLUMNS
+    zero = Fraction(0) if ours else Fraction(counts[rows[0][0]]) * Fraction(10) ** power
     if start is not None:
         zero = start if isinstance(start, Fraction) else exact_time(start)
     at = np.array(since([counts[row] for row, _ in rows], power, zero))
     require_forward(at, source)
+    covers = since([min(counts), max(counts)], power, zero) + [float(end - zero) for end in promised or ()]
     notes = (f"Positions are written to {coarse:g} m: --error has to cover that, too.",) if coarse else ()
-    return Recording(tuple(robots), at, position, (rounding(times, unit), off), notes, zero=float(zero))
+    late = half_place(times, unit, digits=DIGITS if ours else None)
+    frame: Frame = "mission" if ours else "laboratory"
+    return Recording(tuple(robots), at, position, (late, off), notes, float(zero), (min(covers), max(covers)), frame)
 
 
 class _Names:
@@ -295,5 +322,6 @@ def _positions(table: Table, rows: Sequence[_Row], places: Sequence[_Axes]) -> t
             if known:
                 position[sample, j] = known
     off = max(math.sqrt(sum(rounding(read[column], unit) ** 2 for column, unit in axes.values())) for axes in places)
-    coarse = min(float(coarse_place(read[column], unit)) for axes in places for column, unit in axes.values())
+    moving = [(read[column], unit) for axes in places for column, unit in axes.values() if len(set(read[column])) > _STILL]
+    coarse = max((float(coarse_place(numbers, unit)) for numbers, unit in moving), default=0.0)
     return position, off * (1 + 1e-9), coarse

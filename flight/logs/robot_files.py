@@ -23,7 +23,7 @@ ENDINGS = (".csv", ".ulg")
 """Of the files that are looked for."""
 
 _TICK = 0.001
-"""s; a Crazyflie's clock counts whole milliseconds."""
+"""s; a Crazyflie's clock counts whole milliseconds, which it never rounds up: half of one beyond that of numbers that are rounded."""
 
 _FAMILIES = {
     "the vehicle's estimate (stateEstimate)": ("stateEstimate.x", "stateEstimate.y", "stateEstimate.z"),
@@ -113,7 +113,7 @@ def crazyflie_table(table: Table, called: Sequence[str]) -> tuple[Table, float, 
                 f"{table.source}:{table.lines[odd]}: {table.header[clock[0]]} is {cells[odd][:40]!r}, where a Crazyflie counts whole "
                 f"milliseconds; say its unit: --called time_s={table.header[clock[0]]} or --called time_ms={table.header[clock[0]]}."
             )
-        header[clock[0]], late = "timestamp_ms", _TICK
+        header[clock[0]], late = "timestamp_ms", _TICK / 2
         notes.append("its clock counts whole milliseconds, so that times are known to 1 ms.")
     return Table(table.source, tuple(header), table.rows, table.lines, table.whole), late, tuple(notes)
 
@@ -126,14 +126,16 @@ def _one_robot(table: Table, robot: str, told: Told) -> tuple[Seen, tuple[str, .
         table, late, notes = crazyflie_table(table, [ours.lower() for ours in columns])
     name = told.called.get(robot, robot).removesuffix(".csv")
     found = read_table_recording(table, (name,), start=0, columns=columns)
-    counts, power = _counts(found)
+    if found.frame == "mission":
+        raise BadInput(f"{table.source} is a log of ours, which holds the whole team: give it alone.")
+    (first, last, *counts), power = _counts([*found.covers, *found.times.tolist()])
     late += found.rounding[0] + float(np.spacing(np.max(np.abs(found.times))))
-    return Seen(counts, power, found.position[:, 0], (late, found.rounding[1])), notes
+    return Seen(counts, power, found.position[:, 0], (late, found.rounding[1]), (first, last)), notes
 
 
-def _counts(found: Recording) -> tuple[list[int], int]:
-    """Return a recording's times, which are floats counted from 0, as the decimals that they print as."""
-    numbers = [decimal(repr(time)) for time in found.times.tolist()]
+def _counts(times: Sequence[float]) -> tuple[list[int], int]:
+    """Return times, which are floats counted from 0, as the decimals that they print as."""
+    numbers = [decimal(repr(time)) for time in times]
     return counted([number for number in numbers if number is not None])
 
 

@@ -16,17 +16,18 @@ from typing import Any
 
 import numpy as np
 
-from flight.logs.log import COLUMNS, MEASURED_COLUMNS, ROTOR_COLUMNS, Event, FlightLog
+from flight.logs.log import MEASURED_COLUMNS, ROTOR_COLUMNS, Event, FlightLog
 from flight.model.attitude import Floats
 from verify.data import BadInput, Letter, MissingEngine
 from verify.data.storage.reading import decoded, parse_json, read_bytes
 from verify.data.storage.single_files import write_single
 from verify.data.storage.tables import MAX_BYTES, MAX_ROWS, decimal, read_table
+from verify.recordings.flight_log import LOG_COLUMNS
 
 MAX_ROBOTS = 1000
 
-_OURS = (*COLUMNS, *ROTOR_COLUMNS, *MEASURED_COLUMNS)
-_NUMBERS = tuple(name for name in COLUMNS if name not in ("robot", "letter"))
+_OURS = (*LOG_COLUMNS, *ROTOR_COLUMNS, *MEASURED_COLUMNS)
+_NUMBERS = tuple(name for name in LOG_COLUMNS if name not in ("robot", "letter"))
 
 
 def write_log(log: FlightLog, path: str | os.PathLike[str], *, overwrite: bool = False) -> Path:
@@ -78,7 +79,7 @@ def log_from_csv(text: str, source: str = "log") -> FlightLog:
     """
 
     def require_ours(header: tuple[str, ...]) -> None:
-        missing = [name for name in COLUMNS if name not in header]
+        missing = [name for name in LOG_COLUMNS if name not in header]
         if missing:
             raise BadInput(
                 f"{source} is no flight log: it lacks the columns {', '.join(missing)}. "
@@ -226,7 +227,7 @@ def _from_parquet(data: bytes, source: str) -> FlightLog:
     except (arrow.ArrowException, ValueError, TypeError, OSError) as error:
         raise BadInput(f"{source} is no flight log in Parquet: {str(error).splitlines()[0]}.") from None
     columns = {name: table.column(name).to_pylist() for name in table.column_names}
-    missing = [name for name in COLUMNS if name not in columns]
+    missing = [name for name in LOG_COLUMNS if name not in columns]
     if missing:
         raise BadInput(f"{source} is no flight log: it lacks the columns {', '.join(missing)}.")
     return _assembled(columns, kept, source)

@@ -79,6 +79,31 @@ class Told:
         for ours in self.columns(robots):
             raise BadInput(f"'{ours}' is no robot ({', '.join(robots)}), and {what} has no columns that could be called so.")
 
+    @property
+    def began(self) -> tuple[float, float] | None:
+        """From when to when the flight may have begun, s from the start that is told; None where nobody says it.
+
+        How far starts on several clocks may be off is part of their times' own error.
+        """
+        if self.start is None:
+            return None
+        off = 0.0 if isinstance(self.start, Mapping) else self.start_error
+        return (0.0 - off, off)
+
+    def require_start_only(self, source: str) -> None:
+        """Refuse to be told more of a log of ours than when the flight began on its clock.
+
+        Args:
+            source: Names the log in messages.
+
+        Raises:
+            BadInput: As said.
+        """
+        if self.axes or self.origin or isinstance(self.start, Mapping):
+            raise BadInput(
+                f"{source} is a log of ours, on one clock and in the mission's frame: of it only one start may be told."
+            )
+
     def begins(self, robots: Sequence[str]) -> dict[str, Fraction] | None:
         """Return when the flight began on each robot's clock, exactly; None where nobody says it.
 

@@ -39,7 +39,7 @@ def read_ulog(path: Path) -> tuple[Seen, tuple[str, ...]]:
     """
     data = read_bytes(path, most=MAX_BYTES, what="PX4 log")
     source = str(path)
-    _require_whole(data, source)
+    began, ended, lost = _lasted(data, source)
     log = _parsed(data, source)
     found = [each for each in log.data_list if each.name == _TOPIC]
     if len(found) != 1:
@@ -67,13 +67,13 @@ def read_ulog(path: Path) -> tuple[Seen, tuple[str, ...]]:
     )
     if resets:
         notes.append(f"its estimate was set anew {resets} times, and may jump there.")
-    if log.dropouts:
-        notes.append(
-            f"{len(log.dropouts)} stretches were not logged, {sum(each.duration for each in log.dropouts) / 1000:g} s in all."
-        )
+    if lost:
+        notes.append(f"{len(lost)} stretches were not logged, {sum(lost) / 1000:g} s in all.")
     off = float(np.sqrt(3.0)) * float(np.spacing(np.float32(np.nanmax(np.abs(places), initial=1.0))))
     turned = np.stack([sign * places[:, index] for index, sign in ENU], axis=1)
-    return Seen([int(time) for time in values[clock]], _MICROSECONDS, turned, (1e-6, off)), tuple(notes)
+    counts = [int(time) for time in values[clock]]
+    covers = min([began, *counts]), max([ended, *counts])
+    return Seen(counts, _MICROSECONDS, turned, (1e-6, off), covers), tuple(notes)
 
 
 def _parsed(data: bytes, source: str) -> Any:  # pyulog has no types
@@ -94,15 +94,37 @@ def _parsed(data: bytes, source: str) -> Any:  # pyulog has no types
     return log
 
 
-def _require_whole(data: bytes, source: str) -> None:
-    """Refuse what is no ULog, and a log that ends within a message."""
+def _lasted(data: bytes, source: str) -> tuple[int, int, list[int]]:
+    """Return when a log began and ended, us, with what it says was lost, and how long each loss took, ms.
+
+    It ends with the last message of any topic, or with a loss after it; messages have their time first.
+
+    Raises:
+        BadInput: It is no ULog, or ends within a message.
+    """
     if not data.startswith(_HEADER) or len(data) < 16:
         raise BadInput(f"{source} is no log of PX4: it does not begin as one.")
-    at = 16
+    began = struct.unpack_from("<Q", data, 8)[0]
+    at, last, end, lost = 16, began, began, list[int]()
+    stamped, topics = set[bytes](), set[int]()
     while at < len(data):
         if at + 3 > len(data) or at + 3 + (size := struct.unpack_from("<H", data, at)[0]) > len(data):
             raise BadInput(
                 f"{source} was cut: it ends within the message at byte {at} of {len(data)}, and what was flown after it is not known. "
                 "Copy it again from the vehicle."
             )
-        at += 3 + size
+        kind, body, at = data[at + 2 : at + 3], at + 3, at + 3 + size
+        if kind == b"D" and size >= 10:
+            topic, time = struct.unpack_from("<HQ", data, body)
+            if topic in topics:
+                last = max(last, time)
+        elif kind == b"O" and size == 2:
+            lost.append(struct.unpack_from("<H", data, body)[0])
+            end = max(last, end) + 1000 * lost[-1]
+        elif kind == b"F":
+            name, _, fields = data[body:at].partition(b":")
+            if fields.startswith(b"uint64_t timestamp;"):
+                stamped.add(name)
+        elif kind == b"A" and size > 3 and data[body + 3 : at] in stamped:
+            topics.add(struct.unpack_from("<H", data, body + 1)[0])
+    return began, max(last, end), lost

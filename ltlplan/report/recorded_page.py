@@ -105,7 +105,7 @@ def _header(asked: Asked, samples: Samples, verdict: FlightVerdict, source: str)
 
 def _window(asked: Asked, samples: Samples, verdict: FlightVerdict) -> tuple[float, float]:
     """Return from when until when the flight lasted, s of the samples' clock, as far as that is known."""
-    first, last = float(samples.times[0]), float(samples.times[-1])
+    first, last = samples.span
     if not verdict.alignment.trusted:
         return first, last
     begin = verdict.alignment.low / 2 + verdict.alignment.high / 2

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import dataclasses
 import json
 import math
 
@@ -15,14 +16,17 @@ from flight.frames import in_laboratory
 from flight.link.framed import FramedLink
 from flight.link.live import fly_live
 from flight.link.simulated import SimulatedLink
+from flight.logs.placed import in_mission
 from ltlplan.live import stages
 from ltlplan.pipeline import certified_team
 from ltlplan.recorded import judge_flight
 from tests.helpers.live_missions import pair
 from tests.helpers.stand_ins import minimum_snap
+from tests.verify.test_run_folder import write_folder
 from verify import certify
 from verify.data import BadInput, DoesNotFit
 from verify.data.frame import Frame
+from verify.recordings.alignment import given
 
 MISSION = pair("[-1.0, 0.4, 1.0]", "[1.0, 0.4, 1.0]", floor=0.2, more="frame: {rotation_deg: 90.0, offset: [3.0, -1.0, 0.1]}")
 PLACES = {"one": (-1.0, -0.5, 0.0), "two": (1.0, -0.5, 0.0)}
@@ -136,3 +140,51 @@ def test_a_wrong_frame_is_told_in_one_sentence_before_anything_spins(certified) 
     assert not inner.spinning
     swapped = FramedLink(link_there(mission, Frame(rotation_deg=270.0, offset=(3.0, -1.0, 0.1)), yaw_deg=90.0), mission.frame)
     assert "put it at" in fly_live(swapped, flown, grounds=GROUNDS).reason
+
+
+# -- recordings ------------------------------------------------------------------------------------------------------
+
+
+def recording_there(done, off: float = 0.0) -> flight.Recording:
+    """The certified flight as the laboratory's cameras saw it, `off` m beside its plan."""
+    frame, team = done.plan.mission.frame, done.team
+    times = np.arange(0.0, max(path.duration for path in team.values()) + 0.005, 0.01)
+    seen = [frame.to_laboratory(path.evaluate(np.minimum(times, path.duration))[:, :3] + [0, 0, off]) for path in team.values()]
+    return flight.Recording(tuple(team), times, np.stack(seen, axis=1), begins=(0.0, 0.0))
+
+
+def our_log(done, off: float = 0.0) -> flight.FlightLog:
+    """The same flight as we log it: in the mission's frame."""
+    found = in_mission(recording_there(done, off), done.plan.mission)
+    zeros = np.zeros_like(found.position)
+    letters = ((frozenset[str](),) * len(found.robots),) * len(found.times)
+    flat = zeros[..., 0]
+    return flight.FlightLog("pair", found.robots, found.times, found.position, zeros, zeros, flat, zeros, flat, letters)
+
+
+@pytest.mark.parametrize("ending", [".csv", ".parquet", ".mcap"])
+def test_a_log_of_ours_is_judged_in_the_missions_frame_from_its_own_start(certified, tmp_path, ending) -> None:
+    pytest.importorskip({".parquet": "pyarrow", ".mcap": "mcap"}.get(ending, "numpy"))
+    mission, done = certified
+    write_folder(tmp_path / "run", done.plan, done.team, done.certificate)
+    for off, outcome in ((0.0, "holds"), (1.12, "fails")):
+        path = flight.write_log(our_log(done, off), tmp_path / f"flight{off:g}{ending}")
+        judged = judge_flight(tmp_path / "run", path, max_speed=1.5)
+        assert {claim.outcome for claim in judged.verdict.claims if claim.name == "tube"} == {outcome}
+        assert judged.verdict.alignment == given(0.0, 0.0)
+        with pytest.raises(BadInput, match="of it only one start may be told"):
+            judge_flight(tmp_path / "run", path, max_speed=1.5, told=flight.Told(axes="y,-x,z"))
+        read = flight.read_flown(path, tuple(mission.agents), flight.Told())
+        assert flight.compare(read, done.certificate, done.team).covered == (outcome == "holds")
+
+
+def test_comparing_takes_a_recording_to_the_missions_frame(certified) -> None:
+    mission, done = certified
+    there = recording_there(done)
+    for found in (there, in_mission(there, mission), our_log(done)):
+        assert flight.compare(found, done.certificate, done.team, plan=done.plan).covered
+    here = dataclasses.replace(
+        in_mission(there, mission), frame="laboratory"
+    )  # places in the mission's numbers, so that all are elsewhere
+    for found in (here, recording_there(done, 0.2), our_log(done, 0.2)):
+        assert flight.compare(found, done.certificate, done.team, plan=done.plan).tube == "outside"

@@ -20,6 +20,7 @@ import numpy as np
 import flight
 from flight import Told, read_flown
 from flight.closed_loop import Setup, steps
+from flight.logs.placed import samples_of
 from flight.model.airframe import airframes_of
 from flight.model.disturbances import Wind
 from flight.model.reference import flown, sample_reference
@@ -29,7 +30,7 @@ from flight.monitoring.formula_state import FormulaState
 from tests.helpers.flights import legs, plan_of, small_mission
 from tests.helpers.foreign_logs import crazyflie
 from tests.helpers.recordings import fires, gates
-from verify import Asked, Certificate, FlightVerdict, Samples, certify, check_flight
+from verify import Asked, Certificate, FlightVerdict, certify, check_flight
 from verify.data import Mission, Plan, Trajectory
 from verify.data.plan import Visit
 
@@ -322,12 +323,8 @@ def judge_tape(made: Made, tape: Tape, folder: Path) -> FlightVerdict:
             (Path(place) / name).write_text(text)
         path = Path(place) / "recording.csv" if "recording.csv" in tape.files else Path(place)
         found = read_flown(path, tuple(plan.mission.agents), tape.told)
-    samples = Samples(found.times, {name: found.position[:, j] for j, name in enumerate(found.robots)}, rounding=found.rounding)
-    off = 0.0 if isinstance(tape.told.start, dict) else tape.told.start_error
-    begins = None if tape.told.start is None else (0.0 - off, off)
-    return check_flight(
-        samples, Asked.of_certificate(certificate, team, plan), max_speed=tape.speed, error=tape.error, start=begins
-    )
+    asked = Asked.of_certificate(certificate, team, plan)
+    return check_flight(samples_of(found, plan.mission), asked, max_speed=tape.speed, error=tape.error, start=found.begins)
 
 
 def disagreements(verdict: FlightVerdict, broken: set[str]) -> list[str]:

@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from ltlplan import judge_flight
 from tests.helpers.flights import plan_of, small_mission
 from tests.helpers.recordings import claims, dense, refused
 from verify import Asked, Samples, asked_of, check_flight
@@ -35,7 +36,7 @@ def flown(robots=1, corners=CORNERS, rate=100.0, apart=1.5) -> Samples:
 
 
 def verdict(mission, *events, samples=None):
-    return check_flight(flown() if samples is None else samples, of_events(mission, events), max_speed=0.8)
+    return check_flight(flown() if samples is None else samples, of_events(mission, events), max_speed=0.8, start=0.0)
 
 
 def moves(time, center=ELSEWHERE):
@@ -45,7 +46,7 @@ def moves(time, center=ELSEWHERE):
 def test_what_was_visited_where_it_was_then_counts():
     mission = small_mission("F a")
     assert verdict(mission, moves(5.0))
-    late = check_flight(flown(), Asked.of_mission(moves(0).apply(mission)), max_speed=0.8)
+    late = check_flight(flown(), Asked.of_mission(moves(0).apply(mission)), max_speed=0.8, start=0.0)
     assert claims(late)["formula"] == {"fails"}  # the last world alone says the contrary
 
 
@@ -53,7 +54,9 @@ def test_what_moves_to_where_the_robot_was_does_not_count():
     mission = small_mission("F a", regions="a: {center: [0.0, 3.0, 1.0], radii: [0.2, 0.2, 0.2]}")
     late = moves(5.0, (1.0, 0.0, 1.0))
     assert claims(verdict(mission, late))["formula"] == {"fails"}
-    assert check_flight(flown(), Asked.of_mission(late.apply(mission)), max_speed=0.8)  # so says the last world alone
+    assert check_flight(
+        flown(), Asked.of_mission(late.apply(mission)), max_speed=0.8, start=0.0
+    )  # so says the last world alone
     assert claims(verdict(mission, moves(1.0, (1.0, 0.0, 1.0))))["formula"] == {"holds"}
 
 
@@ -135,9 +138,45 @@ def test_events_that_were_written_are_read_again(tmp_path: Path):
 def test_a_folder_with_events_is_judged_with_them(tmp_path: Path):
     (tmp_path / "mission.yaml").write_text(mission_to_yaml(small_mission("F a")))
     (tmp_path / "events.json").write_text(events_to_json([moves(1.0)]))
-    assert claims(check_flight(flown(), asked_of(tmp_path), max_speed=0.8))["formula"] == {"fails"}
+    assert claims(check_flight(flown(), asked_of(tmp_path), max_speed=0.8, start=0.0))["formula"] == {"fails"}
     (tmp_path / "events.json").write_text(events_to_json([moves(6.0)]))
-    assert check_flight(flown(), asked_of(tmp_path), max_speed=0.8)
+    assert check_flight(flown(), asked_of(tmp_path), max_speed=0.8, start=0.0)
+    with pytest.raises(BadInput, match="nobody says when that was on the recording's clock"):
+        check_flight(flown(), asked_of(tmp_path), max_speed=0.8)
+
+
+def test_a_table_on_another_clock_is_not_judged_with_events(tmp_path: Path):
+    """It begins 4 s after take-off and passes where `a` stood until 5 s: by its own clock in time, in truth too late."""
+    (tmp_path / "mission.yaml").write_text(mission_to_yaml(small_mission("F a")))
+    (tmp_path / "events.json").write_text(events_to_json([moves(5.0)]))
+    samples = flown()
+    rows = [f"{t:.6f},{x:.6f},{y:.6f},{z:.6f}\n" for t, (x, y, z) in zip(samples.times, samples.positions["r0"], strict=True)]
+    (tmp_path / "table.csv").write_text("t,r0.x,r0.y,r0.z\n" + "".join(rows))
+    with pytest.raises(BadInput, match="nobody says when that was"):
+        judge_flight(tmp_path, tmp_path / "table.csv", max_speed=0.8)
+    late = judge_flight(tmp_path, tmp_path / "table.csv", max_speed=0.8, start=-4.0).verdict
+    assert late.outcome != "holds"
+    assert judge_flight(tmp_path, tmp_path / "table.csv", max_speed=0.8, start=0.0).verdict
+
+
+def test_nothing_is_said_for_ever_of_a_mission_alone_without_a_start():
+    """Into `a`, which `G !a` forbids; whether in the flight or before it nobody says."""
+    asked = Asked.of_mission(small_mission("G !a", trace="infinite"))
+    assert claims(check_flight(flown(), asked, max_speed=0.8))["formula"] == {"undecided"}
+    assert claims(check_flight(flown(), asked, max_speed=0.8, start=0.0))["formula"] == {"fails"}
+
+
+def test_a_start_that_is_not_known_well_leaves_open_where_the_world_had_changed():
+    """The robot is in `a` from 1.6 to 2.4 s; it moves away at 2.3 s of the flight, which may have begun earlier or later."""
+    mission = small_mission("F a")
+    asked = of_events(mission, (moves(2.3),))
+    for off, outcome in ((0.0, "holds"), (0.1, "holds"), (1.0, "undecided")):
+        found = check_flight(flown(), asked, max_speed=0.8, start=(-off, off))
+        assert claims(found)["formula"] == {outcome}
+    asked = of_events(small_mission("G !a"), (moves(1.5),))
+    for off, outcome in ((0.0, "holds"), (0.3, "undecided")):
+        found = check_flight(flown(), asked, max_speed=0.8, start=(-off, off))
+        assert claims(found)["formula"] == {outcome}
 
 
 @pytest.mark.parametrize(
@@ -186,7 +225,7 @@ def through_the_gate(sequence: str, *events, gate=GATE):
     mission = small_mission(hoops=gate, regions="", margin=0.05)
     mission = mission.model_copy(update={"sequence": sequence, "spec": mission.spec.model_copy(update={"formula": None})})
     straight = flown(corners=np.array([(0.0, 0.0, 1.0), (2.0, 0.0, 1.0)]))
-    return claims(check_flight(straight, of_events(mission, events), max_speed=0.8))["passages"]
+    return claims(check_flight(straight, of_events(mission, events), max_speed=0.8, start=0.0))["passages"]
 
 
 def test_a_gate_is_passed_as_it_stood_then():
@@ -240,7 +279,7 @@ def test_a_stay_is_held_against_the_region_as_it_stood_then():
     worlds = of_events(mission, [moves(0.3, (1.3, 0.0, 1.0))]).worlds
     for count, wanted in ((1, "fails"), (2, "holds")):
         plan = plan_of(mission, {"r0": [Visit(region="a")] * count})
-        found = check_flight(back, Asked(worlds, plan=plan, margin=0.05), max_speed=0.8)
+        found = check_flight(back, Asked(worlds, plan=plan, margin=0.05), max_speed=0.8, start=0.0)
         assert claims(found)["visits"] == {wanted}
 
 
@@ -255,7 +294,7 @@ def test_worlds_have_the_same_regions_and_plans_the_same_robots():
         (Asked(()), "at least one world"),
     ):
         with pytest.raises(BadInput, match=says):
-            check_flight(flown(len(asked.mission.agents) if asked.worlds else 1), asked, max_speed=0.8)
+            check_flight(flown(len(asked.mission.agents) if asked.worlds else 1), asked, max_speed=0.8, start=0.0)
 
 
 CRATE = Obstacle.model_validate({"center": (0.0, 3.0, 1.0), "size": (0.4, 0.4, 1.0), "yaw_deg": 30.0})
@@ -278,7 +317,7 @@ def test_a_solid_body_counts_as_long_as_it_stands_there():
     crate = CRATE.changed(center=(2.0, 1.0, 1.0))
     solid = mission.changed(obstacles={"crate": crate})
     for since in (0.0, 7.0):
-        assert claims(check_flight(flown(), Asked((World(since, solid),)), max_speed=0.8))["obstacles"] == {"fails"}
+        assert claims(check_flight(flown(), Asked((World(since, solid),)), max_speed=0.8, start=0.0))["obstacles"] == {"fails"}
     for time, outcome in ((5.0, "fails"), (7.0, "holds")):
         found = verdict(mission, ObstacleAppears(time=time, name="crate", obstacle=crate))
         assert claims(found)["obstacles"] == {outcome}
@@ -365,7 +404,7 @@ def test_one_keeps_away_from_the_others_from_when_it_climbs(near, found):
     way = ((0.0, here), (near + 0.05, here), (near + 1.9, away), (8.0, away))
     event = RobotJoins(time=5.0 if near == 3.0 else 4.0, robot="r1", agent=JOINER.agent, climbs=2.0)
     asked = of_events(small_mission("F a", extra="separation: 0.3"), [event])
-    assert claims(check_flight(with_a_newcomer(way), asked, max_speed=1.8))["separation"] == found
+    assert claims(check_flight(with_a_newcomer(way), asked, max_speed=1.8, start=0.0))["separation"] == found
 
 
 @pytest.mark.parametrize(

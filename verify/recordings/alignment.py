@@ -34,6 +34,7 @@ class Alignment:
         fitted: The best fit, s; None where the start was given.
         trusted: Whether claims about times may be made at all.
         zero: What the recording's own clock showed at 0, s.
+        told: Whether the recording says when the flight began, or somebody did; a fit to the plan is neither.
     """
 
     low: float
@@ -41,10 +42,16 @@ class Alignment:
     fitted: float | None
     trusted: bool
     zero: float = 0.0
+    told: bool = False
 
     @property
     def sentence(self) -> str:
         """Say it to a person."""
+        if self.fitted is None and not self.told:
+            return (
+                f"Nobody says when the flight began; it is taken to begin with the recording, at {self.low:g} s (`--start` says "
+                "otherwise)."
+            )
         if self.fitted is None and self.high > self.low:
             return f"The flight began at some time from {self.low:g} to {self.high:g} s of the recording, as was told."
         if self.fitted is None:
@@ -65,7 +72,16 @@ def given(low: float, high: float) -> Alignment:
         low: Earliest start, s.
         high: Latest start, s.
     """
-    return Alignment(low, high, None, True)
+    return Alignment(low, high, None, True, told=True)
+
+
+def with_the_recording(begin: float) -> Alignment:
+    """Return the alignment of a recording of which nothing was planned and nobody says when the flight began.
+
+    Args:
+        begin: From when on the recording covers anything, s.
+    """
+    return Alignment(begin, begin, None, True)
 
 
 def fitted(

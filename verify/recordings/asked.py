@@ -151,6 +151,11 @@ class Asked:
                 raise BadInput(f"The {what} has robots {', '.join(found)}; the mission has {', '.join(self.mission.agents)}.")
 
     @property
+    def changes(self) -> bool:
+        """Whether the world or the team changed in flight, at times that count from the flight's start."""
+        return len(self.worlds) > 1 or bool(self.gone) or bool(self.joined)
+
+    @property
     def mission(self) -> Mission:
         """The mission as it was at the end: its formula is asked of the whole flight."""
         return self.worlds[-1].mission

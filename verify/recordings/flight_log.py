@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 
 import numpy as np
@@ -15,7 +15,16 @@ from verify.data.errors import BadInput, did_you_mean
 from verify.data.language.formula import FREE
 from verify.data.mission import Mission
 from verify.data.storage.reading import read_text
-from verify.data.storage.tables import MAX_BYTES, Decimal, Table, counted, decimal, read_table, rounding, since
+from verify.data.storage.tables import MAX_BYTES, Decimal, Table, counted, decimal, half_place, read_table, rounding, since
+
+LOG_COLUMNS = (
+    "t", "robot", "x", "y", "z", "vx", "vy", "vz", "roll", "pitch", "yaw", "thrust", "wx", "wy", "wz", "error", "letter",
+)  # fmt: skip
+"""Columns with which every log of ours begins: s, name, m, m/s, rad, N (collective), rad/s (body), m from the plan, regions and internal
+propositions joined by spaces (empty: free flight)."""
+
+DIGITS = 9
+"""Significant digits of the numbers in a log of ours; zeros at their ends are left out."""
 
 _NEEDED = ("t", "robot", "x", "y", "z")
 
@@ -31,6 +40,7 @@ class Samples:
         rounding: How far times (s) and positions (m) may be off for the digits that they were written with.
         notes: What was taken for granted when they were read, a sentence each.
         zero: What the recording's own clock showed where `times` is 0, s.
+        covers: From when to when the recording's files hold anything, whoever was seen meanwhile, s; None: from the first to the last of `times`.
     """
 
     times: NDArray[np.float64]
@@ -39,6 +49,13 @@ class Samples:
     rounding: tuple[float, float] = (0.0, 0.0)
     notes: tuple[str, ...] = ()
     zero: float = 0.0
+    covers: tuple[float, float] | None = None
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """From when to when the recording covers the flight, s: a robot that is not seen in it may be anywhere that its speed allows."""
+        first, last = float(self.times[0]), float(self.times[-1])
+        return (first, last) if self.covers is None else (min(first, self.covers[0]), max(last, self.covers[1]))
 
     def checked(self) -> Samples:
         """Return the same as float64, in which everything is judged, whatever the arrays were made of.
@@ -60,7 +77,7 @@ class Samples:
                 if isinstance(letter, str) or not isinstance(letter, Iterable):  # pyright: ignore[reportUnnecessaryIsInstance]  # callers without types
                     raise BadInput(f"internal of {name} must be sets of names, one a sample, not {str(letter)[:40]!r}.")
         inner = None if self.internal is None else {name: tuple(map(frozenset, row)) for name, row in self.internal.items()}
-        return Samples(_real(self.times, "times"), places, inner, self.rounding, tuple(self.notes), self.zero)
+        return replace(self, times=_real(self.times, "times"), positions=places, internal=inner, notes=tuple(self.notes))
 
 
 def _real(values: ArrayLike, name: str) -> NDArray[np.float64]:
@@ -134,7 +151,7 @@ def read_flight_log(text: str, source: str, mission: Mission) -> Samples:
         np.array(times),
         {name: np.array([places[index] for index in rows[name]]) for name in agents},
         _letters(table, rows, mission),
-        (rounding(numbers["t"]), off),
+        (half_place(numbers["t"], digits=DIGITS if table.header[: len(LOG_COLUMNS)] == LOG_COLUMNS else None), off),
     )
 
 

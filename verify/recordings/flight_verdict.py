@@ -7,7 +7,7 @@ whatever happened, it is broken whatever happened, or the samples cannot tell. A
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -116,10 +116,28 @@ def check_flight(
         raise BadInput(f"max_acceleration must be above 0 m/s^2, not {str(max_acceleration)[:40]}.")
     begins = _begins(start)
     _require_fit(samples, asked)
+    if asked.changes:
+        samples, begins = _on_the_changes_clock(samples, begins)
     whole = with_rounding(float(error), speed, samples.rounding, samples.times, samples.positions.values())
     bounds = Bounds(speed, whole, np.inf if max_acceleration is None else float(max_acceleration))
     flown = RecordedFlight(samples, asked, bounds, begins, budget)
     return FlightVerdict(flown.claims(), tuple(flown.assumptions()), flown.alignment, flown.premise)
+
+
+def _on_the_changes_clock(samples: Samples, begins: tuple[float, float] | None) -> tuple[Samples, tuple[float, float]]:
+    """Return a recording of a flight in which the world changed with one start: how far that may be off goes to its times.
+
+    What changed did so at times of the flight, not of the recording. Where a start is off by s, so is every time, and what was measured
+    then; so that all of it may be judged as if the start were known.
+    """
+    if begins is None:
+        raise BadInput(
+            "The world changed in flight, or robots left or joined, at times that count from the flight's start, and nobody says when that was "
+            "on the recording's clock: give start (--start), in s."
+        )
+    middle, half = begins[0] / 2 + begins[1] / 2, (begins[1] - begins[0]) / 2 * (1 + 1e-12)
+    late, off = samples.rounding
+    return replace(samples, rounding=(late + half, off)), (middle, middle)
 
 
 def _begins(start: float | tuple[float, float] | None) -> tuple[float, float] | None:
@@ -156,6 +174,8 @@ def _require_fit(samples: Samples, asked: Asked) -> None:
             f"The formula names the internal proposition '{named[0]}', which positions do not show: give `internal`, or a run's "
             "folder with its plan and certificate."
         )
+    if samples.covers is not None and not (len(samples.covers) == 2 and all(abs(end) <= LARGEST for end in samples.covers)):
+        raise BadInput(f"covers must be two finite times in s, not {samples.covers!s:.60}.")
     if samples.internal is not None:
         for robot in agents:
             if len(samples.internal.get(robot, ())) != len(times):

@@ -13,14 +13,14 @@ from verify.claims.claim import Claim
 from verify.data.errors import BadInput
 from verify.data.plan import RobotPlan
 from verify.recordings.actions import Action, action_claim, internal_changes, logged_actions, planned_actions, unplanned
-from verify.recordings.alignment import Alignment, fitted, given
+from verify.recordings.alignment import Alignment, fitted, given, with_the_recording
 from verify.recordings.asked import Asked, World
 from verify.recordings.flight_log import Samples
 from verify.recordings.measurement import unseen_sentence
 from verify.recordings.open_starts import OpenEnds, change_within, for_every_start
 from verify.recordings.planned_paths import PlannedPath, planned_paths
 from verify.recordings.recorded_visits import passage_claim, visit_claim, widened
-from verify.recordings.space import obstacle_claim, rim_claim, separation_claims, workspace_claim
+from verify.recordings.space import obstacle_claim, recorded_claim, rim_claim, separation_claims, workspace_claim
 from verify.recordings.tracks import Bounds, Track, track
 from verify.recordings.tube import tube_claim
 from verify.recordings.words import (
@@ -30,6 +30,9 @@ from verify.recordings.words import (
     transition_claim,
     within,
 )
+
+_TOLD = 1e-4
+"""m; what times that are off add to the error is named from here on."""
 
 
 class RecordedFlight:
@@ -109,20 +112,19 @@ class RecordedFlight:
         return OpenEnds((self.start, self.stop), (self.start, self.stop), whole, logged)
 
     def _aligned(self, start: tuple[float, float] | None, error: float) -> Alignment:
-        first = float(self.samples.times[0])
         if start is not None:
             return given(*start)
         if self.paths is None:
-            return given(first, first)
+            return with_the_recording(self.samples.span[0])
         found = fitted(self.samples.times, self.samples.positions, self.paths, error=error, clock_error=self.asked.clock_error)
         return replace(found, zero=self.samples.zero)
 
     def _window(self) -> tuple[float, float]:
         """Return from when until when the flight lasted on the recording's clock.
 
-        Without a start that can be trusted, that is the whole recording.
+        Without a start that can be trusted, that is all that the recording covers.
         """
-        first, last = float(self.samples.times[0]), float(self.samples.times[-1])
+        first, last = self.samples.span
         if self.end is None:
             return self.alignment.low, max(last, self.alignment.high)
         if not self.alignment.trusted:
@@ -133,13 +135,7 @@ class RecordedFlight:
     def lap(self) -> Fraction | None:
         """How long the lap lasts with which the flight ends, s; None where there is none, or its ends are not known on the recording's clock."""
         team, begins = self.asked.team, self.alignment
-        known = (
-            begins.trusted
-            and begins.low == begins.high
-            and len(self.asked.worlds) == 1
-            and not self.asked.gone
-            and not self.asked.joined
-        )
+        known = begins.told and begins.low == begins.high and not self.asked.changes
         if team is None or not known or self.asked.mission.spec.trace != "infinite":
             return None
         laps = {
@@ -175,7 +171,12 @@ class RecordedFlight:
             )
         open_ = [action for _, actions in deeds for action in actions if action.outcome == "undecided"]
         doubtful = open_[0].sentence if open_ else ""
-        if mission.spec.formula is not None:
+        if mission.spec.trace == "infinite" and not self.alignment.told and self.alignment.fitted is None:
+            sentence = (
+                "Nobody says when the flight began, so that what its laps showed first cannot be told. Say it (`--start`)."
+            )
+            yield recorded_claim("formula", "undecided", sentence)
+        elif mission.spec.formula is not None:
             yield formula_claim(
                 self.asked.worlds, timelines, self.rows, doubtful=doubtful, zero=self.start, lap=self.lap, budget=self.budget
             )
@@ -241,7 +242,7 @@ class RecordedFlight:
 
     def assumptions(self) -> Iterable[str]:
         """Yield what a verdict rests on, a sentence each."""
-        first, last = float(self.samples.times[0]), float(self.samples.times[-1])
+        first, last = self.samples.span
         lasts = f"The flight lasts from {self.start:.4f} to {self.stop:.4f} s of the recording"
         planned = "" if self.end is None else f" (as planned, {self.end:.4f} s)" if self.alignment.trusted else " (all of it)"
         rest = "; rows beyond are not judged" if last > self.stop or first < self.start else ""
@@ -251,6 +252,9 @@ class RecordedFlight:
         if np.isfinite(self.bounds.acceleration):
             yield f"No robot is ever accelerated by more than {self.bounds.acceleration:g} m/s^2."
         yield f"No measured position is off by more than {self.bounds.error:g} m, the digits that it was written with included."
+        late = self.samples.rounding[0]
+        if late * self.bounds.speed > _TOLD:
+            yield f"No time is off by more than {late:g} s, for which {late * self.bounds.speed:.4g} m of that stand, at the bound on the speed."
         if self.premise:
             yield self.premise
         yield from self.samples.notes
@@ -269,7 +273,7 @@ class RecordedFlight:
                 f"{robot} stood on the ground until {came.climbs:.4f} s and climbed until {came.since:.4f} s: until then it is held against "
                 "nobody, and until it joined against the other robots, rims and obstacles only."
             )
-        if len(self.asked.worlds) > 1 or self.asked.gone:
+        if self.asked.changes:
             yield "The world changed in flight as the folder says; the formula is the one that was asked last."
         if self.paths is None:
             yield "There are no trajectories to hold the flight against: nothing is said of a tube."

@@ -130,6 +130,8 @@ def test_a_true_flight_at_the_greatest_speed_is_not_refused_for_rounding(tmp_pat
     rows = [line.split(",", 1) for line in lines]
     (tmp_path / "flight.csv").write_text(HEAD + "".join(f"{t},r0,{rest}\n" for t, rest in rows))
     assert check_recording(tmp_path / "flight.csv", mission, max_speed=2.2).outcome == "fails"
+    if form == ".9g":  # zeros at the ends are left out, so that nothing tells these times from some that were rounded to 10 ms
+        return
     with pytest.raises(BadInput, match="need an error"):
         check_recording(tmp_path / "flight.csv", mission, max_speed=2.19)
 

@@ -11,17 +11,17 @@ import numpy as np
 import pytest
 
 import flight
-from flight.logs.log import COLUMNS
 from tests.helpers.stand_ins import changed_log, rest_to_rest, stand_in
 from tests.helpers.stand_ins import flight as made_flight
 from verify.data import BadInput, Plan, Trajectory
+from verify.recordings.flight_log import LOG_COLUMNS
 
 
 def test_a_log_has_the_columns_of_the_contract(flown):
     _, _, log = flown
     header = log.to_csv().splitlines()[0].split(",")
-    assert tuple(header[: len(COLUMNS)]) == COLUMNS
-    assert header[len(COLUMNS) :] == ["rotor1", "rotor2", "rotor3", "rotor4", "mx", "my", "mz"]
+    assert tuple(header[: len(LOG_COLUMNS)]) == LOG_COLUMNS
+    assert header[len(LOG_COLUMNS) :] == ["rotor1", "rotor2", "rotor3", "rotor4", "mx", "my", "mz"]
     rows = list(csv.DictReader(io.StringIO(log.to_csv())))
     assert len(rows) == len(log) * 2
     assert {row["robot"] for row in rows} == {"quad0", "quad1"}
@@ -87,8 +87,8 @@ def recorded(log, layout):
 def test_recordings_are_read_by_the_names_of_their_columns(flown, tmp_path, layout):
     team, cert, log = flown
     (tmp_path / "mocap.csv").write_text(recorded(log, layout))
-    columns = {"t": "Frame time"} if layout == "millimetres" else None
-    found = flight.read_recording(tmp_path / "mocap.csv", log.robots, columns=columns)
+    columns, start = ({"t": "Frame time"}, 0.0) if layout == "millimetres" else (None, 12.5)
+    found = flight.read_recording(tmp_path / "mocap.csv", log.robots, start=start, columns=columns)
     assert np.allclose(found.times, log.times, atol=1e-4)
     assert np.allclose(found.position, log.measured, atol=1e-5, equal_nan=True)
     result = flight.compare(found, cert, team, measurement=0.007)

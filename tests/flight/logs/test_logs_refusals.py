@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import flight
-from flight.logs.log import COLUMNS
 from flight.logs.tables import log_from_csv
 from tests.helpers.stand_ins import changed_log
 from verify.data import BadInput, NotCertified
+from verify.recordings.flight_log import LOG_COLUMNS
 
 
 @pytest.mark.parametrize(
@@ -19,7 +19,7 @@ from verify.data import BadInput, NotCertified
         (lambda rows: rows[:-1], "gap"),
         (lambda rows: [*rows[:3], *rows[5:7], *rows[3:5], *rows[7:]], "times must go forward"),
         (lambda rows: rows[:1], "no rows"),
-        (lambda rows: [",".join(COLUMNS[1:]), *rows[1:]], "lacks the columns t"),
+        (lambda rows: [",".join(LOG_COLUMNS[1:]), *rows[1:]], "lacks the columns t"),
         (lambda rows: [*rows[:2], rows[2].replace(",", ";"), *rows[3:]], "cells under"),
         (lambda rows: [*rows[:2], "x" + rows[2], *rows[3:]], "must be a number"),
         (lambda rows: [*rows[:2], "nan" + rows[2][rows[2].index(",") :], *rows[3:]], "finite"),

@@ -23,7 +23,7 @@ MAX_LINE = 1_000_000
 """Characters of a line; a thousand robots with thirty columns each need half as many."""
 
 FINE = Fraction(1, 10_000)
-"""In m or s: numbers written to this or finer are taken as rounded by half a unit of their last place."""
+"""In m: lengths written to this or finer are taken as rounded by half a unit of their last place."""
 
 _DECIMAL = re.compile(r"([+-]?)(\d{0,40})(?:\.(\d{0,40}))?(?:[eE]([+-]?\d{1,3}))?", re.ASCII)
 _MOST_EXPONENT = 60
@@ -184,13 +184,24 @@ def since(counts: Sequence[int], power: int, zero: Fraction) -> list[float]:
 
 
 def rounding(numbers: Sequence[Decimal | None], unit: int = 0) -> float:
-    """Return half a unit of the last place that a column's numbers are written to, times 10**unit.
+    """Return half a unit of the last place that a column's lengths are written to, times 10**unit.
 
-    Places are those after the point or significant digits, whichever is coarser for the largest number. Numbers that
-    are coarser than 0.1 mm (or ms) are taken as meant: 0.
+    Places are those after the point or significant digits, whichever is coarser for the largest number. Lengths that
+    are coarser than 0.1 mm are taken as meant: 0.
     """
-    last = _last_place(numbers, unit)
-    return math.nextafter(float(last / 2), math.inf) if 0 < last <= FINE else 0.0
+    return half_place(numbers, unit) if _last_place(numbers, unit) <= FINE else 0.0
+
+
+def half_place(numbers: Sequence[Decimal | None], unit: int = 0, *, digits: int | None = None) -> float:
+    """Return half a unit of the last place that a column's numbers are written to, times 10**unit, however coarse that is.
+
+    Args:
+        numbers: The column.
+        unit: Power of ten.
+        digits: How many significant digits the numbers were written with, where that is known and zeros at their ends were left out.
+    """
+    last = _last_place(numbers, unit, digits)
+    return math.nextafter(float(last / 2), math.inf) if last else 0.0
 
 
 def coarse_place(numbers: Sequence[Decimal | None], unit: int = 0) -> Fraction:
@@ -199,14 +210,16 @@ def coarse_place(numbers: Sequence[Decimal | None], unit: int = 0) -> Fraction:
     return last if last > FINE else Fraction(0)
 
 
-def _last_place(numbers: Sequence[Decimal | None], unit: int) -> Fraction:
+def _last_place(numbers: Sequence[Decimal | None], unit: int, digits: int | None = None) -> Fraction:
     """Return a unit of the last place of a column's numbers, times 10**unit; 0 where it has none."""
     found = [number for number in numbers if number is not None]
     if not found:
         return Fraction(0)
     places = min(number.exponent for number in found)
-    digits = max(len(str(abs(number.whole))) for number in found)
     size = max((number.exponent + len(str(abs(number.whole))) for number in found if number.whole), default=places)
+    if digits is not None:
+        return Fraction(10) ** (size - digits + unit)
+    digits = max(len(str(abs(number.whole))) for number in found)
     return Fraction(10) ** (max(places, size - digits) + unit)
 
 
