@@ -20,6 +20,8 @@ from verify.foreign.shows.show_archives import ShowArchive
 
 MOST_CORNERS = 1000
 """Of one polygon; fences have a dozen."""
+MOST_POLYGONS = 100
+"""Of one geofence."""
 
 _NAMES = {
     "minDistance": ("separation",),
@@ -92,6 +94,8 @@ def _fences(archive: ShowArchive, value: Any, show: Any) -> tuple[Fence, ...]:
     polygons = archive.followed(geofence.get("polygons", []), show)
     if not isinstance(polygons, list):
         raise BadInput(f"{archive.source}: settings.geofence.polygons must be a list, not {polygons!r:.40}.")
+    if len(polygons) > MOST_POLYGONS:
+        raise BadInput(f"{archive.source}: settings.geofence has {len(polygons)} polygons; at most {MOST_POLYGONS} are judged.")
     found: list[Fence] = []
     for index, polygon in enumerate(polygons):
         where = f"settings.geofence.polygons[{index}]"

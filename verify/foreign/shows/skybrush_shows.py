@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from itertools import chain
 from pathlib import Path
 from typing import Any
@@ -25,6 +25,9 @@ from verify.foreign.shows.show_settings import own_limits
 
 _UNJUDGED = {"lights": "Lights", "pyro": "Pyrotechnics", "yawControl": "Yaw programmes", "rthPlan": "Plans to return home"}
 """What a drone's settings may hold beside its trajectory, and how it is called."""
+
+MOST_KEYFRAMES = 30_000_000
+"""Of all drones; more do not fit the memory of usual machines."""
 
 _ALONE = 1.0
 """s that a drone with one keyframe is given to stand there."""
@@ -48,14 +51,39 @@ def read_show(path: Path) -> Fleet:
         drones = archive.followed(swarm.get("drones"), show)
         if not isinstance(drones, list) or not drones:
             raise BadInput(f"{path}: swarm.drones must be a list of at least one drone.")
-        unjudged: Counter[str] = Counter()
-        flights = [_flight(archive, show, index, drone, unjudged) for index, drone in enumerate(drones)]
+        seen = _Seen()
+        flights = [_flight(archive, show, index, drone, seen) for index, drone in enumerate(drones)]
         own, notes = own_limits(archive, show)
-    notes += [f"{_UNJUDGED[key]} of {count} drones are not judged." for key, count in sorted(unjudged.items())]
+    notes += [f"{_UNJUDGED[key]} of {count} drones are not judged." for key, count in sorted(seen.unjudged.items())]
     return replace(assemble(str(path), "bernstein", flights), own=own, notes=tuple(notes))
 
 
-def _flight(archive: ShowArchive, show: Any, index: int, drone: Any, unjudged: Counter[str]) -> Flight:
+@dataclass(slots=True)
+class _Seen:
+    """The drones read so far: mutable while a show is read.
+
+    Attributes:
+        unjudged: Drones with settings of each kind that nobody judges.
+        starts: Names by first positions.
+        keyframes: Of all drones together.
+    """
+
+    unjudged: Counter[str] = field(default_factory=Counter[str])
+    starts: dict[tuple[float, float, float], str] = field(default_factory=dict[tuple[float, float, float], str])
+    keyframes: int = 0
+
+    def count(self, source: str, where: str, name: str, keyframes: Sequence[Any]) -> None:
+        """Refuse a trajectory that another drone has, or one too many, before it costs anything."""
+        _check_keyframe(f"{where}: points[0]", keyframes[0], first=True)
+        x, y, z = keyframes[0][1]
+        if (other := self.starts.setdefault((x, y, z), name)) != name:
+            raise BadInput(f"{source}: {other} and {name} both begin at ({x:.4g}, {y:.4g}, {z:.4g}); each drone needs a pad of its own.")
+        self.keyframes += len(keyframes)
+        if self.keyframes > MOST_KEYFRAMES:
+            raise BadInput(f"{source} has more than {MOST_KEYFRAMES} keyframes by {name}; audit it in parts.")
+
+
+def _flight(archive: ShowArchive, show: Any, index: int, drone: Any, seen: _Seen) -> Flight:
     where = f"swarm.drones[{index}]"
     drone = _table(archive.followed(drone, show), archive, where)
     settings = _table(archive.followed(drone.get("settings"), show), archive, f"{where}.settings")
@@ -63,7 +91,7 @@ def _flight(archive: ShowArchive, show: Any, index: int, drone: Any, unjudged: C
     if not isinstance(name, str) or not name or len(name) > 200 or not name.isprintable():
         raise BadInput(f"{archive.source}: {where}.settings.name must be a short text that can be printed, not {name!r:.40}.")
     where = f"{archive.source}: {name}"
-    unjudged.update(key for key in _UNJUDGED if settings.get(key) is not None)
+    seen.unjudged.update(key for key in _UNJUDGED if settings.get(key) is not None)
     if settings.get("trajectory") is None:
         raise BadInput(f"{where} has no trajectory; every drone of a show needs one (settings.trajectory).")
     trajectory = _table(archive.followed(settings["trajectory"], show), archive, f"{name}: trajectory")
@@ -72,6 +100,7 @@ def _flight(archive: ShowArchive, show: Any, index: int, drone: Any, unjudged: C
     keyframes = archive.followed(trajectory.get("points"), trajectory)
     if not isinstance(keyframes, list) or not keyframes:
         raise BadInput(f"{where}: its trajectory has no points; at least one keyframe [t, [x, y, z], []] is needed.")
+    seen.count(archive.source, where, name, keyframes)
     takeoff = _number(trajectory.get("takeoffTime", 0.0), f"{where}: takeoffTime")
     times, values, degrees = _pieces(where, keyframes)
     homes: list[Home] = []
