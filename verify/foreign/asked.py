@@ -65,6 +65,7 @@ class Asked:
         workspace: Where all drones stay, or None.
         least: For pairs given by two arrays of drones, how far apart their paths must stay, in m; None where nothing is asked.
         most: The greatest of these, in m.
+        fewest: The least of these, in m.
         weight: By which distances in z are multiplied.
         rates: Limits of speeds and accelerations.
         min_height: In m, or None.
@@ -79,6 +80,7 @@ class Asked:
     workspace: Box | None
     least: Callable[[Indices, Indices], Floats] | None
     most: float
+    fewest: float
     weight: Fraction
     rates: tuple[Rate, ...]
     min_height: float | None
@@ -137,8 +139,8 @@ def resolve(fleet: Fleet, mission: Mission | None, limits: AuditLimits) -> Asked
         asked = np.maximum(separation or 0.0, (radii[one] + radii[other]) * stretch)
         return np.nextafter(asked + room, np.inf) if room else asked
 
-    two = np.argsort(radii)[-2:]
-    most = float(least(two[-1:], two[:1])[0])
+    order = np.argsort(radii)
+    most, fewest = (float(least(two[:1], two[-1:])[0]) for two in (order[-2:], order[:2]))
     said: dict[str, object] = {
         "mission": mission.digest() if mission else None,
         "vehicle": vehicle.name if vehicle else None,
@@ -153,7 +155,8 @@ def resolve(fleet: Fleet, mission: Mission | None, limits: AuditLimits) -> Asked
         "from": chosen.sources,
     }
     return Asked(
-        workspace=workspace, least=None if separation is None else least, most=most, weight=weight, rates=rates,
+        workspace=workspace, least=None if separation is None else least, most=most, fewest=fewest, weight=weight,
+        rates=rates,
         min_height=limits.min_height, altitude=altitude, fences=fences, margin=margin, velocity_jump=limits.velocity_jump,
         said=said, notes=_not_asked(fleet.own, chosen, wanted=limits.own_limits),
     )  # fmt: skip

@@ -210,7 +210,7 @@ def _nearest_walls(found: Iterable[Extreme]) -> list[Extreme]:
 def _separation(fleet: Fleet, asked: Asked, steps: Joints, progress: Progress) -> tuple[list[Claim], list[Instant]]:
     assert asked.least is not None
     stretched: Floats = steps.jumps * (max(1.0, float(asked.weight)) * (1 + 2.0**-40))
-    pairs = Separation(asked.least, asked.most, asked.weight, stretched)
+    pairs = Separation(asked.least, asked.most, asked.weight, stretched, asked.fewest)
     closest = Closest()
 
     def told(share: float) -> None:

@@ -1,7 +1,7 @@
 """How near drones come to each other, for all times: bounds on polynomials first, exact arithmetic where those leave it open.
 
 With `weight` k the distance in z counts k times. Where a drone's pieces do not join exactly it is nowhere between them for an instant;
-the longest such step of each is taken off what is proved, as for planned flights.
+the longest steps of both drones are taken off what is proved of a pair, as for planned flights.
 """
 
 from __future__ import annotations
@@ -88,7 +88,7 @@ class Closest:
         one: Index of a drone of that pair.
         other: Index of the other one.
         time: When, in s.
-        low: No pair of pieces that was put aside comes nearer, in m.
+        low: No pair of pieces that was put aside comes nearer, steps between pieces allowed for, in m.
     """
 
     high: float = np.inf
@@ -97,10 +97,18 @@ class Closest:
     time: float = 0.0
     low: float = np.inf
 
-    def put_aside(self, squares: Floats) -> None:
-        """Take note of squared distances that pieces are proved to keep."""
+    def put_aside(self, squares: Floats, steps: Floats, floors: Floats | float = 0.0) -> None:
+        """Take note of squared distances that pieces are proved to keep.
+
+        Args:
+            squares: In m^2. Shape (k,).
+            steps: What their drones' steps between pieces come to, in m. Shape (k,).
+            floors: Proved of their drones' distances by themselves, in m.
+        """
         if len(squares):
-            self.low = min(self.low, _root_down(float(squares.min())))
+            roots = np.nextafter(np.sqrt(np.maximum(squares, 0.0)), -np.inf)
+            less = np.where(steps > 0, np.nextafter(roots - steps * (1 + 2.0**-40), -np.inf), roots)
+            self.low = min(self.low, float(np.maximum(np.maximum(less, floors), 0.0).min()))
 
     def come_to(self, fleet: Fleet, one: Indices, other: Indices, least: Peaks) -> None:
         """Take note of the least distance that pairs of pieces reach.
@@ -127,12 +135,14 @@ class Separation:
         most: The greatest of them all, in m.
         weight: By which distances in z are multiplied.
         steps: Bound on each drone's longest step between pieces, weighted, in m. Shape (drones,).
+        fewest: The least of all pairs' limits, in m.
     """
 
     limits: Callable[[Indices, Indices], Floats]
     most: float
     weight: Fraction
     steps: Floats
+    fewest: float
 
 
 @np.errstate(all="ignore")
@@ -152,10 +162,7 @@ def judge_distances(fleet: Fleet, asked: Separation, pairs: PiecePairs, closest:
         if len(found) > MOST_BREACHES:
             closest.low = 0.0  # nothing is claimed of what was not looked at
             break
-    low = min(closest.low, closest.high)
-    steps = np.sort(asked.steps)[-2:].sum() if len(fleet) > 1 else 0.0
-    low = float(np.nextafter(low - steps * (1 + 2.0**-40), -np.inf)) if steps else low
-    return Nearest(max(low, 0.0), closest.high, closest.one, closest.other, closest.time), _joined(found)
+    return Nearest(max(min(closest.low, closest.high), 0.0), closest.high, closest.one, closest.other, closest.time), _joined(found)
 
 
 def _judge(fleet: Fleet, asked: Separation, one: Indices, other: Indices, closest: Closest) -> Iterator[Breach]:
@@ -169,32 +176,32 @@ def _judge(fleet: Fleet, asked: Separation, one: Indices, other: Indices, closes
     offsets = _offsets(fleet, one, other, asked.weight)
     low = _apart_one_way(offsets) ** 2 * (1 - 2.0**-50)
     aside = low >= wanted  # what is not known is looked at
-    closest.put_aside(low[aside])
+    closest.put_aside(low[aside], steps[aside], limits[aside])
     open_ = np.flatnonzero(~aside)
     if not len(open_):
         return
     squares = dot(offsets[open_], offsets[open_])
     low = squares.low.min(-1)
     aside = low >= wanted[open_]
-    closest.put_aside(low[aside])
+    closest.put_aside(low[aside], steps[open_][aside], limits[open_][aside])
     squares, open_ = squares[~aside], open_[~aside]
     if not len(open_):
         return
     one, other = one[open_], other[open_]
-    limits, needed, level = limits[open_], needed[open_], level[open_]
+    limits, needed, level, steps = limits[open_], needed[open_], level[open_], steps[open_]
     slack = np.maximum(1e-9 * level, NEAR * min(closest.high, 1.0) + 1e-9)
     least = peaks(-squares, np.arange(len(open_)), len(open_), slack=slack, critical=-level)
     closest.come_to(fleet, one, other, least)
     apart = -least.upper >= level
-    closest.put_aside(-least.upper[apart])
+    closest.put_aside(-least.upper[apart], steps[apart], limits[apart])
     for k in np.flatnonzero(~apart).tolist():
         a, b, limit = int(one[k]), int(other[k]), Fraction(float(limits[k]))
         start, stop = common_time(fleet, a, b)
         gap = _gap(fleet, asked.weight, (a, b), (start, stop), Fraction(float(needed[k])))
         if _nonnegative(gap):
-            closest.low = min(closest.low, max(_root_down(-float(least.upper[k])), float(needed[k])))
+            closest.put_aside(-least.upper[k : k + 1], steps[k : k + 1], limits[k : k + 1])
             continue
-        closest.put_aside(-least.upper[k : k + 1])
+        closest.put_aside(-least.upper[k : k + 1], steps[k : k + 1])
         sure = needed[k] == limit or not _nonnegative(_gap(fleet, asked.weight, (a, b), (start, stop), limit))
         begin, end = _breach_times(gap, start, stop)
         time = float(start + (stop - start) * Fraction(float(least.place[k])))
@@ -316,10 +323,6 @@ def _joined(found: list[Breach]) -> list[Breach]:
             result.append(breach)
     result.sort(key=lambda b: (b.distance - b.limit, b.start))
     return result
-
-
-def _root_down(value: float) -> float:
-    return float(np.nextafter(np.sqrt(value), -np.inf)) if value > 0 else 0.0
 
 
 def _root_up(value: float) -> float:

@@ -148,10 +148,12 @@ def separation_claims(
         return [_breach(fleet, breach) for breach in breaches], instants
     one, other = fleet.names[nearest.one], fleet.names[nearest.other]
     limit = float(pairs.limits(np.array([nearest.one]), np.array([nearest.other]))[0])
-    bound = nearest.low
+    bound, asked = nearest.low, f"{limit:.4f} m are asked"
+    if bound < limit:  # another pair's, of which less is asked
+        asked, limit = f"{asked} of them, {pairs.fewest:.4f} m of others", pairs.fewest
     sentence = (
         f"{all_of(fleet)} stay {bound:.4f} m apart at all times, in all {len(fleet) * (len(fleet) - 1) // 2} pairs; {one} and {other} are nearest, "
-        f"with {nearest.high:.4f} m at {nearest.time:.3f} s ({limit:.4f} m are asked)."
+        f"with {nearest.high:.4f} m at {nearest.time:.3f} s ({asked})."
     )
     claim = claim_of(
         "separation",
