@@ -192,7 +192,7 @@ def test_a_show_is_judged_on_its_pads_and_where_it_says_that_they_are(tmp_path: 
     show = show_of([("a", CURVES), ("b", trajectory_of([[0, [0.8, 0, 0]], [3, [0.8, 0, 4]], [4, [8, 0, 4]]]))])
     found = verify.audit(write_show(tmp_path / "show.skyc", show), limits=verify.AuditLimits(separation=1.0))
     assert any(b.other == "b" and "from 0.0000 s to" in b.sentence for b in found.broken)
-    show["swarm"]["drones"][0]["settings"].update(home=[0, 0.5, 0], landAt=[4, 0, 0])
+    show["swarm"]["drones"][0]["settings"].update(home=[0, 0.5, 0], landAt=[4, 1, 0])
     found = verify.audit(write_show(tmp_path / "show.skyc", show), limits=verify.AuditLimits(speed=50.0))
     assert [claim.witness and claim.witness.what for claim in found.broken] == ["home", "landing place"]
 

@@ -1,14 +1,14 @@
 """Skybrush shows (`.skyc`): for each drone keyframes in time, joined by Bezier curves of degree 1 to 3, or up to 7.
 
 A keyframe is `[t, [x, y, z], [control points]]`; its control points are those of the curve that ends there. Times count from the drone's take-off
-time, `takeoffTime`, in the show. Numbers are the floats nearest to the decimals in the file, which is how every program reads them;
+time, `takeoffTime`, in the show; `landingTime` and the times of `yawControl` count from the show's start. Numbers are the floats nearest to the decimals in the file, which is how every program reads them;
 differences and sums of times are taken exactly. Before its first keyframe a drone stands where that is, after its last one it stays there.
 """
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import chain
 from pathlib import Path
@@ -19,11 +19,12 @@ import numpy as np
 from verify.arithmetic.balls import Floats
 from verify.data.errors import BadInput
 from verify.data.trajectory import DEGREE
-from verify.foreign.fleet import LARGEST, Fleet, Flight, Home, assemble
+from verify.foreign.fleet import LARGEST, SHORTEST, Fleet, Flight, assemble
 from verify.foreign.shows.show_archives import ShowArchive, open_show
 from verify.foreign.shows.show_settings import own_limits
+from verify.foreign.shows.take_offs import Ends, columns_of
 
-_UNJUDGED = {"lights": "Lights", "pyro": "Pyrotechnics", "yawControl": "Yaw programmes", "rthPlan": "Plans to return home"}
+_UNJUDGED = {"lights": "Lights", "pyro": "Pyrotechnics", "rthPlan": "Plans to return home", "autoYaw": "Headings along the path (autoYaw)"}
 """What a drone's settings may hold beside its trajectory, and how it is called."""
 
 MOST_KEYFRAMES = 30_000_000
@@ -52,10 +53,12 @@ def read_show(path: Path) -> Fleet:
         if not isinstance(drones, list) or not drones:
             raise BadInput(f"{path}: swarm.drones must be a list of at least one drone.")
         seen = _Seen()
-        flights = [_flight(archive, show, index, drone, seen) for index, drone in enumerate(drones)]
+        read = [_flight(archive, show, index, drone, seen) for index, drone in enumerate(drones)]
         own, notes = own_limits(archive, show)
     notes += [f"{_UNJUDGED[key]} of {count} drones are not judged." for key, count in sorted(seen.unjudged.items())]
-    return replace(assemble(str(path), "bernstein", flights), own=own, notes=tuple(notes))
+    fleet = assemble(str(path), "bernstein", [flight for flight, _ in read])
+    columns, homes, assumed = columns_of(fleet, [ends for _, ends in read])
+    return replace(fleet, own=own, homes=homes, columns=columns, notes=(*assumed, *notes))
 
 
 @dataclass(slots=True)
@@ -83,7 +86,7 @@ class _Seen:
             raise BadInput(f"{source} has more than {MOST_KEYFRAMES} keyframes by {name}; audit it in parts.")
 
 
-def _flight(archive: ShowArchive, show: Any, index: int, drone: Any, seen: _Seen) -> Flight:
+def _flight(archive: ShowArchive, show: Any, index: int, drone: Any, seen: _Seen) -> tuple[Flight, Ends]:
     where = f"swarm.drones[{index}]"
     drone = _table(archive.followed(drone, show), archive, where)
     settings = _table(archive.followed(drone.get("settings"), show), archive, f"{where}.settings")
@@ -101,14 +104,45 @@ def _flight(archive: ShowArchive, show: Any, index: int, drone: Any, seen: _Seen
     if not isinstance(keyframes, list) or not keyframes:
         raise BadInput(f"{where}: its trajectory has no points; at least one keyframe [t, [x, y, z], []] is needed.")
     seen.count(archive.source, where, name, keyframes)
-    takeoff = _number(trajectory.get("takeoffTime", 0.0), f"{where}: takeoffTime")
+    takeoff, landing = (_time(trajectory, key, where) for key in ("takeoffTime", "landingTime"))
     times, values, degrees = _pieces(where, keyframes)
-    homes: list[Home] = []
-    for key, what, end in (("home", "home", 0), ("landAt", "landing place", 1)):
-        if settings.get(key) is not None:
-            place = _point(settings[key], f"{where}: {key}")
-            homes.append((what, end, place))
-    return Flight(name=name, knots=_exact_sums(times, takeoff), values=values, degrees=degrees, homes=tuple(homes))
+    home, land = (
+        None if settings.get(key) is None else _point(settings[key], f"{where}: {key}") for key in ("home", "landAt")
+    )
+    yaw = _yaw(archive, archive.followed(settings.get("yawControl"), show), where, seen)
+    knots = _exact_sums(times, takeoff or 0.0)
+    return Flight(name=name, knots=knots, values=values, degrees=degrees, yaw=yaw), Ends(home, land, landing)
+
+
+def _time(trajectory: Mapping[str, Any], key: str, where: str) -> float | None:
+    """Return a time that may be missing or null, in s."""
+    value = trajectory.get(key)
+    return None if value is None else _number(value, f"{where}: {key}")
+
+
+def _yaw(archive: ShowArchive, value: Any, where: str, seen: _Seen) -> Floats | None:
+    """Return times in s and headings in deg; None where none are given. Shape (setpoints, 2)."""
+    if value is None:
+        return None
+    control = _table(archive, value, f"{where}: yawControl")
+    if control.get("version") != 1:
+        raise BadInput(f"{where}: its yawControl is of version {control.get('version')!r:.20}; version 1 is read.")
+    setpoints = archive.followed(control.get("setpoints"), control)
+    if not isinstance(setpoints, list):
+        raise BadInput(f"{where}: yawControl.setpoints must be a list of [t, degrees], not {setpoints!r:.40}.")
+    if control.get("autoYaw"):
+        seen.unjudged["autoYaw"] += 1
+        return None
+    rows: list[tuple[float, float]] = []
+    for index, setpoint in enumerate(setpoints):
+        what = f"{where}: yawControl.setpoints[{index}]"
+        if not isinstance(setpoint, list) or len(setpoint) < 2:
+            raise BadInput(f"{what} must be [t, degrees], not {setpoint!r:.40}.")
+        time, angle = _number(setpoint[0], f"{what}: its time"), _number(setpoint[1], f"{what}: its heading")
+        if rows and time - rows[-1][0] < SHORTEST:
+            raise BadInput(f"{what} is at {time:g} s, after one at {rows[-1][0]:g} s; times must rise, by {SHORTEST:g} s at the least.")
+        rows.append((time, angle))
+    return np.array(rows) if rows else None
 
 
 def _pieces(where: str, keyframes: Sequence[Any]) -> tuple[Floats, Floats, np.ndarray]:
