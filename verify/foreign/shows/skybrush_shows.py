@@ -109,7 +109,7 @@ def _flight(archive: ShowArchive, show: Any, index: int, drone: Any, seen: _Seen
     home, land = (
         None if settings.get(key) is None else _point(settings[key], f"{where}: {key}") for key in ("home", "landAt")
     )
-    yaw = _yaw(archive, archive.followed(settings.get("yawControl"), show), where, seen)
+    yaw = _yaw(archive, archive.followed(settings.get("yawControl"), show), name, seen)
     knots = _exact_sums(times, takeoff or 0.0)
     return Flight(name=name, knots=knots, values=values, degrees=degrees, yaw=yaw), Ends(home, land, landing)
 
@@ -120,11 +120,12 @@ def _time(trajectory: Mapping[str, Any], key: str, where: str) -> float | None:
     return None if value is None else _number(value, f"{where}: {key}")
 
 
-def _yaw(archive: ShowArchive, value: Any, where: str, seen: _Seen) -> Floats | None:
+def _yaw(archive: ShowArchive, value: Any, name: str, seen: _Seen) -> Floats | None:
     """Return times in s and headings in deg; None where none are given. Shape (setpoints, 2)."""
     if value is None:
         return None
-    control = _table(archive, value, f"{where}: yawControl")
+    where = f"{archive.source}: {name}"
+    control = _table(value, archive, f"{name}: yawControl")
     if control.get("version") != 1:
         raise BadInput(f"{where}: its yawControl is of version {control.get('version')!r:.20}; version 1 is read.")
     setpoints = archive.followed(control.get("setpoints"), control)
