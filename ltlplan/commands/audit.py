@@ -41,12 +41,14 @@ def command(
     ] = None,
     separation: Annotated[float | None, typer.Option("--separation", help="Least distance between centres, m.")] = None,
     separation_above: Annotated[
-        float | None, typer.Option("--separation-above", help="Ask it only while both drones are above this z, m (default: everywhere).")
+        float | None,
+        typer.Option("--separation-above", help="Ask it only while both drones are above this z, m (default: everywhere)."),
     ] = None,
     speed: Annotated[float | None, typer.Option("--speed", help="Greatest speed, m/s.")] = None,
     acceleration: Annotated[float | None, typer.Option("--acceleration", help="Greatest acceleration, m/s^2.")] = None,
     yaw_rate: Annotated[
-        float | None, typer.Option("--yaw-rate", help="Greatest rate of turning, deg/s, of drones whose file says how they turn.")
+        float | None,
+        typer.Option("--yaw-rate", help="Greatest rate of turning, deg/s, of drones whose file says how they turn."),
     ] = None,
     min_height: Annotated[float | None, typer.Option("--min-height", help="Least z, m, take-off and landing included.")] = None,
     margin: Annotated[

@@ -232,7 +232,9 @@ def _yaw_rates(
     """Return limits of turning in deg/s, where a file says how drones turn or one is given. Shape (drones,)."""
     if not fleet.yaws:
         if limits.yaw_rate is not None:
-            raise BadInput(f"yaw_rate is {limits.yaw_rate:g} deg/s, and {fleet.source} does not say how any drone turns; leave it out.")
+            raise BadInput(
+                f"yaw_rate is {limits.yaw_rate:g} deg/s, and {fleet.source} does not say how any drone turns; leave it out."
+            )
         return None
     other = None
     if vehicle is not None:
@@ -253,12 +255,22 @@ def _not_asked(own: OwnLimits, chosen: _Chosen, *, wanted: bool) -> tuple[str, .
     why = "something else takes its place" if wanted else "nothing of the file's own is"
     unknown = dict(own.where).get("yaw_rate") if wanted and "yaw_rate" not in chosen.sources else None
     return tuple(
-        f"The file's own {name} is not asked: {'it does not say how any drone turns' if name == unknown else why}." for name in rest
+        f"The file's own {name} is not asked: {'it does not say how any drone turns' if name == unknown else why}."
+        for name in rest
     )
 
 
 def _require_numbers(limits: AuditLimits) -> None:
-    for name in ("separation", "separation_above", "speed", "acceleration", "yaw_rate", "min_height", "margin", "velocity_jump"):
+    for name in (
+        "separation",
+        "separation_above",
+        "speed",
+        "acceleration",
+        "yaw_rate",
+        "min_height",
+        "margin",
+        "velocity_jump",
+    ):
         value = getattr(limits, name)
         if value is None:
             continue

@@ -174,7 +174,9 @@ def judge_fleet(fleet: Fleet, asked: Asked, progress: Progress = silent) -> Audi
         found = [
             extreme
             for axis, side, at in walls
-            for extreme in (_floor(fleet, at, asked.margin) if (axis, side) == (2, "min") else _wall(fleet, axis, side, at, asked.margin))
+            for extreme in (
+                _floor(fleet, at, asked.margin) if (axis, side) == (2, "min") else _wall(fleet, axis, side, at, asked.margin)
+            )
         ]
         take("workspace", extreme_claims(fleet, "workspace", "m", _nearest_walls(found)))
     if asked.min_height is not None:

@@ -28,7 +28,9 @@ def column_claims(fleet: Fleet, pairs: Separation, found: Sequence[TooNear]) -> 
     """
     if found:
         names = fleet.names
-        instants = [Instant(names[met.column.drone], names[met.other], met.distance, met.limit, met.time) for met in found[:TIGHTEST]]
+        instants = [
+            Instant(names[met.column.drone], names[met.other], met.distance, met.limit, met.time) for met in found[:TIGHTEST]
+        ]
         return [_met(fleet, met, pairs.above) for met in found], instants
     ups, downs = (len({c.drone for c in fleet.columns if c.kind == kind}) for kind in ("take-off", "landing"))
     limit = pairs.fewest

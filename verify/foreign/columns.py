@@ -116,7 +116,9 @@ def _among(fleet: Fleet, asked: Separation, columns: Sequence[Column], tree: KDT
             continue
         limit, needed = _needed(asked, one.drone, other.drone)
         level = sum(((x - y) ** 2 for x, y in zip(one.place, other.place, strict=True)), Fraction(0))
-        over = max(Fraction(_low(one, asked)) - Fraction(other.high), Fraction(_low(other, asked)) - Fraction(one.high), Fraction(0))
+        over = max(
+            Fraction(_low(one, asked)) - Fraction(other.high), Fraction(_low(other, asked)) - Fraction(one.high), Fraction(0)
+        )
         if (square := level + (asked.weight * over) ** 2) >= needed**2:
             continue
         feet = level + (asked.weight * (Fraction(one.low) - Fraction(other.low))) ** 2
@@ -174,7 +176,10 @@ def _met(
             return None
     length = fleet.stop(row) - fleet.start(row)
     share = (begin - fleet.start(row)) / length, (end - fleet.start(row)) / length
-    path = [exact.on_unit_interval(p, *share) if begin < end else fmpq_poly([p(exact.rational(share[0]))]) for p in fleet.exactly(row)]
+    path = [
+        exact.on_unit_interval(p, *share) if begin < end else fmpq_poly([p(exact.rational(share[0]))])
+        for p in fleet.exactly(row)
+    ]
     if _keeps(path, column, needed, asked):
         return None
     places = np.linspace(0.0, 1.0, _SAMPLES)

@@ -178,7 +178,9 @@ def judge_distances(fleet: Fleet, asked: Separation, pairs: PiecePairs, closest:
         if len(found) > MOST_BREACHES:
             closest.low = 0.0  # nothing is claimed of what was not looked at
             break
-    return Nearest(max(min(closest.low, closest.high), 0.0), closest.high, closest.one, closest.other, closest.time), _joined(found)
+    return Nearest(max(min(closest.low, closest.high), 0.0), closest.high, closest.one, closest.other, closest.time), _joined(
+        found
+    )
 
 
 def _judge(fleet: Fleet, asked: Separation, one: Indices, other: Indices, closest: Closest) -> Iterator[Breach]:
@@ -224,7 +226,11 @@ def _judge(fleet: Fleet, asked: Separation, one: Indices, other: Indices, closes
         if _nonnegative(gap):
             closest.put_aside(-least.upper[k : k + 1], steps[k : k + 1], limits[k : k + 1])
             continue
-        times = _breach_times(gap, start, stop) if asked.above is None else _high_breach(fleet, gap, (a, b), (start, stop), asked.above)
+        times = (
+            _breach_times(gap, start, stop)
+            if asked.above is None
+            else _high_breach(fleet, gap, (a, b), (start, stop), asked.above)
+        )
         if times is None:
             closest.put_aside(-least.upper[k : k + 1], steps[k : k + 1], limits[k : k + 1])
             continue
@@ -303,7 +309,9 @@ def common_time(windows: Windows, a: int, b: int) -> tuple[Fraction, Fraction]:
         a: Row of a piece.
         b: Row of another one.
     """
-    starts, stops = (((Fraction(x) + Fraction(y)) for x, y in table[[a, b]].tolist()) for table in (windows.starts, windows.stops))
+    starts, stops = (
+        ((Fraction(x) + Fraction(y)) for x, y in table[[a, b]].tolist()) for table in (windows.starts, windows.stops)
+    )
     return max(starts), min(stops)
 
 
@@ -347,7 +355,8 @@ def _high_breach(
     below = [
         (low, high)
         for low, high in pairwise(edges)
-        if gap(exact.rational(((low + high) / 2 - start) / (stop - start))) < 0 and is_high(fleet, rows, (low + high) / 2, least)
+        if gap(exact.rational(((low + high) / 2 - start) / (stop - start))) < 0
+        and is_high(fleet, rows, (low + high) / 2, least)
     ]
     if not below:
         return None

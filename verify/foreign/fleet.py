@@ -231,7 +231,9 @@ class Fleet:
         for array in (self.first.astype("<i8"), self.knots.astype("<f8"), self.degrees, self.values.astype("<f8")):
             hasher.update(np.ascontiguousarray(array).data)
         if self.yaws or self.columns:
-            hasher.update(repr([(drone, yaw.tolist()) for drone, yaw in self.yaws.items()]).encode() + repr(self.columns).encode())
+            hasher.update(
+                repr([(drone, yaw.tolist()) for drone, yaw in self.yaws.items()]).encode() + repr(self.columns).encode()
+            )
         return hasher.hexdigest()
 
 

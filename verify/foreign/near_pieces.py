@@ -236,7 +236,9 @@ class _Search:
         if first and self.above is None:
             self._note(tree, points, middle, closest)
         goal = max(self.reach, closest.high)
-        if not np.isfinite(goal):  # nothing is known of drones that are high enough: what is farther apart than is asked is left out
+        if not np.isfinite(
+            goal
+        ):  # nothing is known of drones that are high enough: what is farther apart than is asked is left out
             goal = self.reach
             closest.low = min(closest.low, goal)
         one, other = self._pairs(tree, points, radius, goal, middle)

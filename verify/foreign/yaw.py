@@ -32,4 +32,6 @@ def _extreme(drone: int, yaw: Floats, limit: float) -> Extreme:
     reached = float(rate)
     above = reached if Fraction(reached) >= rate else math.nextafter(reached, math.inf)
     kept = rate <= Fraction(limit)
-    return Extreme(drone, "yaw rate", limit, min(above, limit) if kept else reached, reached, float(time), "holds" if kept else "fails")
+    return Extreme(
+        drone, "yaw rate", limit, min(above, limit) if kept else reached, reached, float(time), "holds" if kept else "fails"
+    )

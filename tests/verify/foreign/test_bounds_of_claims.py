@@ -43,7 +43,12 @@ def test_audits_of_grids_print_what_they_keep(tmp_path: Path, seed: int) -> None
         shows.append((f"d{k}", trajectory_of(points)))
     path = write_show(tmp_path / "show.skyc", show_of(shows))
     limits = verify.AuditLimits(
-        separation=pitch * (1 - 1e-14), workspace=(-1, -1, 0, 2, 20, 3), speed=4.0, acceleration=9.0, min_height=0.0, velocity_jump=9.0
+        separation=pitch * (1 - 1e-14),
+        workspace=(-1, -1, 0, 2, 20, 3),
+        speed=4.0,
+        acceleration=9.0,
+        min_height=0.0,
+        velocity_jump=9.0,
     )
     found = verify.audit(path, limits=limits)
     assert {claim.name for claim in found.claims if claim.outcome == "holds"} >= {"separation", "workspace", "limits.speed"}

@@ -20,7 +20,9 @@ from verify.foreign.fleet import Fleet
 from verify.foreign.reading import read_fleet
 
 
-def audited(tmp_path: Path, drones: dict[str, dict[str, Any]], *, own: dict[str, float] | None = None, **limits: Any) -> verify.Audit:
+def audited(
+    tmp_path: Path, drones: dict[str, dict[str, Any]], *, own: dict[str, float] | None = None, **limits: Any
+) -> verify.Audit:
     path = write_show(tmp_path / "show.skyc", *compiled_show(drones, **(own or {})))
     return verify.audit(path, limits=verify.AuditLimits(**{"separation": 2.0, **limits}))
 
@@ -34,7 +36,12 @@ def over_home(x: float, y: float, *, takeoff: float, top: float = 8.0, **more: A
     heights = [1.0, 1.72, 2.44, top, top, 2.41, 1.69, 0.97]
     points = [[0.5 * k if k < 3 else 10 + k, [x, y, z], []] for k, z in enumerate(heights)]
     end = takeoff + 17.26
-    return {"home": [x, y, 0], "mode": "show", "trajectory": trajectory_of(points, takeoffTime=takeoff, landingTime=end), **more}
+    return {
+        "home": [x, y, 0],
+        "mode": "show",
+        "trajectory": trajectory_of(points, takeoffTime=takeoff, landingTime=end),
+        **more,
+    }
 
 
 def to_landing(x: float, y: float, goal: tuple[float, float], *, wait: float = 5.0, end: float = 30.0) -> dict[str, Any]:
@@ -88,7 +95,9 @@ def test_who_crosses_a_column_before_or_after_is_judged_by_its_time(tmp_path: Pa
 def test_times_that_are_null_are_none(tmp_path: Path) -> None:
     trajectory = trajectory_of([[0, [0, 0, 0]], [3, [0, 0, 4]]], takeoffTime=None, landingTime=None)
     plain = trajectory_of([[0, [0, 0, 0]], [3, [0, 0, 4]]])
-    fleets = [read_fleet(write_show(tmp_path / "show.skyc", exported_show({"a": {"trajectory": one}}))) for one in (trajectory, plain)]
+    fleets = [
+        read_fleet(write_show(tmp_path / "show.skyc", exported_show({"a": {"trajectory": one}}))) for one in (trajectory, plain)
+    ]
     assert fleets[0].digest == fleets[1].digest
     (column,) = fleets[0].columns
     assert (column.kind, column.low, column.high, column.since, column.until) == ("landing", 0.0, 4.0, 3, None)
@@ -131,8 +140,16 @@ def test_turning_is_held_against_its_limit_exactly(tmp_path: Path) -> None:
 
 def test_distances_may_be_asked_above_a_height(tmp_path: Path) -> None:
     """Pads 1 m apart, and paths that spread to 3 m below 2.5 m; one pair comes within 2 m at 6 m."""
+
     def drone(k: int, near: float = 0.0) -> dict[str, Any]:
-        points = [[0, [k, 0, 0]], [2, [3 * k, 0, 2.4]], [4, [3 * k, 0, 6]], [6, [3 * k - near, 0, 6]], [9, [3 * k, 0, 2.4]], [12, [k, 0, 0]]]
+        points = [
+            [0, [k, 0, 0]],
+            [2, [3 * k, 0, 2.4]],
+            [4, [3 * k, 0, 6]],
+            [6, [3 * k - near, 0, 6]],
+            [9, [3 * k, 0, 2.4]],
+            [12, [k, 0, 0]],
+        ]
         return {"home": [k, 0, 0], "trajectory": trajectory_of(points)}
 
     drones = {f"d{k}": drone(k) for k in range(8)}
@@ -156,7 +173,10 @@ def wild_show(rng: np.random.Generator, drones: int) -> dict[str, dict[str, Any]
         first, last = (float(rng.choice([0.0, 1.0, 3.0])) for _ in range(2))
         middle = rng.uniform([0, 0, 1], [8, 8, 9], (2, 3)).round(2).tolist()
         times = np.cumsum(rng.uniform(1, 6, 4)).round(2).tolist()
-        points = [[0, [*pad, first], []], *([t, p, []] for t, p in zip(times, [*middle, [*goal, last], [*goal, last]], strict=True))]
+        points = [
+            [0, [*pad, first], []],
+            *([t, p, []] for t, p in zip(times, [*middle, [*goal, last], [*goal, last]], strict=True)),
+        ]
         trajectory = trajectory_of(points, takeoffTime=float(rng.choice([0.0, 3.0, 9.0])))
         result[f"d{k}"] = {"trajectory": trajectory, **({"home": [*pad, 0]} if rng.random() < 0.7 else {})}
     return result

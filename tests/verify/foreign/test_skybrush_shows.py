@@ -199,7 +199,9 @@ def test_a_show_is_judged_on_its_pads_and_where_it_says_that_they_are(tmp_path: 
 
 def test_a_member_with_many_references_is_unpacked_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Drones that are entries of one member, each by a reference of its own; counted are bytes, not seconds."""
-    drones = [{"settings": {"name": f"d{k}", "trajectory": trajectory_of([[0, [k, 0, 0]], [9, [k, 0, 5]]])}} for k in range(300)]
+    drones = [
+        {"settings": {"name": f"d{k}", "trajectory": trajectory_of([[0, [k, 0, 0]], [9, [k, 0, 5]]])}} for k in range(300)
+    ]
     show = {"version": 1, "swarm": {"drones": [{"$ref": f"./all.json#/{k}"} for k in range(300)]}}
     path = write_show(tmp_path / "show.skyc", show, {"all.json": [*drones, "x" * 20_000_000]})
     assert len(read_fleet(path)) == 300
@@ -230,7 +232,9 @@ def test_members_that_take_turns_in_being_referenced_use_up_what_may_be_unpacked
         read_fleet(path)
 
 
-def test_one_trajectory_for_many_drones_is_refused_before_it_is_laid_out(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_one_trajectory_for_many_drones_is_refused_before_it_is_laid_out(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     drones = [{"settings": {"name": f"d{k}", "trajectory": {"$ref": "./one.json"}}} for k in range(50_000)]
     path = write_show(tmp_path / "show.skyc", {"version": 1, "swarm": {"drones": drones}}, {"one.json": CURVES})
     with pytest.raises(BadInput, match=r"d0 and d1 both begin at \(0, 0, 0\)"):

@@ -24,7 +24,12 @@ from verify.foreign.shows.show_archives import ShowArchive, open_show
 from verify.foreign.shows.show_settings import own_limits
 from verify.foreign.shows.take_offs import Ends, columns_of
 
-_UNJUDGED = {"lights": "Lights", "pyro": "Pyrotechnics", "rthPlan": "Plans to return home", "autoYaw": "Headings along the path (autoYaw)"}
+_UNJUDGED = {
+    "lights": "Lights",
+    "pyro": "Pyrotechnics",
+    "rthPlan": "Plans to return home",
+    "autoYaw": "Headings along the path (autoYaw)",
+}
 """What a drone's settings may hold beside its trajectory, and how it is called."""
 
 MOST_KEYFRAMES = 30_000_000
@@ -80,7 +85,9 @@ class _Seen:
         _check_keyframe(f"{where}: points[0]", keyframes[0], first=True)
         x, y, z = keyframes[0][1]
         if (other := self.starts.setdefault((x, y, z), name)) != name:
-            raise BadInput(f"{source}: {other} and {name} both begin at ({x:.4g}, {y:.4g}, {z:.4g}); each drone needs a pad of its own.")
+            raise BadInput(
+                f"{source}: {other} and {name} both begin at ({x:.4g}, {y:.4g}, {z:.4g}); each drone needs a pad of its own."
+            )
         self.keyframes += len(keyframes)
         if self.keyframes > MOST_KEYFRAMES:
             raise BadInput(f"{source} has more than {MOST_KEYFRAMES} keyframes by {name}; audit it in parts.")
@@ -106,9 +113,7 @@ def _flight(archive: ShowArchive, show: Any, index: int, drone: Any, seen: _Seen
     seen.count(archive.source, where, name, keyframes)
     takeoff, landing = (_time(trajectory, key, where) for key in ("takeoffTime", "landingTime"))
     times, values, degrees = _pieces(where, keyframes)
-    home, land = (
-        None if settings.get(key) is None else _point(settings[key], f"{where}: {key}") for key in ("home", "landAt")
-    )
+    home, land = (None if settings.get(key) is None else _point(settings[key], f"{where}: {key}") for key in ("home", "landAt"))
     yaw = _yaw(archive, archive.followed(settings.get("yawControl"), show), name, seen)
     knots = _exact_sums(times, takeoff or 0.0)
     return Flight(name=name, knots=knots, values=values, degrees=degrees, yaw=yaw), Ends(home, land, landing)
@@ -141,7 +146,9 @@ def _yaw(archive: ShowArchive, value: Any, name: str, seen: _Seen) -> Floats | N
             raise BadInput(f"{what} must be [t, degrees], not {setpoint!r:.40}.")
         time, angle = _number(setpoint[0], f"{what}: its time"), _number(setpoint[1], f"{what}: its heading")
         if rows and time - rows[-1][0] < SHORTEST:
-            raise BadInput(f"{what} is at {time:g} s, after one at {rows[-1][0]:g} s; times must rise, by {SHORTEST:g} s at the least.")
+            raise BadInput(
+                f"{what} is at {time:g} s, after one at {rows[-1][0]:g} s; times must rise, by {SHORTEST:g} s at the least."
+            )
         rows.append((time, angle))
     return np.array(rows) if rows else None
 

@@ -101,7 +101,9 @@ def _assumed(columns: Sequence[Column], count: int, early: int) -> tuple[str, ..
                 "fast, and limits of speed and acceleration are not judged there."
             )
     if early:
-        notes.append(f"{early} of {count} drones have a landingTime before their path ends: both the landing and the rest of the path are judged.")
+        notes.append(
+            f"{early} of {count} drones have a landingTime before their path ends: both the landing and the rest of the path are judged."
+        )
     return tuple(notes)
 
 

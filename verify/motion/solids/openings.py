@@ -19,6 +19,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
+from numpy.typing import NDArray
 
 from verify.arithmetic.balls import Floats, gamma
 from verify.data.shapes.region import Hoop
@@ -31,8 +32,11 @@ BESIDE = 3
 """Half-spaces of a part that are weighed beside an opening."""
 _SWEEPS = 3
 """Times that each half-space's weight has its turn."""
-_HALVINGS = 24
-"""Of the range in which a weight lies."""
+_SETTLED = 1e-9
+"""m; weights that move by less are left."""
+_NEWTON = 10
+_ACROSS = 1e-15
+"""Square of the sine of an angle that is none."""
 _LEAST_SHARE = 2.0**-20
 """Of the opening: nearer to the axis no q - v is taken to be."""
 
@@ -97,6 +101,19 @@ class Opening:
         low = np.where(inside > 0, np.hypot(beside, np.maximum(inside, 0.0)) * (1 - 2.0**-50), inside)
         return Found(low, self._near(places))
 
+    def is_slanted(self, rows: HalfSpaces, middle: Floats) -> NDArray[np.bool_]:
+        """Tell beside which places half-spaces that are not across the axis may tell more than the part as a whole. Shape (n,).
+
+        Args:
+            rows: Of the part, n times, in its frame.
+            middle: Places in the part's frame, m. Shape (n, 3).
+        """
+        over = np.einsum("nri,ni->nr", rows.normals, middle) - rows.bounds
+        along = np.einsum("nri,i->nr", rows.normals, self.normal)
+        squares = np.einsum("nri,nri->nr", rows.normals, rows.normals)
+        near = over > -self.hoop.opening * np.sqrt(squares)
+        return (near & (squares - along * along > _ACROSS * squares)).any(axis=1)
+
     def weights(self, rows: HalfSpaces, places: Floats, middle: Floats) -> tuple[Floats, Floats, Floats]:
         """Return weights of half-spaces that prove most of places near the opening, in floats.
 
@@ -116,20 +133,17 @@ class Opening:
         left = self._across(places - np.array(self.hoop.center))
         radius, weights, way = self.hoop.opening, np.zeros_like(over), np.zeros_like(places)
         for _ in range(_SWEEPS):
-            before = weights.copy()
+            moved = 0.0
             for k in range(over.shape[1]):
                 way -= weights[:, k, None] * units[:, k]
                 left += weights[:, k, None] * flat[:, k]
                 room = over[:, k] - np.einsum("ni,ni->n", way, units[:, k])
-                low, high = np.zeros(len(room)), np.maximum(room + radius, 0.0)
-                for _ in range(_HALVINGS if high.any() else 0):
-                    half = (low + high) / 2
-                    slope = room - half + _pull(left - half[:, None] * flat[:, k], flat[:, k], radius)
-                    low, high = np.where(slope > 0, half, low), np.where(slope > 0, high, half)
-                weights[:, k] = low
-                way += low[:, None] * units[:, k]
-                left -= low[:, None] * flat[:, k]
-            if np.abs(weights - before).max(initial=0.0) <= 1e-9 or over.shape[1] == 1:
+                weight = _best_weight(room, left, flat[:, k], radius)
+                moved = max(moved, float(np.abs(weight - weights[:, k]).max(initial=0.0)))
+                weights[:, k] = weight
+                way += weight[:, None] * units[:, k]
+                left -= weight[:, None] * flat[:, k]
+            if moved <= _SETTLED or np.count_nonzero(weights, axis=1).max(initial=0) < 2:
                 break
         off = np.linalg.norm(left, axis=1)
         square = 2 * np.einsum("nr,nr->n", weights, over) - np.einsum("ni,ni->n", way, way) + np.maximum(radius - off, 0.0) ** 2
@@ -144,8 +158,12 @@ class Opening:
             hulls: n of them.
             own: The same in the part's frame.
         """
-        normal, bound, error, loose = (part[:, 0] for part in (plane.normals, plane.bounds, plane.normal_errors, plane.bound_errors))
-        off = np.einsum("ni,ni->n", error + gamma(6) * np.abs(normal), own.size) + np.einsum("ni,ni->n", np.abs(normal), own.rad)
+        normal, bound, error, loose = (
+            part[:, 0] for part in (plane.normals, plane.bounds, plane.normal_errors, plane.bound_errors)
+        )
+        off = np.einsum("ni,ni->n", error + gamma(6) * np.abs(normal), own.size) + np.einsum(
+            "ni,ni->n", np.abs(normal), own.rad
+        )
         off = (off + loose + gamma(3) * np.abs(bound)) * GROW + TINY
         ahead = 2 * (np.einsum("ni,nik->nk", normal, own.mid) - bound[:, None] - off[:, None])
         square = (np.linalg.norm(normal, axis=1) * (1 + 2.0**-48) + error.sum(axis=1)) ** 2 * GROW
@@ -194,10 +212,32 @@ class Opening:
         return np.where(inside > 0, np.hypot(beside, inside), inside)
 
 
-def _pull(left: Floats, flat: Floats, radius: float) -> Floats:
-    """Return half of the slope of (radius - |left|)^2 as `left` goes against `flat`. Shape (n,)."""
-    off = np.maximum(np.linalg.norm(left, axis=1), 1e-150)
-    return np.maximum(radius - off, 0.0) / off * np.einsum("ni,ni->n", left, flat)
+def _best_weight(room: Floats, left: Floats, flat: Floats, radius: float) -> Floats:
+    """Return the w >= 0 with the greatest 2 room w - w^2 + (radius - |left - w flat|)^2, about, by Newton's method between bounds."""
+    weights = np.zeros(len(room))
+    index = np.flatnonzero(_slope(weights, room, left, flat, radius)[0] > 0)
+    room, left, flat = room[index], left[index], flat[index]
+    low, high = np.zeros(len(index)), np.maximum(room, 0.0) + radius
+    at = np.minimum(np.maximum(room, 0.0), high)
+    for _ in range(_NEWTON if len(index) else 0):
+        slope, bend = _slope(at, room, left, flat, radius)
+        low, high = np.where(slope > 0, at, low), np.where(slope > 0, high, at)
+        following = at - slope / bend
+        at = np.where((following >= low) & (following <= high), following, (low + high) / 2)
+    weights[index] = at
+    return weights
+
+
+# five parameters: those of the quadratic
+def _slope(weights: Floats, room: Floats, left: Floats, flat: Floats, radius: float) -> tuple[Floats, Floats]:
+    """Return half of the slope of what is best weighed, and half of how that changes. Shape (n,) each."""
+    beyond = left - weights[:, None] * flat
+    off = np.maximum(np.sqrt(np.einsum("ni,ni->n", beyond, beyond)), 1e-12)
+    along, size = np.einsum("ni,ni->n", beyond, flat), np.einsum("ni,ni->n", flat, flat)
+    inside = off < radius
+    pull = np.where(inside, (radius / off - 1.0) * along, 0.0)
+    bend = np.where(inside, radius * along * along / off**3 - (radius / off - 1.0) * size, 0.0)
+    return room - weights + pull, np.minimum(bend - 1.0, -1e-9)
 
 
 def _above(value: Fraction) -> float:
