@@ -40,8 +40,16 @@ def command(
         str | None, typer.Option("--workspace", help="Where all stay: x,y,z of the lower corner, then of the upper one, in m.")
     ] = None,
     separation: Annotated[float | None, typer.Option("--separation", help="Least distance between centres, m.")] = None,
+    separation_above: Annotated[
+        float | None,
+        typer.Option("--separation-above", help="Ask it only while both drones are above this z, m (default: everywhere)."),
+    ] = None,
     speed: Annotated[float | None, typer.Option("--speed", help="Greatest speed, m/s.")] = None,
     acceleration: Annotated[float | None, typer.Option("--acceleration", help="Greatest acceleration, m/s^2.")] = None,
+    yaw_rate: Annotated[
+        float | None,
+        typer.Option("--yaw-rate", help="Greatest rate of turning, deg/s, of drones whose file says how they turn."),
+    ] = None,
     min_height: Annotated[float | None, typer.Option("--min-height", help="Least z, m, take-off and landing included.")] = None,
     margin: Annotated[
         float | None, typer.Option("--margin", help="How far drones may be from their paths, m (default: the mission's, or 0).")
@@ -68,8 +76,8 @@ def command(
     from verify.data.storage.single_files import check_page, replace_page, write_single
 
     limits = AuditLimits(
-        vehicle=vehicle, workspace=None if workspace is None else workspace.split(","), separation=separation, speed=speed,
-        acceleration=acceleration, min_height=min_height, margin=margin,
+        vehicle=vehicle, workspace=None if workspace is None else workspace.split(","), separation=separation,
+        separation_above=separation_above, speed=speed, acceleration=acceleration, yaw_rate=yaw_rate, min_height=min_height, margin=margin,
         own_limits=own_limits,
     )  # fmt: skip
     if report is not None:

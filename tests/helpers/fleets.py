@@ -93,3 +93,35 @@ def write_show(path: Path, show: Any, members: Mapping[str, Any] | None = None) 
         for name, content in (members or {}).items():
             archive.writestr(name, content if isinstance(content, str | bytes) else json.dumps(content))
     return path
+
+
+def exported_show(drones: Mapping[str, Mapping[str, Any]], **validation: float) -> dict[str, Any]:
+    """Return `show.json` as Skybrush Studio for Blender (August 2026) asks for it, with what its server adds to a drone's settings.
+
+    Args:
+        drones: Settings by name: "trajectory", and "home", "landAt" or "yawControl".
+        validation: Limits by the names of `settings.validation`.
+    """
+    return {
+        "version": 1,
+        "environment": {"type": "outdoor"},
+        "settings": {"cues": {"version": 1, "items": []}, "validation": validation},
+        "swarm": {
+            "drones": [
+                {"type": "generic", "settings": {"name": name, "lights": {"version": 1, "data": "B6MQAA=="}, **settings}}
+                for name, settings in drones.items()
+            ]
+        },
+        "meta": {"title": "A show", "segments": {"show": [0, 60]}},
+        "media": {},
+    }
+
+
+def compiled_show(drones: Mapping[str, Mapping[str, Any]], **validation: float) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return the same as compiled files have it: `show.json`, and each trajectory in a member of its own, by `$ref`."""
+    show, members = exported_show(drones, **validation), dict[str, Any]()
+    for index, drone in enumerate(show["swarm"]["drones"]):
+        path = f"drones/drone_{index + 1:02d}/trajectory.json"
+        members[path] = drone["settings"]["trajectory"]
+        drone["settings"]["trajectory"] = {"$ref": f"./{path}#"}
+    return show, members

@@ -38,8 +38,10 @@ class AuditLimits:
         vehicle: A shipped profile's name or a vehicle: its speed and acceleration, and twice its radius between centres.
         workspace: Where all drones stay; a box, or its lower and upper corner in m.
         separation: Least distance between centres, in m.
+        separation_above: The separation is asked only while both drones are above this height, in m; None for everywhere.
         speed: m/s.
         acceleration: m/s^2.
+        yaw_rate: deg/s, of drones whose file says how they turn.
         min_height: Least z, in m, take-off and landing included.
         margin: How far the drones may be from their paths, in m; None for the mission's, or 0.
         velocity_jump: How far velocities may jump between pieces where acceleration is asked, in m/s.
@@ -49,8 +51,10 @@ class AuditLimits:
     vehicle: str | Vehicle | None = None
     workspace: Box | Sequence[float] | Sequence[str] | None = None
     separation: float | None = None
+    separation_above: float | None = None
     speed: float | None = None
     acceleration: float | None = None
+    yaw_rate: float | None = None
     min_height: float | None = None
     margin: float | None = None
     velocity_jump: float = 0.1
@@ -65,8 +69,11 @@ class Asked:
         workspace: Where all drones stay, or None.
         least: For pairs given by two arrays of drones, how far apart their paths must stay, in m; None where nothing is asked.
         most: The greatest of these, in m.
+        fewest: The least of these, in m.
         weight: By which distances in z are multiplied.
+        above: Height above which it is asked, in m; None for everywhere.
         rates: Limits of speeds and accelerations.
+        yaw_rates: deg/s of each drone, or None. Shape (drones,).
         min_height: In m, or None.
         altitude: Greatest z, in m, or None.
         fences: Polygons to stay inside or outside of.
@@ -79,8 +86,11 @@ class Asked:
     workspace: Box | None
     least: Callable[[Indices, Indices], Floats] | None
     most: float
+    fewest: float
     weight: Fraction
+    above: float | None
     rates: tuple[Rate, ...]
+    yaw_rates: Floats | None
     min_height: float | None
     altitude: float | None
     fences: tuple[Fence, ...]
@@ -119,11 +129,14 @@ def resolve(fleet: Fleet, mission: Mission | None, limits: AuditLimits) -> Asked
     if fences:
         chosen.sources["geofence"] = own.source("fences")
     rates = tuple(rate for order in (1, 2) for rate in _rates(fleet, mission, vehicle, limits, chosen, order))
+    yaw_rates = _yaw_rates(fleet, mission, vehicle, limits, chosen)
     if not chosen.sources:
         raise BadInput(
             "Nothing is asked of these flights; give a mission or a vehicle, or a separation, a workspace, a speed, an acceleration or a "
             "least height."
         )
+    if limits.separation_above is not None and separation is None:
+        raise BadInput(f"separation_above is {limits.separation_above:g} m, and no separation is asked; give one as well.")
     radii = np.zeros(len(fleet))
     if vehicle is not None:
         radii = np.full(len(fleet), vehicle.radius)
@@ -137,15 +150,17 @@ def resolve(fleet: Fleet, mission: Mission | None, limits: AuditLimits) -> Asked
         asked = np.maximum(separation or 0.0, (radii[one] + radii[other]) * stretch)
         return np.nextafter(asked + room, np.inf) if room else asked
 
-    two = np.argsort(radii)[-2:]
-    most = float(least(two[-1:], two[:1])[0])
+    order = np.argsort(radii)
+    most, fewest = (float(least(two[:1], two[-1:])[0]) for two in (order[-2:], order[:2]))
     said: dict[str, object] = {
         "mission": mission.digest() if mission else None,
         "vehicle": vehicle.name if vehicle else None,
         "workspace": [list(workspace.min), list(workspace.max)] if workspace else None,
         "separation": None if separation is None else most,
+        "separation_above": limits.separation_above,
         "separation_z": mission.separation_z if mission else None,
         **{rate.name.removeprefix("limits."): float(rate.limits.max()) for rate in rates},
+        "yaw_rate": None if yaw_rates is None else float(yaw_rates.max()),
         "min_height": limits.min_height,
         "altitude": altitude,
         "geofence": [{"name": f.name, "inside": f.inside, "corners": f.corners.tolist()} for f in fences],
@@ -153,7 +168,8 @@ def resolve(fleet: Fleet, mission: Mission | None, limits: AuditLimits) -> Asked
         "from": chosen.sources,
     }
     return Asked(
-        workspace=workspace, least=None if separation is None else least, most=most, weight=weight, rates=rates,
+        workspace=workspace, least=None if separation is None else least, most=most, fewest=fewest, weight=weight,
+        above=limits.separation_above, rates=rates, yaw_rates=yaw_rates,
         min_height=limits.min_height, altitude=altitude, fences=fences, margin=margin, velocity_jump=limits.velocity_jump,
         said=said, notes=_not_asked(fleet.own, chosen, wanted=limits.own_limits),
     )  # fmt: skip
@@ -209,23 +225,60 @@ def _rates(
             yield Rate(f"limits.{name}", called, order, direction, np.full(len(fleet), value))
 
 
+# five parameters: the first four say what is asked
+def _yaw_rates(
+    fleet: Fleet, mission: Mission | None, vehicle: Vehicle | None, limits: AuditLimits, chosen: _Chosen
+) -> Floats | None:
+    """Return limits of turning in deg/s, where a file says how drones turn or one is given. Shape (drones,)."""
+    if not fleet.yaws:
+        if limits.yaw_rate is not None:
+            raise BadInput(
+                f"yaw_rate is {limits.yaw_rate:g} deg/s, and {fleet.source} does not say how any drone turns; leave it out."
+            )
+        return None
+    other = None
+    if vehicle is not None:
+        other = "vehicle", np.full(len(fleet), vehicle.yaw_rate_deg)
+    elif mission is not None:
+        other = "mission", np.degrees([mission.limits_of(name).yaw_rate for name in fleet.names])
+    given = None if limits.yaw_rate is None else np.full(len(fleet), limits.yaw_rate)
+    if (found := chosen.of("yaw_rate", given, other)) is not None:
+        return found
+    own = chosen.of("yaw_rate", None, None, "yaw_rate")
+    return None if own is None else np.full(len(fleet), own)
+
+
 def _not_asked(own: OwnLimits, chosen: _Chosen, *, wanted: bool) -> tuple[str, ...]:
     """Return, in sentences, which of the files' own limits are not asked."""
     asked = set(chosen.sources.values())
     rest = dict.fromkeys(name for _, name in own.where if name not in asked)
     why = "something else takes its place" if wanted else "nothing of the file's own is"
-    return tuple(f"The file's own {name} is not asked: {why}." for name in rest)
+    unknown = dict(own.where).get("yaw_rate") if wanted and "yaw_rate" not in chosen.sources else None
+    return tuple(
+        f"The file's own {name} is not asked: {'it does not say how any drone turns' if name == unknown else why}."
+        for name in rest
+    )
 
 
 def _require_numbers(limits: AuditLimits) -> None:
-    for name in ("separation", "speed", "acceleration", "min_height", "margin", "velocity_jump"):
+    for name in (
+        "separation",
+        "separation_above",
+        "speed",
+        "acceleration",
+        "yaw_rate",
+        "min_height",
+        "margin",
+        "velocity_jump",
+    ):
         value = getattr(limits, name)
         if value is None:
             continue
         if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
             raise BadInput(f"{name} must be a finite number, not {value!r:.40}.")
-        if name != "min_height" and (value < 0 or (value == 0 and name in ("speed", "acceleration"))):
-            raise BadInput(f"{name} must be {'above 0' if name in ('speed', 'acceleration') else 'at least 0'}, not {value:g}.")
+        rate = name in ("speed", "acceleration", "yaw_rate")
+        if name not in ("min_height", "separation_above") and (value < 0 or (value == 0 and rate)):
+            raise BadInput(f"{name} must be {'above 0' if rate else 'at least 0'}, not {value:g}.")
 
 
 def require_agents(fleet: Fleet, mission: Mission) -> None:

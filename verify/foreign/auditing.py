@@ -1,7 +1,8 @@
 """The door: what others planned, judged for all times, with the tightest instants of what holds and every breach of what does not.
 
 From 0 until the last flight ends every drone is judged, at rest on its first position before its own flight begins and on its last one
-after it has ended: take-off and landing are part of what is judged, and so is standing on the ground.
+after it has ended: take-off and landing are part of what is judged, and so is standing on the ground. Where a show's paths begin or end in the
+air, the columns from and to the ground are judged in place of those rests.
 """
 
 from __future__ import annotations
@@ -21,16 +22,20 @@ from verify.data.errors import BadInput
 from verify.data.mission import Mission, check_mission
 from verify.data.progress import Progress, silent
 from verify.foreign.asked import Asked, AuditLimits, require_agents, resolve
+from verify.foreign.column_claims import column_claims, columns_lowest, unknown_claims
+from verify.foreign.columns import covered_rows, judge_columns
 from verify.foreign.distances import Closest, Separation, judge_distances
 from verify.foreign.extremes import Extreme, rate_extremes, wall_extremes
 from verify.foreign.fleet import Fleet
-from verify.foreign.fleet_claims import extreme_claims, joint_claims, separation_claims
-from verify.foreign.instants import Instant
+from verify.foreign.fleet_claims import extreme_claims, joint_claims, separation_claims, yaw_claims
+from verify.foreign.instants import TIGHTEST, Instant
 from verify.foreign.joints import Joints, jumps
 from verify.foreign.letters import check_words, word_claims
 from verify.foreign.near_pieces import near_pieces
 from verify.foreign.reading import read_fleet
 from verify.foreign.shows.fence_claims import fence_claims
+from verify.foreign.windows import windows_of
+from verify.foreign.yaw import yaw_extremes
 
 AUDIT_FORMAT = 1
 
@@ -140,7 +145,7 @@ def audit(
     if mission is None:
         return found
     progress("the mission's words", 0.9)
-    return replace(found, claims=(*found.claims, *word_claims(mission, fleet, asked)))
+    return replace(found, claims=(*found.claims, *word_claims(mission, fleet, asked), *unknown_claims(mission, fleet)))
 
 
 def judge_fleet(fleet: Fleet, asked: Asked, progress: Progress = silent) -> Audit:
@@ -166,15 +171,23 @@ def judge_fleet(fleet: Fleet, asked: Asked, progress: Progress = silent) -> Audi
     if asked.workspace is not None:
         low, high = asked.workspace.min, asked.workspace.max
         walls = [(axis, side, corner[axis]) for axis in range(3) for side, corner in (("min", low), ("max", high))]
-        found = [extreme for axis, side, at in walls for extreme in _wall(fleet, axis, side, at, asked.margin)]
+        found = [
+            extreme
+            for axis, side, at in walls
+            for extreme in (
+                _floor(fleet, at, asked.margin) if (axis, side) == (2, "min") else _wall(fleet, axis, side, at, asked.margin)
+            )
+        ]
         take("workspace", extreme_claims(fleet, "workspace", "m", _nearest_walls(found)))
     if asked.min_height is not None:
-        take("height", extreme_claims(fleet, "height", "m", _wall(fleet, 2, "min", asked.min_height, asked.margin)))
+        take("height", extreme_claims(fleet, "height", "m", _floor(fleet, asked.min_height, asked.margin)))
     if asked.altitude is not None:
         take("altitude", extreme_claims(fleet, "altitude", "m", _wall(fleet, 2, "max", asked.altitude, asked.margin)))
     if asked.fences:
         progress("the geofence", 0.25)
         take("geofence", fence_claims(fleet, asked.fences, asked.margin))
+    if asked.yaw_rates is not None:
+        take("limits.yaw_rate", yaw_claims(fleet, yaw_extremes(fleet, asked.yaw_rates)))
     for rate in asked.rates:
         progress("speeds" if rate.order == 1 else "accelerations", 0.2 + 0.1 * rate.order)
         take(rate.name, extreme_claims(fleet, rate.name, rate.unit, rate_extremes(fleet, rate), rate.what))
@@ -195,6 +208,11 @@ def _wall(fleet: Fleet, axis: int, side: str, at: float, margin: Fraction) -> li
     return wall_extremes(fleet, axis, side, Fraction(at) + (margin if side == "min" else -margin))
 
 
+def _floor(fleet: Fleet, at: float, margin: Fraction) -> list[Extreme]:
+    """Bound how near drones come to the floor, on their paths and where they take off and land outside them."""
+    return columns_lowest(fleet, _wall(fleet, 2, "min", at, margin), Fraction(at) + margin)
+
+
 def _nearest_walls(found: Iterable[Extreme]) -> list[Extreme]:
     """Return for each drone the wall that it comes nearest to, and every wall that it passes."""
     by_drone: dict[int, list[Extreme]] = {}
@@ -210,11 +228,16 @@ def _nearest_walls(found: Iterable[Extreme]) -> list[Extreme]:
 def _separation(fleet: Fleet, asked: Asked, steps: Joints, progress: Progress) -> tuple[list[Claim], list[Instant]]:
     assert asked.least is not None
     stretched: Floats = steps.jumps * (max(1.0, float(asked.weight)) * (1 + 2.0**-40))
-    pairs = Separation(asked.least, asked.most, asked.weight, stretched)
+    windows = windows_of(fleet, asked.above, covered_rows(fleet))
+    pairs = Separation(asked.least, asked.most, asked.weight, stretched, asked.fewest, asked.above, windows)
     closest = Closest()
 
     def told(share: float) -> None:
         progress("distances", 0.5 + 0.5 * share)
 
     nearest, breaches = judge_distances(fleet, pairs, near_pieces(fleet, pairs, closest, told), closest)
-    return separation_claims(fleet, pairs, nearest, breaches)
+    claims, instants = separation_claims(fleet, pairs, nearest, breaches)
+    if fleet.columns:
+        others, more = column_claims(fleet, pairs, judge_columns(fleet, pairs))
+        claims, instants = [*claims, *others], sorted([*instants, *more], key=lambda i: i.value - i.limit)[:TIGHTEST]
+    return claims, instants

@@ -1,7 +1,7 @@
 """How near drones come to each other, for all times: bounds on polynomials first, exact arithmetic where those leave it open.
 
 With `weight` k the distance in z counts k times. Where a drone's pieces do not join exactly it is nowhere between them for an instant;
-the longest such step of each is taken off what is proved, as for planned flights.
+the longest steps of both drones are taken off what is proved of a pair, as for planned flights.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from verify.arithmetic import exact
 from verify.arithmetic.balls import Balls, Floats, dot, restricted_by
 from verify.arithmetic.bounds import Peaks, peaks
 from verify.foreign.fleet import Fleet, Indices, is_before, length_between
+from verify.foreign.windows import Windows, crossings, is_high, windows_of
 
 BLOCK = 16_384
 """Pairs of pieces whose distances are computed at once, which bounds the memory."""
@@ -88,7 +89,7 @@ class Closest:
         one: Index of a drone of that pair.
         other: Index of the other one.
         time: When, in s.
-        low: No pair of pieces that was put aside comes nearer, in m.
+        low: No pair of pieces that was put aside comes nearer, steps between pieces allowed for, in m.
     """
 
     high: float = np.inf
@@ -97,23 +98,33 @@ class Closest:
     time: float = 0.0
     low: float = np.inf
 
-    def put_aside(self, squares: Floats) -> None:
-        """Take note of squared distances that pieces are proved to keep."""
-        if len(squares):
-            self.low = min(self.low, _root_down(float(squares.min())))
+    def put_aside(self, squares: Floats, steps: Floats, floors: Floats | float = 0.0) -> None:
+        """Take note of squared distances that pieces are proved to keep.
 
-    def come_to(self, fleet: Fleet, one: Indices, other: Indices, least: Peaks) -> None:
+        Args:
+            squares: In m^2. Shape (k,).
+            steps: What their drones' steps between pieces come to, in m. Shape (k,).
+            floors: Proved of their drones' distances by themselves, in m.
+        """
+        if len(squares):
+            roots = np.nextafter(np.sqrt(np.maximum(squares, 0.0)), -np.inf)
+            less = np.where(steps > 0, np.nextafter(roots - steps * (1 + 2.0**-40), -np.inf), roots)
+            self.low = min(self.low, float(np.maximum(np.maximum(less, floors), 0.0).min()))
+
+    # five parameters: pairs of pieces, and what they reach when
+    def come_to(self, fleet: Fleet, windows: Windows, one: Indices, other: Indices, least: Peaks) -> None:
         """Take note of the least distance that pairs of pieces reach.
 
         Args:
             fleet: The drones.
+            windows: When pieces are held against others.
             one: Rows of one drone's pieces.
             other: Rows of the other one's.
             least: Greatest values of their negated squared distances, in m^2.
         """
         k = int(np.argmax(least.lower))
         if (distance := _root_up(-float(least.lower[k]))) < self.high:
-            start, stop = common_time(fleet, int(one[k]), int(other[k]))
+            start, stop = common_time(windows, int(one[k]), int(other[k]))
             self.high, self.one, self.other = distance, int(fleet.owner[one[k]]), int(fleet.owner[other[k]])
             self.time = float(start + (stop - start) * Fraction(float(least.place[k])))
 
@@ -127,12 +138,26 @@ class Separation:
         most: The greatest of them all, in m.
         weight: By which distances in z are multiplied.
         steps: Bound on each drone's longest step between pieces, weighted, in m. Shape (drones,).
+        fewest: The least of all pairs' limits, in m.
+        above: Two drones must keep it only while neither is lower than this, in m; None for always.
+        windows: When pieces are held against others; None for always.
     """
+
+    def on(self, fleet: Fleet) -> Windows:
+        """Return when pieces are held against others.
+
+        Args:
+            fleet: The drones.
+        """
+        return self.windows or windows_of(fleet, self.above)
 
     limits: Callable[[Indices, Indices], Floats]
     most: float
     weight: Fraction
     steps: Floats
+    fewest: float
+    above: float | None = None
+    windows: Windows | None = None
 
 
 @np.errstate(all="ignore")
@@ -146,68 +171,83 @@ def judge_distances(fleet: Fleet, asked: Separation, pairs: PiecePairs, closest:
         closest: What is known of the least distance; it is brought up to date while `pairs` is gone through.
     """
     found: list[Breach] = []
+    asked = replace(asked, windows=asked.on(fleet))
     for one, other in pairs:
         for low in range(0, len(one), BLOCK):
             found += _judge(fleet, asked, one[low : low + BLOCK], other[low : low + BLOCK], closest)
         if len(found) > MOST_BREACHES:
             closest.low = 0.0  # nothing is claimed of what was not looked at
             break
-    low = min(closest.low, closest.high)
-    steps = np.sort(asked.steps)[-2:].sum() if len(fleet) > 1 else 0.0
-    low = float(np.nextafter(low - steps * (1 + 2.0**-40), -np.inf)) if steps else low
-    return Nearest(max(low, 0.0), closest.high, closest.one, closest.other, closest.time), _joined(found)
+    return Nearest(max(min(closest.low, closest.high), 0.0), closest.high, closest.one, closest.other, closest.time), _joined(
+        found
+    )
 
 
 def _judge(fleet: Fleet, asked: Separation, one: Indices, other: Indices, closest: Closest) -> Iterator[Breach]:
     """Judge pairs of pieces over the times that both last."""
+    windows = asked.on(fleet)
+    meet = windows.kept[one] & windows.kept[other]
+    meet &= is_before(windows.starts[one], windows.stops[other]) & is_before(windows.starts[other], windows.stops[one])
+    if not meet.all():
+        one, other = one[meet], other[meet]
+    if not len(one):
+        return
     first, second = fleet.owner[one], fleet.owner[other]
     limits = asked.limits(first, second)
     steps = asked.steps[first] + asked.steps[second]
     needed = np.where(steps > 0, np.nextafter(limits + steps * (1 + 2.0**-40), np.inf), limits)
     level = needed * needed * (1 + 2.0**-50)
     wanted = np.maximum(level, max(closest.high - NEAR, 0.0) ** 2)
-    offsets = _offsets(fleet, one, other, asked.weight)
+    offsets = _offsets(fleet, windows, one, other, asked.weight)
     low = _apart_one_way(offsets) ** 2 * (1 - 2.0**-50)
     aside = low >= wanted  # what is not known is looked at
-    closest.put_aside(low[aside])
+    closest.put_aside(low[aside], steps[aside], limits[aside])
     open_ = np.flatnonzero(~aside)
     if not len(open_):
         return
     squares = dot(offsets[open_], offsets[open_])
     low = squares.low.min(-1)
     aside = low >= wanted[open_]
-    closest.put_aside(low[aside])
+    closest.put_aside(low[aside], steps[open_][aside], limits[open_][aside])
     squares, open_ = squares[~aside], open_[~aside]
     if not len(open_):
         return
     one, other = one[open_], other[open_]
-    limits, needed, level = limits[open_], needed[open_], level[open_]
+    limits, needed, level, steps = limits[open_], needed[open_], level[open_], steps[open_]
     slack = np.maximum(1e-9 * level, NEAR * min(closest.high, 1.0) + 1e-9)
     least = peaks(-squares, np.arange(len(open_)), len(open_), slack=slack, critical=-level)
-    closest.come_to(fleet, one, other, least)
+    closest.come_to(fleet, windows, one, other, least)
     apart = -least.upper >= level
-    closest.put_aside(-least.upper[apart])
+    closest.put_aside(-least.upper[apart], steps[apart], limits[apart])
     for k in np.flatnonzero(~apart).tolist():
         a, b, limit = int(one[k]), int(other[k]), Fraction(float(limits[k]))
-        start, stop = common_time(fleet, a, b)
+        start, stop = common_time(windows, a, b)
         gap = _gap(fleet, asked.weight, (a, b), (start, stop), Fraction(float(needed[k])))
         if _nonnegative(gap):
-            closest.low = min(closest.low, max(_root_down(-float(least.upper[k])), float(needed[k])))
+            closest.put_aside(-least.upper[k : k + 1], steps[k : k + 1], limits[k : k + 1])
             continue
-        closest.put_aside(-least.upper[k : k + 1])
+        times = (
+            _breach_times(gap, start, stop)
+            if asked.above is None
+            else _high_breach(fleet, gap, (a, b), (start, stop), asked.above)
+        )
+        if times is None:
+            closest.put_aside(-least.upper[k : k + 1], steps[k : k + 1], limits[k : k + 1])
+            continue
+        closest.put_aside(-least.upper[k : k + 1], steps[k : k + 1])
         sure = needed[k] == limit or not _nonnegative(_gap(fleet, asked.weight, (a, b), (start, stop), limit))
-        begin, end = _breach_times(gap, start, stop)
-        time = float(start + (stop - start) * Fraction(float(least.place[k])))
+        begin, end = times
+        time = float(min(max(start + (stop - start) * Fraction(float(least.place[k])), begin), end))
         drones = int(fleet.owner[a]), int(fleet.owner[b])
         distance = _root_up(-float(least.lower[k]))
         yield Breach(*drones, float(limit), distance, time, float(begin), float(end), sure)
 
 
-def _offsets(fleet: Fleet, one: Indices, other: Indices, weight: Fraction) -> Balls:
+# five parameters: pairs of pieces, and how they are held against each other
+def _offsets(fleet: Fleet, windows: Windows, one: Indices, other: Indices, weight: Fraction) -> Balls:
     """Return one drone's place less the other's, weighted, during the times that both pieces last. Shape (pairs, 3, degree + 1)."""
-    first, second = fleet.knot[one], fleet.knot[other]
-    begin = _later(fleet.knots[first], fleet.knots[second])
-    end = _sooner(fleet.knots[first + 1], fleet.knots[second + 1])
+    begin = _later(windows.starts[one], windows.starts[other])
+    end = _sooner(windows.stops[one], windows.stops[other])
     offset = _during(fleet, one, begin, end) - _during(fleet, other, begin, end)
     if weight != 1:
         number = float(weight)
@@ -261,15 +301,18 @@ def _sooner(a: Floats, b: Floats) -> Floats:
     return np.where(is_before(a, b)[:, None], a, b)
 
 
-def common_time(fleet: Fleet, a: int, b: int) -> tuple[Fraction, Fraction]:
+def common_time(windows: Windows, a: int, b: int) -> tuple[Fraction, Fraction]:
     """Return from when until when two pieces both last, exact, in s.
 
     Args:
-        fleet: The drones.
+        windows: When pieces are held against others.
         a: Row of a piece.
         b: Row of another one.
     """
-    return max(fleet.start(a), fleet.start(b)), min(fleet.stop(a), fleet.stop(b))
+    starts, stops = (
+        ((Fraction(x) + Fraction(y)) for x, y in table[[a, b]].tolist()) for table in (windows.starts, windows.stops)
+    )
+    return max(starts), min(stops)
 
 
 def _gap(fleet: Fleet, weight: Fraction, rows: tuple[int, int], times: tuple[Fraction, Fraction], limit: Fraction) -> fmpq_poly:
@@ -298,6 +341,28 @@ def _breach_times(gap: fmpq_poly, start: Fraction, stop: Fraction) -> tuple[Frac
     return start + length * below[0][0], start + length * below[-1][1]
 
 
+# five parameters: two pieces, and what is asked of them when
+def _high_breach(
+    fleet: Fleet, gap: fmpq_poly, rows: tuple[int, int], times: tuple[Fraction, Fraction], above: float
+) -> tuple[Fraction, Fraction] | None:
+    """Return from when until when a polynomial on [0, 1] is below zero while neither of two drones is lower than a height, outermost."""
+    start, stop = times
+    least = Fraction(above)
+    found = exact.roots(gap, Fraction(0), Fraction(1), _WIDTH / (stop - start)) if gap.degree() > 0 else []
+    places = [start + (stop - start) * (r.low + r.high) / 2 for r in found]
+    places += [time for row in rows for time in crossings(fleet, row, least) if start < time < stop]
+    edges = sorted({start, *places, stop})
+    below = [
+        (low, high)
+        for low, high in pairwise(edges)
+        if gap(exact.rational(((low + high) / 2 - start) / (stop - start))) < 0
+        and is_high(fleet, rows, (low + high) / 2, least)
+    ]
+    if not below:
+        return None
+    return below[0][0], below[-1][1]
+
+
 def _nonnegative(p: fmpq_poly) -> bool:
     return exact.nonnegative(p, Fraction(0), Fraction(1))
 
@@ -316,10 +381,6 @@ def _joined(found: list[Breach]) -> list[Breach]:
             result.append(breach)
     result.sort(key=lambda b: (b.distance - b.limit, b.start))
     return result
-
-
-def _root_down(value: float) -> float:
-    return float(np.nextafter(np.sqrt(value), -np.inf)) if value > 0 else 0.0
 
 
 def _root_up(value: float) -> float:

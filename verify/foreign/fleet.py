@@ -7,11 +7,12 @@ sum of two floats, exactly; the second one is zero where the first suffices.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
 from itertools import pairwise
+from types import MappingProxyType
 from typing import Literal
 
 import numpy as np
@@ -38,6 +39,29 @@ SHORTEST = 1e-6
 """s; a shorter piece is a mistake of whoever wrote it."""
 
 
+@dataclass(frozen=True, slots=True)
+class Column:
+    """Where a drone takes off or lands straight up or down, outside its path.
+
+    Attributes:
+        drone: Index.
+        kind: Which of the two.
+        place: x and y, exact, in m.
+        low: Its foot, in m.
+        high: Its top, in m.
+        since: From when on the drone may be anywhere on it, exact, in s; None from before the show.
+        until: Until when; None after all of it.
+    """
+
+    drone: int
+    kind: Literal["take-off", "landing"]
+    place: tuple[Fraction, Fraction]
+    low: float
+    high: float
+    since: Fraction | None
+    until: Fraction | None
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class Flight:
     """One drone's flight as its file gives it.
@@ -49,6 +73,7 @@ class Flight:
         degrees: Degree of each piece; of a lower one the rest of `values` is not looked at. Shape (pieces,).
         homes: Places where the drone must stand by what its file says beside its path.
         durations: Of pieces in powers of local time, in s, each one float exactly. Shape (pieces,).
+        yaw: Times in s and headings in deg, between which it turns evenly; None where its file says none. Shape (setpoints, 2).
     """
 
     name: str
@@ -57,6 +82,7 @@ class Flight:
     degrees: NDArray[np.int8]
     homes: tuple[Home, ...] = ()
     durations: Floats | None = None
+    yaw: Floats | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,6 +101,9 @@ class Fleet:
         durations: Of pieces in powers of local time, in s, each one float exactly (at rest any). Shape (rows,).
         own: What the files ask of the flights themselves.
         notes: What the files hold and nobody judges, in sentences.
+        yaws: Of drones whose file says it, by index: times in s and headings in deg, between which they turn evenly. Shape (setpoints, 2).
+        columns: Where drones take off and land outside their paths.
+        rests: For each drone whether its first and its last row are rests that only fill the show.
     """
 
     source: str
@@ -88,6 +117,9 @@ class Fleet:
     durations: Floats
     own: OwnLimits = NO_LIMITS
     notes: tuple[str, ...] = ()
+    yaws: Mapping[int, Floats] = field(default_factory=lambda: MappingProxyType[int, Floats]({}))
+    columns: tuple[Column, ...] = ()
+    rests: tuple[tuple[bool, bool], ...] = ()
 
     def __len__(self) -> int:
         return len(self.names)
@@ -198,6 +230,10 @@ class Fleet:
         hasher = hashlib.sha256(f"fleet-1 {self.basis} {self.degree} {' '.join(map(repr, self.names))}".encode())
         for array in (self.first.astype("<i8"), self.knots.astype("<f8"), self.degrees, self.values.astype("<f8")):
             hasher.update(np.ascontiguousarray(array).data)
+        if self.yaws or self.columns:
+            hasher.update(
+                repr([(drone, yaw.tolist()) for drone, yaw in self.yaws.items()]).encode() + repr(self.columns).encode()
+            )
         return hasher.hexdigest()
 
 
@@ -279,6 +315,8 @@ def assemble(source: str, basis: Basis, flights: Sequence[Flight]) -> Fleet:
         knots=np.concatenate([knots for knots, _, _, _ in rows]), values=np.concatenate([values for _, values, _, _ in rows]),
         degrees=np.concatenate([degrees for _, _, degrees, _ in rows]), homes=tuple(flight.homes for flight in flights),
         durations=np.concatenate([durations for *_, durations in rows]),
+        rests=tuple((bool(flight.knots[0].any()), not np.array_equal(flight.knots[-1], np.array(end))) for flight in flights),
+        yaws=MappingProxyType({drone: flight.yaw for drone, flight in enumerate(flights) if flight.yaw is not None}),
     )  # fmt: skip
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -89,6 +90,23 @@ def _broken(fleet: Fleet, name: str, unit: str, extreme: Extreme, room: float) -
     )  # fmt: skip
 
 
+def yaw_claims(fleet: Fleet, found: Sequence[Extreme]) -> tuple[list[Claim], list[Instant]]:
+    """Word how fast drones turn whose file says it.
+
+    Args:
+        fleet: The drones.
+        found: Of those that have headings, at least one.
+
+    Returns:
+        The claims, and the instants nearest to the limit.
+    """
+    claims, instants = extreme_claims(fleet, "limits.yaw_rate", "deg/s", found, "yaw rate")
+    if len(found) == len(fleet):
+        return claims, instants
+    some = f"{len(found)} of {len(fleet)} drones, those whose file says how they turn,"
+    return [replace(claim, sentence=claim.sentence.replace(all_of(fleet), some, 1)) for claim in claims], instants
+
+
 def joint_claims(fleet: Fleet, steps: Joints, asked: Asked) -> Iterator[Claim]:
     """Yield what is claimed of joints: positions join, velocities too where acceleration is asked, and drones stand where the file says.
 
@@ -145,13 +163,19 @@ def separation_claims(
     """
     if breaches:
         instants = [Instant(fleet.names[b.one], fleet.names[b.other], b.distance, b.limit, b.time) for b in breaches[:TIGHTEST]]
-        return [_breach(fleet, breach) for breach in breaches], instants
+        return [_breach(fleet, breach, pairs.above) for breach in breaches], instants
+    where = "" if pairs.above is None else f" while both are above z = {pairs.above:g} m"
+    if nearest.one < 0:
+        sentence = f"{all_of(fleet)} stay {pairs.fewest:.4f} m apart at all times{where}; none comes near another there."
+        return [claim_of("separation", "holds", sentence, unit="m", bound=pairs.fewest, limit=pairs.fewest, margin=0.0)], []
     one, other = fleet.names[nearest.one], fleet.names[nearest.other]
     limit = float(pairs.limits(np.array([nearest.one]), np.array([nearest.other]))[0])
-    bound = nearest.low
+    bound, asked = nearest.low, f"{limit:.4f} m are asked"
+    if bound < limit:  # another pair's, of which less is asked
+        asked, limit = f"{asked} of them, {pairs.fewest:.4f} m of others", pairs.fewest
     sentence = (
-        f"{all_of(fleet)} stay {bound:.4f} m apart at all times, in all {len(fleet) * (len(fleet) - 1) // 2} pairs; {one} and {other} are nearest, "
-        f"with {nearest.high:.4f} m at {nearest.time:.3f} s ({limit:.4f} m are asked)."
+        f"{all_of(fleet)} stay {bound:.4f} m apart at all times{where}, in all {len(fleet) * (len(fleet) - 1) // 2} pairs; {one} and {other} are nearest, "
+        f"with {nearest.high:.4f} m at {nearest.time:.3f} s ({asked})."
     )
     claim = claim_of(
         "separation",
@@ -168,15 +192,16 @@ def separation_claims(
     return [claim], [Instant(one, other, nearest.high, limit, nearest.time)]
 
 
-def _breach(fleet: Fleet, breach: Breach) -> Claim:
+def _breach(fleet: Fleet, breach: Breach, above: float | None) -> Claim:
+    where = "" if above is None else f" above z = {above:g} m"
     one, other = fleet.names[breach.one], fleet.names[breach.other]
     sentence = (
-        f"{one} and {other} are nearer than {breach.limit:.4f} m from {breach.start:.4f} s to {breach.stop:.4f} s: "
+        f"{one} and {other} are nearer than {breach.limit:.4f} m{where} from {breach.start:.4f} s to {breach.stop:.4f} s: "
         f"{breach.distance:.4f} m at {breach.time:.4f} s."
     )
     if not breach.sure:
         sentence = (
-            f"{one} and {other} cannot be shown to keep {breach.limit:.4f} m: they come within {breach.distance:.4f} m at {breach.time:.4f} s, "
+            f"{one} and {other} cannot be shown to keep {breach.limit:.4f} m{where}: they come within {breach.distance:.4f} m at {breach.time:.4f} s, "
             "not counting what their paths jump between pieces."
         )
     return claim_of(

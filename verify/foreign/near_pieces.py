@@ -24,6 +24,7 @@ from verify.arithmetic.balls import Balls, Floats
 from verify.data.errors import BadInput
 from verify.foreign.distances import NEAR, Closest, Separation
 from verify.foreign.fleet import Fleet, Indices, is_before, length_between
+from verify.foreign.windows import Windows, high_drones
 
 FEW = 6
 """Drones up to which no pair of pieces is left out."""
@@ -131,6 +132,8 @@ class _Search:
         stops: When it ends. Shape (rows,).
         late: What such a key can be off by, in s.
         slack: Of each drone: the longest step between its pieces and the rounding of its positions, in m. Shape (drones,).
+        above: Drones that are lower are left out, in m; None where none is.
+        windows: When pieces are held against others.
     """
 
     fleet: Fleet
@@ -145,6 +148,8 @@ class _Search:
     stops: Floats
     late: float
     slack: Floats
+    above: float | None
+    windows: Windows
 
     @classmethod
     def of(cls, fleet: Fleet, asked: Separation) -> _Search:
@@ -176,6 +181,8 @@ class _Search:
             fleet.knots[fleet.knot + 1, 0],
             late,
             asked.steps * 2 + rounding,
+            asked.above,
+            asked.on(fleet),
         )
 
     def rows_at(self, time: float) -> Indices:
@@ -190,10 +197,11 @@ class _Search:
         late = self.late
         inner = self.rows_at(start + 2 * late), self.rows_at(stop - 2 * late)
         single = inner[0] == inner[1]
-        if not np.isfinite(closest.high):
+        if not np.isfinite(closest.high) and self.above is None:
             self._note(KDTree(points := self._state(inner[0], start)[0]), points, start, closest)
         speed = np.sort(_most_between(self.speeds, self.rows_at(start - 2 * late), self.rows_at(stop + 2 * late)))
-        usual, goal = float(speed[int(0.98 * (len(speed) - 1))]), max(self.reach, closest.high, 1e-3)
+        usual = float(speed[int(0.98 * (len(speed) - 1))])
+        goal = max(self.reach, closest.high if np.isfinite(closest.high) else 0.0, 1e-3)
         most = max(min(FINEST, int((stop - start) / (32 * late))), 1)  # a slice is longer than what its edges are widened by
         parts = int(np.clip(np.ceil((stop - start) * usual / goal), 1, most))
         width = (stop - start) / parts
@@ -212,16 +220,28 @@ class _Search:
         low, high, rows = known[0], known[0], known[0]
         if not known[1].all():
             low, high, rows = self.rows_at(begin - 2 * late), self.rows_at(end + 2 * late), self.rows_at(middle)
+        if self.above is not None:
+            high_enough = high_drones(self.windows, self.above, low, high)
+            if len(high_enough) < 2:
+                return np.empty(0, dtype=np.int64)
+            low, high, rows = low[high_enough], high[high_enough], rows[high_enough]
+        slack = self.slack[self.fleet.owner[rows]]
         points, velocities = self._state(rows, middle)
         speed = _most_between(self.speeds, low, high)
-        radius = speed * half + self.slack
+        radius = speed * half + slack
         turning = (high - low) * _most_between(self.turns, np.minimum(low + 1, high), high)
-        bend = _most_between(self.accelerations, low, high) * half * half / 2 + turning * half + 8 * late * speed + self.slack
-        bend += 1e-3 * self.slack * self.fleet.degree / (self.stops[rows] - self.starts[rows]) * half  # the velocity's rounding
+        bend = _most_between(self.accelerations, low, high) * half * half / 2 + turning * half + 8 * late * speed + slack
+        bend += 1e-3 * slack * self.fleet.degree / (self.stops[rows] - self.starts[rows]) * half  # the velocity's rounding
         tree = KDTree(points)
-        if first:
+        if first and self.above is None:
             self._note(tree, points, middle, closest)
-        one, other = self._pairs(tree, points, radius, max(self.reach, closest.high), middle)
+        goal = max(self.reach, closest.high)
+        if not np.isfinite(
+            goal
+        ):  # nothing is known of drones that are high enough: what is farther apart than is asked is left out
+            goal = self.reach
+            closest.low = min(closest.low, goal)
+        one, other = self._pairs(tree, points, radius, goal, middle)
         offset, drift = points[one] - points[other], velocities[one] - velocities[other]
         along = -_dot(offset, drift) / _dot(drift, drift)
         along = np.clip(np.where(np.isnan(along), 0.0, along), -half, half)

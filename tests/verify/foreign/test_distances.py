@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
@@ -14,6 +16,7 @@ from verify.foreign import near_pieces
 from verify.foreign.crazyswarm_folders import flight_of
 from verify.foreign.distances import Breach, Closest, Nearest, Separation, judge_distances
 from verify.foreign.fleet import Fleet, Flight, Indices, assemble, two_floats
+from verify.foreign.joints import jumps
 from verify.motion.paths import read_team
 from verify.motion.separation import minimum_distances, pairwise_distances
 
@@ -22,7 +25,7 @@ def asking(limit: float, fleet: Fleet, weight: Fraction = Fraction(1)) -> Separa
     def limits(one: Indices, other: Indices) -> Floats:
         return np.full(np.broadcast(one, other).shape, limit)
 
-    return Separation(limits, limit, weight, np.zeros(len(fleet)))
+    return Separation(limits, limit, weight, np.zeros(len(fleet)), limit)
 
 
 def plainly(fleet: Fleet, asked: Separation) -> tuple[Nearest, list[Breach]]:
@@ -211,3 +214,26 @@ def test_folders_of_csv_files_are_judged_as_certificates_are(seed: int, monkeypa
     limit = float(np.mean(sorted(n.high for n in least.values())[9:11]))  # between two pairs'
     _, breaches = quickly(fleet, asking(limit, fleet), monkeypatch)
     assert {(fleet.names[b.one], fleet.names[b.other]) for b in breaches} == {k for k, n in least.items() if n.high < limit}
+
+
+def hovering(*places: tuple[float, float, float], step: float, steps: Sequence[int]) -> Fleet:
+    """Drones that hover for 2 s; those in `steps` are moved aside by so much in the middle, all at once."""
+    flights: list[Flight] = []
+    for index, place in enumerate(places):
+        values = np.repeat(np.array(place, dtype=np.float64)[None, :, None], 2, 0).repeat(2, -1)
+        values[1, 1] += step * (index in steps)
+        times = np.array([[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]])
+        flights.append(Flight(f"d{index}", times, values, np.ones(2, dtype=np.int8)))
+    return assemble("show", "bernstein", flights)
+
+
+def test_steps_between_pieces_are_taken_off_their_own_pairs(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Far drones that step aside by 0.4 mm take nothing off the distance of two near ones, which is exactly what is asked."""
+    fleet = hovering((0, 0, 1), (0.5, 0, 1), (9, 0, 1), (18, 0, 1), step=4e-4, steps=(2, 3))
+    asked = replace(asking(0.5, fleet), steps=jumps(fleet, 0).jumps)
+    for judge in (plainly, lambda f, a: quickly(f, a, monkeypatch)):
+        nearest, breaches = judge(fleet, asked)
+        assert not breaches and 0.5 <= nearest.low <= nearest.high <= 0.5 + 1e-6
+    near = hovering((0, 0, 1), (0.5, 0, 1), (0.5, 0.501, 1), step=4e-4, steps=(2,))
+    nearest, breaches = plainly(near, replace(asking(0.5, near), steps=jumps(near, 0).jumps))
+    assert not breaches and nearest.low == 0.5

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import stat
 import struct
@@ -191,6 +192,51 @@ def test_a_show_is_judged_on_its_pads_and_where_it_says_that_they_are(tmp_path: 
     show = show_of([("a", CURVES), ("b", trajectory_of([[0, [0.8, 0, 0]], [3, [0.8, 0, 4]], [4, [8, 0, 4]]]))])
     found = verify.audit(write_show(tmp_path / "show.skyc", show), limits=verify.AuditLimits(separation=1.0))
     assert any(b.other == "b" and "from 0.0000 s to" in b.sentence for b in found.broken)
-    show["swarm"]["drones"][0]["settings"].update(home=[0, 0.5, 0], landAt=[4, 0, 0])
+    show["swarm"]["drones"][0]["settings"].update(home=[0, 0.5, 0], landAt=[4, 1, 0])
     found = verify.audit(write_show(tmp_path / "show.skyc", show), limits=verify.AuditLimits(speed=50.0))
     assert [claim.witness and claim.witness.what for claim in found.broken] == ["home", "landing place"]
+
+
+def test_a_member_with_many_references_is_unpacked_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Drones that are entries of one member, each by a reference of its own; counted are bytes, not seconds."""
+    drones = [
+        {"settings": {"name": f"d{k}", "trajectory": trajectory_of([[0, [k, 0, 0]], [9, [k, 0, 5]]])}} for k in range(300)
+    ]
+    show = {"version": 1, "swarm": {"drones": [{"$ref": f"./all.json#/{k}"} for k in range(300)]}}
+    path = write_show(tmp_path / "show.skyc", show, {"all.json": [*drones, "x" * 20_000_000]})
+    assert len(read_fleet(path)) == 300
+    assert unpacked(path, monkeypatch) == {"show.json": 1, "all.json": 1}
+
+
+def unpacked(path: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, int]:
+    """How often each member is unpacked while a file is read or refused."""
+    plain, counts = zipfile.ZipFile.read, dict[str, int]()
+
+    def read(archive: zipfile.ZipFile, name: str | zipfile.ZipInfo, pwd: bytes | None = None) -> bytes:
+        key = name if isinstance(name, str) else name.filename
+        counts[key] = counts.get(key, 0) + 1
+        return plain(archive, name, pwd)
+
+    monkeypatch.setattr(zipfile.ZipFile, "read", read)
+    with contextlib.suppress(BadInput):
+        read_fleet(path)
+    return counts
+
+
+def test_members_that_take_turns_in_being_referenced_use_up_what_may_be_unpacked(tmp_path: Path) -> None:
+    drones = [{"$ref": f"./{'ab'[k % 2]}.json#/{k}"} for k in range(40)]
+    rows = [{"settings": {"name": f"d{k}", "trajectory": trajectory_of([[0, [k, 0, 0]]])}} for k in range(40)]
+    members = {name: [*rows, "x" * 20_000_000] for name in ("a.json", "b.json")}
+    path = write_show(tmp_path / "show.skyc", {"version": 1, "swarm": {"drones": drones}}, members)
+    with pytest.raises(BadInput, match="unpack more than 2 times what the file holds"):
+        read_fleet(path)
+
+
+def test_one_trajectory_for_many_drones_is_refused_before_it_is_laid_out(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    drones = [{"settings": {"name": f"d{k}", "trajectory": {"$ref": "./one.json"}}} for k in range(50_000)]
+    path = write_show(tmp_path / "show.skyc", {"version": 1, "swarm": {"drones": drones}}, {"one.json": CURVES})
+    with pytest.raises(BadInput, match=r"d0 and d1 both begin at \(0, 0, 0\)"):
+        read_fleet(path)
+    assert unpacked(path, monkeypatch) == {"show.json": 1, "one.json": 1}

@@ -35,6 +35,7 @@ class OwnLimits:
         acceleration_xy: Greatest horizontal acceleration, in m/s^2.
         acceleration_up: Greatest one upwards.
         acceleration_down: Greatest one downwards.
+        yaw_rate: Greatest rate of turning, in deg/s.
         fences: Of its geofence.
         where: For each of these that is there, the file's own name for it.
     """
@@ -47,6 +48,7 @@ class OwnLimits:
     acceleration_xy: float | None = None
     acceleration_up: float | None = None
     acceleration_down: float | None = None
+    yaw_rate: float | None = None
     fences: tuple[Fence, ...] = ()
     where: tuple[tuple[str, str], ...] = ()
 

@@ -1,6 +1,7 @@
-"""Show files as archives: zip files from strangers, of which single members are read and nothing is ever unpacked.
+"""Show files as archives: zip files from strangers, of which single members are read and nothing is unpacked to a disk.
 
-What is looked at before anything is read, `verify.data.storage.archives` says.
+`verify.data.storage.archives` checks all names before anything is read. A member that was just read is kept, so that many references to it cost
+one reading; a file that makes the reader unpack much more than it holds is refused.
 """
 
 from __future__ import annotations
@@ -24,6 +25,10 @@ MOST_IN_ALL = 8_000_000_000
 """Bytes of all members together when unpacked."""
 DEEPEST = 8
 """References that lead to each other."""
+KEPT_BYTES = 16_000_000
+"""Bytes of the members that are kept after reading; the last one is kept whatever its size."""
+MOST_READINGS = 2
+"""Times that a file's members may be unpacked, all of them together, on average."""
 
 
 class ShowArchive:
@@ -41,6 +46,8 @@ class ShowArchive:
         self.source = source
         self._archive = archive
         self._members = _checked(source, archive.infolist())
+        self._kept: dict[str, Any] = {}
+        self._left = MOST_READINGS * sum(member.file_size for member in self._members.values())
 
     def value(self, name: str) -> Any:  # of any type: what JSON may hold
         """Read a member.
@@ -49,11 +56,30 @@ class ShowArchive:
             name: Its path in the archive.
 
         Raises:
-            BadInput: There is none of that name, it is damaged or it is no JSON.
+            BadInput: There is none of that name, it is damaged or it is no JSON, or too much was unpacked already.
         """
         if name not in self._members:
             raise BadInput(f"{self.source} has no member {name[:100]!r}.{did_you_mean(name, self._printable())}")
+        if name in self._kept:
+            self._kept[name] = value = self._kept.pop(name)  # the last one to go
+            return value
+        value = self._read(name)
+        self._kept[name] = value
+        size = sum(self._members[kept].file_size for kept in self._kept)
+        while size > KEPT_BYTES and len(self._kept) > 1:
+            oldest = next(iter(self._kept))
+            size -= self._members[oldest].file_size
+            del self._kept[oldest]
+        return value
+
+    def _read(self, name: str) -> Any:
         where = f"{self.source}: {name}"
+        self._left -= self._members[name].file_size
+        if self._left < 0:
+            raise BadInput(
+                f"{self.source}: its references unpack more than {MOST_READINGS} times what the file holds; at {name[:100]!r} reading ends. "
+                "Put what many drones share into one member."
+            )
         try:
             data = self._archive.read(self._members[name])
         except (zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError, EOFError, OSError) as error:

@@ -20,6 +20,8 @@ from verify.foreign.shows.show_archives import ShowArchive
 
 MOST_CORNERS = 1000
 """Of one polygon; fences have a dozen."""
+MOST_POLYGONS = 100
+"""Of one geofence."""
 
 _NAMES = {
     "minDistance": ("separation",),
@@ -30,8 +32,12 @@ _NAMES = {
     "maxAccelerationXY": ("acceleration_xy",),
     "maxAccelerationZ": ("acceleration_up", "acceleration_down"),
     "maxAccelerationZUp": ("acceleration_up",),
+    "maxYawRate": ("yaw_rate",),
 }
 """Names of validation settings, the more special ones later, and what they limit."""
+
+_NAVIGATION = " Distances are asked at every height; --separation-above asks them above one."
+_INSTEAD = {"minNavAltitude": _NAVIGATION, "min_nav_altitude": _NAVIGATION}
 
 
 def own_limits(archive: ShowArchive, show: Mapping[str, Any]) -> tuple[OwnLimits, list[str]]:
@@ -75,7 +81,8 @@ def _validation(archive: ShowArchive, value: Any) -> tuple[dict[str, float], dic
             where.update(dict.fromkeys(limited, f"settings.validation.{key}"))
     known = {spelling for name in _NAMES for spelling in (name, _underscored(name))}
     unknown = sorted(str(key)[:60] for key in rest if key not in known and rest[key] is not None)
-    return found, where, [f"settings.validation.{key} is not judged." for key in unknown]
+    notes = [f"settings.validation.{key} is not judged.{_INSTEAD.get(key, '')}" for key in unknown]
+    return found, where, notes
 
 
 def _underscored(name: str) -> str:
@@ -92,6 +99,8 @@ def _fences(archive: ShowArchive, value: Any, show: Any) -> tuple[Fence, ...]:
     polygons = archive.followed(geofence.get("polygons", []), show)
     if not isinstance(polygons, list):
         raise BadInput(f"{archive.source}: settings.geofence.polygons must be a list, not {polygons!r:.40}.")
+    if len(polygons) > MOST_POLYGONS:
+        raise BadInput(f"{archive.source}: settings.geofence has {len(polygons)} polygons; at most {MOST_POLYGONS} are judged.")
     found: list[Fence] = []
     for index, polygon in enumerate(polygons):
         where = f"settings.geofence.polygons[{index}]"

@@ -1,15 +1,15 @@
 """Skybrush shows (`.skyc`): for each drone keyframes in time, joined by Bezier curves of degree 1 to 3, or up to 7.
 
 A keyframe is `[t, [x, y, z], [control points]]`; its control points are those of the curve that ends there. Times count from the drone's take-off
-time, `takeoffTime`, in the show. Numbers are the floats nearest to the decimals in the file, which is how every program reads them;
+time, `takeoffTime`, in the show; `landingTime` and the times of `yawControl` count from the show's start. Numbers are the floats nearest to the decimals in the file, which is how every program reads them;
 differences and sums of times are taken exactly. Before its first keyframe a drone stands where that is, after its last one it stays there.
 """
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from itertools import chain
 from pathlib import Path
 from typing import Any
@@ -19,12 +19,21 @@ import numpy as np
 from verify.arithmetic.balls import Floats
 from verify.data.errors import BadInput
 from verify.data.trajectory import DEGREE
-from verify.foreign.fleet import LARGEST, Fleet, Flight, Home, assemble
+from verify.foreign.fleet import LARGEST, SHORTEST, Fleet, Flight, assemble
 from verify.foreign.shows.show_archives import ShowArchive, open_show
 from verify.foreign.shows.show_settings import own_limits
+from verify.foreign.shows.take_offs import Ends, columns_of
 
-_UNJUDGED = {"lights": "Lights", "pyro": "Pyrotechnics", "yawControl": "Yaw programmes", "rthPlan": "Plans to return home"}
+_UNJUDGED = {
+    "lights": "Lights",
+    "pyro": "Pyrotechnics",
+    "rthPlan": "Plans to return home",
+    "autoYaw": "Headings along the path (autoYaw)",
+}
 """What a drone's settings may hold beside its trajectory, and how it is called."""
+
+MOST_KEYFRAMES = 30_000_000
+"""Of all drones; more do not fit the memory of usual machines."""
 
 _ALONE = 1.0
 """s that a drone with one keyframe is given to stand there."""
@@ -48,14 +57,43 @@ def read_show(path: Path) -> Fleet:
         drones = archive.followed(swarm.get("drones"), show)
         if not isinstance(drones, list) or not drones:
             raise BadInput(f"{path}: swarm.drones must be a list of at least one drone.")
-        unjudged: Counter[str] = Counter()
-        flights = [_flight(archive, show, index, drone, unjudged) for index, drone in enumerate(drones)]
+        seen = _Seen()
+        read = [_flight(archive, show, index, drone, seen) for index, drone in enumerate(drones)]
         own, notes = own_limits(archive, show)
-    notes += [f"{_UNJUDGED[key]} of {count} drones are not judged." for key, count in sorted(unjudged.items())]
-    return replace(assemble(str(path), "bernstein", flights), own=own, notes=tuple(notes))
+    notes += [f"{_UNJUDGED[key]} of {count} drones are not judged." for key, count in sorted(seen.unjudged.items())]
+    fleet = assemble(str(path), "bernstein", [flight for flight, _ in read])
+    columns, homes, assumed = columns_of(fleet, [ends for _, ends in read])
+    return replace(fleet, own=own, homes=homes, columns=columns, notes=(*assumed, *notes))
 
 
-def _flight(archive: ShowArchive, show: Any, index: int, drone: Any, unjudged: Counter[str]) -> Flight:
+@dataclass(slots=True)
+class _Seen:
+    """The drones read so far: mutable while a show is read.
+
+    Attributes:
+        unjudged: Drones with settings of each kind that nobody judges.
+        starts: Names by first positions.
+        keyframes: Of all drones together.
+    """
+
+    unjudged: Counter[str] = field(default_factory=Counter[str])
+    starts: dict[tuple[float, float, float], str] = field(default_factory=dict[tuple[float, float, float], str])
+    keyframes: int = 0
+
+    def count(self, source: str, where: str, name: str, keyframes: Sequence[Any]) -> None:
+        """Refuse a trajectory that another drone has, or one too many, before it costs anything."""
+        _check_keyframe(f"{where}: points[0]", keyframes[0], first=True)
+        x, y, z = keyframes[0][1]
+        if (other := self.starts.setdefault((x, y, z), name)) != name:
+            raise BadInput(
+                f"{source}: {other} and {name} both begin at ({x:.4g}, {y:.4g}, {z:.4g}); each drone needs a pad of its own."
+            )
+        self.keyframes += len(keyframes)
+        if self.keyframes > MOST_KEYFRAMES:
+            raise BadInput(f"{source} has more than {MOST_KEYFRAMES} keyframes by {name}; audit it in parts.")
+
+
+def _flight(archive: ShowArchive, show: Any, index: int, drone: Any, seen: _Seen) -> tuple[Flight, Ends]:
     where = f"swarm.drones[{index}]"
     drone = _table(archive.followed(drone, show), archive, where)
     settings = _table(archive.followed(drone.get("settings"), show), archive, f"{where}.settings")
@@ -63,7 +101,7 @@ def _flight(archive: ShowArchive, show: Any, index: int, drone: Any, unjudged: C
     if not isinstance(name, str) or not name or len(name) > 200 or not name.isprintable():
         raise BadInput(f"{archive.source}: {where}.settings.name must be a short text that can be printed, not {name!r:.40}.")
     where = f"{archive.source}: {name}"
-    unjudged.update(key for key in _UNJUDGED if settings.get(key) is not None)
+    seen.unjudged.update(key for key in _UNJUDGED if settings.get(key) is not None)
     if settings.get("trajectory") is None:
         raise BadInput(f"{where} has no trajectory; every drone of a show needs one (settings.trajectory).")
     trajectory = _table(archive.followed(settings["trajectory"], show), archive, f"{name}: trajectory")
@@ -72,14 +110,47 @@ def _flight(archive: ShowArchive, show: Any, index: int, drone: Any, unjudged: C
     keyframes = archive.followed(trajectory.get("points"), trajectory)
     if not isinstance(keyframes, list) or not keyframes:
         raise BadInput(f"{where}: its trajectory has no points; at least one keyframe [t, [x, y, z], []] is needed.")
-    takeoff = _number(trajectory.get("takeoffTime", 0.0), f"{where}: takeoffTime")
+    seen.count(archive.source, where, name, keyframes)
+    takeoff, landing = (_time(trajectory, key, where) for key in ("takeoffTime", "landingTime"))
     times, values, degrees = _pieces(where, keyframes)
-    homes: list[Home] = []
-    for key, what, end in (("home", "home", 0), ("landAt", "landing place", 1)):
-        if settings.get(key) is not None:
-            place = _point(settings[key], f"{where}: {key}")
-            homes.append((what, end, place))
-    return Flight(name=name, knots=_exact_sums(times, takeoff), values=values, degrees=degrees, homes=tuple(homes))
+    home, land = (None if settings.get(key) is None else _point(settings[key], f"{where}: {key}") for key in ("home", "landAt"))
+    yaw = _yaw(archive, archive.followed(settings.get("yawControl"), show), name, seen)
+    knots = _exact_sums(times, takeoff or 0.0)
+    return Flight(name=name, knots=knots, values=values, degrees=degrees, yaw=yaw), Ends(home, land, landing)
+
+
+def _time(trajectory: Mapping[str, Any], key: str, where: str) -> float | None:
+    """Return a time that may be missing or null, in s."""
+    value = trajectory.get(key)
+    return None if value is None else _number(value, f"{where}: {key}")
+
+
+def _yaw(archive: ShowArchive, value: Any, name: str, seen: _Seen) -> Floats | None:
+    """Return times in s and headings in deg; None where none are given. Shape (setpoints, 2)."""
+    if value is None:
+        return None
+    where = f"{archive.source}: {name}"
+    control = _table(value, archive, f"{name}: yawControl")
+    if control.get("version") != 1:
+        raise BadInput(f"{where}: its yawControl is of version {control.get('version')!r:.20}; version 1 is read.")
+    setpoints = archive.followed(control.get("setpoints"), control)
+    if not isinstance(setpoints, list):
+        raise BadInput(f"{where}: yawControl.setpoints must be a list of [t, degrees], not {setpoints!r:.40}.")
+    if control.get("autoYaw"):
+        seen.unjudged["autoYaw"] += 1
+        return None
+    rows: list[tuple[float, float]] = []
+    for index, setpoint in enumerate(setpoints):
+        what = f"{where}: yawControl.setpoints[{index}]"
+        if not isinstance(setpoint, list) or len(setpoint) < 2:
+            raise BadInput(f"{what} must be [t, degrees], not {setpoint!r:.40}.")
+        time, angle = _number(setpoint[0], f"{what}: its time"), _number(setpoint[1], f"{what}: its heading")
+        if rows and time - rows[-1][0] < SHORTEST:
+            raise BadInput(
+                f"{what} is at {time:g} s, after one at {rows[-1][0]:g} s; times must rise, by {SHORTEST:g} s at the least."
+            )
+        rows.append((time, angle))
+    return np.array(rows) if rows else None
 
 
 def _pieces(where: str, keyframes: Sequence[Any]) -> tuple[Floats, Floats, np.ndarray]:

@@ -228,7 +228,8 @@ class _Search:
     def _look(self, segments: Indices, parts: Indices) -> None:
         """Look how near the middles of segments come to parts."""
         places = self.world.paths.positions.mid[segments] @ _MIDDLE
-        _, near = self.world.bodies.distances(parts, Hulls.points(places), places)
+        enough = self._enough()[self.world.paths.owner[segments]]
+        _, near = self.world.bodies.distances(parts, Hulls.points(places), places, enough)
         self._reach(segments, parts, np.full(len(segments), 0.5), near)
 
     def _rows_of(self, count: int) -> Iterator[slice]:

@@ -121,18 +121,19 @@ def apart_by_one(rows: HalfSpaces, hulls: Hulls, places: Floats) -> tuple[Floats
     return np.max(apart, axis=1), np.max(at / np.maximum(lengths, 1e-150), axis=1)
 
 
-def farthest_of(rows: HalfSpaces, places: Floats) -> HalfSpaces:
+def farthest_of(rows: HalfSpaces, places: Floats, count: int = _KEPT) -> HalfSpaces:
     """Return of each part the half-spaces that are farthest from places, where there are many.
 
     Args:
         rows: Of n parts.
         places: m. Shape (n, 3).
+        count: How many.
     """
-    if rows.bounds.shape[1] <= _KEPT:
+    if rows.bounds.shape[1] <= count:
         return rows
     lengths = np.maximum(np.linalg.norm(rows.normals, axis=-1), 1e-150)
     at = (np.einsum("nri,ni->nr", rows.normals, places) - rows.bounds) / lengths
-    return rows.kept(np.argpartition(-at, _KEPT - 1, axis=1)[:, :_KEPT])
+    return rows.kept(np.argpartition(-at, count - 1, axis=1)[:, :count])
 
 
 def weights_of(rows: HalfSpaces, places: Floats) -> tuple[Floats, Floats]:

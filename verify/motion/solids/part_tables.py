@@ -24,7 +24,7 @@ from verify.motion.solids.half_spaces import (
     weighed,
     weights_of,
 )
-from verify.motion.solids.openings import Found, Opening
+from verify.motion.solids.openings import BESIDE, Found, Opening
 from verify.motion.solids.tangents import Tangents
 
 _SIZES = (4, 6, 8, 12, 16, 24, 32, 64)
@@ -159,7 +159,30 @@ class PartTable:
                 found = hole.distances(hulls[of_row], places[of_row])
                 low[of_row] = np.fmax(low[of_row], found.low)
                 near[of_row] = np.fmax(near[of_row], found.near)
+                open_ = of_row if enough is None else of_row[~(low[of_row] >= enough[of_row])]
+                open_ = open_[hole.is_slanted(known.of(open_), middle[open_]) | bool(self.quadrics)]
+                if len(open_):
+                    sure, about = self._beside(hole, known.of(open_), rows[open_], hulls[open_], places[open_])
+                    low[open_], near[open_] = np.fmax(low[open_], sure), np.fmax(near[open_], about)
         return Found(np.where(np.isnan(low), -np.inf, low), near)
+
+    # five parameters: what is known of each hull
+    def _beside(self, hole: Opening, known: HalfSpaces, rows: Indices, hulls: Hulls, places: Floats) -> tuple[Floats, Floats]:
+        """Return what parts' half-spaces prove of hulls beside an opening, and about how far places are from its edge. Shape (n,) each."""
+        middle, own = places - self.centres[rows], hulls.beside(self.centres[rows])
+        low, near = np.full(len(rows), -np.inf), np.full(len(rows), -np.inf)
+        at = middle
+        for _ in range(2 if self.quadrics else 1):
+            chosen = farthest_of(known, at, BESIDE)
+            weights, about, at = hole.weights(chosen, places, middle)
+            more = np.flatnonzero(weights.any(axis=1))  # of the others the opening alone tells as much
+            if len(more):
+                sure = hole.apart_by(weighed(chosen.of(more), weights[more]), hulls[more], own[more])
+                low[more] = np.fmax(low[more], sure)
+            near = np.fmax(near, about)
+            for one in self.quadrics:
+                known = known.joined(one.tangents(rows, at))
+        return low, near
 
 
 def _beyond(part: SolidPart, *, flat: bool) -> Floats:

@@ -14,6 +14,8 @@ from verify.data.shapes.nearest import surface_of
 from verify.data.shapes.region import Hoop
 from verify.data.shapes.solid_parts import SolidPart, holds
 from verify.motion.paths import TeamPaths
+from verify.motion.solids.half_spaces import HalfSpaces, farthest_of
+from verify.motion.solids.openings import BESIDE, Opening
 
 Vector = tuple[Fraction, Fraction, Fraction]
 
@@ -66,6 +68,7 @@ def _candidates(part: SolidPart, point: Vector) -> Iterator[Vector]:
         yield _exact(center + near + share * (surface.corners.mean(axis=0) - near))
     for _, hoop in part.holes:
         yield from _on_edge(hoop, point, near + center)
+        yield from _on_slanted_edge(hoop, part, point)
 
 
 def _on_faces(part: SolidPart, point: Vector, near: np.ndarray) -> Iterator[Vector]:
@@ -105,6 +108,24 @@ def _on_edge(hoop: Hoop, point: Vector, near: np.ndarray) -> Iterator[Vector]:
         for along in ((here - centre) @ normal, (near - centre) @ normal):
             for share in _PULLS[1:]:
                 yield _exact(centre + along * normal + hoop.opening * (1 + share) * unit)
+
+
+def _on_slanted_edge(hoop: Hoop, part: SolidPart, point: Vector) -> Iterator[Vector]:
+    """Yield points where an opening's edge, on faces of the part, is nearest, pulled off the axis and into the part."""
+    flat = [one for one in part.inequalities if not any(map(any, one.quadratic))]
+    if not flat:
+        return
+    normals, bounds = np.array([[one.linear for one in flat]]), np.array([[one.bound for one in flat]])
+    rows = HalfSpaces(normals, bounds, np.zeros_like(normals), np.zeros_like(bounds))
+    here, center, axis = np.array([[float(x) for x in point]]), np.array(part.center), np.array(hoop.normal)
+    rows = farthest_of(rows, here - center, BESIDE)
+    weights, _, nearest = Opening.of(part, hoop).weights(rows, here, here - center)
+    place, way = nearest[0] + center, np.einsum("r,ri->i", weights[0], rows.normals[0])
+    outward = place - np.array(hoop.center)
+    outward = outward - (outward @ axis) * axis
+    pull = outward / max(float(np.linalg.norm(outward)), 1e-12) - way / max(float(np.linalg.norm(way)), 1e-12)
+    for share in _PULLS:
+        yield _exact(place + share * hoop.opening * pull)
 
 
 def _in_opening(hoop: Hoop, point: Vector) -> bool:
