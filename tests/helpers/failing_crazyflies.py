@@ -15,7 +15,7 @@ from flight.link.live import LiveFlight, fly_live
 from ltlplan.commands.shared.live_view import interrupts_land
 from tests.helpers.crazyflie_firmware import Firmware
 from tests.helpers.crazyflie_peer import Air, in_the_air
-from tests.helpers.crazyflie_stages import GROUNDS, PLACES, short_flight
+from tests.helpers.crazyflie_stages import GROUNDS, PLACES, UNCHECKED, short_flight
 from tests.helpers.failed_flights import NEAR, STALL, End, Ended, Stalls, Truth, faults_of, lies_of, outcome_of, was_late
 from tests.helpers.failure_draws import HOST, Draw, Failing, Host, drawn, interrupt
 
@@ -49,7 +49,9 @@ def _fly(draw: Draw, *, streamed: bool) -> Ended:
     conditions = {"controller": "mellinger"} if streamed else {"noise": 0.001}
     with (
         Stalls() as stalls,
-        in_the_air(mission, PLACES, loss=trouble, disorder=trouble, seed=draw.number, **conditions) as (air, addresses),
+        in_the_air(
+            mission, PLACES, may_fall=draw.again is not None, loss=trouble, disorder=trouble, seed=draw.number, **conditions
+        ) as (air, addresses),
     ):
         make = StreamedCrazyflies if streamed else CrazyflieLink
         try:
@@ -97,7 +99,7 @@ def _flown(link: CrazyflieLink, failing: Failing) -> LiveFlight | None:
     try:
         with interrupts_land():
             failing.start()
-            done = fly_live(link, stages(), grounds=GROUNDS, parameters=link.wanted)
+            done = fly_live(link, stages(), grounds=GROUNDS, parameters=link.wanted, unchecked=UNCHECKED)
             failing.ended.set()
             failing.join()
     except (KeyboardInterrupt, ZeroDivisionError):
