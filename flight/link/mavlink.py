@@ -50,9 +50,8 @@ AGAIN = 0.3
 """s after which what was not confirmed is asked for again."""
 SURE = 1.0
 """s after it was asked to arm from which on a vehicle's word that it is not armed counts: what it said before may have crossed that."""
-LOOK = 1.2
-"""s in which estimator and battery are reported twice; what is not reported until then is not checked."""
-
+LOOK = 2.5
+"""s in which estimator and battery are reported, and checks before arming pass; what is not known until then is not checked."""
 _NO_SERIAL = "it is taken for a serial port, which needs pyserial (addresses in a network begin with udpin:, udpout: or tcp:)"
 _NO_PORT = "it has no port; write it as udpin:0.0.0.0:14540, udpout:, tcp: or a serial port, /dev/ttyUSB0"
 _LOCAL_NED = 1
@@ -85,6 +84,11 @@ class _Vehicle:
         """Send a command with up to seven values."""
         with self.turn:
             self.link.mav.command_long_send(self.system, 1, number, 0, *values, *(0.0 for _ in range(7 - len(values))))
+
+    def beat(self) -> None:
+        """Say that a ground station is here."""
+        with self.turn:
+            beat(self.link.mav)
 
     def ask(self, what: str, now: float, number: int, *values: float) -> None:
         """Send a command unless it was sent a moment ago."""
@@ -308,12 +312,15 @@ class MavlinkLink:
                 return
             if self.now() - vehicle.asked.get("interval", -math.inf) >= AGAIN:
                 vehicle.asked["interval"] = self.now()
+                vehicle.beat()
                 for message, microseconds in intervals(RATE):
                     vehicle.command(SET_INTERVAL, message, microseconds)
 
         self._until(lambda vehicle: vehicle.speaks, often, "sends no PX4 heartbeat and position", CONNECT)
         end = self.now() + LOOK
-        while self.now() < end and (left := [vehicle for vehicle in self._vehicles.values() if not vehicle.says.complete]):
+        while self.now() < end and (
+            left := [vehicle for vehicle in self._vehicles.values() if not vehicle.says.ready_to_check]
+        ):
             for vehicle in left:
                 often(vehicle)
             self.sleep(0.02)

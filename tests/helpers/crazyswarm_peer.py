@@ -219,9 +219,9 @@ class Robot:
             self.place = np.array([*self.place[:2], max(self.place[2] - self._sinks * seconds, self.ground)])
             if self.place[2] <= self.ground:
                 self.world.impacts[self.name] = self._sinks
-        if self._seen is None or math.floor(50.0 * now + 1e-6) > math.floor(50.0 * self._seen[0] + 1e-6):
-            if now <= self.world.silent_from.get(self.name, math.inf):
-                self._seen = (now, self.place.copy())
+        due = self._seen is None or math.floor(50.0 * now + 1e-6) > math.floor(50.0 * self._seen[0] + 1e-6)
+        if due and now <= self.world.silent_from.get(self.name, math.inf):
+            self._seen = (now, self.place.copy())
 
     def cut(self, why: str) -> None:
         """Cut its motors, and stop its planner."""

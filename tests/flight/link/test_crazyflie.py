@@ -318,10 +318,11 @@ def test_motors_stop_where_vehicles_stand_and_not_above(mission, flown) -> None:
     """The firmware ends a landing itself, and says 2 s later that it does not fly any more."""
     with in_the_air(mission, PLACES) as (air, addresses):
         link = CrazyflieLink(mission, addresses)
-        done = fly_live(link, flown[:2], grounds=GROUNDS, parameters=link.wanted, unchecked=UNCHECKED)
+        done = fly_live(link, flown, grounds=GROUNDS, parameters=link.wanted, unchecked=UNCHECKED)
         link.close()
     assert done.flown, done.reason
     for vehicle in air.vehicles.values():
         assert vehicle.stopped_in
+        assert not vehicle.locked
         assert "flying" not in vehicle.stopped_in
     assert all(vehicle.impact < 1.2 for vehicle in air.vehicles.values())

@@ -17,7 +17,7 @@ def asked(kind: str, *unchecked: str) -> Asked:
 @pytest.mark.parametrize("kind", ["crazyflie", "mavlink"])
 def test_batteries_that_cannot_be_checked_are_refused_before_anything_is_proved(kind: str) -> None:
     mission = ltlplan.parse_mission(MISSION)
-    with pytest.raises(BadInput, match="the battery of one, two lasts .* add --unchecked battery"):
+    with pytest.raises(BadInput, match=r"the battery of one, two lasts .* add --unchecked battery"):
         require_batteries(asked(kind, "heading"), mission)
     assert "the battery of one, two lasts" in require_batteries(asked(kind, "battery"), mission)
 

@@ -113,9 +113,9 @@ class Reports:
         return False if not self.armed or self._landed == _ON_GROUND else True if self._landed else None
 
     @property
-    def complete(self) -> bool:
-        """Whether all that checks before a flight ask for has been said."""
-        return self.heading is not None and self.estimator is not None and self._checks != (0, 0)
+    def ready_to_check(self) -> bool:
+        """Whether all that checks before a flight ask for has been said, and its own checks pass."""
+        return self.heading is not None and self.estimator is not None and bool(self.ready) and self._checks != (0, 0)
 
     def why(self, *, endurance: bool) -> dict[str, str]:
         """Return why a check cannot be made, by its name.

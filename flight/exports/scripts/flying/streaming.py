@@ -84,7 +84,7 @@ class Stream:
             return vehicle.autopilot == PX4 and often(vehicle)
 
         def complete(vehicle: Vehicle) -> bool:
-            return vehicle.says.complete
+            return vehicle.says.ready_to_check
 
         def ask(vehicle: Vehicle) -> None:
             vehicle.ask_reports(self.rate)
