@@ -60,12 +60,12 @@ def fly_over_link(source: str, out: Path | None, asked: Asked, said: Said, seed:
     require_sense(asked, said)
     keep_record(out)
     mission = _mission(source)
-    batteries = require_batteries(asked, mission)
     told, conditions = told_places(asked.places, mission), said.conditions(mission)
     with ExitStack() as opened:
         with simulating(out, FILES, quiet=json) as progress:
             progress("reaching the robots", 0.0)  # before what takes its time: who is not there is said at once
             link = None if asked.kind == "simulated" else opened.enter_context(closing(vehicles(asked, mission, source)))
+            batteries = require_batteries(asked, mission)
             plan, team, certificate = certified(source, part_of(progress, 0.1, 0.5))
             stand = {**below_starts(team), **told}
             flown = stages(plan, team, certificate, stand, progress=part_of(progress, 0.5, 0.9))

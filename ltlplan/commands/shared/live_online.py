@@ -94,7 +94,6 @@ def online_over_link(mission: Mission, out: Path | None, asked: Asked, said: Sai
     events = checked_events(mission, events, standby)
     standby.require_out_of_reach(mission)
     everybody = standby.beside(mission)
-    batteries = require_batteries(asked, everybody)
     with ExitStack() as opened:
         news = [opened.enter_context(closing(followed(name, mission.name))) for name in happening.followed]
         with simulating(out, (*ONLINE_FILES, *FILES), quiet=json) as progress:
@@ -104,6 +103,7 @@ def online_over_link(mission: Mission, out: Path | None, asked: Asked, said: Sai
                 if asked.kind == "simulated"
                 else opened.enter_context(closing(vehicles(asked, everybody, flown="from here")))
             )
+            batteries = require_batteries(asked, everybody)
             progress("planning and proving what is asked", 0.1)
             team = CertifiedTeam(mission, seed=mission.planner.seed)
             assert team.present is not None, "it was certified"

@@ -105,9 +105,16 @@ def test_a_battery_of_which_nothing_is_known_is_said_not_to_be_checked(ready) ->
         def health(self, robot):
             return replace(super().health(robot), endurance=None)
 
-    checks = [check for check in before_take_off(Unknown(mission, PLACES), flown[0], 50.0) if check.name == "battery"]
-    assert [(check.robot, check.passed) for check in checks] == [("one", True), ("two", True)]
-    assert "is not held against the 60 s needed" in checks[0].sentence
+    link = Unknown(mission, PLACES)
+    checks = [check for check in before_take_off(link, flown[0], 50.0) if check.name == "battery"]
+    assert [(check.robot, check.passed) for check in checks] == [("one", None), ("two", None)]
+    assert checks[0].sentence.startswith("not checked: whether one's battery lasts for 60 s: ")
+    refused = fly_live(link, flown, grounds=GROUNDS)
+    assert not refused.flown
+    assert refused.reason.endswith("; add --unchecked battery to fly without that")
+    assert link.spinning == ()
+    done = fly_live(link, flown, grounds=GROUNDS, unchecked=("battery",))
+    assert done.flown, done.reason
 
 
 def test_swapped_bodies_are_refused_before_anything_spins(ready) -> None:
