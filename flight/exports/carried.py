@@ -53,6 +53,19 @@ def climb_and_landing(request: Request) -> tuple[Columns, Columns]:
     )
 
 
+def batteries_said(request: Request, script: str) -> tuple[str, ...]:
+    """Return a note on robots whose battery a script cannot hold against the flight; nothing where there are none.
+
+    Args:
+        request: The export.
+        script: What flies it.
+    """
+    unknown = [name for name in request.team if request.mission.vehicle_of(name).endurance is None]
+    if not unknown:
+        return ()
+    return (f"The vehicle of {', '.join(unknown)} has no `endurance`: {script} flies only with --unchecked battery.",)
+
+
 def seconds_to_climb(request: Request) -> float:
     """Return s that climbing a metre takes.
 
