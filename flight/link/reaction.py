@@ -154,6 +154,7 @@ def wait_until_down(link: Link, targets: Mapping[str, float], seconds: float, re
         record: Takes in where they are.
     """
     standing, end = Standing(targets, limits(link.accuracy)), link.now() + seconds + LANDED
+    standing.land(link.now() + seconds)
     while link.now() < end:
         for robot in targets:
             see_down(link, standing, robot)

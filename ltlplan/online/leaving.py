@@ -65,5 +65,7 @@ class Leaving:
 
     def _stands(self, link: Link) -> bool:
         """Tell whether it stands, as far as was seen since it lands."""
-        self._standing = self._standing or Standing({self.robot: self.ground + LANDING_HEIGHT}, limits(link.accuracy))
+        if self._standing is None:
+            self._standing = Standing({self.robot: self.ground + LANDING_HEIGHT}, limits(link.accuracy))
+            self._standing.land(self.down or link.now())
         return see_down(link, self._standing, self.robot)

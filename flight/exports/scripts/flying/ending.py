@@ -52,6 +52,7 @@ def land(flight: Flight) -> list[str]:
     marks = {name: _height(flight, name) for name in targets}
     drop = max((mark if math.isfinite(mark) else targets[name] + 2.0) - targets[name] for name, mark in marks.items())
     seconds = max(1.0, drop / limits["landing_speed"])
+    standing.land(swarm.now() + seconds)
 
     def tell(names: list[str]) -> None:
         for name in names:

@@ -1,11 +1,12 @@
 """When a robot that lands stands, so that its motors may stop: for live links and exported scripts. Standard library only; copied into exports.
 
 A robot's own word goes first: a supervisor that said that it flies, and says so no more. A Crazyflie's does 2 s after its motors have carried
-nothing. Where there is no such word a robot stands once it is measured low and at rest over a while.
+nothing. Where there is no such word a robot stands once it is measured low and at rest over a while, behind the end of its landing.
 """
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Mapping
 
@@ -23,6 +24,17 @@ class Standing:
         self._targets, self._limits = dict(targets), limits
         self._heights: dict[str, deque[tuple[float, float]]] = {name: deque() for name in targets}
         self._word: dict[str, bool] = {}
+        self._ends = -math.inf
+
+    def land(self, ends: float) -> None:
+        """Begin with a landing, or begin it anew: heights count from its end on.
+
+        Args:
+            ends: When it is to end, s of the poses' clock.
+        """
+        self._ends = ends
+        for seen in self._heights.values():
+            seen.clear()
 
     def see(self, name: str, time: float, height: float, flying: bool | None) -> None:
         """Take in what is measured of a robot, and what it says.
@@ -36,18 +48,10 @@ class Standing:
         if flying is not None and (flying or name in self._word):  # that it does not fly says something only of one that flew
             self._word[name] = flying
         seen = self._heights[name]
-        if not seen or time > seen[-1][0]:
+        if time >= self._ends and (not seen or time > seen[-1][0]):
             seen.append((time, height))
         while len(seen) > 2 and seen[1][0] <= time - self._limits["watched"]:
             seen.popleft()
-
-    def told_down(self, name: str) -> None:
-        """Take it that a robot's motors are off by its own word.
-
-        Args:
-            name: The robot's.
-        """
-        self._word[name] = False
 
     def stands(self, name: str) -> bool:
         """Tell whether a robot stands.
