@@ -84,6 +84,7 @@ class World:
     """What the robots share: the clock, what they were told, and what goes wrong.
 
     Attributes:
+        simulated_clock: Whether scripts go by /clock (`use_sim_time`).
         off: m, added to each robot's measured position, by its name.
         headings: rad, added to each robot's measured heading.
         levels: `pm.batteryLevel` by robot; 90 where left out.
@@ -100,6 +101,7 @@ class World:
     """
 
     now: float = 0.0
+    simulated_clock: bool = False
     told: list[tuple[str, str]] = field(default_factory=list[tuple[str, str]])
     off: dict[str, Position] = field(default_factory=dict[str, Position])
     headings: dict[str, float] = field(default_factory=dict[str, float])
@@ -350,6 +352,11 @@ class Swarm:
         self.timeHelper = self.allcfs = self
         self.listeners: dict[str, Callable[[Any], None]] = {}
         self.crazyfliesByName = world.robots
+
+    def get_parameter(self, name: str) -> types.SimpleNamespace:
+        """Return a parameter of the node's."""
+        assert name == "use_sim_time"
+        return types.SimpleNamespace(value=self.world.simulated_clock)
 
     def time(self) -> float:
         """Return s."""

@@ -39,12 +39,11 @@ class SimulatedWorld(World):
 
     Attributes:
         believed: kg that the controller takes vehicles to weigh.
-        ahead: s by which its clock differs from the script's, where that does not go by /clock.
         messages: How many tf had.
     """
 
     believed: float = BELIEVED
-    ahead: float = 0.0
+    simulated_clock: bool = True
     messages: int = 0
     _waiting: list[Any] = field(default_factory=list[Any])
     _fleet: Fleet | None = None
@@ -75,8 +74,7 @@ class SimulatedWorld(World):
             self._flown += FRAME
 
     def _show(self, now: float, state: Position) -> None:
-        seconds = int(now + self.ahead)
-        stamp = _Time(sec=seconds, nanosec=int(1e9 * (now + self.ahead - seconds)))
+        stamp = _Time(sec=int(now), nanosec=int(1e9 * (now - int(now))))
         rows = []
         for index, (name, robot) in enumerate(self.robots.items()):
             x, y, z = state[:3, index].tolist()

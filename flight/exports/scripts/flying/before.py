@@ -77,8 +77,9 @@ def watched(team: Team, swarm: Swarm) -> dict[str, list[Pose]]:
         waits = {name for name in waits if swarm.pose(name) == first[name]}
     if waits:
         silent = ", ".join(name for name in team.names if name in waits)
-        raise Refused(f"no position from {silent} within {LISTEN:g} s: is it seen by motion capture under its name?")
-    swarm.require_one_clock()
+        raise Refused(
+            f"no position from {silent} within {LISTEN:g} s: is it seen by motion capture under its name{swarm.hint}?"
+        )
     swarm.sleep(SELDOM)
     seen: dict[str, list[Pose]] = {name: [] for name in team.names}
     end = swarm.now() + team.limits["watched"]

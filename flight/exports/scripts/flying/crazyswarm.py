@@ -17,7 +17,7 @@ from collections import deque
 from typing import Any
 
 from flying.checks import Check, Known, Place, Pose
-from flying.simulator import Transforms, heading_of
+from flying.simulator import Transforms, by_simulated_clock, heading_of
 from flying.watch import Refused, Team
 
 CAN_ARM, ARMED, CAN_FLY, FLYING, TUMBLED, LOCKED, CRASHED = 1, 2, 8, 16, 32, 64, 128  # bits of `supervisor.info`
@@ -32,6 +32,7 @@ class Swarm:
 
     Attributes:
         parameters: What was read back, by robot.
+        simulated: Whether robots are those of crazyswarm2's simulator, by whose clock this goes.
         trims: m by which heights are asked higher, by robot: in crazyswarm2's simulator.
     """
 
@@ -61,6 +62,7 @@ class Swarm:
         self.robots: dict[str, Any] = {name: known[name] for name in team.names}
         self.trims: dict[str, float] = {}
         self._transforms = Transforms(team.names)
+        self.simulated = by_simulated_clock(self.everyone)
         self.parameters: dict[str, dict[str, float]] = {}
         self.estimates: dict[str, deque[tuple[float, ...]]] = {name: deque(maxlen=10) for name in team.names}
         self._stamps: dict[str, tuple[int, int] | None] = dict.fromkeys(team.names)
@@ -111,7 +113,7 @@ class Swarm:
             return Pose(now, _position(robot), None)
         stamped = robot.poseStamped
         if not stamped:
-            return self._transforms.poses.get(name)
+            return self._transforms.poses.get(name) if self.simulated else None
         stamp = (stamped["timestamp_sec"], stamped["timestamp_nsec"])
         if stamp != self._stamps[name]:
             self._stamps[name] = stamp
@@ -123,25 +125,19 @@ class Swarm:
         return self._poses.get(name)
 
     @property
-    def simulated(self) -> bool:
-        """Whether robots are crazyswarm2's simulator's: some have no pose, and tf shows them."""
-        return self.dated and any(
-            not robot.poseStamped and name in self._transforms.poses for name, robot in self.robots.items()
+    def seen_by_tf(self) -> bool:
+        """Whether robots are the simulator's, and have no /pose."""
+        return self.simulated and self.dated and any(not robot.poseStamped for robot in self.robots.values())
+
+    @property
+    def hint(self) -> str:
+        """Remedy where robots have no pose and tf shows them: motion capture does so, too, and tf alone is not taken for the simulator's."""
+        shown = any(
+            not robot.poseStamped and name in self._transforms.poses for name, robot in self.robots.items() if self.dated
         )
-
-    def require_one_clock(self) -> None:
-        """Refuse to go by another clock than the simulator's.
-
-        Raises:
-            Refused: tf is dated by another one.
-        """
-        if not self.simulated:
-            return
-        poses = self._transforms.poses.values()
-        if max(abs(self.now() - pose.time) for pose in poses) > 1.0:
-            raise Refused(
-                "poses come from tf, dated by another clock than this one: crazyswarm2's simulator has its own; add --ros-args -p use_sim_time:=True"
-            )
+        if not shown or self.simulated:
+            return ""
+        return "; in crazyswarm2's simulator, which has only tf, add --ros-args -p use_sim_time:=True"
 
     # Health
 

@@ -47,6 +47,15 @@ class Transforms:
                 self.poses[each.child_frame_id] = Pose(stamp.sec + 1e-9 * stamp.nanosec, place, heading_of(turned))
 
 
+def by_simulated_clock(node: Any) -> bool:
+    """Tell whether a ROS node goes by /clock, as it has to with the simulator, and as nobody does with real robots.
+
+    Args:
+        node: crazyswarm2's; ROS has no types.
+    """
+    return hasattr(node, "get_parameter") and bool(node.get_parameter("use_sim_time").value)
+
+
 def heading_of(turned: Any) -> float:
     """Return a quaternion's heading, rad.
 

@@ -72,7 +72,7 @@ class Flight:
             self.swarm.robots[name].takeoff(targetHeight=start[2], duration=seconds)
         watch = Watch(self.team, self.swarm.now())
         self._go_on(seconds + 0.5, watch)
-        if self.swarm.simulated:
+        if self.swarm.seen_by_tf:
             self._trim(watch)
         self.record.ended("climb", self.swarm.now())
 
