@@ -16,10 +16,12 @@ from flight.link.checks import before_take_off
 from flight.link.live import fly_live
 from flight.link.simulated import Faults, SimulatedLink
 from flight.link.stages import Stage
+from flight.monitoring.reaction import LANDING_HEIGHT
+from flight.monitoring.thresholds import NEAR
 from ltlplan.commands.shared.live_view import interrupts_land
 from ltlplan.live import stages
 from ltlplan.pipeline import certified_team
-from tests.helpers.live_failures import KINDS, disturb, fault, on_the_ground, require_whole_logs
+from tests.helpers.live_failures import KINDS, Remembers, disturb, fault, on_the_ground, require_whole_logs
 from tests.helpers.live_missions import PAIR
 from verify.data import BadInput
 
@@ -247,6 +249,25 @@ def test_stages_that_do_not_join_are_refused(ready) -> None:
         fly_live(link_to(mission), (), grounds=GROUNDS)
     with pytest.raises(BadInput, match="how high is the ground below two"):
         fly_live(link_to(mission), flown, grounds={"one": 0.0})
+
+
+@pytest.mark.parametrize(
+    "kind", ["flown", *(pytest.param(kind, marks=pytest.mark.slow) for kind in ("interrupted", "flat", "pushed"))]
+)
+def test_motors_stop_where_robots_stand(ready, kind) -> None:
+    """Neither while they still sink, nor above: from 0.15 m the ground is met at 1.7 m/s."""
+    mission, flown = ready
+    rng = np.random.default_rng(7)
+    for when in [np.inf] if kind == "flown" else rng.uniform(1.0, instants(flown)["landing"], 6):
+        link = Remembers(mission, PLACES, conditions=flight.Conditions(noise=0.001))
+        if kind != "flown":
+            disturb(link, kind, "one", float(when), 0.0)
+        done = fly_live(link, flown, grounds=GROUNDS)
+        assert done.flown is (kind == "flown"), done.reason
+        assert set(link.stops) == set(PLACES)
+        for name, (height, change) in link.stops.items():
+            assert height < GROUNDS[name] + LANDING_HEIGHT + NEAR, (when, name)
+            assert change < 0.03, (when, name)
 
 
 def test_ctrl_c_never_ends_the_simulation_itself(ready) -> None:
