@@ -416,8 +416,5 @@ class _Heartbeats(threading.Thread):
         """Send them until it is ended, or the link is closed."""
         while not self.ended.wait(BEAT):
             for vehicle in self._vehicles:
-                with (
-                    contextlib.suppress(Exception),
-                    vehicle.turn,
-                ):  # pymavlink raises what its drivers do; what is lost is seen otherwise
-                    beat(vehicle.link.mav)
+                with contextlib.suppress(Exception):  # pymavlink raises what its drivers do; what is lost is seen otherwise
+                    vehicle.beat()

@@ -64,6 +64,7 @@ class Firmware:
         fell: What cut its motors while it was in the air, and from how high, m: nothing of it was an emergency.
         busy: Starts that were answered EBUSY.
         stopped_in: The supervisor's state at each command to stop.
+        stopped_since: When its motors were stopped last, s; infinite where they never were.
         impact: m/s at which it came down last.
         stopped_at: Height in m at which they were stopped last.
         locked: Whether it has to be switched off and on.
@@ -95,7 +96,7 @@ class Firmware:
         self.fell: list[tuple[str, float]] = []
         self.busy: list[int] = []
         self.stopped_in: list[str] = []
-        self.impact = 0.0
+        self.impact, self.stopped_since = 0.0, math.inf
         self._falls: tuple[float, float, float] | None = None  # since when, from where, and how fast it rose
         self.parameters = {k: v for k, (_, v) in PARAMETERS.items() if k not in self.manner.lacks}
         self.logs = [k for k in LOGS if k not in self.manner.lacks]
@@ -141,7 +142,7 @@ class Firmware:
         """
         if self.spinning:
             height = float(self.measured[2]) - float(self.place[2])
-            self.stopped_at = float(self.measured[2])
+            self.stopped_at, self.stopped_since = float(self.measured[2]), self.clock()
             self._falls = (self.clock(), height, float(self.velocity[2]))
             if why not in ("emergency", "landed") and height > LOW:
                 self.fell.append((why, height))
