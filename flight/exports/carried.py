@@ -18,16 +18,13 @@ from verify.data import Mission
 from verify.data.frame import Frame
 
 DATA = "flight.json"
-SWARM = (
-    "fly_mission.py",
-    *(f"flying/{name}.py" for name in ("__init__", "before", "crazyswarm", "ending", "paths", "record", "stages", "watch")),
-)
+_SWARM = ("__init__", "before", "checks", "crazyswarm", "ending", "paths", "record", "simulator", "stages", "standing", "watch")
+_STREAM = ("__init__", "checks", "px4", "record", "reports", "streaming", "watch")
+SWARM = ("fly_mission.py", *(f"flying/{name}.py" for name in _SWARM))
 """With crazyswarm2."""
-STREAM = ("stream_setpoints.py", *(f"flying/{name}.py" for name in ("__init__", "px4", "record", "streaming", "watch")))
+STREAM = ("stream_setpoints.py", *(f"flying/{name}.py" for name in _STREAM))
 """With PX4."""
 
-_POSES = 3
-"""Poses that are seen of a robot at rest at the least."""
 _PEAK = 35.0 / 16.0
 """Greatest speed of a climb against its mean: of a step of degree 7 from rest to rest."""
 _BESIDE = 8.0
@@ -54,6 +51,19 @@ def climb_and_landing(request: Request) -> tuple[Columns, Columns]:
         columns(request.mission, request.whole, "climb", request.margin),
         columns(request.mission, request.whole, "landing", request.margin),
     )
+
+
+def batteries_said(request: Request, script: str) -> tuple[str, ...]:
+    """Return a note on robots whose battery a script cannot hold against the flight; nothing where there are none.
+
+    Args:
+        request: The export.
+        script: What flies it.
+    """
+    unknown = [name for name in request.team if request.mission.vehicle_of(name).endurance is None]
+    if not unknown:
+        return ()
+    return (f"The vehicle of {', '.join(unknown)} has no `endurance`: {script} flies only with --unchecked battery.",)
 
 
 def seconds_to_climb(request: Request) -> float:
@@ -94,18 +104,7 @@ def about(request: Request, accuracy: float, robots: Mapping[str, Mapping[str, A
         "workspace": _workspace(mission),
         "braking": _shares(),
         "limits": {
-            "share": thresholds.SHARE,
-            "quiet": thresholds.QUIET,
-            "watched": thresholds.WATCHED,
-            "poses": _POSES,
-            "fresh": thresholds.FRESH,
-            "heading": thresholds.HEADING,
-            "reserve": thresholds.RESERVE,
-            "empty": thresholds.EMPTY,
-            "settled": thresholds.SETTLED,
-            "holding": thresholds.HOLDING,
-            "patience": thresholds.PATIENCE,
-            "accuracy": accuracy,
+            **thresholds.limits(accuracy),
             "climb": climb,
             "braking": braking_length(mission),
             "landing_height": LANDING_HEIGHT,

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from flight.exports.carried import STREAM, about, climb_and_landing, scripts, written
+from flight.exports.carried import STREAM, about, batteries_said, climb_and_landing, scripts, written
 from flight.exports.crazyflies.inventory import read_inventory, system_ids
 from flight.exports.target import ExportTarget, Product, Request
 from flight.model.attitude import Floats
@@ -62,6 +62,7 @@ def _product(request: Request) -> Product:
         files,
         (
             f"Setpoints at {rate:g} a second; {said}. stream_setpoints.py sends them to PX4 in real time; see its first lines.",
+            *batteries_said(request, "stream_setpoints.py"),
             "Bring every robot to a hover at its start yourself, and land them yourself: at the end all hold where they are (PX4's hold). "
             f"{landing.sentence}",
             "North is the mission's y, east its x; the local frame's origin is "

@@ -1,34 +1,17 @@
-"""What is checked before anything spins: each robot, what was found, and what to do about it."""
+"""Checks before anything spins, over a link: the list that exported scripts go by, too, and whether a mission's `frame` is wrong."""
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
+from flight.exports.scripts.flying.checks import Asked, Check, Known, Place, at_place, checks_of, heading_of
+from flight.exports.scripts.flying.checks import one_body_each as bodies_of
 from flight.link.link import Link, Pose
 from flight.link.stages import Part, Stage
-from flight.monitoring.thresholds import FRESH, HEADING, QUIET, RESERVE, SHARE, WATCHED
-
-
-@dataclass(frozen=True, slots=True)
-class Check:
-    """One thing that was looked at.
-
-    Attributes:
-        name: `reached`, `pose`, `quiet`, `place`, `heading`, `ready`, `estimator`, `battery`, `parameters` or `frame`.
-        robot: Whose.
-        passed: Whether it is as it must be.
-        sentence: What was found, and what to do where it did not pass.
-    """
-
-    name: str
-    robot: str
-    passed: bool
-    sentence: str
+from flight.monitoring.thresholds import FRESH, HEADING, SHARE, WATCHED, limits
 
 
 def before_take_off(
@@ -55,9 +38,9 @@ def before_take_off(
     found = on_ground(link, first, lasts, team, wanted)
     if standing is not None:
         found += on_ground(link, standing, lasts, {robot: seen[robot] for robot in standing.paths})
-    found += one_body_each(seen)
+    found += one_body_each(link, seen)
     if frame := _frame(first, team):
-        found = [check for check in found if check.passed or check.name not in ("place", "heading")]
+        found = [check for check in found if check.passed is not False or check.name not in ("place", "heading")]
     return (*found, *frame)
 
 
@@ -80,47 +63,18 @@ def on_ground(
     Returns:
         All checks, passed or not.
     """
-    needed = RESERVE * lasts
     found: list[Check] = []
-
-    def say(name: str, robot: str, passed: bool, what: str, do: str) -> None:
-        found.append(Check(name, robot, passed, what if passed else f"{what}: {do}"))
-
     for robot in seen:
         if robot not in link.robots:
-            say("reached", robot, False, f"{robot} does not answer", "switch it on, and look at its address and channel")
+            sentence = f"{robot} does not answer: switch it on, and look at its address and channel"
+            found.append(Check("reached", robot, False, sentence))
             continue
-        poses = seen[robot]
-        age = math.inf if not poses else link.now() - poses[-1].time
-        say("pose", robot, age <= FRESH, f"{robot}'s last pose is {age:.2g} s old", "look at motion capture and the markers")
-        if poses:
-            places = np.array([pose.position for pose in poses])
-            spread = float(np.linalg.norm(np.ptp(places, axis=0)))
-            say("quiet", robot, spread <= QUIET + 2 * link.accuracy, f"{robot}'s place wanders by {spread:.3f} m",
-                "look for reflections and for two bodies that are taken for each other")  # fmt: skip
-            found.append(_place(robot, first, places.mean(axis=0)))
-            if poses[-1].heading is not None:
-                off = abs(math.remainder(poses[-1].heading - float(first.paths[robot].evaluate(0.0)[3]), math.tau))
-                say("heading", robot, off <= HEADING, f"{robot}'s heading is {math.degrees(off):.0f} degrees off",
-                    "turn it as the mission says (`yaw_deg`)")  # fmt: skip
-        health = link.health(robot)
-        say("ready", robot, health.ready is not False, f"{robot} {'is' if health.ready is not False else 'is not'} ready",
-            "arm it, put it level, and free its supervisor (a tumble or a crash blocks it)")  # fmt: skip
-        say("estimator", robot, health.settled is not False,
-            f"{robot}'s estimator {'has' if health.settled is not False else 'has not'} settled", "leave it standing still, or reset it")  # fmt: skip
-        if health.endurance is not None:
-            say("battery", robot, health.endurance >= needed,
-                f"{robot}'s battery lasts {health.endurance:.0f} s of the {needed:.0f} s needed", "charge or change it")  # fmt: skip
-        else:
-            unknown = "its charge is not reported, or its vehicle has no `endurance`"
-            found.append(
-                Check("battery", robot, True, f"{robot}'s battery is not held against the {needed:.0f} s needed: {unknown}")
-            )
-        board = link.parameters(robot)
+        health, board = link.health(robot), link.parameters(robot)
         wrong = [f"{key} is {board.get(key)}, not {value:g}" for key, value in ((wanted or {}).get(robot) or {}).items()
                  if key not in board or not math.isclose(board[key], value, rel_tol=1e-5, abs_tol=1e-9)]  # fmt: skip
-        say("parameters", robot, not wrong, f"{robot}'s parameters are as they must be" if not wrong else f"{robot}: {'; '.join(wrong)}",
-            "set them again, and look whether the firmware has them")  # fmt: skip
+        differs = f"{robot}: {'; '.join(wrong)}: set them again, and look whether the firmware has them" if wrong else ""
+        known = Known(seen[robot], health.ready, health.settled, health.endurance, differs, why=health.why)
+        found += checks_of(robot, known, _asked(robot, first, lasts), limits(link.accuracy), link.now())
     return found
 
 
@@ -137,7 +91,10 @@ def at_start(link: Link, stage: Stage | Part) -> tuple[Check, ...]:
         if pose is None or link.now() - pose.time > FRESH:
             found.append(Check("pose", robot, False, f"{robot} was not seen lately: look at motion capture and the markers"))
         else:
-            found.append(_place(robot, stage, np.array(pose.position)))
+            asked, numbers = _asked(robot, stage, 0.0), limits(link.accuracy)
+            found.append(at_place(robot, pose.position, asked, numbers))
+            if pose.heading is not None:
+                found.append(heading_of(robot, pose.heading, asked.heading, numbers))
     return tuple(found)
 
 
@@ -152,13 +109,11 @@ def _watched(link: Link, robots: Sequence[str]) -> dict[str, list[Pose]]:
     return seen
 
 
-def _place(robot: str, stage: Stage | Part, place: np.ndarray) -> Check:
-    """Return whether a robot is where a stage begins, up to a share of the margin."""
-    start = stage.paths[robot].evaluate(0.0)[:3]
-    off, most = float(np.linalg.norm(place - start)), SHARE * stage.margin
-    what = f"{robot} is {off:.3f} m from where the {stage.name} begins; {most:.3f} m are allowed"
-    x, y, z = start.tolist()
-    return Check("place", robot, off <= most, what if off <= most else f"{what}: put it at ({x:.3f}, {y:.3f}, {z:.3f})")
+def _asked(robot: str, stage: Stage | Part, lasts: float) -> Asked:
+    """Return what a stage asks of a robot that begins it; all is to take so many s."""
+    rows = {name: path.evaluate(0.0).tolist() for name, path in stage.paths.items()}
+    places: dict[str, Place] = {name: (row[0], row[1], row[2]) for name, row in rows.items()}
+    return Asked(places, f"where the {stage.name} begins", rows[robot][3], stage.margin, lasts)
 
 
 def _frame(stage: Stage, seen: Mapping[str, list[Pose]]) -> list[Check]:
@@ -189,16 +144,11 @@ def _frame(stage: Stage, seen: Mapping[str, list[Pose]]) -> list[Check]:
     return [Check("frame", next(iter(poses)), False, sentence)]
 
 
-def one_body_each(seen: Mapping[str, Sequence[Pose]]) -> list[Check]:
+def one_body_each(link: Link, seen: Mapping[str, Sequence[Pose]]) -> list[Check]:
     """Refuse two robots that are measured at one place: one body is taken for both.
 
     Args:
+        link: To the robots.
         seen: Poses of each, in order of time.
     """
-    found: list[Check] = []
-    last = {robot: poses[-1].position for robot, poses in seen.items() if poses}
-    for (one, here), (other, there) in itertools.combinations(last.items(), 2):
-        if math.dist(here, there) < QUIET:
-            sentence = f"{one} and {other} are measured at one place: look at the names of bodies in motion capture"
-            found.append(Check("pose", other, False, sentence))
-    return found
+    return bodies_of({robot: poses[-1].position for robot, poses in seen.items() if poses}, limits(link.accuracy))

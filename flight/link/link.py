@@ -7,32 +7,20 @@ calls repeats them. All vehicles share one clock, the link's.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Protocol
 
+from flight.exports.scripts.flying.checks import Pose
 from verify.data import Trajectory
 from verify.data.errors import LtlplanError
+
+__all__ = ["Health", "Link", "LinkLost", "Pose"]
 
 
 class LinkLost(LtlplanError):
     """A vehicle, or all, cannot be reached; the message says whom, and what acts on board then."""
 
     exit_code = 2
-
-
-@dataclass(frozen=True, slots=True)
-class Pose:
-    """Where a robot was measured.
-
-    Attributes:
-        time: s of the link's clock.
-        position: x, y, z in m.
-        heading: rad; None where it is not measured.
-    """
-
-    time: float
-    position: tuple[float, float, float]
-    heading: float | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,11 +31,15 @@ class Health:
         ready: Whether it would take off: armed or needing no arming, no supervisor in the way.
         settled: Whether its estimator has settled.
         endurance: s that its battery lasts in hover.
+        flying: Whether it says that it flies: its supervisor, its land detector.
+        why: Why something is not known, by the name of its check.
     """
 
     ready: bool | None = None
     settled: bool | None = None
     endurance: float | None = None
+    flying: bool | None = None
+    why: Mapping[str, str] = field(default_factory=dict[str, str])
 
 
 class Link(Protocol):

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 
-from flight.link.checks import Check, at_start, before_take_off
+from flight.exports.scripts.flying.checks import Check, refusals
+from flight.link.checks import at_start, before_take_off
 from flight.link.link import Link, LinkLost
 from flight.link.reaction import end_safely, insisted, set_down
 from flight.link.record import Record
@@ -63,6 +64,7 @@ class Flying:
         number: Under which the next flight is stored.
         looked: When all were looked at last, s of the link's clock.
         began: Whether motors may turn.
+        unchecked: Checks without which the operator flies.
     """
 
     link: Link
@@ -73,6 +75,7 @@ class Flying:
     number: int = 0
     looked: float = -math.inf
     began: bool = False
+    unchecked: frozenset[str] = frozenset()
 
     def store(self, paths: Mapping[str, Trajectory]) -> int:
         """Store a flight, and return its number."""
@@ -191,7 +194,7 @@ class Onwards(Protocol):
         ...
 
 
-# eight parameters: the link, what is flown, and what is known of the ground and the vehicles, each by its keyword
+# nine parameters: the link, what is flown, and what is known of the ground and the vehicles and asked of them, each by its keyword
 def fly_live(
     link: Link,
     stages: Sequence[Stage],
@@ -201,6 +204,7 @@ def fly_live(
     show: Callable[[Look], None] | None = None,
     onwards: Onwards | None = None,
     standing: Part | None = None,
+    unchecked: Collection[str] = (),
 ) -> LiveFlight:
     """Fly certified stages over a link, watch them, and end safely whatever happens.
 
@@ -215,6 +219,7 @@ def fly_live(
         show: Told what a person is shown, at every look.
         onwards: What is flown after the stages; None where they end just above the ground.
         standing: Where other robots stand, which wait on the ground and are checked, too; None where there are none.
+        unchecked: Checks without which the operator flies where they cannot be made, such as `battery`; else they keep all on the ground.
 
     Returns:
         How it ended.
@@ -232,9 +237,9 @@ def fly_live(
     checks = before_take_off(link, stages[0], lasts, parameters, standing)
     for check in checks:
         record.note(link.now(), check.sentence, check.robot, "check")
-    if failed := [check.sentence for check in checks if not check.passed]:
+    if failed := refusals(checks, unchecked):
         return LiveFlight(False, "; ".join(failed), checks, record, ())
-    flying = Flying(link, record, tuple(stages[0].paths), show or _nobody)
+    flying = Flying(link, record, tuple(stages[0].paths), show or _nobody, unchecked=frozenset(unchecked))
     try:
         reason = _flown(flying, stages, onwards)
     except BaseException as error:
@@ -292,6 +297,5 @@ def _require_joined(stages: Sequence[Stage], grounds: Mapping[str, float]) -> No
 
 
 def _require(checks: Sequence[Check]) -> None:
-    failed = [check.sentence for check in checks if not check.passed]
-    if failed:
+    if failed := refusals(checks, ()):
         raise Alarm("; ".join(failed))

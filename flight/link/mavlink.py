@@ -10,8 +10,9 @@ from __future__ import annotations
 import contextlib
 import math
 import os
-import struct
+import threading
 import time
+from collections import deque
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -19,6 +20,20 @@ from typing import Any
 import numpy as np
 
 from flight.exports.px4 import FAILSAFE, to_ned
+from flight.exports.scripts.flying.reports import (
+    ARM,
+    BEAT,
+    CUSTOM_MODE,
+    HOLD,
+    LAND,
+    OFFBOARD,
+    SET_INTERVAL,
+    SET_MODE,
+    Reports,
+    beat,
+    encoded,
+    intervals,
+)
 from flight.link.addresses import require_addresses, said_of
 from flight.link.link import Health, LinkLost, Pose
 from flight.link.streaming import RATE, SetpointStream
@@ -35,13 +50,11 @@ AGAIN = 0.3
 """s after which what was not confirmed is asked for again."""
 SURE = 1.0
 """s after it was asked to arm from which on a vehicle's word that it is not armed counts: what it said before may have crossed that."""
-OFFBOARD, HOLD, LAND = (6, 0), (4, 3), (4, 6)
-"""PX4's main and sub mode."""
-
+LOOK = 2.5
+"""s in which estimator and battery are reported, and checks before arming pass; what is not known until then is not checked."""
 _NO_SERIAL = "it is taken for a serial port, which needs pyserial (addresses in a network begin with udpin:, udpout: or tcp:)"
 _NO_PORT = "it has no port; write it as udpin:0.0.0.0:14540, udpout:, tcp: or a serial port, /dev/ttyUSB0"
-_CUSTOM_MODE, _SET_MODE, _SET_INTERVAL, _ARM, _PX4, _ARMED = 1, 176, 511, 400, 12, 128
-_LOCAL_POSITION_NED, _LOCAL_NED, _INT32 = 32, 1, 6
+_LOCAL_NED = 1
 
 
 @dataclass(slots=True)
@@ -51,28 +64,31 @@ class _Vehicle:
     name: str
     system: int
     link: Any  # pymavlink's links have no types
-    mode: tuple[int, int] | None = None
-    armed: bool = False
-    beats: float = -math.inf
-    pose: Pose | None = None
-    often: bool = False
-    battery: float | None = None
-    parameters: dict[str, float] = field(default_factory=dict[str, float])
+    says: Reports = field(default_factory=Reports)
+    poses: deque[Pose] = field(default_factory=lambda: deque(maxlen=50))
     asked: dict[str, float] = field(default_factory=dict[str, float])
+    turn: threading.Lock = field(default_factory=threading.Lock)  # of those who send
 
     @property
     def speaks(self) -> bool:
         """Whether it is known, seen, and reports often."""
-        return self.mode is not None and self.pose is not None and self.often
+        often = sum(pose.time > self.poses[-1].time - 0.5 for pose in self.poses) >= 0.25 * RATE
+        return self.says.mode is not None and often
 
     @property
     def off(self) -> bool:
         """Whether its motors are known to stand still."""
-        return not self.armed and self.beats > self.asked.get("arm", -math.inf) + SURE
+        return not self.says.armed and self.says.beats > self.asked.get("arm", -math.inf) + SURE
 
     def command(self, number: int, *values: float) -> None:
         """Send a command with up to seven values."""
-        self.link.mav.command_long_send(self.system, 1, number, 0, *values, *(0.0 for _ in range(7 - len(values))))
+        with self.turn:
+            self.link.mav.command_long_send(self.system, 1, number, 0, *values, *(0.0 for _ in range(7 - len(values))))
+
+    def beat(self) -> None:
+        """Say that a ground station is here."""
+        with self.turn:
+            beat(self.link.mav)
 
     def ask(self, what: str, now: float, number: int, *values: float) -> None:
         """Send a command unless it was sent a moment ago."""
@@ -82,7 +98,7 @@ class _Vehicle:
 
 
 class MavlinkLink:
-    """PX4 vehicles, each by its own address."""
+    """PX4 vehicles, each by its own address. Each hears the heartbeat of a ground station once a second, for as long as the link is up."""
 
     def __init__(
         self,
@@ -125,6 +141,7 @@ class MavlinkLink:
             self._vehicles[name] = _Vehicle(name, (systems or {}).get(name, index + 1), link)
         self._stream, self._streaming = SetpointStream(self._vehicles), False
         self._waking: dict[str, tuple[int, float]] = {}
+        self._beats = _Heartbeats(tuple(self._vehicles.values()))
         try:
             self._connect()
         except BaseException:
@@ -173,17 +190,18 @@ class MavlinkLink:
 
     def pose(self, robot: str) -> Pose | None:
         """Return the last reported pose."""
-        return self._vehicles[robot].pose
+        poses = self._vehicles[robot].poses
+        return poses[-1] if poses else None
 
     def health(self, robot: str) -> Health:
         """Return what a vehicle last said of itself."""
-        vehicle, endurance = self._vehicles[robot], self._mission.vehicle_of(robot).endurance
-        known = vehicle.battery is not None and endurance is not None
-        return Health(None, vehicle.pose is not None, endurance * vehicle.battery if known else None)  # type: ignore[operator]
+        says, endurance = self._vehicles[robot].says, self._mission.vehicle_of(robot).endurance
+        lasts = 0.0 if says.charge == 0.0 else None if says.charge is None or endurance is None else endurance * says.charge
+        return Health(says.ready, says.settled, lasts, says.flying, says.why(endurance=endurance is not None))
 
     def parameters(self, robot: str) -> Mapping[str, float]:
         """Return the parameters that were read back."""
-        return dict(self._vehicles[robot].parameters)
+        return dict(self._vehicles[robot].says.board)
 
     def upload(self, robot: str, number: int, path: Trajectory) -> None:
         """Keep a flight; it is streamed when it is started.
@@ -209,11 +227,11 @@ class MavlinkLink:
         if self._waking.get(robot, (-1, 0.0))[0] != number:
             self._waking[robot] = number, now
         if now - self._waking[robot][1] >= LEAD:
-            if vehicle.mode != OFFBOARD:
-                vehicle.ask("offboard", now, _SET_MODE, _CUSTOM_MODE, *OFFBOARD)
-            elif not vehicle.armed:
-                vehicle.ask("arm", now, _ARM, 1.0)
-        return vehicle.mode == OFFBOARD and vehicle.armed
+            if vehicle.says.mode != OFFBOARD:
+                vehicle.ask("offboard", now, SET_MODE, CUSTOM_MODE, *OFFBOARD)
+            elif not vehicle.says.armed:
+                vehicle.ask("arm", now, ARM, 1.0)
+        return vehicle.says.mode == OFFBOARD and vehicle.says.armed
 
     def start(self, number: int, at: float | None = None) -> float:
         """Start a flight of all that have it: before the first one, set-points, offboard flight and arming.
@@ -235,8 +253,8 @@ class MavlinkLink:
             self._waking = {vehicle.name: (number, self.now()) for vehicle in whom}
             self.sleep(LEAD)
             for done, otherwise in (
-                (lambda vehicle: vehicle.mode == OFFBOARD, "did not change to offboard flight"),
-                (lambda vehicle: vehicle.armed, "did not arm"),
+                (lambda vehicle: vehicle.says.mode == OFFBOARD, "did not change to offboard flight"),
+                (lambda vehicle: vehicle.says.armed, "did not arm"),
             ):
                 self._until(done, lambda vehicle: self.ready(vehicle.name, number), otherwise, whom=whom)
         self._waking.clear()
@@ -268,11 +286,13 @@ class MavlinkLink:
         self._listen()
         if not vehicle.off:
             self._in_mode(robot, LAND, "land")
-            vehicle.ask("disarm", self.now(), _ARM, 0.0)
+            vehicle.ask("disarm", self.now(), ARM, 0.0)
         return vehicle.off
 
     def close(self) -> None:
         """Close all sockets."""
+        with contextlib.suppress(AttributeError):  # it never began
+            self._beats.ended.set()
         for vehicle in self._vehicles.values():
             with contextlib.suppress(Exception):
                 vehicle.link.close()
@@ -280,29 +300,40 @@ class MavlinkLink:
     def _in_mode(self, robot: str, mode: tuple[int, int], what: str) -> bool:
         vehicle = self._vehicles[robot]
         self._listen()
-        if vehicle.mode != mode:
-            vehicle.ask(what, self.now(), _SET_MODE, _CUSTOM_MODE, *mode)
-        return vehicle.mode == mode
+        if vehicle.says.mode != mode:
+            vehicle.ask(what, self.now(), SET_MODE, CUSTOM_MODE, *mode)
+        return vehicle.says.mode == mode
 
     def _connect(self) -> None:
         """Wait for all to speak, and set what acts on board."""
 
         def often(vehicle: _Vehicle) -> None:
-            if vehicle.mode is not None:  # before it was heard, a link that listens knows nobody to send to
-                vehicle.ask("interval", self.now(), _SET_INTERVAL, _LOCAL_POSITION_NED, 1e6 / RATE)
+            if vehicle.says.mode is None:  # before it was heard, a link that listens knows nobody to send to
+                return
+            if self.now() - vehicle.asked.get("interval", -math.inf) >= AGAIN:
+                vehicle.asked["interval"] = self.now()
+                vehicle.beat()
+                for message, microseconds in intervals(RATE):
+                    vehicle.command(SET_INTERVAL, message, microseconds)
 
         self._until(lambda vehicle: vehicle.speaks, often, "sends no PX4 heartbeat and position", CONNECT)
+        end = self.now() + LOOK
+        while self.now() < end and (
+            left := [vehicle for vehicle in self._vehicles.values() if not vehicle.says.ready_to_check]
+        ):
+            for vehicle in left:
+                often(vehicle)
+            self.sleep(0.02)
         for key, value in FAILSAFE.items():
 
             def set_it(vehicle: _Vehicle, key: str = key, value: float = value) -> None:
                 if self.now() - vehicle.asked.get(key, -math.inf) >= AGAIN:
                     vehicle.asked[key] = self.now()
-                    kind = _INT32 if isinstance(value, int) else 9
-                    sent = struct.unpack("<f", struct.pack("<i", value))[0] if isinstance(value, int) else value
-                    vehicle.link.mav.param_set_send(vehicle.system, 1, key.encode(), sent, kind)
+                    with vehicle.turn:
+                        vehicle.link.mav.param_set_send(vehicle.system, 1, key.encode(), *encoded(value))
 
             def has_it(vehicle: _Vehicle, key: str = key, value: float = value) -> bool:
-                return vehicle.parameters.get(key) == value
+                return vehicle.says.board.get(key) == value
 
             self._until(has_it, set_it, f"does not take the parameter {key} = {value:g}")
 
@@ -338,22 +369,11 @@ class MavlinkLink:
                     self._hear(vehicle, message)
 
     def _hear(self, vehicle: _Vehicle, message: Any) -> None:  # pymavlink's messages have no types
-        kind = message.get_type()
-        if kind == "HEARTBEAT" and message.autopilot == _PX4:
-            vehicle.mode = (message.custom_mode >> 16 & 255, message.custom_mode >> 24 & 255)
-            vehicle.armed, vehicle.beats = bool(message.base_mode & _ARMED), self.now()
-        elif kind == "LOCAL_POSITION_NED":
+        now = self.now()
+        vehicle.says.take(message, now)
+        if message.get_type() == "LOCAL_POSITION_NED":
             x, y, z = (self._origin + np.array([message.y, message.x, -message.z])).tolist()
-            vehicle.pose = Pose(self.now(), (x, y, z), None)
-        elif kind == "COMMAND_ACK" and message.command == _SET_INTERVAL:
-            vehicle.often |= message.result == 0
-        elif kind == "PARAM_VALUE":
-            value = message.param_value
-            if message.param_type == _INT32:
-                (value,) = struct.unpack("<i", struct.pack("<f", value))
-            vehicle.parameters[message.param_id] = value
-        elif kind == "SYS_STATUS" and message.battery_remaining >= 0:
-            vehicle.battery = message.battery_remaining / 100.0
+            vehicle.poses.append(Pose(now, (x, y, z), vehicle.says.heading))
 
     def _send(self) -> None:
         """Send each robot in offboard flight, or on its way there, the set-point of this instant."""
@@ -364,20 +384,37 @@ class MavlinkLink:
             if name in self._waking:  # whatever its mode is on the ground
                 asked = self._stream.first(name, self._waking[name][0], 3)
             else:
-                asked = None if vehicle.mode in (HOLD, LAND) else self._stream.of(name, now, 3)
+                asked = None if vehicle.says.mode in (HOLD, LAND) else self._stream.of(name, now, 3)
             if asked is None:
                 continue
             position, velocity, acceleration, heading, rate = to_ned(asked.flat[:, None], self._origin)
-            vehicle.link.mav.set_position_target_local_ned_send(
-                round(1000 * asked.time),
-                vehicle.system,
-                1,
-                _LOCAL_NED,
-                0,
-                *position[0],
-                *velocity[0],
-                *acceleration[0],
-                heading[0],
-                rate[0],
-            )
+            with vehicle.turn:
+                vehicle.link.mav.set_position_target_local_ned_send(
+                    round(1000 * asked.time),
+                    vehicle.system,
+                    1,
+                    _LOCAL_NED,
+                    0,
+                    *position[0],
+                    *velocity[0],
+                    *acceleration[0],
+                    heading[0],
+                    rate[0],
+                )
         self._stream.require_in_time()
+
+
+class _Heartbeats(threading.Thread):
+    """Tells vehicles once a second that a ground station is here, also while this program computes and sends nothing else."""
+
+    def __init__(self, vehicles: tuple[_Vehicle, ...]) -> None:
+        super().__init__(name="heartbeats of a ground station", daemon=True)
+        self._vehicles, self.ended = vehicles, threading.Event()
+        self.start()
+
+    def run(self) -> None:
+        """Send them until it is ended, or the link is closed."""
+        while not self.ended.wait(BEAT):
+            for vehicle in self._vehicles:
+                with contextlib.suppress(Exception):  # pymavlink raises what its drivers do; what is lost is seen otherwise
+                    vehicle.beat()

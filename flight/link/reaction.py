@@ -1,6 +1,6 @@
 """How a live flight ends where something is wrong: the whole team holds, lands and stops, told until it has acknowledged that.
 
-Hold while all are seen, then land straight down; stop motors near the ground, where a robot is told to land and does not answer, or on a
+Hold while all are seen, then land straight down; stop motors where robots stand, where a robot is told to land and does not answer, or on a
 second explicit command. Who is neither heard nor answers is told to land once more, and never to stop: that would reach it in the air, where it is
 heard again. What nobody answers to is said, with what acts on board then.
 """
@@ -10,17 +10,18 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Callable, Mapping, Sequence
 
+from flight.exports.scripts.flying.standing import Standing
 from flight.link.link import Link
 from flight.link.record import Record
 from flight.monitoring.reaction import LANDING_HEIGHT, LANDING_SPEED
-from flight.monitoring.thresholds import FRESH, HOLDING, PATIENCE
+from flight.monitoring.thresholds import FRESH, HOLDING, LANDED, PATIENCE, limits
 
 AGAIN = 0.1
 """s after which a command that was not acknowledged is sent again."""
+STEP = 0.02
+"""s between two looks at robots that land."""
 _TRIES = 10
 """How often a flight's end may be interrupted before it is given up, and all robots are named."""
-_NEAR = 0.1
-"""m above where its landing ends, at which a robot's motors may stop."""
 
 
 def told(
@@ -91,7 +92,7 @@ def insisted(end: Callable[[], list[str]], robots: Sequence[str]) -> list[str]:
 def set_down(
     link: Link, robots: Sequence[str], grounds: Mapping[str, float], record: Record, grounded: Sequence[str] = ()
 ) -> list[str]:
-    """Set all down after the last stage, which ends just above the ground, and stop motors; return those that have not acknowledged it.
+    """Set all down after the last stage, which ends just above the ground, and stop motors where they stand; return those that have not acknowledged it.
 
     Args:
         link: To them.
@@ -100,9 +101,12 @@ def set_down(
         record: Takes in what is done.
         grounded: Robots that stand on the ground with motors that may turn.
     """
+    targets = {robot: grounds[robot] + LANDING_HEIGHT for robot in robots}
+    silent = list(robots)  # who lands is told so once: a robot that stands would rise to land again
 
     def down() -> list[str]:
-        told(link, robots, lambda robot: link.land(robot, grounds[robot] + LANDING_HEIGHT, 1.0), record)
+        silent[:] = told(link, silent, lambda robot: link.land(robot, targets[robot], 1.0), record)
+        wait_until_down(link, {robot: target for robot, target in targets.items() if robot not in silent}, 1.0, record)
         return told(link, (*robots, *grounded), link.stop, record, 3 * PATIENCE)
 
     left = insisted(down, (*robots, *grounded))
@@ -128,9 +132,7 @@ def land(link: Link, robots: Sequence[str], grounds: dict[str, float], record: R
         return link.land(robot, targets[robot], seconds)
 
     def down(these: Sequence[str]) -> None:
-        end = link.now() + seconds + PATIENCE
-        while link.now() < end and not all(_down(link, robot, targets[robot]) for robot in these):
-            _wait(link, robots, record)
+        wait_until_down(link, {robot: targets[robot] for robot in these}, seconds, record)
 
     silent = told(link, robots, landing, record)
     down([robot for robot in robots if robot not in silent])
@@ -140,6 +142,40 @@ def land(link: Link, robots: Sequence[str], grounds: dict[str, float], record: R
     back = [robot for robot in lost if robot not in silent]
     down(back)
     return [*left, *silent, *_stopped(link, back, record)]
+
+
+def wait_until_down(link: Link, targets: Mapping[str, float], seconds: float, record: Record) -> None:
+    """Wait until robots that land stand; for `LANDED` s behind their landing's end at most, as who does not stand by then does not do what it is told.
+
+    Args:
+        link: To them.
+        targets: z in m where each one's landing ends.
+        seconds: How long the landing takes.
+        record: Takes in where they are.
+    """
+    standing, end = Standing(targets, limits(link.accuracy)), link.now() + seconds + LANDED
+    standing.land(link.now() + seconds)
+    while link.now() < end:
+        for robot in targets:
+            see_down(link, standing, robot)
+        if not standing.flying(list(targets)):
+            return
+        link.sleep(STEP)
+        record.see(link, list(targets))
+
+
+def see_down(link: Link, standing: Standing, robot: str) -> bool:
+    """Look at a robot that lands; return whether it stands.
+
+    Args:
+        link: To it.
+        standing: Knows what was seen before.
+        robot: Its name.
+    """
+    pose = link.pose(robot)
+    if pose is not None:
+        standing.see(robot, pose.time, pose.position[2], link.health(robot).flying)
+    return standing.stands(robot)
 
 
 def time_to_land(link: Link, targets: Mapping[str, float]) -> float:
@@ -170,8 +206,3 @@ def _wait(link: Link, robots: Sequence[str], record: Record) -> None:
 def _fresh(link: Link, robot: str) -> bool:
     pose = link.pose(robot)
     return pose is not None and link.now() - pose.time <= FRESH
-
-
-def _down(link: Link, robot: str, target: float) -> bool:
-    pose = link.pose(robot)
-    return pose is not None and pose.position[2] <= target + _NEAR

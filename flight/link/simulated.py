@@ -177,7 +177,7 @@ class SimulatedLink:
         """Return what a vehicle says of itself."""
         endurance = self._mission.vehicle_of(robot).endurance or _HOVERS
         empty = self._time >= self.faults.flat.get(robot, np.inf)
-        return Health(ready=True, settled=robot in self._poses, endurance=0.0 if empty else endurance - self._time)
+        return Health(True, robot in self._poses, 0.0 if empty else endurance - self._time)
 
     def parameters(self, robot: str) -> Mapping[str, float]:
         """Return what matters on board: the simulated controller knows its vehicle."""

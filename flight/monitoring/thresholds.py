@@ -10,6 +10,8 @@ QUIET = 0.01
 """m that the measured place of a robot at rest may wander within `WATCHED`."""
 WATCHED = 0.5
 """s that robots are watched before they fly."""
+POSES = 3
+"""Poses that are seen of a robot at rest within `WATCHED` at the least."""
 FRESH = 0.2
 """s that a pose may be old."""
 HEADING = math.radians(15.0)
@@ -24,9 +26,40 @@ HOLDING = 2.0
 """s that a team hovers before it lands."""
 PATIENCE = 2.0
 """s that a robot has to acknowledge a command."""
+ARMING = 5.0
+"""s that vehicles have from being asked to arm until they can fly: motors of brushless Crazyflies spin up for about 0.3 s, and 2 s at the most."""
+LANDED = 5.0
+"""s behind a landing's end within which a robot is known to stand: a Crazyflie's supervisor waits for 2 s, and PX4 for about 3 s."""
+NEAR = 0.05
+"""m above where its landing ends, up to which a robot may stand that does not say whether it flies."""
 CRAZYFLIE_ACCURACY = 0.01
 """m that a Crazyflie's measured position may be off."""
 PX4_ACCURACY = 0.02
 """m that a position which PX4 reports may be off."""
 CLIMB_SPEED = 0.5
 """m/s of climbs and certified landings, near the ground and its turbulence; a mission's lower limit holds as well."""
+
+
+def limits(accuracy: float) -> dict[str, float]:
+    """Return the numbers that checks and watches go by, by name, as exported scripts are given them.
+
+    Args:
+        accuracy: m that a measured position may be off.
+    """
+    return {
+        "share": SHARE,
+        "quiet": QUIET,
+        "watched": WATCHED,
+        "poses": POSES,
+        "fresh": FRESH,
+        "heading": HEADING,
+        "reserve": RESERVE,
+        "empty": EMPTY,
+        "settled": SETTLED,
+        "holding": HOLDING,
+        "patience": PATIENCE,
+        "arming": ARMING,
+        "landed": LANDED,
+        "near": NEAR,
+        "accuracy": accuracy,
+    }

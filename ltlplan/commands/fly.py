@@ -49,6 +49,7 @@ def command(
     place: flight_options.PlaceOption = None,
     address: flight_options.AddressOption = None,
     inventory: flight_options.InventoryOption = None,
+    unchecked: flight_options.UncheckedOption = None,
     real_time: Annotated[bool, typer.Option("--real-time", help="With --link simulated: a second takes a second.")] = False,
     json: options.JsonOption = False,
 ) -> None:
@@ -62,11 +63,13 @@ def command(
         from ltlplan.commands.shared.links import Asked
         from ltlplan.commands.shared.live_flight import fly_over_link
 
-        kind = Asked(str(link), tuple(place or ()), tuple(address or ()), inventory, real_time)
+        kind = Asked(
+            str(link), tuple(place or ()), tuple(address or ()), inventory, real_time, tuple(map(str, unchecked or ()))
+        )
         fly_over_link(source, out, kind, said, seed, json=json)
         return
-    if place or real_time or address or inventory:
-        raise BadInput("--place, --address, --inventory and --real-time go with --link.")
+    if place or real_time or address or inventory or unchecked:
+        raise BadInput("--place, --address, --inventory, --unchecked and --real-time go with --link.")
     with simulating(out, LOG_FILES, quiet=json) as progress:
         plan, team, certificate = certified(source, part_of(progress, 0.0, 0.5))
         progress("flying in simulation", 0.5)

@@ -42,6 +42,7 @@ def command(
     place: flight_options.PlaceOption = None,
     address: flight_options.AddressOption = None,
     inventory: flight_options.InventoryOption = None,
+    unchecked: flight_options.UncheckedOption = None,
     follow: Annotated[
         list[str] | None,
         typer.Option(
@@ -77,14 +78,14 @@ def command(
             raise BadInput("over a link only certified pieces are flown: add --certified.")
         follower = None if controller == flight_options.GEOMETRIC else controller
         said = flight_options.Said(wind, noise, model, follower, None, None, None)
-        kind = Asked(str(link), tuple(place or ()), tuple(address or ()), inventory, False)
+        kind = Asked(str(link), tuple(place or ()), tuple(address or ()), inventory, False, tuple(map(str, unchecked or ())))
         asked = with_seed(options.read_mission(mission), seed)
         online_over_link(
             asked, out, kind, said, Happening(tuple(event or ()), tuple(follow or ()), tuple(standby or ())), json=json
         )
         return
-    if place or address or inventory or follow or standby:
-        raise BadInput("--place, --address, --inventory, --follow and --standby go with --link.")
+    if place or address or inventory or follow or standby or unchecked:
+        raise BadInput("--place, --address, --inventory, --unchecked, --follow and --standby go with --link.")
     from flight import Conditions
     from ltlplan.online.files import ONLINE_FILES, write_online
     from ltlplan.online.flight import fly_online

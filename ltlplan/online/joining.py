@@ -25,6 +25,7 @@ from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import Literal
 
+from flight.exports.scripts.flying.checks import refusals
 from flight.link.checks import at_start
 from flight.link.link import LinkLost
 from flight.link.live import SETTLE
@@ -252,7 +253,7 @@ class Joining:
         checks = self.lookout.checks(air.link, stage, robot, lasts)
         for check in checks:
             air.note(check.sentence, check.robot, "check")
-        if failed := [*hover, *(check.sentence for check in checks if not check.passed)]:
+        if failed := [*hover, *refusals(checks, air.flying.unchecked)]:
             self.give_up(f"{'; '.join(failed)}.")
             return
         try:

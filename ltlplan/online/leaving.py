@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from flight.exports.scripts.flying.standing import Standing
 from flight.link.link import Link
 from flight.link.live import Alarm
-from flight.link.reaction import AGAIN, PATIENCE, time_to_land
+from flight.link.reaction import AGAIN, PATIENCE, see_down, time_to_land
 from flight.link.record import Record
 from flight.monitoring.reaction import LANDING_HEIGHT
+from flight.monitoring.thresholds import LANDED, limits
 
 
 @dataclass(slots=True)
@@ -31,6 +33,7 @@ class Leaving:
     stopped: bool = False
     off: bool = False
     _told: float = float("-inf")
+    _standing: Standing | None = None
 
     def go_on(self, link: Link, record: Record) -> None:
         """Tell it what is next, once more where it has not acknowledged that.
@@ -56,6 +59,13 @@ class Leaving:
                 self.down = now + seconds
             elif now - self.asked > PATIENCE:
                 raise Alarm(f"{self.robot} does not acknowledge that it lands.")
-        elif now >= self.down:
+        elif self._stands(link) or now >= self.down + LANDED:
             self.off = link.stop(self.robot)
-            self.stopped = self.off or now - self.down > 3 * PATIENCE
+            self.stopped = self.off or now - self.down > LANDED + 3 * PATIENCE
+
+    def _stands(self, link: Link) -> bool:
+        """Tell whether it stands, as far as was seen since it lands."""
+        if self._standing is None:
+            self._standing = Standing({self.robot: self.ground + LANDING_HEIGHT}, limits(link.accuracy))
+            self._standing.land(self.down or link.now())
+        return see_down(link, self._standing, self.robot)

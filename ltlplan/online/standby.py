@@ -12,7 +12,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from flight.link.checks import Check, on_ground, one_body_each
+from flight.exports.scripts.flying.checks import Check
+from flight.link.checks import on_ground, one_body_each
 from flight.link.link import Link, Pose
 from flight.link.record import Record
 from flight.link.stages import Part
@@ -146,7 +147,7 @@ class Lookout:
         poses = tuple(self.seen.get(robot, ()))
         long = poses[-1].time - poses[0].time if poses else 0.0
         bodies = {name: (pose,) for name in climb.paths if (pose := link.pose(name)) is not None}
-        found = [*on_ground(link, climb, lasts, {robot: poses}), *one_body_each(bodies)]
+        found = [*on_ground(link, climb, lasts, {robot: poses}), *one_body_each(link, bodies)]
         if long < WATCHED - FRESH:
             sentence = f"{robot} was seen for {long:.2g} s of the last {WATCHED:g} s: look at motion capture and the markers"
             found.append(Check("quiet", robot, False, sentence))

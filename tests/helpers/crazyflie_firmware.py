@@ -12,8 +12,12 @@ import numpy as np
 from flight.exports.crazyflies.compressed import compressed_trajectory
 from flight.exports.crazyflies.memory import MEMORY, PIECE, poly4d_trajectory
 from tests.helpers.crazyflie_setpoints import SHUT, Streamed
+from tests.helpers.supervisor import Supervisor
+from verify.data import GRAVITY
 
 EBUSY, ENOENT, EEXIST, LANDS = 16, 2, 17, 1
+LOW = 0.08
+"""m above where it stood, from which on motors that stop let a vehicle fall."""
 Reply = tuple[int, int, bytes]
 """Port, channel and data."""
 
@@ -39,7 +43,8 @@ class Manner:
     keeps: tuple[str, ...] = ()  # parameters that it does not take
     blocks: bool = False  # its supervisor lets nothing fly
     blocks_after: int | None = None  # starts
-    needs_arming: bool = False
+    needs_arming: bool = False  # brushless
+    spin_up: float = 0.26  # s from being armed to being able to fly, of a brushless one; never for infinity
     battery: float = 100.0
     unsettled: bool = False
     forgets: bool = False  # what is written to its memory
@@ -54,7 +59,13 @@ class Firmware:
     """One vehicle.
 
     Attributes:
-        spinning: Whether its motors turn.
+        spinning: Whether its motors carry it.
+        supervisor: Says what it may do, and what it does.
+        fell: What cut its motors while it was in the air, and from how high, m: nothing of it was an emergency.
+        busy: Starts that were answered EBUSY.
+        stopped_in: The supervisor's state at each command to stop.
+        stopped_since: When its motors were stopped last, s; infinite where they never were.
+        impact: m/s at which it came down last.
         stopped_at: Height in m at which they were stopped last.
         locked: Whether it has to be switched off and on.
         starts: When it was told to start which trajectory.
@@ -80,6 +91,13 @@ class Firmware:
     velocity: np.ndarray = field(default_factory=lambda: np.zeros(3))
 
     def __post_init__(self) -> None:
+        self.supervisor = Supervisor(self.manner.needs_arming, self.manner.spin_up if self.manner.needs_arming else 0.0)
+        self.supervisor.settle()
+        self.fell: list[tuple[str, float]] = []
+        self.busy: list[int] = []
+        self.stopped_in: list[str] = []
+        self.impact, self.stopped_since = 0.0, math.inf
+        self._falls: tuple[float, float, float] | None = None  # since when, from where, and how fast it rose
         self.parameters = {k: v for k, (_, v) in PARAMETERS.items() if k not in self.manner.lacks}
         self.logs = [k for k in LOGS if k not in self.manner.lacks]
         self.blocks: dict[int, list[str]] = {}
@@ -87,7 +105,6 @@ class Firmware:
         self.defined: dict[int, tuple[int, int, int]] = {}
         self._read: tuple[bytes, object] = (b"", None)
         self.measured = np.array(self.place)
-        self.armed = not self.manner.needs_arming
         self._plan: tuple[str, float, object] = ("rest", 0.0, np.array(self.place))
 
     # What it flies
@@ -117,43 +134,75 @@ class Firmware:
             self._read = data, compressed_trajectory(data) if kind == 1 else poly4d_trajectory(data)
         return self._read[1]
 
-    def stop_motors(self) -> None:
+    def stop_motors(self, why: str = "emergency") -> None:
+        """Have motors carry it no longer: in the air it falls.
+
+        Args:
+            why: Who did it: an emergency stop, its own landing, or what is a fault of who told it.
+        """
         if self.spinning:
-            self.stopped_at = float(self.measured[2])
+            height = float(self.measured[2]) - float(self.place[2])
+            self.stopped_at, self.stopped_since = float(self.measured[2]), self.clock()
+            self._falls = (self.clock(), height, float(self.velocity[2]))
+            if why not in ("emergency", "landed") and height > LOW:
+                self.fell.append((why, height))
         place = self.wanted(self.clock())[0].copy()
         self.spinning = False
         self._plan = ("rest", 0.0, place)
 
+    def true_place(self, flown: np.ndarray) -> np.ndarray:
+        """Return where it is, x, y, z in m: where the simulation has it, or as far down as it has fallen with motors off.
+
+        Args:
+            flown: Where the simulation has it.
+        """
+        if self._falls is None or self.spinning:
+            self._falls = None if self.spinning else self._falls
+            return flown
+        since, height, rises = self._falls
+        t = self.clock() - since
+        left = height + rises * t - 0.5 * GRAVITY * t * t
+        if left <= 0.0:
+            self.impact = math.sqrt(max(rises**2 + 2.0 * GRAVITY * max(height, 0.0), 0.0))
+        return np.array([*flown[:2], float(self.place[2]) + max(left, 0.0)])
+
     def tick(self) -> None:
-        """Do what is done all the time: both watchdogs."""
+        """Do what is done all the time: both watchdogs, the supervisor, and the end of a landing."""
         now = self.clock()
         alone = self.watchdog is not None and now > self.watchdog + 1.0
         old = self.streamed.first and self.spinning and self.streamed.age(now) > SHUT
-        if (alone or old) and not self.locked:
+        if alone or old:
             self.locked = True
-            self.stop_motors()
+        self.supervisor.emergency |= self.locked
+        self.supervisor.look(now, thrust=self.spinning)
         if self.spinning and not self._can_fly:
-            self.stop_motors()
+            self.stop_motors("emergency" if self.locked or self._blocked else "disarmed")
         kind, begin, what = self._plan
         if kind == "poly" and len(what) == 2 and self.landing and now > begin + what[1]:
             self.landing = False
-            self.stop_motors()
+            self.stop_motors("landed")
 
     landing, measured_at, asked_to_stop = False, 0.0, False
 
     @property
+    def armed(self) -> bool:
+        """Whether it is armed."""
+        return self.supervisor.armed
+
+    @property
+    def _blocked(self) -> bool:
+        return self.manner.blocks or (self.manner.blocks_after is not None and len(self.starts) >= self.manner.blocks_after)
+
+    @property
     def _can_fly(self) -> bool:
-        blocked = self.manner.blocks or (self.manner.blocks_after is not None and len(self.starts) >= self.manner.blocks_after)
-        return self.armed and not blocked and not self.locked
+        return self.supervisor.can_fly and not self._blocked and not self.locked
 
     @property
     def info(self) -> int:
         kind, begin, what = self._plan
         length = 0.0 if kind == "rest" else what[1] if kind == "poly" else self._decoded(*what).duration
-        return (
-            (not self.armed and not self.locked) * 1 | self.armed * 2 | (not self.manner.needs_arming) * 4 | self._can_fly * 8
-            | self.spinning * 16 | self.locked * 64 | (self.spinning and kind != "rest") * 256 | (self.clock() >= begin + length) * 512
-        )  # fmt: skip
+        own = self.supervisor.info & ~(8 if self._blocked else 0)
+        return own | (self.spinning and kind != "rest") * 256 | (self.clock() >= begin + length) * 512
 
     # What it answers
 
@@ -165,7 +214,7 @@ class Firmware:
             if channel == 1:
                 return [(13, 1, bytes((0, self.manner.version)))]
             if channel == 0 and data[0] == 1:
-                self.armed = bool(data[1])
+                self.supervisor.request(bool(data[1]))
             return []
         answer = {2: self._parameter, 4: self._memory, 5: self._log, 8: self._command, 9: self._supervise}.get(port)
         if answer is not None:
@@ -193,7 +242,7 @@ class Firmware:
             self.streamed.first = False
             if self._plan[0] == "rest" and self.spinning:
                 self.dropped |= not self.asked_to_stop
-                self.stop_motors()
+                self.stop_motors("stopped" if self.asked_to_stop else "emergency")
 
     def _localise(self, data: bytes) -> None:
         if data[0] == 8:
@@ -247,6 +296,7 @@ class Firmware:
             self.blocks[block] = [self.logs[struct.unpack("<H", data[i + 1 : i + 3])[0]] for i in range(2, len(data), 3)]
             return [bytes((6, block, EEXIST if known else 0))]
         if command == 3:
+            self.stopped_in.append(self.supervisor.state)
             self.streams[block] = [data[2] / 100.0, self.clock()]
         return [bytes((command, block, 0 if block in self.blocks else ENOENT))]
 
@@ -283,8 +333,8 @@ class Firmware:
         if channel == 0:
             return [bytes((0x8C,)) + struct.pack("<H", self.info)] if data[0] == 0x0C else []
         if data[0] == 1:
-            self.armed = bool(data[1]) and not self.locked
-            return [bytes((0x81, 1, self.armed))]
+            taken = self.supervisor.request(bool(data[1]))
+            return [bytes((0x81, taken, self.supervisor.armed))]
         if data[0] == 3:
             self.locked = True
             self.stop_motors()
@@ -304,13 +354,15 @@ class Firmware:
             self.defined[number] = (offset, pieces, kind)
             return 0
         if not self._can_fly:
+            self.busy += [command] if command in (13, 5) else []
             return EBUSY
         if command == 3:
+            self.stopped_in.append(self.supervisor.state)
             self.asked_to_stop, self.landing = True, False
             if self.streamed.first:
                 self._plan = ("rest", 0.0, self.measured.copy())
             else:
-                self.stop_motors()
+                self.stop_motors("stopped")
         elif command in (13, 5):
             number = data[5 if command == 13 else 4]
             assert struct.unpack("<f", data[-4:]) == (1.0,), "a time scale voids the certificate"

@@ -73,6 +73,7 @@ class Air(threading.Thread):
     def run(self) -> None:
         """Fly until `ended` is set."""
         entry = next(self._entries)
+        places = self.places(entry.position)
         while not self.ended.is_set():
             for _ in range(5):  # a machine that is late flies on, and is heard meanwhile
                 late = self.clock() - entry.step * STEP
@@ -81,11 +82,12 @@ class Air(threading.Thread):
                     break
                 with self.lock:
                     entry = next(self._entries)
-                    self.truth.append((entry.step * STEP, entry.position))
+                    places = self.places(entry.position)
+                    self.truth.append((entry.step * STEP, places))
             with self.lock:
                 for index, vehicle in enumerate(self.vehicles.values()):
                     vehicle.measured, vehicle.measured_at = (
-                        np.array([*entry.position[:, index], vehicle.place[3]]),
+                        np.array([*places[:, index], vehicle.place[3]]),
                         entry.step * STEP,
                     )
                     vehicle.velocity = entry.velocity[:, index]
@@ -94,6 +96,10 @@ class Air(threading.Thread):
                         for reply in vehicle.due():
                             driver.hear(reply)
             time.sleep(0.005 if entry.step * STEP >= self.clock() else 0.0)
+
+    def places(self, flown: np.ndarray) -> np.ndarray:
+        """Return where all are, m: where the simulation has them, but for those that fall. Shape (3, n)."""
+        return np.stack([vehicle.true_place(flown[:, k]) for k, vehicle in enumerate(self.vehicles.values())], axis=-1)
 
     @property
     def spinning(self) -> list[str]:
@@ -164,8 +170,11 @@ class PeerDriver(CRTPDriver):
 
 
 @contextlib.contextmanager
-def in_the_air(mission, places, manners=None, **more):
-    """Simulated vehicles that stand where they are put, and their addresses."""
+def in_the_air(mission, places, manners=None, *, may_fall=False, **more):
+    """Simulated vehicles that stand where they are put, and their addresses.
+
+    Where the motors of one are cut in the air by who flies it, and that was no emergency stop, it falls, and what flew it has failed.
+    """
     air = PeerDriver.air = Air(mission, places, manners, **more)
     drivers = cflib_drivers().CLASSES
     drivers.append(PeerDriver)
@@ -177,3 +186,5 @@ def in_the_air(mission, places, manners=None, **more):
         air.join()
         drivers.remove(PeerDriver)
         PeerDriver.air = None
+    fell = {name: vehicle.fell for name, vehicle in air.vehicles.items() if vehicle.fell}
+    assert may_fall or not fell, f"motors were cut in the air: {fell}"

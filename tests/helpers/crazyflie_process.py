@@ -28,7 +28,18 @@ def fly(source: Path, out: Path, *more: str) -> int:
         places = {name: (*agent.start[:2], 0.0) for name, agent in mission.agents.items()}
     inventory = out.with_suffix(".yaml")
     inventory.write_text("robots:\n" + "".join(f"  {name}: {{uri: 'peer://{name}', mass: 0.0325}}\n" for name in places))
-    sys.argv[1:] = [*command, "--link", "crazyflie", "--inventory", str(inventory), "--out", str(out), *more]
+    sys.argv[1:] = [
+        *command,
+        "--link",
+        "crazyflie",
+        "--unchecked",
+        "battery",
+        "--inventory",
+        str(inventory),
+        "--out",
+        str(out),
+        *more,
+    ]
     with in_the_air(mission, places) as (air, _):
         try:
             main()

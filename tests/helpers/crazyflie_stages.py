@@ -9,6 +9,8 @@ from verify.data import Visit
 
 PLACES = {"r0": (0.0, -0.5, 0.0), "r1": (-1.0, 0.5, 0.02), "r2": (1.0, 0.8, 0.0)}
 GROUNDS = {name: place[2] for name, place in PLACES.items()}
+UNCHECKED = ("battery",)
+"""The profile has no endurance: batteries cannot be held against the flight."""
 NEAR = "a: {center: [0.4, -0.5, 0.5], radii: [0.2, 0.2, 0.2]}"
 FAR = "a: {center: [3.0, 3.0, 0.5], radii: [0.2, 0.2, 0.2]}"
 

@@ -15,7 +15,7 @@ from flight.link.live import LiveFlight, fly_live
 from ltlplan.commands.shared.live_view import interrupts_land
 from tests.helpers.crazyflie_firmware import Firmware
 from tests.helpers.crazyflie_peer import Air, in_the_air
-from tests.helpers.crazyflie_stages import GROUNDS, PLACES, short_flight
+from tests.helpers.crazyflie_stages import GROUNDS, PLACES, UNCHECKED, short_flight
 from tests.helpers.failed_flights import NEAR, STALL, End, Ended, Stalls, Truth, faults_of, lies_of, outcome_of, was_late
 from tests.helpers.failure_draws import HOST, Draw, Failing, Host, drawn, interrupt
 
@@ -49,7 +49,9 @@ def _fly(draw: Draw, *, streamed: bool) -> Ended:
     conditions = {"controller": "mellinger"} if streamed else {"noise": 0.001}
     with (
         Stalls() as stalls,
-        in_the_air(mission, PLACES, loss=trouble, disorder=trouble, seed=draw.number, **conditions) as (air, addresses),
+        in_the_air(
+            mission, PLACES, may_fall=draw.again is not None, loss=trouble, disorder=trouble, seed=draw.number, **conditions
+        ) as (air, addresses),
     ):
         make = StreamedCrazyflies if streamed else CrazyflieLink
         try:
@@ -73,7 +75,7 @@ def _fly(draw: Draw, *, streamed: bool) -> Ended:
             truth = Truth(times, places)
             for vehicle in air.vehicles.values():
                 vehicle.dropped &= not vehicle.manner.blocks  # by its own supervisor, at a set-point
-            ends = [_end(vehicle, vehicle.name in turning, truth) for vehicle in air.vehicles.values()]
+            ends = [_end(vehicle, vehicle.name in turning, truth, late) for vehicle in air.vehicles.values()]
     holds = not streamed and failsafe == "fly on"
 
     def alone(state: str) -> bool:
@@ -97,7 +99,7 @@ def _flown(link: CrazyflieLink, failing: Failing) -> LiveFlight | None:
     try:
         with interrupts_land():
             failing.start()
-            done = fly_live(link, stages(), grounds=GROUNDS, parameters=link.wanted)
+            done = fly_live(link, stages(), grounds=GROUNDS, parameters=link.wanted, unchecked=UNCHECKED)
             failing.ended.set()
             failing.join()
     except (KeyboardInterrupt, ZeroDivisionError):
@@ -135,8 +137,8 @@ def _fail(draw: Draw, air: Air, host: Host) -> None:
             air.loss = lost
 
 
-def _end(vehicle: Firmware, turning: bool, truth: Truth) -> End:
-    """Say what became of a vehicle, by its motors and where it was in the last half second."""
+def _end(vehicle: Firmware, turning: bool, truth: Truth, late: float) -> End:
+    """Say what became of a vehicle, by its motors and where it was in the last half second; how it falls once they stand still is no flight."""
     if not vehicle.starts and not vehicle.streamed.kept:
         state = "flying" if vehicle.spinning else "ground"
     elif not vehicle.spinning:
@@ -144,5 +146,7 @@ def _end(vehicle: Firmware, turning: bool, truth: Truth) -> End:
     else:
         last = truth.places[vehicle.name][-50:]
         state = "holding" if np.ptp(last, axis=0).max() < 0.02 else "flying"
-    steps = np.linalg.norm(truth.places[vehicle.name][5:] - truth.places[vehicle.name][:-5], axis=1)
-    return End(vehicle.name, turning, state, vehicle.dropped, float(steps.max() / (5 * FRAME)))
+    until = np.inf if vehicle.spinning else vehicle.stopped_since - late
+    flown = truth.places[vehicle.name][: int(truth.times.searchsorted(until))]
+    steps = np.linalg.norm(flown[5:] - flown[:-5], axis=1)
+    return End(vehicle.name, turning, state, vehicle.dropped, float(steps.max(initial=0.0) / (5 * FRAME)))

@@ -13,7 +13,7 @@ import numpy as np
 from flight.link.live import LiveFlight, fly_live
 from flight.link.mavlink import MavlinkLink
 from ltlplan.commands.shared.live_view import interrupts_land
-from tests.helpers.crazyflie_stages import GROUNDS, PLACES, wide_flight
+from tests.helpers.crazyflie_stages import GROUNDS, PLACES, UNCHECKED, wide_flight
 from tests.helpers.failed_flights import NEAR, End, Ended, Stalls, Truth, faults_of, lies_of, outcome_of, was_late
 from tests.helpers.failure_draws import HOST, Draw, Failing, Host, drawn, interrupt
 from tests.helpers.px4_peer import HOLD, LAND, POSITION, Manner, Px4Peer, free_port
@@ -79,7 +79,7 @@ def _flown(link: MavlinkLink, failing: Failing) -> LiveFlight | None:
     try:
         with interrupts_land():
             failing.start()
-            done = fly_live(link, stages(), grounds=GROUNDS)
+            done = fly_live(link, stages(), grounds=GROUNDS, unchecked=UNCHECKED)
             failing.ended.set()
             failing.join()
     except (KeyboardInterrupt, ZeroDivisionError):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections import deque
 
 from flight.link.live import LiveFlight
 from flight.link.simulated import Faults, SimulatedLink
@@ -70,3 +71,31 @@ def require_whole_logs(done: LiveFlight, stages: tuple[str, ...] = ("climb", "wa
     refused = [check.sentence for check in done.checks if not check.passed]
     assert not done.reason or done.reason in sentences or (refused and set(refused) <= set(sentences))
     assert all(any(s.startswith(f"{robot} has not acknowledged") for s in sentences) for robot in done.unsafe)
+
+
+class Remembers(SimulatedLink):
+    """Simulated robots of which is known how they were when their motors were told to stop.
+
+    Attributes:
+        stops: Height in m, and by how much it had changed in the half second before, when each was told so first.
+    """
+
+    def __init__(self, *given, **named) -> None:
+        super().__init__(*given, **named)
+        self.stops: dict[str, tuple[float, float]] = {}
+        self._heights: dict[str, deque[float]] = {name: deque(maxlen=25) for name in self.robots}
+
+    def sleep(self, seconds: float) -> None:
+        """Fly on, and remember heights 50 times a second."""
+        for _ in range(max(1, round(seconds / 0.02))):
+            super().sleep(min(seconds, 0.02))
+            for name, heights in self._heights.items():
+                if (pose := self.pose(name)) is not None:
+                    heights.append(pose.position[2])
+
+    def stop(self, robot: str) -> bool:
+        """Tell a robot to stop its motors."""
+        if robot in self.spinning:
+            heights = self._heights[robot]
+            self.stops.setdefault(robot, (heights[-1], max(heights) - min(heights)))
+        return super().stop(robot)

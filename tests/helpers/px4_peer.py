@@ -10,8 +10,16 @@ import time
 from dataclasses import dataclass
 
 SET_MODE, SET_INTERVAL, ARM = 176, 511, 400
-SYS_STATUS, POSITION_REPORT, ESTIMATOR_STATUS = 1, 32, 230
-OFFBOARD, HOLD, POSITION, LAND = 6 << 16, 4 << 16 | 3 << 24, 3 << 16, 4 << 16 | 6 << 24
+SYS_STATUS, ATTITUDE_REPORT, POSITION_REPORT, ESTIMATOR_STATUS, LANDED_REPORT = 1, 30, 32, 230, 245
+OFFBOARD, HOLD, POSITION, LAND, RETURN = 6 << 16, 4 << 16 | 3 << 24, 3 << 16, 4 << 16 | 6 << 24, 4 << 16 | 5 << 24
+LEVEL, PLACED = 1, 8 | 16
+PREARM = 1 << 28
+GROUND_STATION = 6
+LINK_LOST = 10.0
+"""s without a ground station's heartbeat after which the data link is lost (COM_DL_LOSS_T)."""
+LANDED_AFTER, DISARMS_AFTER, WAITS = 1.0, 2.0, 10.0
+"""s on the ground until it takes itself to have landed, until it disarms then (COM_DISARM_LAND), and armed without taking off (COM_DISARM_PRFLT)."""
+ON_GROUND, IN_AIR = 1, 2
 
 
 @dataclass
@@ -29,7 +37,10 @@ class Manner:
     deaf_to_parameters: tuple[str, ...] = ()
     turned: float = 0.0  # rad, against the clock, from where it should look
     battery: int = -1  # percent; -1 where it does not know
-    estimator: int = 1 | 8 | 16  # flags of ESTIMATOR_STATUS
+    estimator: int | None = 1 | 8 | 16  # flags of ESTIMATOR_STATUS; None where it does not report it
+    reports_heading: bool = True
+    reports_checks: bool = True
+    needs_ground_station: bool = True  # NAV_DLL_ACT above 0, as PX4's simulated x500 has it
     restless: float = 0.0  # m that its reported place wanders
     other_system: int = 0  # it answers as this one instead
     silent: bool = False  # says nothing, and hears
@@ -40,8 +51,10 @@ class Px4Peer(threading.Thread):
     """Hovers where it is until it is in offboard flight, and then is where its setpoints say.
 
     Offboard flight is taken only after half a second of setpoints above 2 Hz, and left by failsafe where none comes for
-    `COM_OF_LOSS_T` seconds: into landing where `COM_OBL_RC_ACT` is 4, else into hold. It disarms on its own half a second after it has
-    landed. Positions are reported once a second until an interval is asked for. Commands are acknowledged.
+    `COM_OF_LOSS_T` seconds: into landing where `COM_OBL_RC_ACT` is 4, else into hold. It arms only while a ground station's heartbeat was heard in the last
+    10 s and its estimator knows where it is, returns where that heartbeat is lost in flight, and disarms by command on the ground only. It takes itself to have
+    landed a second after it met the ground, and disarms 2 s later, or 10 s after it was armed where it does not take off. Positions are reported once a
+    second until an interval is asked for, all else of what is asked for only then. Commands are acknowledged.
     """
 
     def __init__(self, system: int, port: int, place: tuple[float, ...], manner: Manner | None = None) -> None:
@@ -63,7 +76,11 @@ class Px4Peer(threading.Thread):
         self.asked: list[int] = []
         self.lost: dict[tuple[int, float, float], int] = {}
         self.arrivals: list[float] = []
-        self.intervals, self.touched = {POSITION_REPORT: 1.0}, math.inf
+        self.intervals, self.touched = {POSITION_REPORT: 1.0}, math.inf if self.place[2] < -0.05 else -math.inf
+        self.beats: list[float] = []  # when a ground station's heartbeats came, monotonic s
+        self.refusals: list[str] = []  # why it did not arm, or disarm
+        self.armed_at = math.inf
+        self.began = time.monotonic() if self.manner.armed else -math.inf  # somebody has armed it
         self.armed = self.manner.armed
         self.parameters = {"COM_OF_LOSS_T": 1.0, "COM_OBL_RC_ACT": 0}
         self.ended = threading.Event()
@@ -84,16 +101,14 @@ class Px4Peer(threading.Thread):
                 placed = now
                 shift = self.manner.restless * math.sin(40.0 * now)
                 mavlink.local_position_ned_send(0, self.place[0] + shift, *self.place[1:], 0.0, 0.0, 0.0)
-                mavlink.attitude_send(0, 0.0, 0.0, self.yaw - self.manner.turned, 0.0, 0.0, 0.0)
-            for number, send in ((SYS_STATUS, self.report_battery), (ESTIMATOR_STATUS, self.report_estimator)):
+            for number, send in ((SYS_STATUS, self.report_battery), (ESTIMATOR_STATUS, self.report_estimator),
+                                 (ATTITUDE_REPORT, self.report_attitude), (LANDED_REPORT, self.report_landed)):  # fmt: skip
                 if now >= reported.get(number, -math.inf) + self.intervals.get(number, math.inf) and not silent:
                     reported[number] = now
                     send()
-            if self.mode == LAND and self.armed:  # a metre a second, down to the ground
-                x, y, z = self.place
-                self.place = (x, y, min(z + min(now - before, 0.1), 0.0))
-                self.touched = self.touched if z < 0 else min(self.touched, now)
-                self.armed = now < self.touched + 0.5
+            self.come_down(now, min(now - before, 0.1))
+            if self.armed and self.mode != RETURN and not self.linked and self.manner.needs_ground_station:
+                self.mode, self.failsafes = RETURN, self.failsafes + 1
             if self.mode == OFFBOARD and now - self.arrivals[-1] > self.parameters["COM_OF_LOSS_T"]:
                 self.mode, self.failsafes = LAND if self.parameters["COM_OBL_RC_ACT"] == 4 else HOLD, self.failsafes + 1
             message = self.link.recv_match(blocking=True, timeout=0.005)
@@ -101,13 +116,53 @@ class Px4Peer(threading.Thread):
                 self.take(message)
         self.link.close()
 
+    @property
+    def linked(self) -> bool:
+        """Whether a ground station is there."""
+        return max([self.began, *self.beats[-1:]]) > time.monotonic() - LINK_LOST
+
+    @property
+    def landed(self) -> bool:
+        """Whether it takes itself to have landed."""
+        return time.monotonic() > self.touched + LANDED_AFTER
+
+    def come_down(self, now: float, seconds: float) -> None:
+        """Sink where it lands, a metre a second, and disarm where it has landed, or does not take off."""
+        x, y, z = self.place
+        if self.mode == LAND and self.armed:
+            self.place = (x, y, min(z + seconds, 0.0))
+        on_ground = self.place[2] >= -0.01 and (self.mode != OFFBOARD or not self.flown)
+        self.touched = min(self.touched, now) if on_ground else math.inf
+        waits = self.armed_at if self.mode == LAND or self.flown else self.armed_at + WAITS
+        if self.armed and on_ground and now > max(self.touched + LANDED_AFTER + DISARMS_AFTER, waits):
+            self.armed = False
+
+    def preflight(self) -> str:
+        """Return what its checks before arming find; nothing where they pass."""
+        if self.manner.needs_ground_station and not self.linked:
+            return "no connection to the ground control station"
+        flags = self.manner.estimator
+        return "" if flags is None or (flags & LEVEL and flags & PLACED) else "no position"
+
+    def report_attitude(self) -> None:
+        """Say where it looks."""
+        if self.manner.reports_heading:
+            self.link.mav.attitude_send(0, 0.0, 0.0, self.yaw - self.manner.turned, 0.0, 0.0, 0.0)
+
     def report_battery(self) -> None:
-        """Say how full the battery is."""
-        self.link.mav.sys_status_send(0, 0, 0, 0, 12000, -1, self.manner.battery, 0, 0, 0, 0, 0, 0)
+        """Say how full the battery is, and whether checks before arming pass."""
+        if self.manner.reports_checks:
+            healthy = 0 if self.preflight() else PREARM
+            self.link.mav.sys_status_send(PREARM, PREARM, healthy, 0, 12000, -1, self.manner.battery, 0, 0, 0, 0, 0, 0)
 
     def report_estimator(self) -> None:
         """Say how the estimator is."""
-        self.link.mav.estimator_status_send(0, self.manner.estimator, *[0.0] * 8)
+        if self.manner.estimator is not None:
+            self.link.mav.estimator_status_send(0, self.manner.estimator, *[0.0] * 8)
+
+    def report_landed(self) -> None:
+        """Say whether it takes itself to have landed."""
+        self.link.mav.extended_sys_state_send(0, ON_GROUND if self.landed else IN_AIR)
 
     def take(self, message) -> None:
         """Take in one message."""
@@ -116,6 +171,8 @@ class Px4Peer(threading.Thread):
             self.lost[key] = self.lost.get(key, 0) + 1
             if self.lost[key] > self.manner.loses_commands:
                 self.obey(message)
+        elif message.get_type() == "HEARTBEAT" and message.type == GROUND_STATION:
+            self.beats.append(time.monotonic())
         elif message.get_type() == "PARAM_SET" and message.param_id not in self.manner.deaf_to_parameters:
             value = message.param_value
             if message.param_type == 6:
@@ -145,10 +202,14 @@ class Px4Peer(threading.Thread):
             if taken:
                 self.mode = mode
         elif message.command == ARM:
-            on_ground = self.place[2] > -0.1
-            taken = not self.manner.refuses_arming if message.param1 else on_ground
+            refuses = "it refuses" if self.manner.refuses_arming else self.preflight()
+            why = refuses if message.param1 else "" if self.landed else "it has not landed"
+            taken = not why
             if taken:
                 self.armed = bool(message.param1)
+                self.armed_at = time.monotonic()
+            else:
+                self.refusals.append(why)
         self.link.mav.command_ack_send(message.command, 0 if taken else 1)
 
 

@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from flight.exports.braking import AtMost
-from flight.exports.carried import DATA, SWARM, about, climb_and_landing, scripts, written
+from flight.exports.carried import DATA, SWARM, about, batteries_said, climb_and_landing, scripts, written
 from flight.exports.crazyflies.fits import require_crazyflie, require_float32, require_held
 from flight.exports.crazyflies.inventory import Item, checked_weight, read_inventory, require_radios
 from flight.exports.crazyflies.parameters import parameters_read, sentence
@@ -71,6 +71,7 @@ def _product(request: Request) -> Product:
             if landing.certified
             else ("fly_mission.py flies it only with --watch-landing; have the mission end where robots can land.",)
         ),
+        *batteries_said(request, "fly_mission.py"),
         "Where something ends the flight, all brake to a hover and land straight down from there: that is not certified.",
         *(f"crazyflies.yaml sets what was simulated. {sentence(vehicle)}" for vehicle in vehicles),
         *weights_said(request, items),

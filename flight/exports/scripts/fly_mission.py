@@ -4,7 +4,7 @@
     python3 fly_mission.py
 
 Nothing spins before every robot stands below its own start, looks where it has to, is seen often and at rest, has its parameters, and has the
-battery for it all; what this version of crazyswarm2 does not tell is said. Then all climb straight up, each within the margin of the upright line
+battery for it all. What this version of crazyswarm2 does not tell is "not checked": nothing spins then, unless `--unchecked` names the check. Then all climb straight up, each within the margin of the upright line
 through its start, which is certified where README.txt says so; without that nobody climbs (`--hovering` begins with robots that a flight of
 your own has brought to hover at their starts). The flight begins where each is within half a margin of its start.
 
@@ -23,7 +23,8 @@ import json
 import sys
 from pathlib import Path
 
-from flying.before import faults_of, require_certified
+from flying.before import checked, require_certified
+from flying.checks import NAMES, refusals
 from flying.crazyswarm import Swarm
 from flying.ending import hold, land
 from flying.record import FLIGHT, Record
@@ -33,48 +34,53 @@ from flying.watch import Refused, Team
 FOLDER = Path(__file__).resolve().parent
 
 
-def fly(flight: Flight, *, hovering: bool) -> None:
+def fly(flight: Flight, *, hovering: bool, unchecked: frozenset[str]) -> None:
     """Look at all, bring them to their starts, fly, and land.
 
     Args:
         flight: What flies.
         hovering: Whether robots hover at their starts already.
+        unchecked: Checks without which the operator flies.
 
     Raises:
         Refused: Something is wrong; before `flight.flying` nothing spins.
     """
     swarm, record = flight.swarm, flight.record
-    faults, flight.grounds = faults_of(flight.team, swarm, hovering=hovering)
+    checks, flight.grounds = checked(flight.team, swarm, hovering=hovering)
     record.said["parameters"] = swarm.parameters
     record.said["batteries"] = {
         name: {"share": swarm.level(name), "volt": swarm.status(name).get("battery")} for name in flight.team.names
     }
-    for sentence in swarm.unknown:
-        record.event(swarm.now(), f"not checked: {sentence}", "check")
-    if faults:
+    for check in checks:
+        if check.passed is None:
+            record.event(swarm.now(), check.sentence, "check")
+    if faults := refusals(checks, unchecked):
         raise Refused("; ".join(faults))
     flight.load(FOLDER, flight.team.data["order"][0])
     if not hovering:
         flight.climb()
+        if swarm.trims:
+            flight.load(FOLDER, flight.team.data["order"][0])
     flight.go_to_starts()
     flight.fly(FOLDER)
     if up := land(flight):
-        raise Refused(f"{', '.join(up)} is not measured to be down")
+        raise Refused(f"{', '.join(up)} is not known to stand")
     flight.flying = False
     landing: dict[str, float] = record.said["worst"].get("landing", {})
     if astray := [fault for name, off in landing.items() if (fault := flight.team.margin_fault(name, off))]:
         raise Refused(f"all have landed, but in landing {'; '.join(astray)}")
 
 
-def flown(flight: Flight, *, hovering: bool) -> str:
+def flown(flight: Flight, *, hovering: bool, unchecked: frozenset[str]) -> str:
     """Fly, and bring all to the ground whatever happens; return why it did not end as planned, or nothing.
 
     Args:
         flight: What flies.
         hovering: Whether robots hover at their starts already.
+        unchecked: Checks without which the operator flies.
     """
     try:
-        fly(flight, hovering=hovering)
+        fly(flight, hovering=hovering, unchecked=unchecked)
         return ""
     except Refused as refused:
         reason = str(refused)
@@ -100,7 +106,7 @@ def bring_down(flight: Flight, reason: str) -> None:
     """
     flight.record.event(flight.swarm.now(), f"it does not go on: {reason}", "alarm")
     if not flight.up:
-        flight.swarm.disarm()
+        flight.swarm.disarm(flight.team.names)
         return
     for step in (hold, land, land):
         try:
@@ -115,6 +121,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description="Fly a certified mission with crazyswarm2.")
     parser.add_argument("--hovering", action="store_true", help="robots hover at their starts already")
     parser.add_argument("--watch-landing", action="store_true", help="land straight down where that is not certified")
+    parser.add_argument("--unchecked", action="append", choices=NAMES, default=[], help="fly though this cannot be checked")
     given, _ = parser.parse_known_args(sys.argv[1:] if arguments is None else arguments)  # ROS adds its own
     team = Team(json.loads((FOLDER / "flight.json").read_text(encoding="utf-8")))
     try:
@@ -129,7 +136,7 @@ def main(arguments: list[str] | None = None) -> int:
     for word in ("climb", "landing"):
         why = team.data[word]
         record.event(swarm.now(), f"{word} {'not certified: ' + why if why else 'certified'}", "check")
-    reason = flown(Flight(team, swarm, record), hovering=given.hovering)
+    reason = flown(Flight(team, swarm, record), hovering=given.hovering, unchecked=frozenset(given.unchecked))
     record.close(reason)
     for name, off in record.said["worst"].get(FLIGHT, {}).items():
         print(f"{name}: at most {off:.3f} m from its plan")

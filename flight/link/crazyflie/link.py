@@ -148,16 +148,17 @@ class CrazyflieLink:
         """Return what a vehicle last said of itself."""
         vehicle, endurance = self._vehicles[robot], self._mission.vehicle_of(robot).endurance
         state, battery, settled, ready = vehicle.reports.state, vehicle.reports.battery, vehicle.reports.settled, None
+        flying, why = None, {"battery": "its charge is not reported" if battery is None else "its vehicle has no `endurance`"}
         if state is not None:
             blocked = state & (State.TUMBLED | State.LOCKED | State.CRASHED)
             ready = not blocked and bool(state & (State.CAN_FLY | State.CAN_ARM))
+            flying = State.FLYING in state
         if self._watch is not None and vehicle.pose is not None and vehicle.reports.estimate is not None:
             near = math.dist(vehicle.pose.position, vehicle.reports.estimate.position) < _ASTRAY
             near = near or robot in self._flown
             settled = near if settled is None else settled and near
-        if battery is None or (endurance is None and battery > 0.0):
-            return Health(ready, settled, None)
-        return Health(ready, settled, (endurance or 0.0) * battery)
+        lasts = None if battery is None or (endurance is None and battery > 0.0) else (endurance or 0.0) * battery
+        return Health(ready, settled, lasts, flying, why)
 
     def parameters(self, robot: str) -> Mapping[str, float]:
         """Return the parameters that matter, as they were read back."""
@@ -212,7 +213,7 @@ class CrazyflieLink:
             self._bring(name, number, sleep)
 
     def ready(self, robot: str, number: int) -> bool:
-        """Arm a robot where it has to be armed; return whether it is.
+        """Arm a robot where it has to be armed; return whether it can fly.
 
         Args:
             robot: Name.

@@ -32,6 +32,7 @@ class State(IntFlag):
     CAN_ARM = 1 << 0
     ARMED = 1 << 1
     CAN_FLY = 1 << 3
+    FLYING = 1 << 4
     TUMBLED = 1 << 5
     LOCKED = 1 << 6
     CRASHED = 1 << 7

@@ -12,6 +12,7 @@ from flight.link.crazyflie.reports import State
 from flight.link.crazyflie.setting import differing, set_on
 from flight.link.crazyflie.vehicle import Vehicle
 from flight.link.link import LinkLost
+from flight.monitoring.thresholds import ARMING
 from verify.data import DoesNotFit
 
 SILENT = 5.0
@@ -78,30 +79,38 @@ def store(vehicle: Vehicle, entry: Entry, sleep: Sleep) -> None:
 
 
 def arm(vehicles: Collection[Vehicle], sleep: Sleep) -> None:
-    """Arm those that have to be armed.
+    """Arm those that have to be armed, and wait until all can fly.
 
     Args:
         vehicles: Reached.
         sleep: Waits for so many s.
 
     Raises:
-        LinkLost: One does not arm.
+        LinkLost: One does not arm, or its motors do not spin up.
     """
     asked: dict[str, float] = {}
-    until(vehicles, lambda vehicle: armed(vehicle, asked), "did not arm", sleep)
+
+    def arms(vehicle: Vehicle) -> bool:
+        return armed(vehicle, asked) or State.ARMED in (vehicle.reports.state or State(0))
+
+    until(vehicles, arms, "did not arm", sleep)
+    up = "armed, but cannot fly (its motors did not spin up; look at what its supervisor says)"
+    until(vehicles, lambda vehicle: armed(vehicle, asked), up, sleep, ARMING)
 
 
 def armed(vehicle: Vehicle, asked: dict[str, float]) -> bool:
-    """Ask a vehicle to arm that has to be armed; return whether it is, or need not be.
+    """Ask a vehicle to arm that has to be armed; return whether it can fly.
+
+    Current firmware spins motors up between being armed and being able to fly, and answers to what flies with EBUSY meanwhile.
 
     Args:
         vehicle: Reached.
         asked: When each was asked last, s; what is asked now is added.
     """
     state, now = vehicle.reports.state, vehicle.now()
-    if state is None or state & (State.ARMED | State.CAN_FLY):
+    if state is None or State.CAN_FLY in state:
         return True
-    if now - asked.get(vehicle.name, -math.inf) > 0.3:
+    if State.ARMED not in state and now - asked.get(vehicle.name, -math.inf) > 0.3:
         asked[vehicle.name] = now
         vehicle.arm()
     return False

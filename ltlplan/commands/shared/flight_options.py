@@ -14,6 +14,7 @@ import typer
 from flight.conditions import ESTIMATORS, Conditions, Estimator, conditions_of
 from flight.control.controller import CONTROLLERS
 from flight.control.profiles import controller_name
+from flight.exports.scripts.flying.checks import NAMES as UNCHECKED
 from flight.model.plant import AIRFRAME_MODELS
 from ltlplan.commands.shared.choices import choices
 from verify.data import BadInput
@@ -21,12 +22,13 @@ from verify.data import BadInput
 if TYPE_CHECKING:
     from verify.data import Mission
 
-    ModelName = ControllerName = LinkName = str
+    ModelName = ControllerName = LinkName = UncheckedName = str
     EstimatorName = Estimator
 else:
     ModelName = choices("ModelName", AIRFRAME_MODELS.names())
     ControllerName = choices("ControllerName", CONTROLLERS.names())
     EstimatorName = choices("EstimatorName", ESTIMATORS)
+    UncheckedName = choices("UncheckedName", UNCHECKED)
     LinkName = choices("LinkName", ("simulated", "crazyflie", "mavlink"))
 
 TeamArgument = Annotated[
@@ -74,6 +76,10 @@ InventoryOption = Annotated[
         "--inventory",
         help="With --link crazyflie or mavlink: YAML of your robots' addresses, weights or MAVLink systems, and of motion capture; only read.",
     ),
+]
+UncheckedOption = Annotated[
+    list[UncheckedName] | None,
+    typer.Option("--unchecked", help="With --link: fly though this cannot be checked; once for each check."),
 ]
 FULL = ModelName("full")
 GEOMETRIC = ControllerName("geometric")

@@ -34,6 +34,7 @@ class Asked:
         addresses: `NAME=ADDRESS`.
         inventory: A file of addresses, weights and motion capture; None for none.
         real_time: Whether a simulated second takes a second.
+        unchecked: Checks without which the operator flies where they cannot be made.
     """
 
     kind: str
@@ -41,6 +42,7 @@ class Asked:
     addresses: tuple[str, ...]
     inventory: Path | None
     real_time: bool
+    unchecked: tuple[str, ...] = ()
 
 
 def require_sense(asked: Asked, said: Said) -> None:
@@ -63,6 +65,28 @@ def require_sense(asked: Asked, said: Said) -> None:
         raise BadInput("--inventory goes with --link crazyflie and mavlink, not simulated.")
     if asked.kind != "simulated" and asked.real_time:
         raise BadInput(f"--real-time goes with --link simulated; {asked.kind} is real.")
+
+
+def require_batteries(asked: Asked, mission: Mission) -> str:
+    """Refuse vehicles whose battery cannot be held against the flight's length, unless that is accepted; return a sentence on them, or nothing.
+
+    Args:
+        asked: Which link; simulated vehicles always have an endurance.
+        mission: Names the vehicles.
+
+    Raises:
+        BadInput: There are such vehicles, and nothing was said of it.
+    """
+    unknown = [name for name in mission.agents if mission.vehicle_of(name).endurance is None]
+    if not unknown or asked.kind == "simulated":
+        return ""
+    sentence = (
+        f"Not checked: whether the battery of {', '.join(unknown)} lasts for the flight, as the vehicle's profile has no `endurance` (s, "
+        "from take-off to touchdown)"
+    )
+    if "battery" in asked.unchecked:
+        return f"{sentence}."
+    raise BadInput(f"{sentence}: give it one in the mission, or add --unchecked battery to fly without that check.")
 
 
 def simulated_robots(mission: Mission, stand: dict[str, Place], conditions: Conditions, seed: int, *, real_time: bool) -> Link:

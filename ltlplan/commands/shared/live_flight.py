@@ -11,7 +11,15 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from ltlplan.commands.shared.links import Asked, below_starts, require_sense, simulated_robots, told_places, vehicles
+from ltlplan.commands.shared.links import (
+    Asked,
+    below_starts,
+    require_batteries,
+    require_sense,
+    simulated_robots,
+    told_places,
+    vehicles,
+)
 from ltlplan.commands.shared.live_view import View, interrupts_land
 from ltlplan.commands.shared.simulation import Outcome, certified, simulating, written
 from verify.data.progress import part_of
@@ -57,6 +65,7 @@ def fly_over_link(source: str, out: Path | None, asked: Asked, said: Said, seed:
         with simulating(out, FILES, quiet=json) as progress:
             progress("reaching the robots", 0.0)  # before what takes its time: who is not there is said at once
             link = None if asked.kind == "simulated" else opened.enter_context(closing(vehicles(asked, mission, source)))
+            batteries = require_batteries(asked, mission)
             plan, team, certificate = certified(source, part_of(progress, 0.1, 0.5))
             stand = {**below_starts(team), **told}
             flown = stages(plan, team, certificate, stand, progress=part_of(progress, 0.5, 0.9))
@@ -64,33 +73,19 @@ def fly_over_link(source: str, out: Path | None, asked: Asked, said: Said, seed:
             abort = _abort(asked.kind, flown)
         if not json:
             typer.echo(abort)
-            say_unknown_batteries(asked.kind, mission)
+            typer.echo(batteries, nl=bool(batteries))
         if link is None:
             seed = plan.seed if seed is None else seed
             link = opened.enter_context(closing(simulated_robots(mission, stand, conditions, seed, real_time=asked.real_time)))
         view = View(quiet=json)
         with interrupts_land() as heard:
-            done = fly_live(link, flown, grounds={name: place[2] for name, place in stand.items()}, show=view.show)
+            grounds = {name: place[2] for name, place in stand.items()}
+            done = fly_live(link, flown, grounds=grounds, show=view.show, unchecked=asked.unchecked)
     view.end()
     texts = flown_over(asked.kind, done.record.files(mission.frame))
     files = written(out, lambda folder: write_texts(texts, folder))
     outcome = _outcome(done, mission.name, link.failsafe, abort)
     replace(outcome, interrupted=heard.code(done)).show(files, as_json=json)
-
-
-def say_unknown_batteries(kind: str, mission: Mission) -> None:
-    """Say, before anything spins, whose battery cannot be held against the flight's length; nothing where all can.
-
-    Args:
-        kind: Of the link; simulated vehicles always have an endurance.
-        mission: Names the vehicles.
-    """
-    unknown = [name for name in mission.agents if mission.vehicle_of(name).endurance is None]
-    if unknown and kind != "simulated":
-        typer.echo(
-            f"Not checked: whether the battery of {', '.join(unknown)} lasts for the flight, as the vehicle's profile has no `endurance` (s, "
-            "from take-off to touchdown)."
-        )
 
 
 def keep_record(out: Path | None) -> None:

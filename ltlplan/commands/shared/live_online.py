@@ -8,15 +8,25 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import typer
+
 from ltlplan.commands.shared.followed import followed
-from ltlplan.commands.shared.links import Asked, below_starts, places_of, require_sense, simulated_robots, told_places, vehicles
+from ltlplan.commands.shared.links import (
+    Asked,
+    below_starts,
+    places_of,
+    require_batteries,
+    require_sense,
+    simulated_robots,
+    told_places,
+    vehicles,
+)
 from ltlplan.commands.shared.live_flight import (
     FILES,
     data_of,
     flown_over,
     keep_record,
     refusal_of,
-    say_unknown_batteries,
     worst_lines,
     write_texts,
 )
@@ -93,6 +103,7 @@ def online_over_link(mission: Mission, out: Path | None, asked: Asked, said: Sai
                 if asked.kind == "simulated"
                 else opened.enter_context(closing(vehicles(asked, everybody, flown="from here")))
             )
+            batteries = require_batteries(asked, everybody)
             progress("planning and proving what is asked", 0.1)
             team = CertifiedTeam(mission, seed=mission.planner.seed)
             assert team.present is not None, "it was certified"
@@ -106,7 +117,7 @@ def online_over_link(mission: Mission, out: Path | None, asked: Asked, said: Sai
             robots = simulated_robots(everybody, stand, said.conditions(mission), mission.planner.seed, real_time=True)
             link = opened.enter_context(closing(robots))
         if not json:
-            say_unknown_batteries(asked.kind, everybody)
+            typer.echo(batteries, nl=bool(batteries))
         view, grounds = View(quiet=json), {name: place[2] for name, place in stand.items()}
         with interrupts_land() as heard:
             done = fly_live(
@@ -116,6 +127,7 @@ def online_over_link(mission: Mission, out: Path | None, asked: Asked, said: Sai
                 show=view.show,
                 onwards=course,
                 standing=standby.standing(mission),
+                unchecked=asked.unchecked,
             )
     view.end()
     files, outcome = _kept(course, done, cost, out, kind=asked.kind, failsafe=link.failsafe)

@@ -32,11 +32,11 @@ def script_in_world(tmp_path, monkeypatch):
 
     before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
 
-    def make(team, cert):
+    def make(team, cert, world=None, kind=Robot):
         flight.export(team, cert, tmp_path, anyway=True)
-        world = World()
+        world = world or World()
         for name, path in team.items():
-            world.robots[name] = Robot(name, world, path.evaluate(0.0)[:3] * (1, 1, 0))
+            world.robots[name] = kind(name, world, path.evaluate(0.0)[:3] * (1, 1, 0))
         for name, module in world.modules().items():
             monkeypatch.setitem(sys.modules, name, module)
         forget()

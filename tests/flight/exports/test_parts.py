@@ -64,10 +64,10 @@ def test_each_part_is_a_file_of_two_pieces_at_least(team, tmp_path) -> None:
 
 def test_the_script_flies_part_by_part_and_uploads_while_robots_hover(team, script_in_world, capsys) -> None:
     world, script = script_in_world(*team)
-    assert script.main([]) == 0
-    assert world.commands("all") == ["arm"] + ["startTrajectory"] * 2 + ["disarm"] * 3
+    assert script.main(["--unchecked", "battery"]) == 0
+    assert world.commands("all") == ["arm"] + ["startTrajectory"] * 2
     flown = [command for command in world.commands("r0") if not command.startswith("set ")]
-    assert flown == ["takeoff"] + ["goTo"] * 5 + ["land"] * 3
+    assert flown == ["takeoff"] + ["goTo"] * 5 + ["land"] * 3 + ["disarm"] * 3
     assert len(world.robots["r0"].uploads) == 2
     assert np.allclose(world.robots["r0"].place[:2], POINTS[-1][:2], atol=1e-5)
     said = capsys.readouterr().out
@@ -82,7 +82,7 @@ def test_the_script_flies_part_by_part_and_uploads_while_robots_hover(team, scri
 def test_a_lap_is_uploaded_once_and_started_again(patrol, script_in_world, capsys) -> None:
     world, script = script_in_world(*patrol)
     assert json.loads((script.FOLDER / "flight.json").read_text())["order"] == [0, 1, 1, 1]
-    assert script.main([]) == 0
+    assert script.main(["--unchecked", "battery"]) == 0
     assert world.commands("all").count("startTrajectory") == 4
     assert len(world.robots["r0"].uploads) == 2
 
@@ -95,7 +95,7 @@ def test_no_part_is_started_by_robots_that_are_elsewhere(team, script_in_world, 
             world.off["r1"] = np.array([0.0, 0.0, 0.03])
 
     world.at = at
-    assert script.main([]) == 1
+    assert script.main(["--unchecked", "battery"]) == 1
     assert world.commands("all").count("startTrajectory") == 1
     assert "r1 is 0.030 m from the start; 0.025 m are allowed" in capsys.readouterr().out
     assert not any(robot.spinning for robot in world.robots.values())
@@ -105,7 +105,7 @@ def test_who_pauses_for_too_long_lands(team, script_in_world, capsys) -> None:
     world, script = script_in_world(*team)
     path = script.FOLDER / "flight.json"
     path.write_text(json.dumps(json.loads(path.read_text()) | {"pause": 1.0}))
-    assert script.main([]) == 1
+    assert script.main(["--unchecked", "battery"]) == 1
     assert "the pause before part 2 of 2 lasted more than 1 s" in capsys.readouterr().out
     assert not any(robot.spinning for robot in world.robots.values())
 

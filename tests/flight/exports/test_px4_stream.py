@@ -37,7 +37,9 @@ def exported(tmp_path_factory):
 
 
 @contextlib.contextmanager
-def vehicles_and_script(exported, manner: Manner | None = None, swapped: bool = False):
+def vehicles_and_script(
+    exported, manner: Manner | None = None, swapped: bool = False, unchecked: tuple[str, ...] = ("battery",)
+):
     """Run the exported script against one vehicle a robot; `manner` is the last robot's."""
     folder, team = exported
     vehicles, addresses = {}, []
@@ -52,7 +54,7 @@ def vehicles_and_script(exported, manner: Manner | None = None, swapped: bool = 
     for vehicle in vehicles.values():
         vehicle.start()
     script = subprocess.Popen(
-        [sys.executable, "-u", folder / "stream_setpoints.py", *addresses],
+        [sys.executable, "-u", folder / "stream_setpoints.py", *addresses, *(f"--unchecked={name}" for name in unchecked)],
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,
@@ -67,9 +69,11 @@ def vehicles_and_script(exported, manner: Manner | None = None, swapped: bool = 
             vehicle.join()
 
 
-def fly(exported, manner: Manner | None = None, *, swapped: bool = False) -> tuple[int, str, dict[str, Px4Peer]]:
+def fly(
+    exported, manner: Manner | None = None, *, swapped: bool = False, unchecked=("battery",)
+) -> tuple[int, str, dict[str, Px4Peer]]:
     for _ in range(5):
-        with vehicles_and_script(exported, manner, swapped) as (vehicles, script):
+        with vehicles_and_script(exported, manner, swapped, unchecked) as (vehicles, script):
             said, _ = script.communicate(timeout=60)
         if " late" not in said:  # a busy computer may not keep time, and the script is right to stop then
             break
@@ -248,3 +252,24 @@ def test_where_pymavlink_is_not_one_sentence_says_so(exported) -> None:
     done = subprocess.run(asked, capture_output=True, text=True, check=False)
     assert done.returncode == 1
     assert "stopped: pymavlink is not installed here: pip install pymavlink" in done.stdout
+
+
+SILENT = Manner(reports_heading=False, estimator=None)
+
+
+def test_what_a_vehicle_does_not_report_is_not_checked_and_keeps_all_from_beginning(exported) -> None:
+    code, said, vehicles = fly(exported, SILENT, unchecked=())
+    assert code == 1
+    assert "not checked: the heading of quad1: it is not reported" in said
+    assert "not checked: whether quad1's estimator has settled: it does not report it (ESTIMATOR_STATUS)" in said
+    assert "add --unchecked heading --unchecked estimator --unchecked battery to fly without that" in said
+    assert not any(vehicle.asked or vehicle.before for vehicle in vehicles.values())
+
+
+@pytest.mark.slow
+def test_what_is_not_reported_may_be_accepted_by_name(exported) -> None:
+    code, said, vehicles = fly(exported, SILENT, unchecked=("heading", "estimator", "battery"))
+    assert code == 0, said
+    assert "not checked: the heading of quad1" in said
+    for vehicle in vehicles.values():
+        assert max(np.diff(vehicle.beats)) < 1.5, "a ground station's heartbeat comes once a second"

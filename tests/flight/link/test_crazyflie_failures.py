@@ -17,14 +17,14 @@ from flight.link.crazyflie.capture import Body
 from flight.link.crazyflie.link import CrazyflieLink
 from tests.helpers.crazyflie_firmware import Manner
 from tests.helpers.crazyflie_peer import Air, in_the_air
-from tests.helpers.crazyflie_stages import GROUNDS, PLACES, stage
+from tests.helpers.crazyflie_stages import GROUNDS, PLACES, UNCHECKED, stage
 from tests.helpers.patience import UNSEEN, patient  # noqa: F401  # pytest finds the fixture by its name
 
 pytestmark = pytest.mark.slow
 
 
 def flight_of(link: CrazyflieLink, stages: tuple[Stage, ...]) -> LiveFlight:
-    return fly_live(link, stages, grounds=GROUNDS, parameters=link.wanted)
+    return fly_live(link, stages, grounds=GROUNDS, parameters=link.wanted, unchecked=UNCHECKED)
 
 
 def at(link: CrazyflieLink, air: Air, stage: int, after: float, act) -> None:

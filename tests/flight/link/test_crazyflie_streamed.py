@@ -18,14 +18,14 @@ from flight.link.streaming import RATE
 from tests.helpers.crazyflie_firmware import Manner
 from tests.helpers.crazyflie_peer import Air, in_the_air
 from tests.helpers.crazyflie_radio import crazyradio
-from tests.helpers.crazyflie_stages import GROUNDS, PLACES
+from tests.helpers.crazyflie_stages import GROUNDS, PLACES, UNCHECKED
 from tests.helpers.patience import patient  # noqa: F401  # pytest finds the fixture by its name
 
 ON_BOARD = {"controller": "mellinger"}
 
 
 def flight_of(link: StreamedCrazyflies, stages) -> LiveFlight:
-    return fly_live(link, stages, grounds=GROUNDS, parameters=link.wanted)
+    return fly_live(link, stages, grounds=GROUNDS, parameters=link.wanted, unchecked=UNCHECKED)
 
 
 def at(link: StreamedCrazyflies, stage: int, after: float, act) -> None:

@@ -42,7 +42,18 @@ def flying(folder: Path, out: Path) -> Generator[tuple[Px4Peer, subprocess.Popen
     """A vehicle on the ground below its start, and a process that flies it."""
     port = free_port()
     peer = Px4Peer(1, port, (-0.5, 0.0, 0.0), Manner(armed=False))
-    arguments = ["fly", str(folder), "--link", "mavlink", "--address", f"one=udpin:127.0.0.1:{port}", "--out", str(out)]
+    arguments = [
+        "fly",
+        str(folder),
+        "--link",
+        "mavlink",
+        "--unchecked",
+        "battery",
+        "--address",
+        f"one=udpin:127.0.0.1:{port}",
+        "--out",
+        str(out),
+    ]
     root = str(Path(__file__).parents[3])
     host = subprocess.Popen(
         [sys.executable, "-m", "ltlplan", *arguments],

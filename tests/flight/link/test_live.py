@@ -16,10 +16,12 @@ from flight.link.checks import before_take_off
 from flight.link.live import fly_live
 from flight.link.simulated import Faults, SimulatedLink
 from flight.link.stages import Stage
+from flight.monitoring.reaction import LANDING_HEIGHT
+from flight.monitoring.thresholds import NEAR
 from ltlplan.commands.shared.live_view import interrupts_land
 from ltlplan.live import stages
 from ltlplan.pipeline import certified_team
-from tests.helpers.live_failures import KINDS, disturb, fault, on_the_ground, require_whole_logs
+from tests.helpers.live_failures import KINDS, Remembers, disturb, fault, on_the_ground, require_whole_logs
 from tests.helpers.live_missions import PAIR
 from verify.data import BadInput
 
@@ -105,9 +107,16 @@ def test_a_battery_of_which_nothing_is_known_is_said_not_to_be_checked(ready) ->
         def health(self, robot):
             return replace(super().health(robot), endurance=None)
 
-    checks = [check for check in before_take_off(Unknown(mission, PLACES), flown[0], 50.0) if check.name == "battery"]
-    assert [(check.robot, check.passed) for check in checks] == [("one", True), ("two", True)]
-    assert "is not held against the 60 s needed" in checks[0].sentence
+    link = Unknown(mission, PLACES)
+    checks = [check for check in before_take_off(link, flown[0], 50.0) if check.name == "battery"]
+    assert [(check.robot, check.passed) for check in checks] == [("one", None), ("two", None)]
+    assert checks[0].sentence.startswith("not checked: whether one's battery lasts for 60 s: ")
+    refused = fly_live(link, flown, grounds=GROUNDS)
+    assert not refused.flown
+    assert refused.reason.endswith("; add --unchecked battery to fly without that")
+    assert link.spinning == ()
+    done = fly_live(link, flown, grounds=GROUNDS, unchecked=("battery",))
+    assert done.flown, done.reason
 
 
 def test_swapped_bodies_are_refused_before_anything_spins(ready) -> None:
@@ -240,6 +249,25 @@ def test_stages_that_do_not_join_are_refused(ready) -> None:
         fly_live(link_to(mission), (), grounds=GROUNDS)
     with pytest.raises(BadInput, match="how high is the ground below two"):
         fly_live(link_to(mission), flown, grounds={"one": 0.0})
+
+
+@pytest.mark.parametrize(
+    "kind", ["flown", *(pytest.param(kind, marks=pytest.mark.slow) for kind in ("interrupted", "flat", "pushed"))]
+)
+def test_motors_stop_where_robots_stand(ready, kind) -> None:
+    """Neither while they still sink, nor above: from 0.15 m the ground is met at 1.7 m/s."""
+    mission, flown = ready
+    rng = np.random.default_rng(7)
+    for when in [np.inf] if kind == "flown" else rng.uniform(1.0, instants(flown)["landing"], 6):
+        link = Remembers(mission, PLACES, conditions=flight.Conditions(noise=0.001))
+        if kind != "flown":
+            disturb(link, kind, "one", float(when), 0.0)
+        done = fly_live(link, flown, grounds=GROUNDS)
+        assert done.flown is (kind == "flown"), done.reason
+        assert set(link.stops) == set(PLACES)
+        for name, (height, change) in link.stops.items():
+            assert height < GROUNDS[name] + LANDING_HEIGHT + NEAR, (when, name)
+            assert change < 0.03, (when, name)
 
 
 def test_ctrl_c_never_ends_the_simulation_itself(ready) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import time
 
 import numpy as np
 import pytest
@@ -20,6 +21,9 @@ from tests.helpers.px4_peer import ARM, HOLD, LAND, OFFBOARD, Manner, Px4Peer, f
 from verify.data import BadInput
 
 pytest.importorskip("pymavlink", reason="pymavlink is not installed")
+
+UNCHECKED = ("battery",)
+"""The profile has no endurance, and the vehicle does not say how full its battery is."""
 
 
 @pytest.fixture(scope="module")
@@ -48,7 +52,7 @@ def test_a_flight_is_streamed_and_the_vehicle_disarmed_on_the_ground(ready) -> N
     stage = Stage("flight", done.plan, done.team, done.certificate)
     with vehicle((0.0, -0.5, 0.3), Manner(armed=False)) as (peer, addresses):
         link = MavlinkLink(mission, addresses, accuracy=0.005)
-        result = fly_live(link, (stage,), grounds={"one": 0.0})
+        result = fly_live(link, (stage,), grounds={"one": 0.0}, unchecked=UNCHECKED)
         link.close()
     assert result.flown, result.reason
     assert peer.parameters == {"COM_OF_LOSS_T": 1.0, "COM_OBL_RC_ACT": 4}
@@ -77,7 +81,7 @@ def test_what_goes_wrong_is_said_and_ends_on_the_ground(ready, manner, says, end
     stage = Stage("flight", done.plan, done.team, done.certificate)
     with vehicle((0.0, -0.5, 0.3), manner) as (peer, addresses):
         link = MavlinkLink(mission, addresses, accuracy=0.005)
-        result = fly_live(link, (stage,), grounds={"one": 0.0})
+        result = fly_live(link, (stage,), grounds={"one": 0.0}, unchecked=UNCHECKED)
         link.close()
     assert not result.flown
     assert says in result.reason
@@ -103,7 +107,7 @@ def test_a_vehicle_that_was_asked_to_arm_and_says_nothing_since_is_not_taken_to_
 
         peer.obey = obeys
         link = MavlinkLink(mission, addresses, accuracy=0.005)
-        result = fly_live(link, (stage,), grounds={"one": 0.0})
+        result = fly_live(link, (stage,), grounds={"one": 0.0}, unchecked=UNCHECKED)
         assert "one did not arm" in result.reason
         assert result.unsafe == ("one",)
         link.close()
@@ -116,7 +120,7 @@ def test_climb_way_flight_and_landing_over_mavlink(ready) -> None:
     flown = stages(done.plan, done.team, done.certificate, {"one": place})
     with vehicle(place, Manner(armed=False, loses_commands=1)) as (peer, addresses):
         link = MavlinkLink(mission, addresses, accuracy=0.005)
-        result = fly_live(link, flown, grounds={"one": 0.0})
+        result = fly_live(link, flown, grounds={"one": 0.0}, unchecked=UNCHECKED)
         link.close()
     assert result.flown, result.reason
     assert not peer.armed
@@ -130,7 +134,7 @@ def test_patrols_brake_and_laps_in_parts_pause_over_mavlink(make) -> None:
     place, flown = places_of(stages)["r0"], stages[1]
     with vehicle(place, Manner(armed=False)) as (peer, addresses):
         link = MavlinkLink(flown.plan.mission, {"r0": addresses["one"]}, accuracy=0.005)
-        result = fly_live(link, stages, grounds={"r0": 0.0})
+        result = fly_live(link, stages, grounds={"r0": 0.0}, unchecked=UNCHECKED)
         link.close()
     assert result.flown, result.reason
     assert not peer.armed
@@ -169,3 +173,71 @@ def test_a_parameter_that_is_not_taken_is_named(ready) -> None:
         pytest.raises(LinkLost, match="one does not take the parameter COM_OBL_RC_ACT = 4"),
     ):
         MavlinkLink(mission, addresses)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("manner", "says"),
+    [
+        (Manner(armed=False, turned=np.pi / 2), "one's heading is 90 degrees off"),
+        (Manner(armed=False, estimator=1), "one's estimator has not settled"),
+        (Manner(armed=False, estimator=1 | 8 | 16 | 128), "one's estimator has not settled"),
+        (Manner(armed=False, reports_heading=False), "not checked: the heading of one: it is not reported; add --unchecked heading"),
+        (Manner(armed=False, estimator=None), "not checked: whether one's estimator has settled: it does not report it"),
+        (Manner(armed=False, reports_checks=False), "not checked: whether one is ready: it does not report its checks before arming"),
+    ],
+)  # fmt: skip
+def test_heading_estimator_and_readiness_are_checked_and_nothing_is_asked_where_one_is_not_known(ready, manner, says) -> None:
+    mission, done = ready
+    stage = Stage("flight", done.plan, done.team, done.certificate)
+    with vehicle((0.0, -0.5, 0.3), manner) as (peer, addresses):
+        link = MavlinkLink(mission, addresses, accuracy=0.005)
+        result = fly_live(link, (stage,), grounds={"one": 0.0}, unchecked=UNCHECKED)
+        link.close()
+    assert not result.flown
+    assert says in result.reason
+    assert (peer.asked, peer.before) == ([], 0)
+
+
+@pytest.mark.slow
+def test_what_is_not_known_may_be_accepted_and_is_kept(ready) -> None:
+    mission, done = ready
+    stage = Stage("flight", done.plan, done.team, done.certificate)
+    accepted = ("heading", "estimator", "battery")
+    with vehicle((0.0, -0.5, 0.3), Manner(armed=False, reports_heading=False, estimator=None)) as (peer, addresses):
+        link = MavlinkLink(mission, addresses, accuracy=0.005)
+        result = fly_live(link, (stage,), grounds={"one": 0.0}, unchecked=accepted)
+        link.close()
+    assert result.flown, result.reason
+    assert not peer.armed
+    assert {check.name for check in result.checks if check.passed is None} == set(accepted)
+    assert any(event.sentence.startswith("not checked: the heading of one") for event in result.record.events)
+
+
+@pytest.mark.slow
+def test_a_ground_stations_heartbeat_is_sent_while_nothing_else_is(ready) -> None:
+    """PX4 asks for it before it arms; proofs that take long are made while the link is up."""
+    mission, _ = ready
+    with vehicle((0.0, -0.5, 0.3), Manner(armed=False)) as (peer, addresses):
+        link = MavlinkLink(mission, addresses, accuracy=0.005)
+        time.sleep(3.5)
+        heard = len(peer.beats)
+        link.close()
+        time.sleep(2.2)
+        left = len(peer.beats)
+    assert heard >= 3
+    assert max(np.diff(peer.beats)) < 1.6
+    assert left <= heard + 1, "none comes once the link is closed"
+
+
+@pytest.mark.slow
+def test_a_vehicle_that_hears_no_ground_station_does_not_arm(ready, monkeypatch) -> None:
+    mission, done = ready
+    monkeypatch.setattr("flight.link.mavlink.beat", lambda _mav: None)
+    stage = Stage("flight", done.plan, done.team, done.certificate)
+    with vehicle((0.0, -0.5, 0.3), Manner(armed=False)) as (peer, addresses):
+        link = MavlinkLink(mission, addresses, accuracy=0.005)
+        result = fly_live(link, (stage,), grounds={"one": 0.0}, unchecked=(*UNCHECKED, "ready"))
+        link.close()
+    assert "one did not arm" in result.reason
+    assert set(peer.refusals) == {"no connection to the ground control station"}

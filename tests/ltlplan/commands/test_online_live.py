@@ -21,7 +21,7 @@ ROOT = Path(__file__).parents[3]
     [
         (["--link", "simulated"], "add --certified"),
         (["--link", "crazyflie", "--certified"], "no address of one, two; write one=radio://"),
-        (["--inventory", "lab.yaml"], "--inventory, --follow and --standby go with --link"),
+        (["--inventory", "lab.yaml"], "--inventory, --unchecked, --follow and --standby go with --link"),
         (
             ["--link", "simulated", "--certified", "--inventory", "lab.yaml"],
             "--inventory goes with --link crazyflie and mavlink",

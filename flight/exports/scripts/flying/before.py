@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from flying.checks import Check, Place, Pose, checks_of, one_body_each
 from flying.crazyswarm import Swarm
-from flying.watch import Place, Pose, Refused, Team
+from flying.watch import Refused, Team
 
 STEP = 0.02  # s between two looks
 LISTEN = 5.0  # s that first positions are waited for
@@ -28,8 +29,8 @@ def require_certified(team: Team, *, hovering: bool, landing: bool) -> None:
         raise Refused(f"landing not certified: {land}; add --watch-landing to land straight down all the same, and watch it")
 
 
-def faults_of(team: Team, swarm: Swarm, *, hovering: bool) -> tuple[list[str], dict[str, float]]:
-    """Look at every robot; return what keeps it from flying, a sentence each, and how high the ground below each is, m.
+def checked(team: Team, swarm: Swarm, *, hovering: bool) -> tuple[list[Check], dict[str, float]]:
+    """Look at every robot; return all checks, passed or not, and how high the ground below each is, m.
 
     Args:
         team: Who flies.
@@ -42,31 +43,21 @@ def faults_of(team: Team, swarm: Swarm, *, hovering: bool) -> tuple[list[str], d
     uris = [robot.uri for robot in swarm.robots.values() if hasattr(robot, "uri")]
     if len(set(uris)) < len(uris):
         raise Refused("two robots have one address: look at crazyflies.yaml")
-    poses = watched(team, swarm)
+    poses, now = watched(team, swarm), swarm.now()
     starts: dict[str, Place] = {name: tuple(row["start"][:3]) for name, row in team.data["robots"].items()}
-    faults, grounds = list[str](), dict.fromkeys(team.names, 0.0)
+    found, grounds, wrong = list[Check](), dict.fromkeys(team.names, 0.0), swarm.set_parameters()
     for name in team.names:
-        faults += team.pose_faults(name, poses[name], swarm.now())
-        if not poses[name]:
-            continue
-        x, y, z = (sum(pose.place[axis] for pose in poses[name]) / len(poses[name]) for axis in range(3))
-        faults.append(
-            team.place_fault(name, (x, y, z), starts, "its start" if hovering else "below its start", above=not hovering)
-        )
-        if not hovering:
+        asked = team.asked(name, starts, "its start" if hovering else "below its start", above=not hovering)
+        found += checks_of(name, swarm.known(name, poses[name], wrong.get(name)), asked, team.limits, now)
+        found += swarm.voltage(name)
+        if poses[name] and not hovering:
+            z = sum(pose.position[2] for pose in poses[name]) / len(poses[name])
             grounds[name] = max(z, 0.0)
-            if not -team.limits["share"] * team.margin <= z < starts[name][2]:
-                faults.append(
-                    f"{name} stands at z = {z:.3f} m: the ground is at z = 0, and its start at {starts[name][2]:.3f} m"
-                )
-        heading = poses[name][-1].heading
-        if heading is None:
-            swarm.unknown.append(f"the heading of {name}: it is not reported")
-        faults.append(team.heading_fault(name, heading, team.data["robots"][name]["start"][3]))
-        faults += swarm.health_faults(name, team.data["lasts"])
-    faults += team.one_body_each({name: row[-1].place for name, row in poses.items() if row})
-    faults += swarm.set_parameters()
-    return [fault for fault in faults if fault], grounds
+            on_it = -team.limits["share"] * team.margin <= z < starts[name][2]
+            sentence = f"{name} stands at z = {z:.3f} m: the ground is at z = 0, and its start at {starts[name][2]:.3f} m"
+            found.append(Check("ground", name, on_it, sentence))
+    found += one_body_each({name: row[-1].position for name, row in poses.items() if row}, team.limits)
+    return found, grounds
 
 
 def watched(team: Team, swarm: Swarm) -> dict[str, list[Pose]]:
@@ -86,7 +77,9 @@ def watched(team: Team, swarm: Swarm) -> dict[str, list[Pose]]:
         waits = {name for name in waits if swarm.pose(name) == first[name]}
     if waits:
         silent = ", ".join(name for name in team.names if name in waits)
-        raise Refused(f"no position from {silent} within {LISTEN:g} s: is it seen by motion capture under its name?")
+        raise Refused(
+            f"no position from {silent} within {LISTEN:g} s: is it seen by motion capture under its name{swarm.hint}?"
+        )
     swarm.sleep(SELDOM)
     seen: dict[str, list[Pose]] = {name: [] for name in team.names}
     end = swarm.now() + team.limits["watched"]

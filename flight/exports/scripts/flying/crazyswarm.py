@@ -1,7 +1,7 @@
 """Crazyflies as crazyswarm2's Python client shows them, in its current and its older versions. Copied into exports.
 
-What a version does not have is not asked for, and said: `unknown` has a sentence on each. Poses are the vehicle's own estimate, as its log reports it
-(`firmware_logging`, topic `pose`); battery and supervisor come with `status`, the estimator's variances and the battery's charge with the topic
+What a version does not have is not asked for, and is "not checked". Poses are the vehicle's own estimate, as its log reports it
+(`firmware_logging`, topic `pose`), and in crazyswarm2's simulator, which has none, those of tf; battery and supervisor come with `status`, the estimator's variances and the battery's charge with the topic
 `estimator` that the exported crazyflies.yaml asks for. The client sends commands and does not tell whether a vehicle has heard them; whether it
 does what it was told is seen by its poses.
 """
@@ -16,9 +16,11 @@ import signal
 from collections import deque
 from typing import Any
 
-from flying.watch import Place, Pose, Refused, Team
+from flying.checks import Check, Known, Place, Pose
+from flying.simulator import Transforms, by_simulated_clock, heading_of
+from flying.watch import Refused, Team
 
-CAN_ARM, ARMED, CAN_FLY, TUMBLED, LOCKED, CRASHED = 1, 2, 8, 32, 64, 128  # bits of `supervisor.info`
+CAN_ARM, ARMED, CAN_FLY, FLYING, TUMBLED, LOCKED, CRASHED = 1, 2, 8, 16, 32, 64, 128  # bits of `supervisor.info`
 LOW_POWER = 3  # `pm.state` from which on the vehicle itself calls its battery low
 CRITICAL = 3.7  # V, as crazyflies.yaml says
 AGAIN = 0.1  # s after which a command is sent again
@@ -29,8 +31,9 @@ class Swarm:
     """All robots of the flight.
 
     Attributes:
-        unknown: What this version, or these settings, do not tell: a sentence each.
         parameters: What was read back, by robot.
+        simulated: Whether robots are those of crazyswarm2's simulator, by whose clock this goes.
+        trims: m by which heights are asked higher, by robot: in crazyswarm2's simulator.
     """
 
     def __init__(self, team: Team) -> None:
@@ -57,18 +60,18 @@ class Swarm:
         if missing := [name for name in team.names if name not in known]:
             raise Refused(f"crazyswarm2 does not know {', '.join(missing)}; it knows {', '.join(known) or 'no robot'}")
         self.robots: dict[str, Any] = {name: known[name] for name in team.names}
-        self.unknown: list[str] = []
+        self.trims: dict[str, float] = {}
+        self._transforms = Transforms(team.names)
+        self.simulated = by_simulated_clock(self.everyone)
         self.parameters: dict[str, dict[str, float]] = {}
         self.estimates: dict[str, deque[tuple[float, ...]]] = {name: deque(maxlen=10) for name in team.names}
         self._stamps: dict[str, tuple[int, int] | None] = dict.fromkeys(team.names)
         self._poses: dict[str, Pose] = {}
         self.dated = all(hasattr(robot, "poseStamped") for robot in self.robots.values())
-        if not self.dated:
-            self.unknown.append("how old positions are: this version of crazyswarm2 does not date them")
         self._subscribe()
 
     def _subscribe(self) -> None:
-        """Listen to what the exported crazyflies.yaml has the estimators report."""
+        """Listen to what the exported crazyflies.yaml has the estimators report, and to tf."""
         try:
             from crazyflie_interfaces.msg import LogDataGeneric
 
@@ -79,7 +82,13 @@ class Swarm:
 
                 self.everyone.create_subscription(LogDataGeneric, f"/{name}/estimator", take, 10)
         except (ImportError, AttributeError):
-            self.unknown.append("whether estimators have settled: this version of crazyswarm2 does not report it")
+            pass  # whether estimators have settled is not checked then
+        try:
+            from tf2_msgs.msg import TFMessage
+
+            self.everyone.create_subscription(TFMessage, "/tf", self._transforms.take, 10)
+        except (ImportError, AttributeError):
+            pass  # there is no simulator then
 
     # Time and places
 
@@ -104,16 +113,31 @@ class Swarm:
             return Pose(now, _position(robot), None)
         stamped = robot.poseStamped
         if not stamped:
-            return None
+            return self._transforms.poses.get(name) if self.simulated else None
         stamp = (stamped["timestamp_sec"], stamped["timestamp_nsec"])
         if stamp != self._stamps[name]:
             self._stamps[name] = stamp
             at = stamp[0] + 1e-9 * stamp[1]
             time = at if now - self._team.limits["fresh"] <= at <= now else now
             pose = stamped.get("pose")
-            heading = None if pose is None else _heading(pose.orientation)
+            heading = None if pose is None else heading_of(pose.orientation)
             self._poses[name] = Pose(time, _position(robot), heading)
         return self._poses.get(name)
+
+    @property
+    def seen_by_tf(self) -> bool:
+        """Whether robots are the simulator's, and have no /pose."""
+        return self.simulated and self.dated and any(not robot.poseStamped for robot in self.robots.values())
+
+    @property
+    def hint(self) -> str:
+        """Remedy where robots have no pose and tf shows them: motion capture does so, too, and tf alone is not taken for the simulator's."""
+        shown = any(
+            not robot.poseStamped and name in self._transforms.poses for name, robot in self.robots.items() if self.dated
+        )
+        if not shown or self.simulated:
+            return ""
+        return "; in crazyswarm2's simulator, which has only tf, add --ros-args -p use_sim_time:=True"
 
     # Health
 
@@ -129,55 +153,67 @@ class Swarm:
         kept = self.estimates[name]
         return kept[-1][3] / 100.0 if kept and len(kept[-1]) > 3 else None
 
+    def flying(self, name: str) -> bool | None:
+        """Return whether a robot's supervisor says that it flies; None where it says nothing."""
+        status = self.status(name)
+        return bool(int(status["supervisor"]) & FLYING) if status else None
+
     def supervisor_fault(self, name: str) -> str:
         """Return that a robot's supervisor blocks it; empty where it does not, or says nothing."""
         state = int(self.status(name).get("supervisor", CAN_FLY))
         return f"{name} has tumbled, or is locked" if state & (TUMBLED | LOCKED | CRASHED) else ""
 
-    def health_faults(self, name: str, lasts: float) -> list[str]:
-        """Return what is wrong with a robot's supervisor, battery and estimator.
+    def known(self, name: str, poses: list[Pose], wrong: str | None) -> Known:
+        """Return what is known of a robot before it flies.
 
         Args:
             name: The robot's.
-            lasts: s that all is to take.
+            poses: Where it was measured.
+            wrong: What differs of its parameters; None where they are not known.
         """
-        found, status, team = list[str](), self.status(name), self._team
+        status, level, why = self.status(name), self.level(name), {"age": "this version of crazyswarm2 does not date them"}
+        ready = None
         if status:
             state = int(status["supervisor"])
-            if state & (TUMBLED | LOCKED | CRASHED) or not state & (CAN_ARM | CAN_FLY | ARMED):
-                found.append(f"{name} is not ready: put it level, and restart it where a tumble or a crash blocks it")
-            if status["battery"] != 0.0 and not status["battery"] > CRITICAL:  # 0 where a server does not report it
-                found.append(f"{name}'s battery has {status['battery']:.2f} V: charge or change it")
+            ready = not state & (TUMBLED | LOCKED | CRASHED) and bool(state & (CAN_ARM | CAN_FLY | ARMED))
         else:
-            self.unknown.append(f"whether {name} is ready, and its battery: no `status` is reported of it")
-        level = self.level(name)
-        if level is not None and (fault := team.battery_fault(name, level, lasts)):
-            found.append(fault)
-        elif level is None or team.battery_left(name, level) is None:
-            why = "its charge is not reported" if level is None else "its vehicle has no `endurance`"
-            self.unknown.append(f"whether {name}'s battery lasts for {lasts:.0f} s: {why}")
-        variances = [row[:3] for row in self.estimates[name] if len(row) >= 3]
-        if not variances:
-            self.unknown.append(f"whether {name}'s estimator has settled: its variances are not reported")
-        elif len(variances) < 5 or not all(
-            max(axis) - min(axis) < team.limits["settled"] for axis in zip(*variances, strict=True)
-        ):
-            found.append(f"{name}'s estimator has not settled: leave it standing still, or reset it")
-        return found
+            why["ready"] = "no `status` is reported of it"
+        variances, settled = [row[:3] for row in self.estimates[name] if len(row) >= 3], None
+        if variances:
+            steady = (max(axis) - min(axis) < self._team.limits["settled"] for axis in zip(*variances, strict=True))
+            settled = len(variances) >= 5 and all(steady)
+        else:
+            why["estimator"] = "its variances are not reported"
+        why["battery"] = "its charge is not reported" if level is None else "its vehicle has no `endurance`"
+        why["parameters"] = "crazyswarm2 lists none of them"
+        lasts = None if level is None else self._team.battery_left(name, level)
+        return Known(poses, ready, settled, lasts, wrong, self.dated, why)
 
-    def set_parameters(self) -> list[str]:
-        """Tell each robot its parameters once more, ask crazyswarm2 for them, and return what differs.
+    def voltage(self, name: str) -> list[Check]:
+        """Return the check of a battery's voltage; nothing where it is not reported, which a server says by 0.
 
-        Its server answers with what it set last, and does not ask the vehicle.
+        Args:
+            name: The robot's.
         """
-        asked, found = dict[str, dict[str, float]](), list[str]()
+        volts = self.status(name).get("battery", 0.0)
+        if volts == 0.0:
+            return []
+        sentence = f"{name}'s battery has {volts:.2f} V"
+        passed = volts > CRITICAL
+        return [Check("battery", name, passed, sentence if passed else f"{sentence}: charge or change it")]
+
+    def set_parameters(self) -> dict[str, str]:
+        """Tell each robot its parameters once more, ask crazyswarm2 for them, and return what differs, a sentence, empty where nothing does.
+
+        Its server answers with what it set last, and does not ask the vehicle. A robot of which it lists no parameters is left out.
+        """
+        asked, found = dict[str, dict[str, float]](), dict[str, str]()
         for name, robot in self.robots.items():
             wanted: dict[str, float] = self._team.data["robots"][name]["parameters"]
             if not hasattr(robot, "getParam") or not (has := getattr(robot, "paramTypeDict", None)):
-                self.unknown.append(f"the parameters of {name}: crazyswarm2 lists none of them")
                 continue
             if missing := [key for key in wanted if key not in has]:
-                found.append(f"{name}'s firmware does not have {', '.join(missing)}: update it")
+                found[name] = f"{name}'s firmware does not have {', '.join(missing)}: update it"
                 continue
             asked[name] = wanted
             for key, value in wanted.items():
@@ -191,37 +227,57 @@ class Swarm:
                 for key, value in wanted.items()
                 if not math.isclose(board[key], value, rel_tol=1e-5, abs_tol=1e-9)
             ]
-            if wrong:
-                found.append(
-                    f"{name}: {'; '.join(wrong)}: look whether crazyswarm2 was started with the exported crazyflies.yaml"
-                )
+            remedy = "look whether crazyswarm2 was started with the exported crazyflies.yaml"
+            found[name] = f"{name}: {'; '.join(wrong)}: {remedy}" if wrong else ""
         return found
 
     # Commands
 
     def arm(self) -> None:
-        """Arm all: brushless vehicles need it, others do not mind; versions of crazyswarm2 without it have none of them.
+        """Arm all, and wait until they can fly: motors of brushless vehicles spin up first, others need no arming.
+
+        Versions of crazyswarm2 that cannot arm have no brushless vehicles.
 
         Raises:
-            Refused: One does not say that it is armed.
+            Refused: One does not say in time that it can fly.
         """
-        begin, left = self.now(), list[str]()
-        while self.now() - begin < self._team.limits["patience"]:
-            if hasattr(self.everyone, "arm"):
-                self.everyone.arm(True)
-            self.sleep(1.0)
-            reported = {name: int(status["supervisor"]) for name in self.robots if (status := self.status(name))}
-            left = [name for name, state in reported.items() if not state & (ARMED | CAN_FLY)]
-            if not left:
-                return
-        raise Refused(f"{', '.join(left)} did not arm: look at what its supervisor says")
-
-    def disarm(self) -> None:
-        """Stop motors on the ground."""
-        for _ in range(3):
-            if hasattr(self.everyone, "arm"):
-                self.everyone.arm(False)
+        begin, asked, left = self.now(), -math.inf, list[str]()
+        while self.now() - begin < self._team.limits["arming"]:
+            if self.now() - asked >= 1.0:
+                asked = self.now()
+                if hasattr(self.everyone, "arm"):
+                    self.everyone.arm(True)
             self.sleep(AGAIN)
+            reported = {name: int(status["supervisor"]) for name in self.robots if (status := self.status(name))}
+            left = [name for name, state in reported.items() if not state & CAN_FLY]
+            if not left and self.now() - begin >= 1.0:  # what is not reported has that long to spin up
+                return
+        armed = [name for name in left if int(self.status(name)["supervisor"]) & ARMED]
+        why = f"armed, and cannot fly: the motors of {', '.join(armed)} did not spin up" if armed else "did not arm"
+        raise Refused(f"{', '.join(left)} {why}: look at what its supervisor says")
+
+    def disarm(self, names: list[str]) -> None:
+        """Stop motors of robots that stand.
+
+        Args:
+            names: The robots'.
+        """
+        for _ in range(3):
+            for name in names:
+                if hasattr(self.robots[name], "arm"):
+                    self.robots[name].arm(False)
+            self.sleep(AGAIN)
+
+    def go_to(self, name: str, place: tuple[float, ...], seconds: float) -> None:
+        """Have a robot go somewhere.
+
+        Args:
+            name: The robot's.
+            place: x, y, z in m and heading in rad.
+            seconds: How long it takes.
+        """
+        x, y, z, heading = place
+        self.robots[name].goTo([x, y, z + self.trims.get(name, 0.0)], heading, seconds)
 
     def emergency(self) -> None:
         """Stop all motors, whatever robots do."""
@@ -241,6 +297,9 @@ class Swarm:
         for name, robot in self.robots.items():
             loaded = self._loaded()
             loaded.loadcsv(folder / f"{name}{ending}.csv")
+            if trim := self.trims.get(name):
+                for piece in loaded.polynomials:
+                    piece.pz.p[0] += trim
             robot.uploadTrajectory(TRAJECTORY_ID, 0, loaded)
 
     def start(self) -> None:
@@ -255,11 +314,6 @@ def _position(robot: Any) -> Place:
         raise Refused("this version of crazyswarm2 measures no positions: update it")
     place: Any = read()
     return float(place[0]), float(place[1]), float(place[2])
-
-
-def _heading(orientation: Any) -> float:
-    x, y, z, w = orientation.x, orientation.y, orientation.z, orientation.w
-    return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
 
 
 def keep_signals() -> None:

@@ -1,14 +1,14 @@
-"""How a flight with crazyswarm2 ends: all hold where something is wrong and all are seen, then land, told until they sink."""
+"""How a flight with crazyswarm2 ends: all hold where something is wrong and all are seen, then land, told until they sink, and are disarmed where they stand."""
 
 from __future__ import annotations
 
 import math
 
 from flying.stages import Flight
+from flying.standing import Standing
 
 STEP = 0.02  # s between two looks
 AGAIN = 0.1  # s after which a landing is told again
-NEAR = 0.1  # m above where a landing ends, at which a robot is down
 HIGH = 0.3  # m above the ground, from which on motors are stopped by an emergency stop
 SINK = 0.05  # m by which a robot sinks within a second of being told to land
 
@@ -34,7 +34,10 @@ def hold(flight: Flight) -> None:
 
 
 def land(flight: Flight) -> list[str]:
-    """Land all straight down, and stop their motors; return who is not measured to be down.
+    """Land all straight down, and disarm those that stand; return who is not known to stand.
+
+    A robot that does not stand in time is disarmed all the same where it is low, and gets an emergency stop where it is not: it does not do
+    what it is told.
 
     Args:
         flight: What flies.
@@ -44,42 +47,51 @@ def land(flight: Flight) -> list[str]:
     flight.record.event(swarm.now(), "all robots land", "reaction")
     grounds = {name: flight.ground(name) for name in flight.team.names}
     targets = {name: ground + limits["landing_height"] for name, ground in grounds.items()}
+    flight.standing = flight.standing or Standing(targets, limits)  # a robot that stands is told nothing more: it would rise
+    standing = flight.standing
     marks = {name: _height(flight, name) for name in targets}
     drop = max((mark if math.isfinite(mark) else targets[name] + 2.0) - targets[name] for name, mark in marks.items())
     seconds = max(1.0, drop / limits["landing_speed"])
+    standing.land(swarm.now() + seconds)
 
     def tell(names: list[str]) -> None:
         for name in names:
             swarm.robots[name].land(targetHeight=targets[name], duration=seconds)
 
     for _ in range(3):
-        tell(list(targets))
+        tell(standing.flying(list(targets)))
         swarm.sleep(AGAIN)
-        flight.look(None)
+        _look(flight, standing)
     told = swarm.now()
-    end = told + seconds + limits["patience"]
-    while swarm.now() < end and (up := _up(flight, targets)):
+    end = told + seconds + limits["landed"]
+    while swarm.now() < end and (up := standing.flying(list(targets))):
         swarm.sleep(STEP)
-        flight.look(None)
+        _look(flight, standing)
         if swarm.now() - told > 1.0:
-            tell([name for name in up if not _height(flight, name) < marks[name] - SINK])
+            high = [name for name in up if not _height(flight, name) <= targets[name] + limits["near"]]
+            tell([name for name in high if not _height(flight, name) < marks[name] - SINK])
             told, marks = swarm.now(), {name: _height(flight, name) for name in targets}
-    swarm.disarm()
+    up = standing.flying(list(targets))
+    high = [name for name in up if not _height(flight, name) <= grounds[name] + HIGH]
+    swarm.disarm([name for name in targets if name not in high])
     flight.record.ended("landing", swarm.now())
-    up = _up(flight, targets)
     if up:
-        flight.record.event(swarm.now(), f"{', '.join(up)} is not measured to be down: watch it", "reaction")
-    if any(_height(flight, name) > grounds[name] + HIGH for name in up):
+        flight.record.event(swarm.now(), f"{', '.join(up)} is not known to stand: watch it", "reaction")
+    if high:
         flight.record.event(swarm.now(), "motors are stopped by an emergency stop: switch vehicles off and on", "reaction")
         swarm.emergency()
     return up
 
 
+def _look(flight: Flight, standing: Standing) -> None:
+    """Take in where robots are, and what they say."""
+    flight.look(None)
+    for name in flight.team.names:
+        if (pose := flight.swarm.pose(name)) is not None:
+            standing.see(name, pose.time, pose.position[2], flight.swarm.flying(name))
+
+
 def _height(flight: Flight, name: str) -> float:
     """Return how high a robot was measured last, m; infinite where it never was."""
     pose = flight.swarm.pose(name)
-    return math.inf if pose is None else pose.place[2]
-
-
-def _up(flight: Flight, targets: dict[str, float]) -> list[str]:
-    return [name for name, target in targets.items() if not _height(flight, name) <= target + NEAR]
+    return math.inf if pose is None else pose.position[2]

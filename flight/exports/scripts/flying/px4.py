@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 import math
-import struct
 import time
 from collections import deque
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from flying.watch import Place, Pose, Refused
+from flying.checks import Place, Pose
+from flying.reports import BEAT, CUSTOM_MODE, OFFBOARD, PX4, SET_INTERVAL, SET_MODE, Reports, beat, encoded, intervals
+from flying.watch import Refused
 
 AGAIN = 0.3  # s after which what was not confirmed is asked for again
 AGE = 0.05  # s that a position may have been on its way: it is held against the setpoints of that time
-OFFBOARD, HOLD, LAND = (6, 0), (4, 3), (4, 6)  # PX4's main and sub mode
-CUSTOM_MODE, SET_MODE, SET_INTERVAL, PX4, ARMED, INT32 = 1, 176, 511, 12, 128, 6
-SYS_STATUS, ATTITUDE, LOCAL_POSITION_NED, ESTIMATOR_STATUS = 1, 30, 32, 230
-LEVEL, PLACED, LOST = 1, 8 | 16, 128  # flags of ESTIMATOR_STATUS: attitude; horizontal position; it knows no position any more
 
 
 class Vehicle:
@@ -25,6 +22,7 @@ class Vehicle:
 
     Attributes:
         name: The robot's.
+        says: What it last said of itself.
         poses: What it said of where it is, in the laboratory, in the last half second.
         worst: m that it was away from its setpoints at the most, since `fly`.
     """
@@ -52,17 +50,12 @@ class Vehicle:
             self.link: Any = mavutil.mavlink_connection(address, source_system=255, source_component=190, dialect="common")
         except Exception as error:  # pymavlink raises what its drivers do
             raise Refused(f"{name} cannot be reached at {address}: {error}") from None
-        self.mode: tuple[int, int] | None = None
-        self.armed, self.autopilot = False, 0
+        self.says, self.autopilot = Reports(), 0
         self.others: set[int] = set()  # systems that were heard instead
-        self.beat = -math.inf  # s, of `time.monotonic`: the last heartbeat
         self.poses: deque[Pose] = deque(maxlen=50)
-        self.charge: float | None = None
-        self.estimator: int | None = None
-        self.board: dict[str, float] = {}
         self.asked_offboard = False
         self.worst = 0.0
-        self._yaw: float | None = None
+        self._beaten = -math.inf
         self._sent: deque[tuple[float, int]] = deque()  # when which setpoint was sent, as long ago as a position may be
 
     def listen(self, seen: Callable[[Vehicle, Pose], object] | None = None) -> None:
@@ -75,27 +68,22 @@ class Vehicle:
             kind = message.get_type()
             if message.get_srcSystem() != self.system:
                 self.others.add(message.get_srcSystem())
-            elif kind == "HEARTBEAT" and message.autopilot == PX4:
-                self.autopilot, self.beat = PX4, time.monotonic()
-                self.mode = (message.custom_mode >> 16 & 255, message.custom_mode >> 24 & 255)
-                self.armed = bool(message.base_mode & ARMED)
+                continue
+            now = time.monotonic()
+            self.says.take(message, now)
+            if kind == "HEARTBEAT" and message.autopilot == PX4:
+                self.autopilot = PX4
             elif kind == "LOCAL_POSITION_NED":
-                heading = None if self._yaw is None else math.remainder(math.pi / 2 - self._yaw, math.tau)
-                self.poses.append(Pose(time.monotonic(), self.in_laboratory(message), heading))
+                self.poses.append(Pose(now, self.in_laboratory(message), self.says.heading))
                 self.worst = max(self.worst, self.off())
                 if seen is not None:
                     seen(self, self.poses[-1])
-            elif kind == "ATTITUDE":
-                self._yaw = message.yaw
-            elif kind == "SYS_STATUS":
-                self.charge = message.battery_remaining / 100.0 if message.battery_remaining >= 0 else None
-            elif kind == "ESTIMATOR_STATUS":
-                self.estimator = message.flags
-            elif kind == "PARAM_VALUE":
-                value = message.param_value
-                if message.param_type == INT32:
-                    (value,) = struct.unpack("<i", struct.pack("<f", value))
-                self.board[message.param_id] = value
+
+    def beat(self) -> None:
+        """Say once a second that a ground station is here."""
+        if (now := time.monotonic()) >= self._beaten + BEAT:
+            self._beaten = now
+            beat(self.link.mav)
 
     def since(self, time_: float) -> list[Pose]:
         """Return its poses since a time, s of `time.monotonic`."""
@@ -135,7 +123,7 @@ class Vehicle:
 
     def distance(self, index: int) -> float:
         """Return how far the vehicle says it is from a setpoint, in m; infinite where it has not said."""
-        return math.dist(self.poses[-1].place, self.wanted(index)) if self.poses else math.inf
+        return math.dist(self.poses[-1].position, self.wanted(index)) if self.poses else math.inf
 
     def wanted(self, index: int | None = None) -> Place:
         """Return where a setpoint is in the laboratory.
@@ -157,21 +145,19 @@ class Vehicle:
         self.command(SET_MODE, CUSTOM_MODE, *mode)
 
     def ask_reports(self, rate: float) -> None:
-        """Ask for positions and headings often, and for battery and estimator twice a second.
+        """Ask for positions and headings often, and for battery, estimator and landing less often.
 
         Args:
             rate: How often a second.
         """
         if self.autopilot != PX4:  # before it was heard, a link that listens knows nobody to send to
             return
-        for message, often in ((ATTITUDE, rate), (SYS_STATUS, 2.0), (ESTIMATOR_STATUS, 2.0), (LOCAL_POSITION_NED, rate)):
-            self.command(SET_INTERVAL, message, 1e6 / often)
+        for message, microseconds in intervals(rate):
+            self.command(SET_INTERVAL, message, microseconds)
 
     def set_parameter(self, key: str, value: float) -> None:
         """Set a parameter; PX4 answers with what it has then."""
-        whole = isinstance(value, int)
-        sent = struct.unpack("<f", struct.pack("<i", value))[0] if whole else value
-        self.link.mav.param_set_send(self.system, 1, key.encode(), sent, INT32 if whole else 9)
+        self.link.mav.param_set_send(self.system, 1, key.encode(), *encoded(value))
 
 
 def read_setpoints(log: bytes) -> list[Any]:  # pymavlink's messages have no types

@@ -6,10 +6,13 @@ import math
 from pathlib import Path
 from typing import Any
 
+from flying.checks import Place, Pose
 from flying.crazyswarm import Swarm
 from flying.paths import PiecewisePath, Row
 from flying.record import FLIGHT, Record
-from flying.watch import Place, Pose, Refused, Team, Watch
+from flying.simulator import trimmed
+from flying.standing import Standing
+from flying.watch import Refused, Team, Watch
 
 STEP = 0.02  # s between two looks in flight
 AGE = 0.05  # s that a position and a start may have been on their way: it is held against the plan of that time
@@ -32,6 +35,7 @@ class Flight:
         flying: Whether motors may turn.
         up: Whether robots may be in the air.
         stage: What is flown.
+        standing: Looks at robots that land; None before they do.
     """
 
     def __init__(self, team: Team, swarm: Swarm, record: Record) -> None:
@@ -41,6 +45,7 @@ class Flight:
         self.ends: dict[str, Row] = {name: tuple(row["end"]) for name, row in team.data["robots"].items()}
         self.grounds = dict.fromkeys(team.names, 0.0)
         self.flying, self.up, self.stage = False, False, ""
+        self.standing: Standing | None = None
         self._paths: dict[str, PiecewisePath] = {}
         self._begin: float | None = None  # of what is flown from the vehicles' memory
         self._hovers: dict[str, Row] = dict(self.starts)
@@ -65,7 +70,10 @@ class Flight:
         self.up = True
         for name, start in self.starts.items():
             self.swarm.robots[name].takeoff(targetHeight=start[2], duration=seconds)
-        self._go_on(seconds + 0.5, Watch(self.team, self.swarm.now()))
+        watch = Watch(self.team, self.swarm.now())
+        self._go_on(seconds + 0.5, watch)
+        if self.swarm.seen_by_tf:
+            self._trim(watch)
         self.record.ended("climb", self.swarm.now())
 
     def go_to_starts(self) -> None:
@@ -77,7 +85,7 @@ class Flight:
         self.flying = self.up = True
         self.enter("way")
         for name, start in self.starts.items():
-            self.swarm.robots[name].goTo(list(start[:3]), start[3], WAY)
+            self.swarm.go_to(name, start, WAY)
         self._go_on(WAY + 1.0, Watch(self.team, self.swarm.now()))
         self.record.ended("way", self.swarm.now())
 
@@ -147,7 +155,7 @@ class Flight:
             if pose is not None and pose.time > self._seen.get(name, -math.inf):
                 self._seen[name] = pose.time
                 off, wanted = self._off(name, pose)
-                self.record.pose(self.stage, pose.time, name, pose.place, wanted, off)
+                self.record.pose(self.stage, pose.time, name, pose.position, wanted, off)
                 if watch is not None:
                     watch.see(name, pose, off, low=self.stage in ("way", FLIGHT))
             if watch is None:
@@ -168,7 +176,7 @@ class Flight:
         places: dict[str, Row] = {}
         for name, pose in poses.items():
             if self._begin is None or self.stage != FLIGHT:
-                places[name] = (*pose.place, self.starts[name][3])
+                places[name] = (*pose.position, self.starts[name][3])
             else:
                 at = self.swarm.now() - self._begin
                 places[name] = self._paths[name].rest(at, self.team.limits["braking"], self.team.data["braking"])
@@ -176,7 +184,7 @@ class Flight:
         self.enter("hold")
         for _ in range(2):
             for name, place in places.items():
-                self.swarm.robots[name].goTo(list(place[:3]), place[3], self.team.limits["braking"])
+                self.swarm.go_to(name, place, self.team.limits["braking"])
             self.swarm.sleep(AGAIN)
 
     def ground(self, name: str) -> float:
@@ -186,8 +194,18 @@ class Flight:
             name: The robot's.
         """
         pose, start = self.swarm.pose(name), self.starts[name]
-        home = pose is not None and math.dist(pose.place[:2], start[:2]) < self.team.margin
+        home = pose is not None and math.dist(pose.position[:2], start[:2]) < self.team.margin
         return self.grounds[name] if home or self.grounds[name] < PLATFORM else 0.0
+
+    def _trim(self, watch: Watch) -> None:
+        """Have robots of crazyswarm2's simulator hover at their starts: its controller takes no mass, and lets them sink."""
+        for trims in trimmed(self.starts, self.swarm.pose):
+            self.swarm.trims = trims
+            for name, start in self.starts.items():
+                self.swarm.go_to(name, start, 0.5)
+            self._go_on(1.0, watch)
+        said = ", ".join(f"{name} {1000 * trim:.0f} mm" for name, trim in self.swarm.trims.items())
+        self.record.event(self.swarm.now(), f"the simulator's controller takes no mass: heights are asked higher by {said}")
 
     def _go_on(self, seconds: float, watch: Watch) -> None:
         """Let what is flown go on under watch."""
@@ -205,7 +223,7 @@ class Flight:
         self._begin, self._hovers = None, {name: tuple(place) for name, place in places.items()}
         for _ in range(2):
             for name, place in places.items():
-                self.swarm.robots[name].goTo(list(place[:3]), place[3], 1.0)
+                self.swarm.go_to(name, tuple(place), 1.0)
             self._go_on(0.6, watch)
 
     def _require_at(self, places: dict[str, Any]) -> None:
@@ -216,19 +234,18 @@ class Flight:
             pose = self.swarm.pose(name)
             if pose is None:
                 raise Refused(f"{name} was not seen")
-            faults.append(self.team.place_fault(name, pose.place, wanted, "the start"))
-            faults.append(self.team.heading_fault(name, pose.heading, place[3]))
-        if faults := [fault for fault in faults if fault]:
+            faults += self.team.place_faults(name, pose, wanted, place[3], "the start")
+        if faults:
             raise Refused("; ".join(faults))
 
     def _off(self, name: str, pose: Pose) -> tuple[float, Row]:
         """Return how far a robot is from where it should be, m, and where that is."""
         if self.stage in ("climb", "landing"):
             top = self.starts[name] if self.stage == "climb" else self.ends[name]
-            wanted: Row = (top[0], top[1], min(max(pose.place[2], 0.0), top[2]))
+            wanted: Row = (top[0], top[1], min(max(pose.position[2], 0.0), top[2]))
         elif self.stage == FLIGHT and self._begin is not None:
             at = pose.time - self._begin
-            return self._paths[name].near(pose.place, at - AGE, at)
+            return self._paths[name].near(pose.position, at - AGE, at)
         else:
             wanted = self._hovers[name]
-        return math.dist(pose.place, wanted[:3]), wanted
+        return math.dist(pose.position, wanted[:3]), wanted

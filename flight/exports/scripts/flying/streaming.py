@@ -5,9 +5,11 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
-from flying.px4 import AGAIN, HOLD, LAND, LEVEL, LOST, OFFBOARD, PLACED, PX4, Vehicle
+from flying.checks import Check, Known, Place, Pose, checks_of, one_body_each, refusals
+from flying.px4 import AGAIN, Vehicle
 from flying.record import FLIGHT, Record
-from flying.watch import Place, Pose, Refused, Team, Watch
+from flying.reports import HOLD, LAND, OFFBOARD, PX4
+from flying.watch import Refused, Team, Watch
 
 CONNECT = 10.0  # s to wait for a vehicle's first heartbeat and positions
 LOOK = 1.1  # s in which battery and estimator are reported twice
@@ -35,30 +37,42 @@ class Stream:
 
     # Before
 
-    def check(self) -> None:
+    def check(self, unchecked: frozenset[str]) -> None:
         """Look at every vehicle, which hovers at its start, and set what acts on board when setpoints end.
+
+        Args:
+            unchecked: Checks without which the operator flies.
 
         Raises:
             Refused: Something is wrong; nothing was asked of any vehicle but reports and parameters.
         """
         self._reach()
-        begin = time.monotonic()
-        self.wait(begin + LOOK)
-        team, faults, now = self.team, list[str](), time.monotonic()
+        self.wait(time.monotonic() + LOOK)
+        now, found = time.monotonic(), list[Check]()
         starts: dict[str, Place] = {vehicle.name: vehicle.wanted(0) for vehicle in self.vehicles}
         for vehicle in self.vehicles:
-            name, poses = vehicle.name, vehicle.since(now - team.limits["watched"])
-            if not vehicle.armed:
-                faults.append(f"{name} is not armed: bring it to a hover at its start first")
-            faults += team.pose_faults(name, poses, now)
-            if poses:
-                faults.append(team.place_fault(name, poses[-1].place, starts, "its start"))
-                faults.append(team.heading_fault(name, poses[-1].heading, team.data["robots"][name]["start"][3]))
-            faults += self._health_faults(vehicle)
-        faults += team.one_body_each({vehicle.name: vehicle.poses[-1].place for vehicle in self.vehicles if vehicle.poses})
-        if faults := [fault for fault in faults if fault]:
+            found += self._checks_of(vehicle, starts, now)
+        places = {vehicle.name: vehicle.poses[-1].position for vehicle in self.vehicles if vehicle.poses}
+        found += one_body_each(places, self.team.limits)
+        for check in found:
+            if check.passed is None:
+                self.say(check.sentence, "check")
+        if faults := refusals(found, unchecked):
             raise Refused("; ".join(faults))
         self._set_failsafe()
+
+    def _checks_of(self, vehicle: Vehicle, starts: dict[str, Place], now: float) -> list[Check]:
+        """Look at one vehicle; its parameters are set, and read back, once all that only looks has passed."""
+        team, name, says = self.team, vehicle.name, vehicle.says
+        lasts = None if says.charge is None else team.battery_left(name, says.charge)
+        self.record.said["batteries"][name] = says.charge
+        why = says.why(endurance=team.data["robots"][name]["endurance"] is not None)
+        known = Known(vehicle.since(now - team.limits["watched"]), says.armed, says.settled, lasts, "", why=why)
+        found = checks_of(name, known, team.asked(name, starts, "its start"), team.limits, now)
+        if says.armed:
+            return found
+        hover = Check("ready", name, False, f"{name} is not armed: bring it to a hover at its start first")
+        return [hover, *(check for check in found if check.name != "ready")]
 
     def _reach(self) -> None:
         """Wait until all speak, and report often."""
@@ -67,9 +81,16 @@ class Stream:
             return len(vehicle.since(time.monotonic() - 0.5)) >= 0.25 * self.rate
 
         def speaks(vehicle: Vehicle) -> bool:
-            return vehicle.autopilot == PX4 and often(vehicle) and vehicle.poses[-1].heading is not None
+            return vehicle.autopilot == PX4 and often(vehicle)
 
-        if self.wait(time.monotonic() + CONNECT, speaks, ask=lambda vehicle: vehicle.ask_reports(self.rate)):
+        def complete(vehicle: Vehicle) -> bool:
+            return vehicle.says.ready_to_check
+
+        def ask(vehicle: Vehicle) -> None:
+            vehicle.ask_reports(self.rate)
+
+        if self.wait(time.monotonic() + CONNECT, speaks, ask=ask):
+            self.wait(time.monotonic() + LOOK, complete, ask=ask)  # what it does not say until then is not checked
             return
         faults: list[str] = []
         for vehicle in self.vehicles:
@@ -82,38 +103,21 @@ class Stream:
                 faults.append(f"no PX4 heartbeat and position from {vehicle.name} within {CONNECT:g} s: look at its address")
             elif not often(vehicle):
                 faults.append(f"{vehicle.name} does not report its position {self.rate:g} times a second: look at its link")
-            elif vehicle.poses[-1].heading is None:
-                faults.append(f"{vehicle.name} does not report its heading: look at its link")
         raise Refused("; ".join(faults))
-
-    def _health_faults(self, vehicle: Vehicle) -> list[str]:
-        team, name, found = self.team, vehicle.name, list[str]()
-        if vehicle.estimator is None:
-            self.say(f"not checked: whether {name}'s estimator has settled: it does not report it", "check")
-        elif not vehicle.estimator & LEVEL or not vehicle.estimator & PLACED or vehicle.estimator & LOST:
-            found.append(f"{name}'s estimator has not settled: hold it at its start until it has, or reset it")
-        left = None if vehicle.charge is None else team.battery_left(name, vehicle.charge)
-        if left is None:
-            why = "its charge is not reported" if vehicle.charge is None else "its vehicle has no `endurance`"
-            self.say(f"not checked: whether {name}'s battery lasts for {team.data['lasts']:.0f} s: {why}", "check")
-        elif vehicle.charge is not None:
-            found.append(team.battery_fault(name, vehicle.charge, team.data["lasts"]))
-        self.record.said["batteries"][name] = vehicle.charge
-        return found
 
     def _set_failsafe(self) -> None:
         """Set what acts on board when setpoints end, and read it back."""
         wanted: dict[str, float] = self.team.data["failsafe"]
 
         def has(vehicle: Vehicle) -> bool:
-            return all(vehicle.board.get(key) == value for key, value in wanted.items())
+            return all(vehicle.says.board.get(key) == value for key, value in wanted.items())
 
         def ask(vehicle: Vehicle) -> None:
             for key, value in wanted.items():
                 vehicle.set_parameter(key, value)
 
         done = self.wait(time.monotonic() + ANSWER, has, ask=ask)
-        self.record.said["parameters"] = {vehicle.name: dict(vehicle.board) for vehicle in self.vehicles}
+        self.record.said["parameters"] = {vehicle.name: dict(vehicle.says.board) for vehicle in self.vehicles}
         if not done:
             which = ", ".join(vehicle.name for vehicle in self.vehicles if not has(vehicle))
             said = ", ".join(f"{key} = {value:g}" for key, value in wanted.items())
@@ -132,17 +136,19 @@ class Stream:
         self.wait(time.monotonic() + LEAD, sending=True)
         if not self.wait(
             time.monotonic() + ANSWER,
-            lambda vehicle: vehicle.mode == OFFBOARD,
+            lambda vehicle: vehicle.says.mode == OFFBOARD,
             sending=True,
             ask=lambda vehicle: vehicle.ask_mode(OFFBOARD),
         ):
-            others = [vehicle.name for vehicle in self.vehicles if vehicle.mode != OFFBOARD]
+            others = [vehicle.name for vehicle in self.vehicles if vehicle.says.mode != OFFBOARD]
             raise Refused(f"{', '.join(others)} did not change to offboard flight within {ANSWER:g} s")
         starts: dict[str, Place] = {vehicle.name: vehicle.wanted(0) for vehicle in self.vehicles}
-        faults = [
-            self.team.place_fault(vehicle.name, vehicle.poses[-1].place, starts, "its start") for vehicle in self.vehicles
-        ]
-        if faults := [fault for fault in faults if fault]:
+        headings = {name: row["start"][3] for name, row in self.team.data["robots"].items()}
+        if faults := [
+            fault
+            for vehicle in self.vehicles
+            for fault in self.team.place_faults(vehicle.name, vehicle.poses[-1], starts, headings[vehicle.name], "its start")
+        ]:
             raise Refused("; ".join(faults))
 
     def fly(self) -> None:
@@ -172,20 +178,20 @@ class Stream:
 
     def _require_in_flight(self, at: float) -> None:
         """Refuse to go on where a robot has left offboard flight, or is silent, or nearly out of battery."""
-        left = [vehicle.name for vehicle in self.vehicles if vehicle.mode != OFFBOARD]
+        left = [vehicle.name for vehicle in self.vehicles if vehicle.says.mode != OFFBOARD]
         if left:
             raise Refused(f"{', '.join(left)} left offboard flight at {at:.2f} s")
         self._watch.require_seen(time.monotonic())
         for vehicle in self.vehicles:
-            if vehicle.charge is not None:
-                self._watch.require_charged(vehicle.name, vehicle.charge)
+            if vehicle.says.charge is not None:
+                self._watch.require_charged(vehicle.name, vehicle.says.charge)
 
     def _seen(self, vehicle: Vehicle, pose: Pose) -> None:
         """Take in a pose."""
         if not self._stage:
             return
         off = vehicle.off()
-        self.record.pose(self._stage, pose.time, vehicle.name, pose.place, vehicle.wanted(), off)
+        self.record.pose(self._stage, pose.time, vehicle.name, pose.position, vehicle.wanted(), off)
         if self._stage == FLIGHT:
             self._watch.see(vehicle.name, pose, off)
 
@@ -228,10 +234,10 @@ class Stream:
         now = time.monotonic()
 
         def done(vehicle: Vehicle) -> bool:
-            return vehicle not in vehicles or (vehicle.beat > now and vehicle.mode not in leave)
+            return vehicle not in vehicles or (vehicle.says.beats > now and vehicle.says.mode not in leave)
 
         def ask(vehicle: Vehicle) -> None:
-            if vehicle.mode in leave:
+            if vehicle.says.mode in leave:
                 vehicle.ask_mode(mode)
 
         self.wait(now + ANSWER, done, sending=True, ask=ask)
@@ -268,6 +274,7 @@ class Stream:
         begin, sent, asked = time.monotonic(), 0, float("-inf")
         while (now := time.monotonic()) < until:
             for vehicle in self.vehicles:
+                vehicle.beat()
                 vehicle.listen(self._seen)
             if ready is not None and all(ready(vehicle) for vehicle in self.vehicles):
                 return True

@@ -5,31 +5,14 @@ Each sentence says what is wrong and what to do about it. Places are x, y, z in 
 
 from __future__ import annotations
 
-import itertools
 import math
-from dataclasses import dataclass
 from typing import Any
 
-Place = tuple[float, float, float]
+from flying.checks import Asked, Place, Pose, at_place, heading_of
 
 
 class Refused(Exception):
     """The flight is not begun, or not gone on with; the message says why."""
-
-
-@dataclass(frozen=True)
-class Pose:
-    """Where a robot was measured.
-
-    Attributes:
-        time: s of the script's clock.
-        place: x, y, z in m.
-        heading: rad; None where it is not measured.
-    """
-
-    time: float
-    place: Place
-    heading: float | None
 
 
 class Team:
@@ -69,90 +52,36 @@ class Team:
                 "robots room to begin in"
             )
 
-    def pose_faults(self, name: str, poses: list[Pose], now: float) -> list[str]:
-        """Return what is wrong with a robot's poses: none, old, or restless.
+    def asked(self, name: str, places: dict[str, Place], where: str, *, above: bool = False) -> Asked:
+        """Return what is asked of a robot before it flies.
 
         Args:
             name: The robot's.
-            poses: Measured in the last moments, while it was at rest.
-            now: s of the same clock.
-        """
-        limits, faults = self.limits, list[str]()
-        if not poses:
-            return [f"{name} has no position: look at motion capture, and whether it sees {name} under this name"]
-        if now - poses[-1].time > limits["fresh"]:
-            faults.append(f"{name}'s last pose is {now - poses[-1].time:.2g} s old: look at motion capture and the markers")
-        if len(poses) < limits["poses"]:
-            faults.append(
-                f"{name} was measured {len(poses)} times in {limits['watched']:g} s, and {limits['poses']:g} are asked for: raise how often its pose is reported"
-            )
-        spread = math.dist(*(tuple(of(pose.place[axis] for pose in poses) for axis in range(3)) for of in (min, max)))
-        if not spread <= limits["quiet"] + 2 * limits["accuracy"]:
-            faults.append(
-                f"{name}'s place wanders by {spread:.3f} m: look for reflections and for two bodies that are taken for each other"
-            )
-        return faults
-
-    def place_fault(self, name: str, place: Place, wanted: dict[str, Place], where: str, *, above: bool = False) -> str:
-        """Return that a robot is not where it has to be; empty where it is.
-
-        Args:
-            name: The robot's.
-            place: Where it is measured.
-            wanted: Where each robot has to be.
-            where: In words.
+            places: Where each robot has to be.
+            where: The same in words.
             above: Whether heights do not matter.
         """
+        heading = self.data["robots"][name]["start"][3]
+        return Asked(places, where, heading, self.margin, self.data["lasts"], above)
 
-        def off(other: str) -> float:
-            return math.dist(place[:2], wanted[other][:2]) if above else math.dist(place, wanted[other])
-
-        most, found = self.limits["share"] * self.margin, off(name)
-        if found <= most:
-            return ""
-        near = min(wanted, key=off)
-        swapped = f", and is where {near} belongs" if near != name and off(near) < self.margin else ""
-        there = ", ".join(f"{value:.3f}" for value in wanted[name][: 2 if above else 3])
-        return f"{name} is {found:.3f} m from {where}{swapped}; {most:.3f} m are allowed: put it at ({there})"
-
-    def heading_fault(self, name: str, heading: float | None, wanted: float) -> str:
-        """Return that a robot looks elsewhere; empty where it does not, or does not say where it looks.
+    def place_faults(self, name: str, pose: Pose, places: dict[str, Place], heading: float, where: str) -> list[str]:
+        """Return that a robot in flight is not where what it flies next begins, or looks elsewhere; nothing where it is, and does.
 
         Args:
             name: The robot's.
+            pose: Where it is measured.
+            places: Where each robot has to be.
             heading: rad.
-            wanted: rad.
+            where: In words.
         """
-        off = 0.0 if heading is None else abs(math.remainder(heading - wanted, math.tau))
-        if off <= self.limits["heading"]:
-            return ""
-        return f"{name}'s heading is {math.degrees(off):.0f} degrees off: turn it to {math.degrees(wanted):.0f} degrees"
-
-    def battery_fault(self, name: str, level: float, lasts: float) -> str:
-        """Return that a battery does not last for the flight; empty where it does, or nobody knows for how long one lasts.
-
-        Args:
-            name: The robot's.
-            level: Share of its charge.
-            lasts: s that all is to take.
-        """
-        left, needed = self.battery_left(name, level), self.limits["reserve"] * lasts
-        if left is None or left >= needed:
-            return ""
-        return f"{name}'s battery lasts {left:.0f} s of the {needed:.0f} s needed: charge or change it"
+        asked = Asked(places, where, heading, self.margin, 0.0)
+        found = (at_place(name, pose.position, asked, self.limits), heading_of(name, pose.heading, heading, self.limits))
+        return [check.sentence for check in found if check.passed is False]
 
     def battery_left(self, name: str, level: float) -> float | None:
         """Return how long a robot's battery lasts, s; None where its vehicle's `endurance` is not known."""
         endurance = self.data["robots"][name]["endurance"]
         return 0.0 if level <= 0.0 else None if endurance is None else endurance * level
-
-    def one_body_each(self, places: dict[str, Place]) -> list[str]:
-        """Return who are measured at one place: one body is taken for both."""
-        return [
-            f"{one} and {other} are measured at one place: look at the names of bodies in motion capture"
-            for one, other in itertools.combinations(places, 2)
-            if math.dist(places[one], places[other]) < self.limits["quiet"]
-        ]
 
     # In flight
 
@@ -221,13 +150,13 @@ class Watch:
             Refused: It must not go on.
         """
         self.last[name] = pose.time
-        self.places[name] = pose.place
+        self.places[name] = pose.position
         team = self._team
-        if not all(map(math.isfinite, pose.place)):
+        if not all(map(math.isfinite, pose.position)):
             raise Refused(f"{name}'s measured place is no number")
         fault = (
             team.margin_fault(name, off)
-            or team.workspace_fault(name, pose.place, low=low)
+            or team.workspace_fault(name, pose.position, low=low)
             or team.apart_fault(name, self.places)
         )
         if fault:

@@ -1,0 +1,144 @@
+"""What a PX4 vehicle says of itself by MAVLink, and what it is asked to say: for the live link and the exported script. Standard library only; copied into exports.
+
+PX4 takes a ground station to be there while it hears its HEARTBEAT; where its data-link check is on (`NAV_DLL_ACT`), it does not arm without one.
+"""
+
+from __future__ import annotations
+
+import math
+import struct
+from dataclasses import dataclass, field
+from typing import Any
+
+OFFBOARD, HOLD, LAND = (6, 0), (4, 3), (4, 6)  # PX4's main and sub mode
+CUSTOM_MODE, SET_MODE, SET_INTERVAL, ARM, PX4, INT32 = 1, 176, 511, 400, 12, 6
+BEAT = 1.0  # s between two heartbeats of a ground station
+_ARMED, _ON_GROUND, _PREARM = 128, 1, 1 << 28  # of HEARTBEAT, EXTENDED_SYS_STATE and SYS_STATUS
+_SYS_STATUS, _ATTITUDE, _POSITION, _ESTIMATOR, _LANDED = 1, 30, 32, 230, 245
+_LEVEL, _PLACED, _LOST = (
+    1,
+    8 | 16,
+    128,
+)  # flags of ESTIMATOR_STATUS: attitude; horizontal position; it knows no position any more
+_GROUND_STATION, _NO_AUTOPILOT, _ACTIVE = 6, 8, 4
+
+
+def intervals(rate: float) -> tuple[tuple[int, float], ...]:
+    """Return what a vehicle is asked to report: messages, and microseconds between two of each.
+
+    Args:
+        rate: Positions and headings a second.
+    """
+    often = ((_ATTITUDE, rate), (_SYS_STATUS, 2.0), (_ESTIMATOR, 2.0), (_LANDED, 5.0), (_POSITION, rate))
+    return tuple((message, 1e6 / each) for message, each in often)
+
+
+def beat(mavlink: Any) -> None:  # pymavlink's links have no types
+    """Send a ground station's heartbeat.
+
+    Args:
+        mavlink: pymavlink's `mav` of a link.
+    """
+    mavlink.heartbeat_send(_GROUND_STATION, _NO_AUTOPILOT, 0, 0, _ACTIVE)
+
+
+@dataclass
+class Reports:
+    """What one vehicle said last; None for what it has not said.
+
+    Attributes:
+        beats: When its last heartbeat came, s of the listener's clock.
+        mode: PX4's main and sub mode.
+        armed: Whether it is armed.
+        charge: Share of its battery.
+        heading: rad, against the clock from x of the laboratory, whose y is north.
+        estimator: Flags of ESTIMATOR_STATUS.
+        board: Parameters as they were read back.
+    """
+
+    beats: float = -math.inf
+    mode: tuple[int, int] | None = None
+    armed: bool = False
+    charge: float | None = None
+    heading: float | None = None
+    estimator: int | None = None
+    board: dict[str, float] = field(default_factory=dict[str, float])
+    _landed: int = 0
+    _checks: tuple[int, int] = (0, 0)
+
+    def take(self, message: Any, now: float) -> None:  # pymavlink's messages have no types
+        """Take in a message of the vehicle's.
+
+        Args:
+            message: Any.
+            now: When it came, s of the listener's clock.
+        """
+        kind = message.get_type()
+        if kind == "HEARTBEAT" and message.autopilot == PX4:
+            self.mode = (message.custom_mode >> 16 & 255, message.custom_mode >> 24 & 255)
+            self.armed, self.beats = bool(message.base_mode & _ARMED), now
+        elif kind == "ATTITUDE":
+            self.heading = math.remainder(math.pi / 2 - message.yaw, math.tau)
+        elif kind == "SYS_STATUS":
+            self.charge = message.battery_remaining / 100.0 if message.battery_remaining >= 0 else None
+            self._checks = message.onboard_control_sensors_present, message.onboard_control_sensors_health
+        elif kind == "ESTIMATOR_STATUS":
+            self.estimator = message.flags
+        elif kind == "EXTENDED_SYS_STATE":
+            self._landed = message.landed_state
+        elif kind == "PARAM_VALUE":
+            value = message.param_value
+            if message.param_type == INT32:
+                (value,) = struct.unpack("<i", struct.pack("<f", value))
+            self.board[message.param_id] = value
+
+    @property
+    def settled(self) -> bool | None:
+        """Whether its estimator knows attitude and horizontal position; None where it does not say."""
+        if self.estimator is None:
+            return None
+        return bool(self.estimator & _LEVEL and self.estimator & _PLACED and not self.estimator & _LOST)
+
+    @property
+    def ready(self) -> bool | None:
+        """Whether it is armed, or its checks before arming pass; None where it does not say, or they do not in the mode that it is in."""
+        present, health = self._checks
+        return True if self.armed or present & health & _PREARM else None
+
+    @property
+    def flying(self) -> bool | None:
+        """Whether it is armed and does not take itself to have landed; None where it does not say."""
+        if self.mode is None:
+            return None
+        return False if not self.armed or self._landed == _ON_GROUND else True if self._landed else None
+
+    @property
+    def ready_to_check(self) -> bool:
+        """Whether all that checks before a flight ask for has been said, and its own checks pass."""
+        return self.heading is not None and self.estimator is not None and bool(self.ready) and self._checks != (0, 0)
+
+    def why(self, *, endurance: bool) -> dict[str, str]:
+        """Return why a check cannot be made, by its name.
+
+        Args:
+            endurance: Whether it is known how long a full battery lasts.
+        """
+        charged = self.charge is not None
+        return {
+            "ready": "it does not report its checks before arming, or they do not pass in the mode that it is in",
+            "estimator": "it does not report it (ESTIMATOR_STATUS)",
+            "battery": "its charge is not reported"
+            if not charged
+            else "its vehicle has no `endurance`"
+            if not endurance
+            else "",
+        }
+
+
+def encoded(value: float) -> tuple[float, int]:
+    """Return a parameter's value as it is sent, and its type.
+
+    Args:
+        value: An int for PX4's whole parameters.
+    """
+    return (struct.unpack("<f", struct.pack("<i", value))[0], INT32) if isinstance(value, int) else (value, 9)
