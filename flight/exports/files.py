@@ -17,6 +17,7 @@ from flight.exports.notes import readme
 from flight.exports.target import EXPORT_TARGETS, NOTE, ExportTarget, Product, Request
 from flight.frames import team_in_laboratory
 from flight.logs.log import FlightLog
+from flight.model.airframe import airframes_of
 from verify.certificate import Certificate
 from verify.data import BadInput, DoesNotFit, Mission, NotCertified, Trajectory, check_trajectories
 from verify.data.events import unknown
@@ -158,7 +159,9 @@ def make_product(
         WARNING if anyway else "",
     )
     product = target.make(request)
-    notes = (*([WARNING] if anyway else []), *([placed] if placed else []), *product.notes, *said)
+    doubts = dict.fromkeys(doubt for airframe in airframes_of(mission, ordered) if (doubt := airframe.doubt))
+    guessed = (doubt[:1].upper() + doubt[1:] for doubt in doubts)
+    notes = (*([WARNING] if anyway else []), *([placed] if placed else []), *product.notes, *said, *guessed)
     files = {**product.files, NOTE: readme(request, target, notes, product.beyond).encode()}
     return Product(warned(files) if anyway else files, notes, product.beyond)
 
