@@ -23,6 +23,7 @@ from ltlplan.service.computing.batches import run_batch
 from ltlplan.service.computing.clusters import Cluster
 from ltlplan.service.computing.workers import LocalWorkers
 from tests.helpers import work_for_workers
+from tests.helpers.benchmarks import run_benchmark
 from tests.helpers.clusters import local_cluster
 
 CONDITIONS = {"wind": "0.5+0.3", "noise": 0.001}
@@ -111,4 +112,4 @@ def test_benchmark(capsys) -> None:
 
 
 if __name__ == "__main__":
-    main()
+    run_benchmark(main, ["--runs", "2", "--missions", "1"])

@@ -21,6 +21,7 @@ from ltlplan.paths.improvement import improved_path
 from ltlplan.paths.optimiser.quantile import quantile_samples
 from ltlplan.sharing import cross_entropy as online
 from tests.benchmarks.mtac import race
+from tests.helpers.benchmarks import run_benchmark
 from verify import check_team
 from verify.data import Visit
 from verify.data.language.word import show_letter
@@ -148,7 +149,13 @@ def sizes() -> None:
 
 FIGURES = {f.__name__: f for f in (fig10, fig11, fig12, fig13, fig14, fig15, fig16, sizes)}
 
-if __name__ == "__main__":
+
+def main() -> None:
+    """Print the figures that are asked for."""
     for chosen in sys.argv[1:] or [name for name in FIGURES if name != "fig15"]:
         print(f"{chosen}: {(FIGURES[chosen].__doc__ or '').strip()}")
         FIGURES[chosen]()
+
+
+if __name__ == "__main__":
+    run_benchmark(main)
