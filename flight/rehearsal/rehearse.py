@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass
@@ -11,7 +10,7 @@ import numpy as np
 
 from flight.certified import require_certificate
 from flight.control.controller import CONTROLLERS
-from flight.model.airframe import DRAGS, Drag, airframes_of
+from flight.model.airframe import DRAGS, Airframe, Drag, airframes_of
 from flight.model.attitude import Floats
 from flight.model.disturbances import Wind
 from flight.model.numbers import is_number
@@ -133,11 +132,10 @@ def rehearse(
     robots, cells = job.reference.robots, job.combinations
     size = max(_TOGETHER // (len(cells) * len(robots)), 1)
     starts = range(seed, seed + runs, size)
-    guessed = any(airframe.drag_range is not None for airframe in job.airframes)
-    teams: list[tuple[str, Drag]] = list(
-        itertools.product(combinations.controllers, combinations.drags if guessed else ("profile",))
-    )
-    parts = [(name, drag, range(k, min(k + size, seed + runs))) for name, drag in teams for k in starts]
+    teams = _teams(combinations, job.airframes)
+    parts: list[tuple[str, Drag, range]] = [
+        (name, drag, range(k, min(k + size, seed + runs))) for name, drag in teams for k in starts
+    ]
     found = _flown(job, parts, workers, progress or silent)
     between = stray_between_steps(mission, planned_paths(mission, team), STEP) / min(*combinations.masses, 1.0)
     margin = None if cert is None else float(cert.margin)
@@ -160,6 +158,13 @@ def rehearse(
         cells=tuple(table),
         doubts=tuple(dict.fromkeys(airframe.doubt for airframe in job.airframes if airframe.doubt)),
     )
+
+
+def _teams(combinations: Combinations, airframes: Sequence[Airframe]) -> list[tuple[str, Drag]]:
+    """Return each controller with each drag that its vehicles may have."""
+    guessed = any(airframe.drag_range is not None for airframe in airframes)
+    drags: tuple[Drag, ...] = combinations.drags if guessed else ("profile",)
+    return [(name, drag) for name in combinations.controllers for drag in drags]
 
 
 def _flown(job: Job, parts: Sequence[tuple[str, Drag, range]], workers: int | Workers, say: Progress) -> list[Floats]:

@@ -14,7 +14,7 @@ LEFT_OUT = "left out: "
 _small = False
 
 
-def run_benchmark(main: Callable[[], object], *smallest: Sequence[str]) -> None:
+def run_benchmark(main: Callable[[], int | None], *smallest: Sequence[str]) -> None:
     """Run a benchmark with the arguments of the command line, or with `--smallest` once for each of its smallest sizes.
 
     Args:
@@ -28,7 +28,7 @@ def run_benchmark(main: Callable[[], object], *smallest: Sequence[str]) -> None:
     for arguments in smallest or ((),):
         sys.argv[1:] = arguments
         if code := main():
-            sys.exit(code)  # pyright: ignore[reportArgumentType]  # as above
+            sys.exit(code)
 
 
 def is_smallest() -> bool:

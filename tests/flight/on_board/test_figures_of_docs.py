@@ -73,7 +73,9 @@ def test_a_rehearsal_finds_what_the_page_says():
         flown = found.of(name.strip("`"))
         assert [1000 * cell.worst for cell in flown] == near([numbers(cell)[0] for cell in cells]), name
         for cell, said in zip(flown, cells, strict=True):
-            clear = abs(1000 * cell.worst - 50.0) > LEAST  # of the tube's radius; nearer to it either may be found on another platform
+            clear = (
+                abs(1000 * cell.worst - 50.0) > LEAST
+            )  # of the tube's radius; nearer to it either may be found on another platform
             assert not clear or cell.inside == ("*" not in said), (name, cell)
 
 
