@@ -85,6 +85,23 @@ def _exported(mission: Mission) -> tuple[str, ...]:
     return tuple(name for name in robots if target.runs(controller_name(mission.vehicle_of(name))))
 
 
+def left_out(mission: Mission) -> str:
+    """Return why Crazyflies of a mission have no export in a run's folder although it holds; empty where all that can be are written.
+
+    Args:
+        mission: Says what flies, and by which controllers.
+    """
+    from flight.control.profiles import controller_name
+    from flight.exports.crazyflies.fits import crazyflies
+
+    written = _exported(mission)
+    others = [name for name in crazyflies(mission, mission.agents) if name not in written]
+    if not others:
+        return ""
+    flown = ", ".join(dict.fromkeys(f"'{controller_name(mission.vehicle_of(name))}'" for name in others))
+    return f"{_EXPORT} leaves out {', '.join(others)}: flown by {flown}, which Crazyflies do not run. Name `controller: mellinger` in the vehicle's profile."
+
+
 def write_flight(plan: Plan, log: FlightLog, folder: Path) -> None:
     """Write `LOG_FILES`: what was planned, and one flight of it.
 

@@ -86,9 +86,8 @@ class _Mellinger:
         self._shares = count * column((0.5, -0.5, 1.0))
         self._greatest = airframe.vehicle.rotor_thrust_max
         weight = mass * GRAVITY
-        missing = (
-            weight / (4.0 * self._thrust) - weight
-        )  # one factor from force to counts is right for one curve of thrust only
+        # one factor from force to counts is not right for every vehicle: what it lacks in hover stands in the sum
+        missing = weight / (4.0 * self._thrust) - weight
         self._summed = settled_sum(missing, gains.integral[2], gains.integral_limit[2]) if settled else 0.0
 
     def at_first(self, setpoint: Floats) -> Floats:

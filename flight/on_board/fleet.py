@@ -67,11 +67,8 @@ class Fleet:
             mass: What each weighs as a share of its airframe's mass. Shape (n,).
             drag: Which drag those have whose drag was not measured; controllers take them for having the profile's.
         """
-        at_rest = np.zeros((5, 4, start.shape[1]))
-        at_rest[0] = start
-        hover = setpoint_of(at_rest, 0.0)
         self._columns = tuple(kind.columns for kind in kinds)
-        self._crews = tuple(_Crew(kind, controller, start, hover, delay, mass, drag) for kind in kinds)
+        self._crews = tuple(_Crew(kind, controller, start, delay, mass, drag) for kind in kinds)
 
     @property
     def state(self) -> Floats:
@@ -133,7 +130,6 @@ class _Crew:
         kind: Kind,
         controller: Controller,
         start: Floats,
-        hover: Floats,
         delay: Floats | None,
         mass: Floats | None,
         drag: Drag,
@@ -141,7 +137,9 @@ class _Crew:
         self._own = own = kind.columns
         laws = laws_of(controller, kind.airframe)
         weights = None if mass is None else kind.airframe.vehicle.mass * mass[own]
-        self.plant = RotorPlant(kind.airframe.with_drag(drag), laws, start[:, own], hover[:, own], weights)
+        at_rest = np.zeros((5, 4, len(own)))
+        at_rest[0] = start[:, own]
+        self.plant = RotorPlant(kind.airframe.with_drag(drag), laws, start[:, own], setpoint_of(at_rest, 0.0), weights)
         self._gyro: Floats | float = 0.0
         self._estimator = None if delay is None else _Estimator(self.plant, delay[own])
 

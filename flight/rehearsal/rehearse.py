@@ -95,7 +95,8 @@ def rehearse(
 ) -> Rehearsal:
     """Fly every combination of controller, mass, latency and wind some times, and say which stay in the tube.
 
-    Where the rotors' drag of a vehicle is a guess, all of it is flown with the ends of its range as well. All fly on the estimator on board (`ekf`), those from the ground too. The same seeds are used in every cell.
+    Where the rotors' drag of a vehicle is a guess, all of it is flown with the ends of its range as well. All fly on the estimator on board
+    (`ekf`), those from the ground too. The same seeds are used in every cell.
 
     Args:
         plan: As for `fly`.

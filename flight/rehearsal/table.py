@@ -106,7 +106,8 @@ class Rehearsal:
                     cell
                     for cell in flown
                     if cell.inside is False
-                    and ((usual := cells.get((name, cell.mass, cell.latency, cell.wind, "profile"))) is None or usual.inside)
+                    and (usual := cells.get((name, cell.mass, cell.latency, cell.wind, "profile"))) is not None
+                    and usual.inside
                 ]
                 if lost:
                     worst = max(lost, key=lambda cell: cell.worst)
