@@ -129,8 +129,7 @@ class _Flight:
     def notes(self) -> tuple[str, ...]:
         """What the log says of the flight as a whole."""
         notes: list[str] = [] if self.conditions == CALM else [self.conditions.sentence]
-        for name in dict.fromkeys(airframe.vehicle.name for airframe in self.airframes if not airframe.known):
-            notes.append(f"no airframe is known for '{name}'; lag, drag and gains are estimates.")
+        notes += dict.fromkeys(doubt for airframe in self.airframes if (doubt := airframe.doubt))
         if self.cert is None:
             notes.append(
                 "this flight has no certificate; planned actions happen in the middle of their visits on the sampled path."

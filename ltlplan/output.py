@@ -42,8 +42,9 @@ def write_run(result: Result, target: Path) -> tuple[Path, ...]:
     """Write everything that a run makes.
 
     Files: `mission.yaml` (resolved), `plan.json`, `<robot>.csv`, `certificate.json`, `flight.csv`, `report.html`, a folder
-    `crazyswarm2` ready for that system (of a mixed team, with the Crazyflies among them; left out where their memory
-    does not hold the flight or its parts, and where something does not hold, the simulated flight in its tube for instance), and the manifest.
+    `crazyswarm2` ready for that system (of a mixed team, with the Crazyflies among them; left out where their memory does not hold the flight
+    or its parts, where crazyswarm2 does not fly by their profiles' controller, and where something does not hold, the simulated flight in its
+    tube for instance), and the manifest.
     """
     import flight
     from flight.logs.large_logs import run_csv
@@ -74,10 +75,31 @@ def _too_long(mission: Mission, name: str, path: Trajectory) -> bool:
 
 
 def _exported(mission: Mission) -> tuple[str, ...]:
-    """Return the robots that crazyswarm2 flies: all of a team of one kind, the Crazyflies of a mixed one."""
+    """Return the robots that crazyswarm2 flies by the controllers of their profiles: of a mixed team among the Crazyflies."""
+    from flight.control.profiles import controller_name
+    from flight.exports.crazyflies.fits import crazyflies
+    from flight.exports.target import EXPORT_TARGETS
+
+    robots = tuple(mission.agents) if mission.of_one_kind else crazyflies(mission, mission.agents)
+    target = EXPORT_TARGETS.find(_EXPORT)
+    return tuple(name for name in robots if target.runs(controller_name(mission.vehicle_of(name))))
+
+
+def left_out(mission: Mission) -> str:
+    """Return why Crazyflies of a mission have no export in a run's folder although it holds; empty where all that can be are written.
+
+    Args:
+        mission: Says what flies, and by which controllers.
+    """
+    from flight.control.profiles import controller_name
     from flight.exports.crazyflies.fits import crazyflies
 
-    return tuple(mission.agents) if mission.of_one_kind else crazyflies(mission, mission.agents)
+    written = _exported(mission)
+    others = [name for name in crazyflies(mission, mission.agents) if name not in written]
+    if not others:
+        return ""
+    flown = ", ".join(dict.fromkeys(f"'{controller_name(mission.vehicle_of(name))}'" for name in others))
+    return f"{_EXPORT} leaves out {', '.join(others)}: flown by {flown}, which Crazyflies do not run. Name `controller: mellinger` in the vehicle's profile."
 
 
 def write_flight(plan: Plan, log: FlightLog, folder: Path) -> None:
@@ -184,7 +206,8 @@ def make_export(
 ) -> Export:
     """Make a certified folder's flight ready for a vehicle, after proving its certificate again and flying it in simulation.
 
-    It is flown as `ltlplan run` flies, by whom the vehicles' profiles name, and must stay in its tube.
+    It is flown as `ltlplan run` flies, by whom the vehicles' profiles name, and must stay in its tube. The target's vehicles must run these
+    controllers.
 
     Where a format rounds, the path is fitted to it and certified as it is then; the new plan's files and certificate go with it.
 
@@ -204,7 +227,7 @@ def make_export(
     """
     from flight.conditions import conditions_of
     from flight.exports.files import make_product
-    from flight.exports.flown import require_flight
+    from flight.exports.flown import require_controllers, require_flight
     from flight.exports.target import EXPORT_TARGETS
     from flight.flights import fly
     from verify import certify, recheck
@@ -216,6 +239,8 @@ def make_export(
     say("proving the folder's certificate again", 0.0)
     certificate = recheck(Path(folder))
     plan, given = read_folder(Path(folder))
+    if not anyway:
+        require_controllers(target, plan.mission, robots or given)
     if target.prepare is not None:
         say("fitting the paths to the format", 0.4)
     team = _prepared(target, given, plan.mission.spec.repeat, robots)
@@ -234,7 +259,7 @@ def make_export(
     if not anyway:
         conditions = conditions_of(plan.mission)
         log = fly(plan, team, certificate, seed=plan.seed, conditions=conditions, progress=part_of(say, 0.75, 1.0))
-        require_flight(log, certificate, plan.mission, robots or team)
+        require_flight(log, certificate, plan.mission, robots or team, target)
     return Export(files, certificate.digest(), product.notes)
 
 

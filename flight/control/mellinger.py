@@ -30,6 +30,7 @@ from flight.control.on_board import (
     column,
     limited,
     mixed,
+    settled_sum,
 )
 from flight.control.profiles import autopilot_of
 from flight.model.airframe import Airframe
@@ -40,11 +41,17 @@ from verify.data import GRAVITY
 
 @dataclass(frozen=True, slots=True)
 class Mellinger(ToldItsMass):
-    """Mellinger and Kumar's controller, with the gains of the vehicle's autopilot."""
+    """Mellinger and Kumar's controller, with the gains of the vehicle's autopilot.
+
+    Attributes:
+        settled: Whether its sums begin as a long hover leaves them, and not at zero.
+    """
+
+    settled: bool = True
 
     def laws_at(self, airframe: Airframe, mass: float) -> Laws:
         """Return its laws for one airframe; arguments as said there."""
-        return _Mellinger(airframe, mass)
+        return _Mellinger(airframe, mass, self.settled)
 
 
 MELLINGER = Mellinger()
@@ -56,7 +63,7 @@ _SUMMED, _TURNED, _BEFORE = slice(0, 3), slice(3, 6), slice(6, 9)
 class _Mellinger:
     traceable = True
 
-    def __init__(self, airframe: Airframe, mass: float) -> None:
+    def __init__(self, airframe: Airframe, mass: float, settled: bool) -> None:
         gains = autopilot_of(airframe).mellinger
         self._mass = mass
         self._position, self._velocity, self._integral, self._integral_limit = (
@@ -78,9 +85,15 @@ class _Mellinger:
         # roll and pitch are halved by the mixer, and pitch counts against the rotors in front
         self._shares = count * column((0.5, -0.5, 1.0))
         self._greatest = airframe.vehicle.rotor_thrust_max
+        weight = mass * GRAVITY
+        # one factor from force to counts is not right for every vehicle: what it lacks in hover stands in the sum
+        missing = weight / (4.0 * self._thrust) - weight
+        self._summed = settled_sum(missing, gains.integral[2], gains.integral_limit[2]) if settled else 0.0
 
     def at_first(self, setpoint: Floats) -> Floats:
-        return np.zeros((9, setpoint.shape[1]))
+        memory = np.zeros((9, setpoint.shape[1]))
+        memory[_SUMMED][2] = self._summed
+        return memory
 
     def thrusts(self, now: Moment, memory: Floats) -> tuple[Floats, Floats]:
         setpoint, known, after = now.setpoint, now.known, np.empty_like(memory)

@@ -7,6 +7,7 @@ compiled arithmetic and many as arrays, with the same numbers.
 
 from __future__ import annotations
 
+import math
 from abc import abstractmethod
 from dataclasses import dataclass
 from typing import NoReturn, Protocol, runtime_checkable
@@ -55,7 +56,10 @@ class Laws(Protocol):
         ...
 
     def at_first(self, setpoint: Floats) -> Floats:
-        """Return the memory of vehicles that hover. Shape (memory, n).
+        """Return the memory of vehicles that have hovered for long, so that sums of errors have settled. Shape (memory, n).
+
+        It is the hover of the vehicle that the controller takes it for: in still air, of the mass that it is told, fully charged. What
+        differs from that is new to it when the flight begins.
 
         Args:
             setpoint: Where they do. Shape (SETPOINT, n).
@@ -274,6 +278,17 @@ def mixed(share: Floats, pull: Floats, ceiling: Floats) -> Floats:
     thrusts[3] = share + pull[0] - pull[1] - pull[2]
     greatest = np.maximum(np.maximum(thrusts[0], thrusts[1]), np.maximum(thrusts[2], thrusts[3]))
     return np.maximum(thrusts - np.maximum(greatest - ceiling, 0.0), 0.0)
+
+
+def settled_sum(missing: float, gain: float, limit: float = math.inf) -> float:
+    """Return the sum of errors that gives what a hover needs beyond the other terms.
+
+    Args:
+        missing: What they lack, in the sum's units times those of its gain.
+        gain: Of the sum; where it is 0 nothing settles.
+        limit: Most of the sum.
+    """
+    return min(max(missing / gain, -limit), limit) if gain else 0.0
 
 
 def column(values: tuple[float, float, float]) -> Floats:

@@ -22,6 +22,7 @@ from flight.control.on_board import (
     column,
     limited,
     mixed,
+    settled_sum,
 )
 from flight.control.profiles import autopilot_of
 from flight.model.airframe import Airframe
@@ -31,11 +32,17 @@ from flight.model.timing import FRAME_STEPS, STEP
 
 @dataclass(frozen=True, slots=True)
 class Pid(OnBoardController):
-    """Position, velocity, angle and rate in a cascade, with the gains of the vehicle's autopilot. It knows no mass."""
+    """Position, velocity, angle and rate in a cascade, with the gains of the vehicle's autopilot. It knows no mass.
+
+    Attributes:
+        settled: Whether its sums begin as a long hover leaves them, and not at zero: what a vehicle weighs stands in them alone.
+    """
+
+    settled: bool = True
 
     def laws(self, airframe: Airframe) -> Laws:
         """Return its laws for one airframe; argument as said there."""
-        return _Pid(airframe)
+        return _Pid(airframe, self.settled)
 
 
 PID = Pid()
@@ -49,7 +56,7 @@ _FRAME = FRAME_STEPS * STEP
 class _Pid:
     traceable = False  # it computes with Euler angles
 
-    def __init__(self, airframe: Airframe) -> None:
+    def __init__(self, airframe: Airframe, settled: bool) -> None:
         gains = autopilot_of(airframe).pid
         self._gains = gains
         self._position, self._place, self._speeds = (
@@ -65,9 +72,13 @@ class _Pid:
         self._greatest = airframe.vehicle.rotor_thrust_max
         self._count = self._greatest / FULL_SCALE
         self._shares = self._count * column((0.5, -0.5, 1.0))
+        hovering = airframe.vehicle.weight / (4.0 * self._count)  # counts of each motor
+        missing = (hovering - gains.thrust_base) / gains.thrust_scale
+        self._lifting = settled_sum(missing, gains.velocity_integral[2]) if settled else 0.0
 
     def at_first(self, setpoint: Floats) -> Floats:
         memory = np.zeros((21, setpoint.shape[1]))
+        memory[_SPEED][2] = self._lifting
         memory[_LAST_ANGLE][2] = np.degrees(setpoint[HEADING])
         return memory
 

@@ -17,6 +17,7 @@ from flight.exports.notes import readme
 from flight.exports.target import EXPORT_TARGETS, NOTE, ExportTarget, Product, Request
 from flight.frames import team_in_laboratory
 from flight.logs.log import FlightLog
+from flight.model.airframe import airframes_of
 from verify.certificate import Certificate
 from verify.data import BadInput, DoesNotFit, Mission, NotCertified, Trajectory, check_trajectories
 from verify.data.events import unknown
@@ -70,7 +71,7 @@ def export(
         vehicle: Name of the airframe that will fly, where it is to be checked against the certificate's.
         robots: Names of those that are written, where others of the team fly from another export; None for all.
         flight: A simulated flight under this certificate, which must have stayed in its tube by the profiles' controllers
-            (`flight.fly` with `conditions=flight.conditions_of(mission)`).
+            (`flight.fly` with `conditions=flight.conditions_of(mission)`); the target's vehicles must run these.
         anyway: Write without such a flight, with a warning in every file that has room for words.
         options: As the target's `options` say: `uris` (crazyswarm2: robot to radio address), `trajectory_ids` and `offset`
             (crazyflie: robot to id, bytes), `rate` (px4, ros2: points a second), `origin` (px4: m, the local frame's origin in ours).
@@ -80,7 +81,7 @@ def export(
 
     Raises:
         NotCertified: There is no certificate, it does not cover exactly these trajectories, a claim of it fails, or there is no flight,
-            or it left its tube, was another's or by another controller.
+            or it left its tube, was another's or by a controller that the target's vehicles do not run.
         DoesNotFit: The vehicle or its format cannot hold the flight.
         MissingEngine: A package that the target needs is not installed.
         BadInput: There is no such format or option, or the folder cannot be written, is somebody else's, or holds a file of
@@ -89,7 +90,7 @@ def export(
     target = EXPORT_TARGETS.resolve(format)
     product = make_product(team, cert, target, vehicle=vehicle, robots=robots, anyway=anyway, **options)
     if not anyway:
-        require_flight(flight, cert, certified_mission(cert), robots or team)
+        require_flight(flight, cert, certified_mission(cert), robots or team, target)
     written = write_files(out, product.files)
     note = Path(out) / NOTE
     files = (*(path for path in written if path != note), note)
@@ -145,9 +146,22 @@ def make_product(
     ordered, placed = team_in_laboratory(mission, ordered)
     ends, _ = team_in_laboratory(mission, ends)
     apart = float(getattr(cert, "clock_error", 0.0))
-    request = Request(mission, ordered, mission.spec.repeat, float(cert.margin), cert.digest(), options, ends, apart, whole)
+    request = Request(
+        mission,
+        ordered,
+        mission.spec.repeat,
+        float(cert.margin),
+        cert.digest(),
+        options,
+        ends,
+        apart,
+        whole,
+        WARNING if anyway else "",
+    )
     product = target.make(request)
-    notes = (*([WARNING] if anyway else []), *([placed] if placed else []), *product.notes, *said)
+    doubts = dict.fromkeys(doubt for airframe in airframes_of(mission, ordered) if (doubt := airframe.doubt))
+    guessed = (doubt[:1].upper() + doubt[1:] for doubt in doubts)
+    notes = (*([WARNING] if anyway else []), *([placed] if placed else []), *product.notes, *said, *guessed)
     files = {**product.files, NOTE: readme(request, target, notes, product.beyond).encode()}
     return Product(warned(files) if anyway else files, notes, product.beyond)
 

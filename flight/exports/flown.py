@@ -1,7 +1,8 @@
-"""Whether a certified flight was flown by whom its margin is meant for, and what is written where it was not.
+"""The simulated flight that an export needs, and the warning in files that are written without one.
 
 A certificate says that every flight inside the tube keeps its claims. That a vehicle's controller keeps it inside is not proved; that a
-simulation of it did is the least to ask before anything is written for a real one.
+simulation of it did is the least to ask before anything is written for a real one. A flight by a controller that the vehicle does not run
+says nothing.
 """
 
 from __future__ import annotations
@@ -10,27 +11,59 @@ import json
 from collections.abc import Iterable, Mapping
 
 from flight.control.profiles import controller_name
+from flight.exports.target import ExportTarget
 from flight.logs.log import FlightLog
 from verify.certificate import Certificate
 from verify.data import Mission, NotCertified
 
 WARNING = (
-    "WARNING: written without a simulated flight that stayed in its tube; nothing says that the vehicles keep to this path."
+    "WARNING: not rehearsed with this vehicle's controller: written without a simulated flight by it that stayed in its tube. "
+    "Nothing says that the vehicles keep to this path."
 )
 
 
-def require_flight(log: FlightLog | None, cert: Certificate, mission: Mission, robots: Iterable[str]) -> None:
-    """Refuse a flight that is not of this certificate, by the profiles' controllers, inside its tube.
+def require_controllers(target: ExportTarget, mission: Mission, robots: Iterable[str]) -> None:
+    """Refuse a target whose vehicles do not run the controllers that the margins are meant for, so that no flight can stand for theirs.
+
+    Args:
+        target: The export target.
+        mission: What the certificate is of.
+        robots: Those that are written.
+
+    Raises:
+        NotCertified: As said.
+    """
+    if not target.controllers:
+        raise NotCertified(
+            f"{target.name}: the controller of its vehicles is not modelled, and a simulated flight by another says nothing of them. Write it with "
+            "`anyway` (`--anyway`, `anyway=True`) and a warning, or fly vehicles whose controller is modelled."
+        )
+    for name in (name for name in mission.agents if name in set(robots)):
+        if not target.runs(own := controller_name(mission.vehicle_of(name))):
+            runs = ", ".join(f"'{controller}'" for controller in target.controllers)
+            raise NotCertified(
+                f"the margin of {name} is meant for the controller '{own}', and vehicles of {target.name} run {runs}. Name one of these as "
+                "`controller` in the vehicle's profile, or write it with `anyway` (`--anyway`, `anyway=True`) and a warning."
+            )
+
+
+def require_flight(
+    log: FlightLog | None, cert: Certificate, mission: Mission, robots: Iterable[str], target: ExportTarget
+) -> None:
+    """Refuse a flight that is not of this certificate, by controllers that the target's vehicles run, inside its tube.
 
     Args:
         log: A simulated flight; None where there is none.
         cert: What is to be written.
         mission: What the certificate is of.
-        robots: Who is written.
+        robots: Those that are written.
+        target: What it is written for.
 
     Raises:
         NotCertified: As said, with who strayed, by how much, and what would be right.
     """
+    robots = tuple(robots)
+    require_controllers(target, mission, robots)
     if log is None:
         raise NotCertified(
             "there is no simulated flight that stayed in its tube: fly it (`flight.fly` with conditions=flight.conditions_of(mission)) and "

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from flight.control.profiles import controller_name
 from flight.exports.target import ExportTarget, Request
 
 _LAPS = "laps follow one another by each robot's own clock, which must keep to the others' as certified until the last one ends"
 _VOIDS = (
-    "changing any number of these files, or flying them on another airframe than the one named here",
+    "changing any number of these files, or flying them on another airframe or by another controller than named here",
     "starting further than the margin from the planned start, or robots' clocks further apart than is said here",
     "a tracking error that reaches the margin at any time",
 )
@@ -31,7 +32,9 @@ def readme(request: Request, target: ExportTarget, notes: tuple[str, ...], beyon
     flown: dict[str, list[str]] = {}
     for name in request.team:
         vehicle = mission.vehicle_of(name)
-        flown.setdefault(f"airframe: {vehicle.name}, {vehicle.mass:g} kg", []).append(name)
+        meant = controller_name(vehicle)
+        who = f"controller {meant}" if target.runs(meant) else f"margin meant for the controller {meant}, which it does not run"
+        flown.setdefault(f"airframe: {vehicle.name}, {vehicle.mass:g} kg, {who}", []).append(name)
     airframes = list(flown) if len(flown) == 1 else [f"{airframe} ({', '.join(names)})" for airframe, names in flown.items()]
     others = [name for name in mission.agents if name not in request.team]
     if others:

@@ -45,7 +45,7 @@ def _product(request: Request) -> Product:
     items = {} if inventory is None else read_inventory(inventory, tuple(request.team))
     systems = system_ids(request.team, items)
     files = {
-        f"{name}.tlog": _log(path, systems[name], rate, centre, duration, request.digest)
+        f"{name}.tlog": _log(path, systems[name], rate, centre, duration, (f"certificate {request.digest}", request.warning))
         for name, path in request.flown.items()
     }
     robots = {name: {"system": systems[name], "file": f"{name}.tlog"} for name in request.team}
@@ -92,7 +92,7 @@ def to_ned(flat: Floats, origin: Floats) -> tuple[Floats, Floats, Floats, Floats
     return swapped[0], swapped[1], swapped[2], heading, -flat[1, :, 3]
 
 
-def _log(path: Trajectory, system: int, rate: float, origin: Floats, duration: float, digest: str) -> bytes:
+def _log(path: Trajectory, system: int, rate: float, origin: Floats, duration: float, said: tuple[str, ...]) -> bytes:
     mavlink = _pymavlink()
     packer = mavlink.MAVLink(None, srcSystem=_SENDER[0], srcComponent=_SENDER[1])
     content = bytearray()
@@ -102,10 +102,11 @@ def _log(path: Trajectory, system: int, rate: float, origin: Floats, duration: f
         content.extend(message.pack(packer))
         packer.seq = (packer.seq + 1) % 256
 
-    text = f"certificate {digest}".encode()
-    for chunk in range(-(-len(text) // 50)):
-        part = text[50 * chunk : 50 * chunk + 50]
-        add(mavlink.MAVLink_statustext_message(mavlink.MAV_SEVERITY_INFO, part, id=1, chunk_seq=chunk), 0)
+    for number, text in enumerate(said, start=1):
+        words = text.encode()
+        for chunk in range(-(-len(words) // 50)):
+            part = words[50 * chunk : 50 * chunk + 50]
+            add(mavlink.MAVLink_statustext_message(mavlink.MAV_SEVERITY_INFO, part, id=number, chunk_seq=chunk), 0)
     times = np.minimum(np.arange(math.ceil(round(duration * rate, 6)) + 1) / rate, duration)
     flat = np.stack([path.evaluate(times, order) for order in range(3)])
     rows = np.concatenate([part.reshape(len(times), -1) for part in to_ned(flat, origin)], axis=1)
@@ -138,4 +139,5 @@ PX4 = ExportTarget(
         "sending the setpoints at another rate, or late",
         "an estimator whose local frame is not the mission's (see the origin above)",
     ),
+    controllers=(),  # PX4's own position loop is not modelled
 )

@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from flight.control.profiles import PROFILES
 from flight.exports.target import ExportTarget, Product, Request
 from verify.data import BadInput, MissingEngine, Trajectory
 
@@ -114,4 +115,5 @@ ROS2 = ExportTarget(
     make=_product,
     options={"rate": "points a second"},
     voids=("replaying the bag at another rate, or following it with a controller that interpolates differently",),
+    controllers=(PROFILES,),  # a bag goes with no vehicle in particular
 )

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any, Protocol
 
+from flight.control.profiles import PROFILES
 from verify.data import BadInput, Mission, Trajectory
 from verify.data.errors import did_you_mean
 from verify.data.registry import Registry
@@ -34,6 +35,8 @@ class Request:
         braked: All laps of those that brake behind their last one, with the braking.
         clock_error: How far apart the robots' clocks may be by the certificate, s.
         whole: What every robot of the mission flies, those that are not written as well: finite, and in the mission's frame.
+        warning: What files have to say of a flight that was not rehearsed; empty where it was. Scripts, YAML, JSON and the note get it without the
+            target's doing.
     """
 
     mission: Mission
@@ -45,6 +48,7 @@ class Request:
     braked: Mapping[str, Trajectory] = field(default_factory=lambda: MappingProxyType({}))
     clock_error: float = 0.0
     whole: Mapping[str, Trajectory] = field(default_factory=lambda: MappingProxyType({}))
+    warning: str = ""
 
     @property
     def flown(self) -> dict[str, Trajectory]:
@@ -115,6 +119,9 @@ class ExportTarget:
         in_parts: Whether it flies flights in parts with pauses between them; others fly them whole and pause nowhere.
         join: Puts the piece in which a patrol's robot brakes behind its laps, as the target holds it; None where there is no room. None:
             as it is, any number of pieces.
+        controllers: Names of the controllers that its vehicles run. Only a simulated flight by one of them opens an export. `profile`: the
+            one that a vehicle's profile names, for formats that go with no vehicle in particular. Empty: none of them is modelled, so
+            that an export is written `anyway` or not at all.
     """
 
     name: str
@@ -125,6 +132,15 @@ class ExportTarget:
     send: Sender | None = None
     in_parts: bool = False
     join: Callable[[str, Trajectory, Trajectory], Trajectory | None] | None = None
+    controllers: tuple[str, ...] = ()
+
+    def runs(self, controller: str) -> bool:
+        """Tell whether its vehicles run a controller.
+
+        Args:
+            controller: Its name.
+        """
+        return PROFILES in self.controllers or controller in self.controllers
 
     def require_options(self, options: Mapping[str, object]) -> None:
         """Refuse options that the target does not have.

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from functools import cache
 from importlib import resources
-from typing import Any
+from typing import Any, Literal, get_args
 
 from pydantic import Field, model_validator
 from ruamel.yaml import YAML
@@ -60,6 +60,26 @@ class Battery(Value):
         return self
 
 
+Drag = Literal["profile", "least", "most"]
+"""Drag of a vehicle whose drag was not measured: the one that is simulated, and the ends of where it may be."""
+DRAGS: tuple[Drag, ...] = get_args(Drag)
+
+
+class DragRange(Value):
+    """Where a rotor's drag may be, of a vehicle on which it was not measured. kg, force per rad/s and m/s: least and most."""
+
+    rotor_drag: tuple[NotNegative, NotNegative] = Field(description="across a rotor's axis")
+    inflow_drag: tuple[NotNegative, NotNegative] = Field(description="along it")
+
+    @model_validator(mode="after")
+    def _ordered(self) -> DragRange:
+        for name in ("rotor_drag", "inflow_drag"):
+            least, most = getattr(self, name)
+            if least > most:
+                raise ValueError(f"{name} {least:g} to {most:g} kg is no range: the least comes first")
+        return self
+
+
 class Airframe(Value):
     """A vehicle with what moves it: rotors, air, battery and gains."""
 
@@ -71,8 +91,42 @@ class Airframe(Value):
     rotor_drag: NotNegative = Field(description="kg, force across a rotor's axis per rad/s and m/s")
     inflow_drag: NotNegative = Field(description="kg, force along a rotor's axis per rad/s and m/s")
     body_drag: tuple[NotNegative, NotNegative] = Field(description="kg/m, quadratic: across the body's z axis, along it")
+    drag_range: DragRange | None = Field(default=None, description="where the rotors' drag may be; None where it was measured")
     battery: Battery
     gains: Gains
+
+    @model_validator(mode="after")
+    def _inside(self) -> Airframe:
+        for name in () if self.drag_range is None else ("rotor_drag", "inflow_drag"):
+            least, most = getattr(self.drag_range, name)
+            if not least <= getattr(self, name) <= most:
+                raise ValueError(f"{name} {getattr(self, name):g} kg is not within its drag_range, {least:g} to {most:g} kg")
+        return self
+
+    def with_drag(self, drag: Drag) -> Airframe:
+        """Return the airframe with the drag that is meant; itself where its drag was measured.
+
+        Args:
+            drag: The one of its file (`profile`), or an end of its range.
+        """
+        if self.drag_range is None or drag == "profile":
+            return self
+        end = DRAGS.index(drag) - 1
+        across, along = self.drag_range.rotor_drag[end], self.drag_range.inflow_drag[end]
+        return self.changed(rotor_drag=across, inflow_drag=along)
+
+    @property
+    def doubt(self) -> str:
+        """A sentence on what of it is a guess, for a person; empty where nothing is."""
+        if not self.known:
+            return f"no airframe is known for '{self.vehicle.name}'; lag, drag and gains are estimates."
+        if self.drag_range is None:
+            return ""
+        least, most = self.drag_range.rotor_drag
+        return (
+            f"the rotors' drag of '{self.vehicle.name}' is a guess ({self.rotor_drag:g} kg; {least:g} to {most:g} may be), and it decides whether "
+            "flights stay in their tube: `ltlplan rehearse` flies both ends."
+        )
 
     @property
     def known(self) -> bool:

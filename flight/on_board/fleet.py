@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from flight.control.controller import Controller
 from flight.control.on_board import setpoint_of
 from flight.control.profiles import autopilot_of
+from flight.model.airframe import Drag
 from flight.model.attitude import Floats, quaternion_rate, unit
 from flight.model.ekf import SENSED, ExtendedKalman
 from flight.model.timing import FRAME_STEPS, STEP
@@ -45,8 +46,16 @@ class Sight:
 class Fleet:
     """Vehicles side by side: each kind flies as if it were alone."""
 
+    # six parameters: what flies, and each way in which it is not what its controller takes it for
     def __init__(
-        self, kinds: Sequence[Kind], controller: Controller, start: Floats, *, delay: Floats | None, mass: Floats | None = None
+        self,
+        kinds: Sequence[Kind],
+        controller: Controller,
+        start: Floats,
+        *,
+        delay: Floats | None,
+        mass: Floats | None = None,
+        drag: Drag = "profile",
     ) -> None:
         """Let vehicles hover.
 
@@ -56,12 +65,10 @@ class Fleet:
             start: x, y, z in m and heading in rad. Shape (4, n).
             delay: s from a frame of motion capture to its use on board; None where they know the truth. Shape (n,).
             mass: What each weighs as a share of its airframe's mass. Shape (n,).
+            drag: Which drag those have whose drag was not measured; controllers take them for having the profile's.
         """
-        at_rest = np.zeros((5, 4, start.shape[1]))
-        at_rest[0] = start
-        hover = setpoint_of(at_rest, 0.0)
         self._columns = tuple(kind.columns for kind in kinds)
-        self._crews = tuple(_Crew(kind, controller, start, hover, delay, mass) for kind in kinds)
+        self._crews = tuple(_Crew(kind, controller, start, delay, mass, drag) for kind in kinds)
 
     @property
     def state(self) -> Floats:
@@ -119,12 +126,20 @@ class _Crew:
     """Vehicles of one kind, their laws and their estimator."""
 
     def __init__(
-        self, kind: Kind, controller: Controller, start: Floats, hover: Floats, delay: Floats | None, mass: Floats | None
+        self,
+        kind: Kind,
+        controller: Controller,
+        start: Floats,
+        delay: Floats | None,
+        mass: Floats | None,
+        drag: Drag,
     ) -> None:
         self._own = own = kind.columns
         laws = laws_of(controller, kind.airframe)
         weights = None if mass is None else kind.airframe.vehicle.mass * mass[own]
-        self.plant = RotorPlant(kind.airframe, laws, start[:, own], hover[:, own], weights)
+        at_rest = np.zeros((5, 4, len(own)))
+        at_rest[0] = start[:, own]
+        self.plant = RotorPlant(kind.airframe.with_drag(drag), laws, start[:, own], setpoint_of(at_rest, 0.0), weights)
         self._gyro: Floats | float = 0.0
         self._estimator = None if delay is None else _Estimator(self.plant, delay[own])
 

@@ -10,7 +10,7 @@ import numpy as np
 from flight.conditions import Conditions
 from flight.control.controller import CONTROLLERS
 from flight.draws import Draws
-from flight.model.airframe import Airframe
+from flight.model.airframe import Airframe, Drag
 from flight.model.attitude import Floats
 from flight.model.disturbances import Wind
 from flight.model.reference import Reference
@@ -48,18 +48,18 @@ class Job:
         return list(itertools.product(self.masses, self.latencies, range(len(self.winds))))
 
 
-def worst_errors(job: Job, part: tuple[str, range], report: Progress) -> Floats:
+def worst_errors(job: Job, part: tuple[str, Drag, range], report: Progress) -> Floats:
     """Fly every combination with some seeds, and return each robot's largest distance from its plan at any step.
 
     Args:
         job: What all have in common.
-        part: Name of the controller, and seeds.
+        part: Name of the controller, drag, and seeds.
         report: Told how far it is.
 
     Returns:
         m; infinite where a robot was lost. Shape (cells, seeds, robots).
     """
-    controller, seeds = part
+    controller, drag, seeds = part
     reference, cells = job.reference, job.combinations
     robots, runs = len(reference.robots), len(seeds)
     beside = runs * robots  # vehicles of one cell
@@ -67,7 +67,8 @@ def worst_errors(job: Job, part: tuple[str, range], report: Progress) -> Floats:
     delay = np.repeat([latency for _, latency, _ in cells], beside)
     flights = len(cells) * runs
     fleet = Fleet(
-        kinds_of(job.airframes, flights), CONTROLLERS.find(controller), np.tile(reference.start, (1, flights)), delay=delay, mass=mass
+        kinds_of(job.airframes, flights), CONTROLLERS.find(controller), np.tile(reference.start, (1, flights)),
+        delay=delay, mass=mass, drag=drag,
     )  # fmt: skip
     draws = Draws(Conditions(Wind((1.0, 0.0, 0.0), 1.0), job.sensor), seeds, robots)
     air = _Air(job.winds, draws, [wind for _, _, wind in cells])

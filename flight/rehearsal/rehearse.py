@@ -10,7 +10,7 @@ import numpy as np
 
 from flight.certified import require_certificate
 from flight.control.controller import CONTROLLERS
-from flight.model.airframe import airframes_of
+from flight.model.airframe import DRAGS, Airframe, Drag, airframes_of
 from flight.model.attitude import Floats
 from flight.model.disturbances import Wind
 from flight.model.numbers import is_number
@@ -24,6 +24,7 @@ from flight.rehearsal.table import Cell, Rehearsal
 from flight.setup import is_whole, require_seed
 from verify.certificate import Certificate
 from verify.data import BadInput, Plan, Trajectory, check_plan, check_trajectories
+from verify.data.errors import did_you_mean
 from verify.data.progress import Progress, silent
 from verify.recordings.planned_paths import planned_paths
 
@@ -41,12 +42,15 @@ class Combinations:
         masses: Shares of the profile's mass that the vehicles weigh; controllers are told the profile's.
         latencies: s from a frame of motion capture to its use on board.
         winds: m/s, in every form that `Wind.parse` reads.
+        drags: Of vehicles whose rotors' drag was not measured: the one that is simulated (`profile`), and the ends of its range (`least`,
+            `most`). A team without such a vehicle is flown with the profile's alone.
     """
 
     controllers: tuple[str, ...] = ("geometric", "mellinger", "pid", "lee")
     masses: tuple[float, ...] = (0.95, 1.0, 1.05)
     latencies: tuple[float, ...] = (0.005, 0.015, 0.025)
     winds: tuple[str, ...] = ("0", "0.2+0.1", "0.5+0.3")
+    drags: tuple[Drag, ...] = DRAGS
 
     def __post_init__(self) -> None:
         for what, values in (
@@ -54,12 +58,16 @@ class Combinations:
             ("masses", self.masses),
             ("latencies", self.latencies),
             ("winds", self.winds),
+            ("drags", self.drags),
         ):
             different = {Wind.parse(wind) for wind in self.winds} if values is self.winds else set(values)
             if not values or len(different) < len(values):
                 raise BadInput(f"a rehearsal needs at least one of its {what}, each once, not {values!r}.")
         for name in self.controllers:
             CONTROLLERS.find(name)
+        for drag in self.drags:
+            if drag not in DRAGS:
+                raise BadInput(f"'{drag}' is not a drag.{did_you_mean(drag, DRAGS)} Names: {', '.join(DRAGS)}.")
         for mass in self.masses:
             if not (is_number(mass) and 0.5 <= mass <= 1.5):
                 raise BadInput(f"a mass is a share of the profile's, 0.5 to 1.5, not {mass!r}.")
@@ -69,7 +77,7 @@ class Combinations:
 
 
 USUAL = Combinations()
-"""Four controllers, three masses, three latencies and three winds."""
+"""Four controllers, three masses, three latencies and three winds; of drags that are a guess three as well."""
 
 
 # as many parameters as `ltlplan rehearse` has choices, each by its keyword
@@ -87,7 +95,8 @@ def rehearse(
 ) -> Rehearsal:
     """Fly every combination of controller, mass, latency and wind some times, and say which stay in the tube.
 
-    All fly on the estimator on board (`ekf`), those from the ground too. The same seeds are used in every cell.
+    Where the rotors' drag of a vehicle is a guess, all of it is flown with the ends of its range as well. All fly on the estimator on board
+    (`ekf`), those from the ground too. The same seeds are used in every cell.
 
     Args:
         plan: As for `fly`.
@@ -124,18 +133,21 @@ def rehearse(
     robots, cells = job.reference.robots, job.combinations
     size = max(_TOGETHER // (len(cells) * len(robots)), 1)
     starts = range(seed, seed + runs, size)
-    parts = [(name, range(k, min(k + size, seed + runs))) for name in combinations.controllers for k in starts]
+    teams = _teams(combinations, job.airframes)
+    parts: list[tuple[str, Drag, range]] = [
+        (name, drag, range(k, min(k + size, seed + runs))) for name, drag in teams for k in starts
+    ]
     found = _flown(job, parts, workers, progress or silent)
     between = stray_between_steps(mission, planned_paths(mission, team), STEP) / min(*combinations.masses, 1.0)
     margin = None if cert is None else float(cert.margin)
     table: list[Cell] = []
-    for k, name in enumerate(combinations.controllers):
+    for k, (name, drag) in enumerate(teams):
         errors = np.concatenate(found[k * len(starts) : (k + 1) * len(starts)], axis=1) + between
         for (mass, latency, wind), each in zip(cells, errors, strict=True):
             run, robot = np.unravel_index(np.argmax(each), each.shape)
             left = None if margin is None else int(np.count_nonzero(np.max(each, axis=1) >= margin))
             worst = float(each[run, robot])
-            table.append(Cell(name, mass, latency, combinations.winds[wind], worst, robots[robot], seed + int(run), left))
+            table.append(Cell(name, mass, latency, combinations.winds[wind], worst, robots[robot], seed + int(run), left, drag))
     profile = dict.fromkeys(mission.vehicle_of(robot).controller for robot in robots)
     return Rehearsal(
         mission=mission.name,
@@ -145,10 +157,18 @@ def rehearse(
         seed=seed,
         profile=tuple(name or "geometric" for name in profile),
         cells=tuple(table),
+        doubts=tuple(dict.fromkeys(airframe.doubt for airframe in job.airframes if airframe.doubt)),
     )
 
 
-def _flown(job: Job, parts: Sequence[tuple[str, range]], workers: int | Workers, say: Progress) -> list[Floats]:
+def _teams(combinations: Combinations, airframes: Sequence[Airframe]) -> list[tuple[str, Drag]]:
+    """Return each controller with each drag that its vehicles may have."""
+    guessed = any(airframe.drag_range is not None for airframe in airframes)
+    drags: tuple[Drag, ...] = combinations.drags if guessed else ("profile",)
+    return [(name, drag) for name in combinations.controllers for drag in drags]
+
+
+def _flown(job: Job, parts: Sequence[tuple[str, Drag, range]], workers: int | Workers, say: Progress) -> list[Floats]:
     """Fly the parts, in order, and return what each found."""
     sentence = "rehearsing the flight"
     if count_of(workers) == 1 and isinstance(workers, int):

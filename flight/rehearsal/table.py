@@ -20,6 +20,7 @@ class Cell:
         robot: Whose.
         seed: Of that flight.
         left: How many of the flights left the tube; None without a certificate.
+        drag: Of vehicles whose rotors' drag is a guess: the `profile`'s, the `least` or the `most` that may be.
     """
 
     controller: str
@@ -30,6 +31,7 @@ class Cell:
     robot: str
     seed: int
     left: int | None
+    drag: str = "profile"
 
     @property
     def inside(self) -> bool | None:
@@ -48,7 +50,8 @@ class Rehearsal:
         runs: Flights of each cell.
         seed: Of the first of them.
         profile: Whom the vehicles' margins are meant for.
-        cells: Controller by controller, then by mass, latency and wind.
+        cells: Controller by controller, then by drag, mass, latency and wind.
+        doubts: Sentences on what of the vehicles is a guess.
     """
 
     mission: str
@@ -58,6 +61,7 @@ class Rehearsal:
     seed: int
     profile: tuple[str, ...]
     cells: tuple[Cell, ...]
+    doubts: tuple[str, ...] = ()
 
     @property
     def controllers(self) -> tuple[str, ...]:
@@ -74,14 +78,14 @@ class Rehearsal:
 
     @property
     def sentences(self) -> tuple[str, ...]:
-        """What was found, a sentence a controller."""
+        """What was found, a sentence a controller, and how much of it hangs on drags that are a guess."""
         found: list[str] = []
         for name in self.controllers:
             cells = self.of(name)
             worst = max(cells, key=lambda cell: cell.worst)
             farthest = (
                 f"worst {_millimetres(worst.worst)} by {worst.robot} (mass x {worst.mass:g}, {1000 * worst.latency:g} ms late, "
-                f"wind {worst.wind}, seed {worst.seed})."
+                f"wind {worst.wind}, seed {worst.seed}{_drag(worst)})."
             )
             if self.margin is None:
                 found.append(f"{name}: {farthest}")
@@ -89,19 +93,42 @@ class Rehearsal:
             kept = sum(cell.inside is True for cell in cells)
             meant = ", whom the margin is meant for," if name in self.profile else ""
             found.append(f"{name}{meant} stayed in the tube of {self.margin:g} m in {kept} of {len(cells)} cells; {farthest}")
-        return tuple(found)
+        return (*found, *self._of_drags(), *(doubt[:1].upper() + doubt[1:] for doubt in self.doubts))
+
+    def _of_drags(self) -> list[str]:
+        """Say at which end of drags that are a guess controllers leave a tube that they keep to with the profile's."""
+        found: list[str] = []
+        cells = {(c.controller, c.mass, c.latency, c.wind, c.drag): c for c in self.cells}
+        for name in self.controllers:
+            for end in ("least", "most"):
+                flown = [cell for cell in self.of(name) if cell.drag == end]
+                lost = [
+                    cell
+                    for cell in flown
+                    if cell.inside is False
+                    and (usual := cells.get((name, cell.mass, cell.latency, cell.wind, "profile"))) is not None
+                    and usual.inside
+                ]
+                if lost:
+                    worst = max(lost, key=lambda cell: cell.worst)
+                    found.append(
+                        f"{name} leaves its tube in {len(lost)} of {len(flown)} cells with the {end} drag that may be, and not with the profile's there: "
+                        f"worst {_millimetres(worst.worst)} (mass x {worst.mass:g}, {1000 * worst.latency:g} ms late, wind {worst.wind})."
+                    )
+        return found
 
     def rows(self) -> list[list[str]]:
-        """Return the table as text, its heading first: a row for each controller and mass, a column for each latency and wind.
+        """Return the table as text, its heading first: a row for each controller, drag and mass, a column for each latency and wind.
 
         Cells are the worst error in mm, with `*` where a flight left its tube.
         """
         columns = list(dict.fromkeys((cell.latency, cell.wind) for cell in self.cells))
         table = [["controller", "mass", *(f"{1000 * latency:g} ms, {wind} m/s" for latency, wind in columns)]]
-        found = {(cell.controller, cell.mass, cell.latency, cell.wind): cell for cell in self.cells}
-        for name, mass in dict.fromkeys((cell.controller, cell.mass) for cell in self.cells):
-            cells: Sequence[Cell] = [found[name, mass, *column] for column in columns]
-            table.append([name, f"x {mass:g}", *(_entry(cell) for cell in cells)])
+        found = {(cell.controller, cell.drag, cell.mass, cell.latency, cell.wind): cell for cell in self.cells}
+        for name, drag, mass in dict.fromkeys((cell.controller, cell.drag, cell.mass) for cell in self.cells):
+            cells: Sequence[Cell] = [found[name, drag, mass, *column] for column in columns]
+            row = name if drag == "profile" else f"{name}, {drag} drag"
+            table.append([row, f"x {mass:g}", *(_entry(cell) for cell in cells)])
         return table
 
     def to_dict(self) -> dict[str, Any]:  # of any type: JSON nests
@@ -113,11 +140,16 @@ class Rehearsal:
             "runs": self.runs,
             "seed": self.seed,
             "profile": list(self.profile),
+            "doubts": list(self.doubts),
             "cells": [
                 {**asdict(cell), "worst": None if cell.worst == float("inf") else cell.worst, "inside": cell.inside}
                 for cell in self.cells
             ],
         }
+
+
+def _drag(cell: Cell) -> str:
+    return "" if cell.drag == "profile" else f", {cell.drag} drag"
 
 
 def _entry(cell: Cell) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, cast
 
 import typer
 
@@ -13,6 +13,7 @@ from verify.data.progress import part_of
 
 if TYPE_CHECKING:
     from flight import Rehearsal
+    from flight.model.airframe import Drag
 
 
 # a parameter for each of the command's options
@@ -29,6 +30,10 @@ def command(
         list[float] | None, typer.Option("--latency", help="s from a frame of motion capture to its use; several times.")
     ] = None,
     wind: Annotated[list[str] | None, typer.Option("--wind", help="m/s, as for `fly`; several times.")] = None,
+    drag: Annotated[
+        list[str] | None,
+        typer.Option("--drag", help="Of vehicles whose drag is a guess: profile, least, most (default: all); several times."),
+    ] = None,
     noise: Annotated[str, typer.Option("--noise", help="Standard deviation of motion capture's positions, m.")] = "0.001",
     workers: Annotated[int, typer.Option("--workers", min=1, help="Processes; findings do not depend on it.")] = 1,
     out: flight_options.OutOption = None,
@@ -37,8 +42,8 @@ def command(
 ) -> None:
     """Rehearse a certified mission: which controllers stay in the tube, with what mass, latency and wind.
 
-    Four controllers, three masses, three latencies and three winds unless options say otherwise; * marks what left the tube. Of a run's
-    folder the report gets the table.
+    Four controllers, three masses, three latencies and three winds unless options say otherwise; * marks what left the tube. Vehicles whose
+    drag is a guess are flown with the ends of its range as well. Of a run's folder the report gets the table.
     """
     from flight import MotionCapture, rehearse
     from flight.rehearsal.rehearse import USUAL, Combinations
@@ -49,6 +54,7 @@ def command(
         tuple(mass or USUAL.masses),
         tuple(latency or USUAL.latencies),
         tuple(wind or USUAL.winds),
+        cast("tuple[Drag, ...]", tuple(drag or USUAL.drags)),  # another word is refused there
     )
     cameras = MotionCapture.parse(noise)
     with simulating(out, REHEARSAL_FILES, quiet=json) as progress:

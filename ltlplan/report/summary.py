@@ -122,6 +122,8 @@ def recorded_lines(verdict: FlightVerdict) -> list[str]:
 
 def summary_lines(result: Result) -> list[str]:
     """Return the whole summary of a run."""
+    from ltlplan.output import left_out
+
     certificate = result.certificate
     lines = [*plan_lines(result.plan), ""]
     largest = "" if certificate.largest_margin is None else f", the largest that holds is {certificate.largest_margin:.4f} m"
@@ -138,6 +140,8 @@ def summary_lines(result: Result) -> list[str]:
         )
     lines += [f"flight    {sentence}" for sentence in flight_sentences(result)]
     lines += [f"wrote     {path}" for path in result.files]
+    if result.files and (why := left_out(result.mission)):
+        lines.append(f"note      {why}")
     return lines
 
 

@@ -307,4 +307,14 @@ def export_formats(report: Progress) -> bytes:
     from flight.exports.target import EXPORT_TARGETS
 
     found = map(EXPORT_TARGETS.find, EXPORT_TARGETS.names())
-    return as_json([{"name": each.name, "options": dict(each.options), "voids": list(each.voids)} for each in found])
+    return as_json(
+        [
+            {
+                "name": each.name,
+                "options": dict(each.options),
+                "voids": list(each.voids),
+                "controllers": list(each.controllers),
+            }
+            for each in found
+        ]
+    )

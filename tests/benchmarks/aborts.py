@@ -10,6 +10,7 @@ import argparse
 import sys
 import time
 from collections import Counter
+from collections.abc import Sequence
 from fractions import Fraction
 from pathlib import Path
 
@@ -22,6 +23,7 @@ import ltlplan
 from ltlplan.pipeline import certified_team
 from ltlplan.result import aborts_of
 from tests.benchmarks.scale import circle_mission, hall_mission, scale_mission
+from tests.helpers.benchmarks import run_benchmark
 from tests.helpers.braking import closest, random_team
 from tests.helpers.flights import small_mission
 from verify.data import Mission, parse_mission
@@ -32,11 +34,13 @@ SHIPPED = ("firefighting", "office", "wall-swap", "warehouse")
 LENGTH = 1.0
 
 
-def times() -> None:
+def times(shipped: Sequence[str], robots: int) -> None:
     """Time the certificates of aborts."""
     folder = Path(ltlplan.__file__).parent / "missions"
-    asked: list[Mission] = [parse_mission((folder / f"{name}.yaml").read_text()) for name in SHIPPED]
-    asked += [scale_mission(30), circle_mission(30), hall_mission(30), hall_mission(100)]
+    asked: list[Mission] = [parse_mission((folder / f"{name}.yaml").read_text()) for name in shipped]
+    asked += [scale_mission(robots), circle_mission(robots), hall_mission(robots)]
+    if robots >= 30:
+        asked.append(hall_mission(100))
     for mission in asked:
         done = certified_team(ltlplan.plan(mission))
         start = time.process_time()
@@ -66,11 +70,18 @@ def against_sampling(teams: int) -> None:
         print(f"| {label} than sampled | {said} | {number} |")
 
 
-if __name__ == "__main__":
+def main() -> None:
+    """Do what is asked for."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--teams", type=int, default=0)
+    parser.add_argument("--missions", nargs="*", default=SHIPPED)
+    parser.add_argument("--robots", type=int, default=30)
     given = parser.parse_args()
     if given.teams:
         against_sampling(given.teams)
     else:
-        times()
+        times(given.missions, given.robots)
+
+
+if __name__ == "__main__":
+    run_benchmark(main, ["--missions", "firefighting", "--robots", "4"], ["--teams", "3"])

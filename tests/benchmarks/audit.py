@@ -26,6 +26,7 @@ if __name__ == "__main__":
     sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import verify
+from tests.helpers.benchmarks import run_benchmark
 from tests.helpers.fleets import wandering
 from verify.arithmetic.balls import Floats
 from verify.foreign import near_pieces
@@ -172,7 +173,7 @@ def compare(teams: int) -> None:
     print(f"{teams} random teams, {broken} of them with breaches: the broad phase leaves nothing out ({times})")
 
 
-def main(sizes: Sequence[int], seconds: int, breaches: int) -> None:
+def table(sizes: Sequence[int], seconds: int, breaches: int) -> None:
     """Print a row for each size, and how each stage grows."""
     print(f"| drones | pieces | MB | {' | '.join(STAGES)} | all, s | GB |")
     rows = [(drones, measure(drones, seconds, breaches)) for drones in sizes]
@@ -181,7 +182,8 @@ def main(sizes: Sequence[int], seconds: int, breaches: int) -> None:
         print(f"exponents from {few} to {many} drones: {', '.join(growth)}")
 
 
-if __name__ == "__main__":
+def main() -> None:
+    """Do what is asked for."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("sizes", nargs="*", type=int, default=[100, 300, 1000])
     parser.add_argument("--seconds", type=int, default=600)
@@ -192,5 +194,9 @@ if __name__ == "__main__":
     asked = parser.parse_args()
     if asked.teams:
         compare(asked.teams)
-        sys.exit()
-    main(asked.sizes, asked.seconds, asked.breaches)
+    else:
+        table(asked.sizes, asked.seconds, asked.breaches)
+
+
+if __name__ == "__main__":
+    run_benchmark(main, ["8", "16", "--seconds", "20"], ["40", "--seconds", "60", "--breaches", "2"], ["--teams", "20"])

@@ -5,6 +5,7 @@ Run `python tests/benchmarks/counts.py`. Times are CPU seconds of this process, 
 
 from __future__ import annotations
 
+import argparse
 import itertools
 import sys
 import time
@@ -15,6 +16,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 from ltlplan.logic.conjunction import conjunct_automaton
 from ltlplan.search.exact import assign
+from tests.helpers.benchmarks import run_benchmark
 from tests.helpers.worlds import world
 from verify.behaviour.timeline import Change, Enclosure, Relations, Timeline
 from verify.behaviour.word_claims import judge_formula
@@ -67,7 +69,9 @@ def with_names(robots: int, least: int) -> str:
 def main() -> None:
     """Print all tables."""
     print("robots: count planned, with names planned, count judged, with names judged (s)")
-    for robots in (2, 3, 4, 5, 6):
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--robots", type=int, default=6, help="most robots beside formulas with names")
+    for robots in range(2, parser.parse_args().robots + 1):
         count, names = "F(count(a) >= 2)", with_names(robots, 2)
         row = planned(count, robots), planned(names, robots, 1), judged(count, robots), judged(names, robots)
         print(robots, *(f"{seconds:.3f}" for seconds in row))
@@ -77,4 +81,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    run_benchmark(main, ["--robots", "2"])

@@ -25,6 +25,7 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 from flight.link.crazyflie.packets import setpoint
 from flight.link.crazyflie.setpoints import full_state
 from flight.link.crazyflie.streamed import RATE
+from tests.helpers.benchmarks import run_benchmark
 
 LASTS = 4.0
 """s that each case lasts."""
@@ -99,4 +100,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    run_benchmark(main, ["1"])

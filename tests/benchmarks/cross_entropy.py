@@ -26,6 +26,7 @@ from ltlplan.paths.costs import WeightedCost
 from ltlplan.paths.optimiser.cross_entropy import minimise, searches
 from ltlplan.paths.optimiser.gaussian import Options
 from ltlplan.paths.sampling.path_problem import PathProblem, path_problem
+from tests.helpers.benchmarks import installed, run_benchmark
 from tests.helpers.courses import courses
 
 COST = WeightedCost({"length": 1.0, "effort": 0.5})
@@ -42,6 +43,8 @@ def ours(problem: PathProblem, rounds: int, samples: int, seed: int) -> tuple[fl
 
 def cma(problem: PathProblem, seconds: float, population: int, seed: int) -> tuple[float, int]:
     """Best cost and number of paths of CMA-ES, in the coordinates of our initial covariance."""
+    if not installed("cmaes", "cmaes"):
+        return math.nan, 0
     from cmaes import CMA
 
     root = np.linalg.cholesky(problem.covariance(1.0))
@@ -86,4 +89,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    run_benchmark(main, ["--courses", "1", "--rounds", "2", "--samples", "50"])

@@ -24,6 +24,7 @@ from flight.closed_loop import Setup, steps
 from flight.model.airframe import Airframe, airframe_of
 from flight.model.reference import sample_reference
 from flight.model.timing import CONTROL_STEP, SUBSTEPS
+from tests.helpers.benchmarks import installed, run_benchmark
 from tests.helpers.firmware_flights import flown_here
 from tests.helpers.stand_ins import StandIn, hoop6
 from verify.data import Plan, Trajectory, load_vehicle
@@ -195,16 +196,14 @@ def main() -> None:
     row("geometric, motion capture, wind 0.5 m/s with gusts 0.3", [tracking(speed, **noisy) for speed in (1.0, 0.45)])
     row("the papers' controller, full model", [tracking(speed, controller="paper") for speed in (1.0, 0.45)])
     row("the papers' controller, the papers' model", [tracking(s, controller="paper", model="paper") for s in (1.0, 0.45)])
-    try:
+    peer = float("nan")
+    if installed("rotorpy", "rotorpy"):
         for count in (1, 10):
             row(
                 f"rotorpy, its SE(3) controller, {50 * count} Hz attitude loop",
                 [rotorpy_run(hoop6(s), count)[:2] for s in (1.0, 0.45)],
             )
         peer = rotorpy_run(hoop6(8.7 / FLIGHT_TIME), 10)[2]
-    except ImportError:
-        print("rotorpy is not installed")
-        peer = float("nan")
     step_responses()
     plan, team = firefighting()
     conditions = {"wind": "0.5+0.3", "noise": 0.001}
@@ -232,4 +231,4 @@ def test_benchmark(capsys) -> None:
 
 
 if __name__ == "__main__":
-    main()
+    run_benchmark(main, ["--runs", "1", "--workers", "1"], ["--on-board", "--runs", "1", "--workers", "1"], ["--firmware"])

@@ -24,6 +24,7 @@ from ltlplan.paths.hoops import route, route_sequence
 from ltlplan.paths.optimiser.cross_entropy import Improvement, Options, improve
 from ltlplan.paths.sampling.least_snap_spline import LeastSnapSpline
 from ltlplan.search.exact import assign
+from tests.helpers.benchmarks import run_benchmark
 from verify.data import Mission, RobotPlan
 from verify.data.mission import check_mission
 from verify.data.shapes.region import Hoop
@@ -121,4 +122,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    run_benchmark(main, ["--rounds", "2", "--samples", "50"])

@@ -16,6 +16,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 from ltlplan.logic.budget import TooLarge
 from ltlplan.logic.conjunction import conjunct_automaton
 from ltlplan.search.exact import assign
+from tests.helpers.benchmarks import run_benchmark
 from tests.helpers.worlds import world
 from verify.data import Infeasible, Mission, Unsatisfiable
 
@@ -42,8 +43,9 @@ def drawn(number: int, robots: int, team: str, objective: str) -> Mission:
     )  # fmt: skip
 
 
-def main(teams: str = "40", *robots: str) -> None:
+def main() -> None:
     """Print a row for each number of robots, reading and objective."""
+    teams, *robots = sys.argv[1:] or ("40",)
     print("robots | reading | objective | planned | proved cheapest | no bound | greatest gap | mean, greatest time")
     for size in map(int, robots or ("2", "3", "4")):
         for team in ("own", "joint"):
@@ -74,4 +76,4 @@ def row(teams: int, size: int, team: str, objective: str) -> str:
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    run_benchmark(main, ["2", "2"])

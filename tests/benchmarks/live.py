@@ -26,6 +26,7 @@ from flight.link.live import fly_live
 from flight.link.mavlink import RATE, MavlinkLink
 from flight.link.stages import Stage
 from ltlplan.pipeline import certified_team
+from tests.helpers.benchmarks import run_benchmark
 from tests.helpers.px4_peer import Manner, Px4Peer, free_port
 from verify.data import Mission, Trajectory
 
@@ -114,8 +115,9 @@ def fly_vehicles(places: list[tuple[float, ...]], ports: list[int], done: Event)
         peer.ended.set()
 
 
-def main(count: int) -> None:
+def main() -> None:
     """Print both figures."""
+    count = int(sys.argv[1]) if len(sys.argv) > 1 else 10
     mission = mission_of(count)
     made = certified_team(ltlplan.plan(mission))
     stage = Stage("flight", made.plan, made.team, made.certificate)
@@ -156,4 +158,4 @@ def main(count: int) -> None:
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 10)
+    run_benchmark(main, ["2"])

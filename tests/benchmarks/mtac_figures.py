@@ -22,6 +22,7 @@ from ltlplan.paths.optimiser.quantile import quantile_samples
 from ltlplan.paths.sampling.least_snap_spline import LeastSnapSpline
 from ltlplan.sharing import cross_entropy as online
 from tests.benchmarks.mtac import LENGTH, PRINTED, firefighting, race
+from tests.helpers.benchmarks import run_benchmark
 from verify import check_team
 from verify.data import RobotPlan, Visit
 from verify.data.language.word import show_letter
@@ -166,7 +167,13 @@ def sizes() -> None:
 
 FIGURES = {f.__name__: f for f in (fig10, fig11, fig12, fig13, fig14, fig15, fig16, online_plan, sizes)}
 
-if __name__ == "__main__":
+
+def main() -> None:
+    """Print the figures that are asked for."""
     for chosen in sys.argv[1:] or [name for name in FIGURES if name != "fig15"]:
         print(f"{chosen}: {(FIGURES[chosen].__doc__ or '').strip()}")
         FIGURES[chosen]()
+
+
+if __name__ == "__main__":
+    run_benchmark(main)

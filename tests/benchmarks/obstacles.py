@@ -9,6 +9,7 @@ import time
 
 import numpy as np
 
+from tests.helpers.benchmarks import run_benchmark
 from verify.data import Mission, Trajectory, load_vehicle
 from verify.data.sections import Agent, Box, Spec
 from verify.data.shapes.obstacle import Obstacle
@@ -72,4 +73,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    run_benchmark(main)

@@ -26,6 +26,7 @@ from ltlplan.online.happenings import Happenings, no_news
 from ltlplan.online.live import Answered, OnlineCourse
 from ltlplan.service.computing.beside import Beside
 from ltlplan.transfers import to_starts
+from tests.helpers.benchmarks import run_benchmark
 from verify.data.events import HoopMoves, NewFormula, RobotLeaves, WorldEvent
 
 _PLACES = {"loc2": (-1.15, 0.45, 1.0), "loc1": (0.2, 0.75, 1.0), "smoke": (-0.45, -0.15, 0.9)}
@@ -62,8 +63,9 @@ def fly(computer: Beside, seed: int) -> tuple[Sequence[Answered], str]:
     return course.answered, done.reason or team.holding or "all was done"
 
 
-def main(flights: int) -> None:
+def main() -> None:
     """Fly so often, and print quantiles."""
+    flights = int(sys.argv[1]) if len(sys.argv) > 1 else 12
     computer, answered = Beside(), list[Answered]()
     for seed in range(flights):
         entries, ended = fly(computer, seed)
@@ -81,4 +83,4 @@ def main(flights: int) -> None:
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 12)
+    run_benchmark(main, ["1"])

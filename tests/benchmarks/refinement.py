@@ -31,7 +31,8 @@ from refine.planes import Plane
 from refine.single.values import Pace
 from refine.solvers.ipopt_engine import forget
 from refine.spline.least_snap import banded_problem
-from tests.benchmarks.refinement_courses import (
+from tests.helpers.benchmarks import installed, is_smallest, require_time, run_benchmark
+from tests.helpers.refinement_courses import (
     HOOP6,
     HOOP6_BLEND,
     HOOP6_LIMITS,
@@ -50,13 +51,15 @@ from tests.benchmarks.refinement_courses import (
 from verify.data import GRAVITY, Trajectory
 
 SIZES = (6, 30, 100, 300, 1000)
+PEERS = {"minsnap_trajectories": "minsnap-trajectories", "rotorpy": "rotorpy", "cvxopt": "cvxopt", "toppra": "toppra"}
+"""By what is imported."""
 HURRIED = ("hoops-sequence",)
 """Missions whose time-optimised flights are measured."""
 
 
 def least(run: Callable[[], Any], seconds: float = 0.4) -> float:
     """Return the least time of one call, in s."""
-    best, until = np.inf, time.perf_counter() + seconds
+    best, until = np.inf, time.perf_counter() + (0.01 if is_smallest() else seconds)
     while time.perf_counter() < until:
         begin, busy = time.perf_counter(), time.process_time()
         run()
@@ -79,7 +82,7 @@ def course(points: int) -> tuple[np.ndarray, np.ndarray]:
 def fixed_times() -> list[dict[str, Any]]:
     """Time fixed-time minimum snap and its peers on growing courses."""
     rows = []
-    for size in SIZES:
+    for size in SIZES[:2] if is_smallest() else SIZES:
         points, times = course(size)
         durations = np.diff(times)
 
@@ -251,9 +254,10 @@ def test_fixed_times() -> None:
         print("  ".join(f"{key} {value:.6g}" for key, value in row.items()))
     by_size = {row["points"]: row for row in rows}
     assert round(by_size[6]["snap"], 6) == round(HOOP6_SNAP, 6) or abs(by_size[6]["snap"] / HOOP6_SNAP - 1) < 1e-9
-    assert by_size[6]["ours"] <= 1.5 * by_size[6]["band_and_solveh"]
-    assert by_size[300]["ours"] <= 1.0
-    assert by_size[1000]["ours"] <= 15 * by_size[100]["ours"]
+    require_time(by_size[6]["ours"], 1.5 * by_size[6]["band_and_solveh"])
+    if not is_smallest():
+        require_time(by_size[300]["ours"], 1.0)
+        require_time(by_size[1000]["ours"], 15 * by_size[100]["ours"])
 
 
 def test_shortest_times() -> None:
@@ -267,9 +271,9 @@ def test_shortest_times() -> None:
     assert one["duration"] <= 5.45
     assert two["duration"] <= 5.0
     assert blend["snap_and_time"] <= 1.001 * HOOP6_BLEND
-    assert one["warm"] <= 0.5
-    assert two["warm"] <= 3.0
-    assert blend["warm"] <= 0.3
+    require_time(one["warm"], 0.5)
+    require_time(two["warm"], 3.0)
+    require_time(blend["warm"], 0.3)
 
 
 def test_split_s() -> None:
@@ -280,7 +284,7 @@ def test_split_s() -> None:
     assert row["passes"]
     assert row["lowest"] >= SPLIT_S_FLOOR
     assert row["duration"] <= 17.9
-    assert row["seconds"] <= 10.0
+    require_time(row["seconds"], 10.0)
 
 
 @pytest.mark.slow
@@ -293,7 +297,14 @@ def test_split_s_turning_slowly() -> None:
     assert row["lowest"] >= SPLIT_S_FLOOR
 
 
-if __name__ == "__main__":
+def main() -> int:
+    """Print all rows, and judge them."""
     print(f"g = {GRAVITY} m/s^2; times in ms for fixed times, in s elsewhere")
+    for module, package in PEERS.items():
+        installed(module, package)
     chosen = "slow or not slow" if "--all" in sys.argv[1:] else "not slow"
-    sys.exit(pytest.main(["-s", "-q", "-n", "0", "-m", chosen, __file__]))
+    return pytest.main(["-s", "-q", "-n", "0", "-m", chosen, __file__])
+
+
+if __name__ == "__main__":
+    run_benchmark(main)

@@ -5,12 +5,14 @@ Run by `OMP_NUM_THREADS=1 python -m tests.benchmarks.refinement_obstacles`; proc
 
 from __future__ import annotations
 
+import argparse
 import time
 
 import numpy as np
 
 import verify
 from refine import refine
+from tests.helpers.benchmarks import run_benchmark
 from tests.helpers.plans_by_hand import robot_plan
 from verify.data import Plan, Visit, Waypoint, parse_mission
 
@@ -62,8 +64,12 @@ def hall(bodies: int) -> Plan:
 
 def main() -> None:
     """Print a line for each plan."""
-    cases = {f"slalom between {count} walls": slalom(count) for count in (10, 30, 80)}
-    cases |= {f"hall with {count} obstacles": hall(count) for count in (1, 200)}
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--walls", type=int, nargs="*", default=[10, 30, 80])
+    parser.add_argument("--obstacles", type=int, nargs="*", default=[1, 200])
+    asked = parser.parse_args()
+    cases = {f"slalom between {count} walls": slalom(count) for count in asked.walls}
+    cases |= {f"hall with {count} obstacles": hall(count) for count in asked.obstacles}
     for name, plan in cases.items():
         seconds = []
         for _ in range(2):
@@ -75,4 +81,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    run_benchmark(main, ["--walls", "10", "--obstacles", "1"])

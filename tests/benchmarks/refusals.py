@@ -16,12 +16,15 @@ import numpy as np
 import pytest
 
 import refine
+from tests.helpers.benchmarks import run_benchmark
 from tests.helpers.random_plans import random_plan
 from tests.refine import test_random_plans as plans
 from verify.data import DoesNotFit, Infeasible
 
 
-def main(first: int = 0, last: int = 300) -> None:
+def main() -> None:
+    """Refine, judge and print what came of it."""
+    first, last = [*map(int, sys.argv[1:]), *(0, 300)[len(sys.argv) - 1 :]][:2]
     count, wrong = plans.Count(), []
     seconds: dict[str, list[float]] = {"flown": [], "refused": []}
     for seed in range(first, last):
@@ -44,4 +47,4 @@ def main(first: int = 0, last: int = 300) -> None:
 
 
 if __name__ == "__main__":
-    main(*(int(argument) for argument in sys.argv[1:]))
+    run_benchmark(main, ["0", "2"])

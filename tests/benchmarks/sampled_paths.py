@@ -23,6 +23,7 @@ import numpy as np
 from ltlplan.paths.costs import Sampling, WeightedCost
 from ltlplan.paths.sampling.path_problem import path_problem
 from ltlplan.paths.sampling.sampled_paths import label, run
+from tests.helpers.benchmarks import run_benchmark
 from tests.helpers.courses import courses
 
 
@@ -86,4 +87,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    run_benchmark(main, ["--paths", "50", "--repeats", "1"])

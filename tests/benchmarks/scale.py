@@ -26,6 +26,7 @@ import ltlplan
 import refine
 import verify
 from ltlplan.pipeline import certified_team
+from tests.helpers.benchmarks import run_benchmark
 from tests.helpers.flights import small_mission, wandering
 from tests.helpers.timelines import APART, mission, timeline
 from verify.behaviour.apart import team_answers
@@ -191,4 +192,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    run_benchmark(main, ["2"])

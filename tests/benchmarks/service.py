@@ -23,6 +23,7 @@ from ltlplan.service.computing.workers import LocalWorkers
 from ltlplan.service.job_queue.jobs import Jobs
 from ltlplan.service.settings import Settings
 from tests.helpers import work_for_workers as work
+from tests.helpers.benchmarks import run_benchmark
 
 WORKERS = 2
 MISSION = "firefighting"
@@ -99,4 +100,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    run_benchmark(main, ["--missions", "1"])

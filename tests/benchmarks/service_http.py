@@ -21,6 +21,7 @@ import httpx
 
 import ltlplan
 from ltlplan.missions import shipped_mission_text
+from tests.helpers.benchmarks import run_benchmark
 from tests.helpers.services import ONE_HOOP, serving, start
 
 YAML = {"content-type": "application/yaml"}
@@ -124,4 +125,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    run_benchmark(main)

@@ -20,6 +20,7 @@ import numpy as np
 if __name__ == "__main__":
     sys.path.insert(0, str(Path(__file__).parents[2]))
 
+from tests.helpers.benchmarks import run_benchmark
 from tests.helpers.spot_reading import spot_accepts
 from tests.helpers.timelines import mission
 from verify import check_samples, check_team, check_word
@@ -142,10 +143,15 @@ def compare(rounds: int) -> None:
     print(f"\n{rounds} random formulas: no difference; `parallel` held {held}, failed {failed}, undecided {undecided}.")
 
 
-if __name__ == "__main__":
+def main() -> None:
+    """Print times, and what came of the comparison."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--random", type=int, default=0, help="random formulas to compare on")
     asked = parser.parse_args()
     times()
     if asked.random:
         compare(asked.random)
+
+
+if __name__ == "__main__":
+    run_benchmark(main, ["--random", "5"])

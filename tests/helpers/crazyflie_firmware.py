@@ -28,7 +28,8 @@ PARAMETERS = {
 }  # fmt: skip
 LOGS = {
     "stateEstimate.x": "f", "stateEstimate.y": "f", "stateEstimate.z": "f", "stateEstimate.yaw": "f", "supervisor.info": "H",
-    "pm.batteryLevel": "B", "pm.state": "b", "kalman.varPX": "f", "kalman.varPY": "f", "kalman.varPZ": "f",
+    "pm.batteryLevel": "B", "pm.state": "b", "kalman.varX": "f", "kalman.varY": "f", "kalman.varZ": "f",
+    "kalman.varPX": "f", "kalman.varPY": "f", "kalman.varPZ": "f",
     "ctrltarget.x": "f", "ctrltarget.z": "f",
 }  # fmt: skip
 _PARAMETER_TYPES = {"B": 0x08, "f": 0x06}
@@ -320,7 +321,11 @@ class Firmware:
             return math.degrees(value) if name == "yaw" else value + self.manner.off * (name == "x")
         battery = self.manner.battery
         told = {"pm.batteryLevel": int(battery), "pm.state": 3 if battery <= 0 else 0}
-        return self.info if key == "supervisor.info" else told.get(key, self.clock() if self.manner.unsettled else 1e-5)
+        return self.info if key == "supervisor.info" else told.get(key, self._variance(key))
+
+    def _variance(self, key: str) -> float:
+        """What the filter says of `kalman.var...`: X, Y, Z are its position's, m^2; PX, PY, PZ its velocity's, (m/s)^2, which settles."""
+        return self.clock() if self.manner.unsettled and not key.startswith("kalman.varP") else 1e-5
 
     @property
     def _target(self) -> np.ndarray:

@@ -47,9 +47,9 @@ def test_each_robot_is_exported_for_what_can_hold_it(tmp_path: Path):
     few = flight.export(team, certificate, tmp_path / "few", robots=["fast"], anyway=True)
     assert {path.relative_to(tmp_path / "few").as_posix() for path in few.files} == set(file_names(["fast"]))
     note = (tmp_path / "few" / "README.txt").read_text()
-    assert "airframe: crazyflie-2.1, 0.033 kg\nnot in this export: slow, of the same flight" in note
+    assert "airframe: crazyflie-2.1, 0.033 kg, controller mellinger\nnot in this export: slow, of the same flight" in note
     every = flight.export(team, certificate, tmp_path / "ros", format="ros2", anyway=True)
-    assert "airframe: heavy, 0.9 kg (slow)" in every.files[-1].read_text()
+    assert "airframe: heavy, 0.9 kg, controller geometric (slow)" in every.files[-1].read_text()
 
 
 def test_exports_refuse_other_airframes_and_unknown_robots(tmp_path: Path):

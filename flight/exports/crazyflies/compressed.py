@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from flight.exports.crazyflies.crazyflie import OPTIONS, VOIDS, upload, upload_files
 from flight.exports.crazyflies.memory import MEMORY
+from flight.exports.crazyflies.parameters import NUMBERS
 from flight.exports.target import ExportTarget, Product, Request
 from verify.data import BadInput, DoesNotFit, Trajectory
 
@@ -327,4 +328,5 @@ COMPRESSED = ExportTarget(
     prepare=_packed,
     join=_joined,
     send=upload,
+    controllers=tuple(NUMBERS),
 )

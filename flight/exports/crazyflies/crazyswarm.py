@@ -16,7 +16,7 @@ from flight.exports.braking import AtMost
 from flight.exports.carried import DATA, SWARM, about, batteries_said, climb_and_landing, scripts, written
 from flight.exports.crazyflies.fits import require_crazyflie, require_float32, require_held
 from flight.exports.crazyflies.inventory import Item, checked_weight, read_inventory, require_radios
-from flight.exports.crazyflies.parameters import parameters_read, sentence
+from flight.exports.crazyflies.parameters import NUMBERS, parameters_read, sentence
 from flight.exports.crazyflies.radio_addresses import heard_by
 from flight.exports.crazyflies.swarm_settings import configuration, weights_said
 from flight.exports.parts import Part, notes_on, order_of, parts_of
@@ -155,4 +155,5 @@ CRAZYSWARM2 = ExportTarget(
     prepare=with_hovers,
     in_parts=True,
     join=AtMost(PIECES),
+    controllers=tuple(NUMBERS),
 )

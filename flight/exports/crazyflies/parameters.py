@@ -5,8 +5,9 @@ from __future__ import annotations
 from flight.control.profiles import autopilot_of_vehicle, controller_name
 from verify.data import Vehicle
 
-_NUMBERS = {"pid": 1, "mellinger": 2, "lee": 5}
-"""`stabilizer.controller` of each; any other flies as Mellinger's, the one that crazyswarm2 takes for trajectories."""
+NUMBERS = {"pid": 1, "mellinger": 2, "lee": 5}
+"""`stabilizer.controller` of each that the firmware has and simulation too. For any other Mellinger's is set, which crazyswarm2 takes for
+trajectories; exports say then that it was not rehearsed."""
 KALMAN = 2
 """`stabilizer.estimator`."""
 _OF_CONTROLLERS = {"ctrlMel": 2, "ctrlLee": 5}
@@ -22,7 +23,7 @@ def parameters(vehicle: Vehicle, mass: float | None = None) -> dict[str, dict[st
     """
     autopilot, flown = autopilot_of_vehicle(vehicle), vehicle.mass if mass is None else mass
     return {
-        "stabilizer": {"estimator": KALMAN, "controller": _NUMBERS.get(controller_name(vehicle), _NUMBERS["mellinger"])},
+        "stabilizer": {"estimator": KALMAN, "controller": NUMBERS.get(controller_name(vehicle), NUMBERS["mellinger"])},
         "ctrlMel": {"mass": flown, "massThrust": autopilot.mellinger.thrust_to_pwm},
         "ctrlLee": {"mass": flown},
         "locSrv": {"extPosStdDev": autopilot.ekf.position_noise, "extQuatStdDev": autopilot.ekf.attitude_noise},

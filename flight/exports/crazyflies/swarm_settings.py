@@ -18,7 +18,7 @@ from flight.exports.crazyflies.inventory import Item, checked_weight
 from flight.exports.crazyflies.parameters import parameters
 from flight.exports.target import Request
 
-_ESTIMATOR = ("kalman.varPX", "kalman.varPY", "kalman.varPZ", "pm.batteryLevel")
+_ESTIMATOR = ("kalman.varX", "kalman.varY", "kalman.varZ", "pm.batteryLevel")
 """What `flying/crazyswarm.py` reads of the topic `estimator`, in this order."""
 
 

@@ -17,7 +17,7 @@ _DRIFT = 2e-4
 _HALF = 1 << 23
 """Half of the milliseconds that a vehicle counts before it begins anew."""
 _POSE = ("stateEstimate.x", "stateEstimate.y", "stateEstimate.z", "stateEstimate.yaw")
-_VARIANCES = ("kalman.varPX", "kalman.varPY", "kalman.varPZ")
+_VARIANCES = ("kalman.varX", "kalman.varY", "kalman.varZ")
 _TARGET = ("ctrltarget.x", "ctrltarget.z")
 _HEALTH = ("supervisor.info", "pm.batteryLevel", "pm.state", *_VARIANCES)
 _WHOLE = 0.02

@@ -116,6 +116,9 @@ class ExportFormat(_Answer):
     name: str
     options: dict[str, str] = Field(description="what can be asked of it")
     voids: tuple[str, ...] = Field(description="what voids the certificate there")
+    controllers: tuple[str, ...] = Field(
+        description="controllers that its vehicles run; empty where none of them is modelled, so that exports need `anyway`"
+    )
 
 
 class PlanAnswer(_Answer):

@@ -31,7 +31,7 @@ class _Away:
     def __init__(self, desk: Desk) -> None:
         self.desk = desk
         self.part = Part(box("away"))
-        self.formats: list[str] = []
+        self.formats: dict[str, list[str]] = {}
         desk.on_job.append(self.show)
 
     def show(self, job: Job | None) -> None:
@@ -78,14 +78,17 @@ class _Away:
     async def _exports(self, job: Job, place: ui.element) -> None:
         if not self.formats:
             try:
-                self.formats = [
-                    each["name"] for each in json.loads(await self.desk.service.questions.ask(asked.export_formats))
-                ]
+                found = json.loads(await self.desk.service.questions.ask(asked.export_formats))
+                self.formats = {each["name"]: each["controllers"] for each in found}
             except ValueError as error:
                 say(error)
         with place:
-            for name in self.formats:
-                _link(f"/api/jobs/{job.id}/exports/{name}", name, "button").props("download")
+            for name, controllers in self.formats.items():
+                address = f"/api/jobs/{job.id}/exports/{name}"
+                if controllers:
+                    _link(address, name, "button").props("download")
+                else:  # of vehicles whose controller is not modelled every export is one without a rehearsal
+                    _link(f"{address}?anyway=true", f"{name}, not rehearsed", "button").props("download")
 
 
 def _files(job: Job) -> None:

@@ -75,6 +75,8 @@ def test_crazyflies_yaml_names_the_robots_and_their_places(certified, tmp_path):
     assert told["ctrlMel"] == {"mass": 0.033, "massThrust": 132000.0}
     assert told["locSrv"] == {"extPosStdDev": 0.001, "extQuatStdDev": 0.05}
     assert set(made["robot_types"]) == {"ltlplan"}
+    reported = made["all"]["firmware_logging"]["custom_topics"]["estimator"]["vars"]
+    assert reported == ["kalman.varX", "kalman.varY", "kalman.varZ", "pm.batteryLevel"], "varPX is a variance of velocity"
 
 
 def test_names_of_robots_are_text_to_readers_of_every_version(certified, tmp_path):

@@ -1,4 +1,4 @@
-"""Exports that are told of a flight: of this certificate, by the profile's controller, in its tube; or written anyway, with a warning."""
+"""Exports that are told of a flight: of this certificate, by a controller that the vehicles run, in its tube; or written anyway, with a warning."""
 
 from __future__ import annotations
 
@@ -8,11 +8,12 @@ from dataclasses import replace
 import pytest
 
 import flight
-from flight import conditions_of
+from flight import ExportTarget, Product, conditions_of
 from flight.exports.flown import WARNING
+from flight.exports.target import EXPORT_TARGETS
 from tests.helpers.flights import legs, plan_of, small_mission
 from verify import certify
-from verify.data import NotCertified
+from verify.data import NotCertified, load_vehicle
 from verify.data.plan import Visit
 
 
@@ -48,12 +49,81 @@ def test_other_flights_are_refused_each_with_its_reason(flown, tmp_path):
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.parametrize("form", ["crazyswarm2", "crazyflie", "px4"])
+@pytest.mark.parametrize("form", ["crazyswarm2", "crazyflie", "ros2"])
 def test_without_a_flight_nothing_is_written(flown, tmp_path, form):
     _, team, cert, _ = flown
     with pytest.raises(NotCertified, match=r"no simulated flight that stayed in its tube.*anyway=True"):
         flight.export(team, cert, tmp_path / "out", format=form)
     assert not (tmp_path / "out").exists()
+
+
+def test_a_flight_by_a_controller_that_the_vehicle_does_not_run_is_no_rehearsal(flown, tmp_path):
+    _, team, cert, log = flown
+    with pytest.raises(NotCertified, match=r"px4: the controller of its vehicles is not modelled.*anyway"):
+        flight.export(team, cert, tmp_path / "out", format="px4", flight=log)
+    assert not (tmp_path / "out").exists()
+
+
+def test_every_shipped_target_says_which_controllers_its_vehicles_run():
+    """PX4's position loop is not modelled; a bag goes with no vehicle in particular; Crazyflies run what their firmware has."""
+    runs = {name: EXPORT_TARGETS.find(name).controllers for name in EXPORT_TARGETS.built_in}
+    firmware = ("pid", "mellinger", "lee")
+    assert runs == {
+        "crazyswarm2": firmware, "crazyflie": firmware, "crazyflie-compressed": firmware, "px4": (), "ros2": ("profile",)
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("controllers", "refused"),
+    [
+        ((), "not modelled"),
+        (("lee", "pid"), r"meant for the controller 'mellinger', and vehicles of mine run 'lee', 'pid'. Name one of these"),
+        (("lee", "mellinger"), None),
+        (("profile",), None),
+    ],
+)
+def test_a_target_of_another_package_is_opened_by_flights_of_controllers_that_it_names(flown, tmp_path, controllers, refused):
+    _, team, cert, log = flown
+    mine = ExportTarget("mine", lambda request: Product({"flight.json": b"{}"}), controllers=controllers)
+    if refused is None:
+        flight.export(team, cert, tmp_path, format=mine, flight=log)
+        assert "controller mellinger" in (tmp_path / "README.txt").read_text()
+        return
+    with pytest.raises(NotCertified, match=refused):
+        flight.export(team, cert, tmp_path, format=mine, flight=log)
+    flight.export(team, cert, tmp_path, format=mine, flight=log, anyway=True)
+    assert json.loads((tmp_path / "flight.json").read_text())["warning"] == WARNING
+    assert "margin meant for the controller mellinger, which it does not run" in (tmp_path / "README.txt").read_text()
+
+
+def test_a_vehicle_without_a_controller_on_board_is_not_written_for_crazyflies_that_fly_by_theirs(tmp_path):
+    own = load_vehicle("crazyflie-2.1").changed(name="own", controller=None, autopilot=None)
+    mission = small_mission("F G a", margin=0.05).changed(vehicle=own)
+    plan, team = plan_of(mission, {"r0": [Visit(region="a")]}), {"r0": legs([[0, 0, 1], [0.5, 0, 1], [1, 0, 1]])}
+    cert = certify(plan, team)
+    log = flight.fly(plan, team, cert, conditions=conditions_of(mission))
+    assert log.controllers == ("geometric",)
+    for form in ("crazyswarm2", "crazyflie"):
+        with pytest.raises(NotCertified, match=r"'geometric', and vehicles of crazy.* run 'pid', 'mellinger', 'lee'"):
+            flight.export(team, cert, tmp_path / form, format=form, flight=log)
+
+
+def test_every_file_with_room_for_words_says_that_px4_was_not_rehearsed(flown, tmp_path, monkeypatch):
+    pytest.importorskip("pymavlink", reason="pymavlink is not installed")
+    monkeypatch.setenv("MAVLINK20", "1")
+    from pymavlink import mavutil
+
+    _, team, cert, log = flown
+    done = flight.export(team, cert, tmp_path, format="px4", flight=log, anyway=True)
+    for path in done.files:
+        if path.name not in ("r0.tlog", "manifest.json"):
+            assert "not rehearsed with this vehicle's controller" in path.read_text(), path
+    log = mavutil.mavlink_connection(str(tmp_path / "r0.tlog"), dialect="common")
+    words: dict[int, str] = {}
+    while (message := log.recv_match(type="STATUSTEXT")) is not None:
+        words[message.id] = words.get(message.id, "") + message.text
+    log.close()
+    assert words == {1: f"certificate {cert.digest()}", 2: WARNING}
 
 
 @pytest.mark.parametrize(("form", "named"), [("crazyswarm2", "crazyflies.yaml"), ("crazyflie", "upload.json")])

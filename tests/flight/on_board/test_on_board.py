@@ -12,10 +12,13 @@ from flight.control.controller import CONTROLLERS
 from flight.control.lee import Lee
 from flight.control.mellinger import Mellinger
 from flight.control.on_board import attitude_error, axes_towards, body_axes, setpoint_of
+from flight.control.pid import Pid
 from flight.model.attitude import from_euler, from_matrix
 from flight.model.reference import sample_reference
 from flight.model.sensing import MotionCapture
-from flight.model.timing import CONTROL_STEP, SUBSTEPS
+from flight.model.timing import CONTROL_STEP, FRAME_STEPS, STEP, SUBSTEPS
+from flight.on_board.commanded import laws_of
+from flight.on_board.rotor_plant import RotorPlant
 from tests.helpers.stand_ins import hop, mission, rest_to_rest
 from verify.data import BadInput, load_vehicle, shipped_vehicles
 from verify.data.autopilot import load_autopilot, shipped_autopilots
@@ -46,6 +49,40 @@ def test_a_run_among_many_is_bit_for_bit_the_run_alone(short, controller):
     assert np.array_equal(together.position[:, 7:8], alone.position)
     assert np.array_equal(together.attitude[:, 7:8], alone.attitude)
     assert np.array_equal(together.estimated[:, 7:8], alone.estimated)
+
+
+def hovers(controller, vehicle: str, seconds: float, height: float = 1.0):
+    """Return how far a vehicle that hovers in still air is from its place after each 10 ms, in m, knowing the truth. Batteries stay full."""
+    airframe = flight.airframe_of(load_vehicle(vehicle))
+    start = np.array([[0.3], [-0.2], [height], [0.4]])
+    flat = np.zeros((5, 4, 1))
+    flat[0] = start
+    setpoint = setpoint_of(flat, 0.0)
+    plant = RotorPlant(airframe, laws_of(controller, airframe), start, setpoint)
+    away = np.empty((round(seconds / (FRAME_STEPS * STEP)), 3))
+    for frame in range(len(away)):
+        plant.aim(None if frame % 2 else flat, setpoint, plant.truth())
+        away[frame] = plant.fly(setpoint, None, 0.0, 0.0, FRAME_STEPS)[-1, :3, 0] - start[:3, 0]
+    return away
+
+
+@pytest.mark.parametrize("vehicle", [name for name in shipped_vehicles() if load_vehicle(name).autopilot])
+@pytest.mark.parametrize("controller", KINDS)
+def test_a_robot_that_hovers_goes_on_hovering(controller, vehicle):
+    """A flight begins behind a hover: what sums of errors hold by then is not learnt anew in it."""
+    assert np.linalg.norm(hovers(CONTROLLERS.find(controller), vehicle, 3.0), axis=1).max() < 0.0005
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("vehicle", ["crazyflie-2.1", "crazyflie-brushless"])
+@pytest.mark.parametrize(("law", "seconds"), [(Pid, 25.0), (Mellinger, 200.0)])
+def test_sums_begin_where_a_long_hover_brings_them(law, seconds, vehicle):
+    """The same law with all sums at zero errs for seconds or minutes, and is in the end where the settled one was all the time."""
+    settled, from_zero = (hovers(law(settled=settled), vehicle, seconds) for settled in (True, False))
+    assert np.linalg.norm(settled, axis=1).max() < 0.0005
+    assert np.linalg.norm(from_zero[-1] - settled[-1]) < 0.0002
+    if vehicle == "crazyflie-2.1":
+        assert np.linalg.norm(from_zero, axis=1).max() > 0.008
 
 
 @pytest.mark.parametrize("mass", [0.0, -0.03, float("nan")])

@@ -7,10 +7,13 @@ import json
 import pytest
 
 import flight
-from flight import Combinations
+from flight import Combinations, MotionCapture
+from flight.model.airframe import airframe_of
 from ltlplan.report.rehearsal import rehearsal_html
+from tests.helpers.flights import legs, plan_of, small_mission
 from tests.helpers.stand_ins import hop, rest_to_rest, stand_in
-from verify.data import BadInput
+from verify import certify
+from verify.data import BadInput, Visit, load_vehicle
 
 FEW = Combinations(("mellinger", "lee", "pid"), (0.8, 1.0), (0.015,), ("0", "0.3+0.2"))
 
@@ -58,7 +61,9 @@ def test_a_cell_is_the_worst_of_flights_that_anyone_can_fly_again(found):
 def test_findings_are_plain_data_and_a_page(found):
     data = json.loads(json.dumps(found.to_dict()))
     assert len(data["cells"]) == 12
-    assert {"controller", "mass", "latency", "wind", "worst", "robot", "seed", "left", "inside"} == set(data["cells"][0])
+    assert {"controller", "mass", "latency", "wind", "drag", "worst", "robot", "seed", "left", "inside"} == set(
+        data["cells"][0]
+    )
     page = rehearsal_html(found)
     assert "<h1>two-tasks: rehearsal of 12 cells of 2 flights</h1>" in page
     assert page == rehearsal_html(found)
@@ -89,3 +94,62 @@ def test_numbers_out_of_range_are_refused():
         flight.rehearse(plan, team, workers=0)
     with pytest.raises(BadInput, match="a seed is a whole number"):
         flight.rehearse(plan, team, seed=-1)
+
+
+def brushless():
+    """A short way at a speed at which drag is felt."""
+    mission = small_mission("F G a", margin=0.05).changed(vehicle=load_vehicle("crazyflie-brushless"))
+    plan = plan_of(mission, {"r0": [Visit(region="a")]})
+    return plan, {"r0": legs([[0, 0, 1], [0.5, 0, 1], [1, 0, 1]], speed=0.5)}
+
+
+def test_a_drag_that_is_a_guess_is_flown_at_both_ends_of_its_range():
+    plan, team = brushless()
+    few = Combinations(("mellinger",), (1.0,), (0.015,), ("0",))
+    found = flight.rehearse(plan, team, certify(plan, team), combinations=few, runs=1)
+    by_drag = {cell.drag: cell for cell in found.cells}
+    assert list(by_drag) == ["profile", "least", "most"]
+    assert by_drag["least"].worst < by_drag["profile"].worst < by_drag["most"].worst
+    assert (by_drag["profile"].inside, by_drag["most"].inside) == (True, False)
+    assert [row[0] for row in found.rows()[1:]] == ["mellinger", "mellinger, least drag", "mellinger, most drag"]
+    assert "leaves its tube in 1 of 1 cells with the most drag that may be, and not with the profile's" in found.sentences[1]
+    assert "is a guess (2e-06 kg; 1e-06 to 5.1e-06 may be), and it decides" in found.sentences[2]
+    flown = flight.fly(
+        plan,
+        team,
+        controller="mellinger",
+        noise=MotionCapture(delay=0.015),
+        airframe=airframe_of(plan.mission.vehicle).with_drag("most"),
+    )
+    assert by_drag["most"].worst == pytest.approx(float(flown.peak[0]), abs=1e-4)
+
+
+def test_a_team_whose_drag_was_measured_is_flown_with_it_alone(found):
+    assert {cell.drag for cell in found.cells} == {"profile"}
+    assert found.doubts == ()
+
+
+def test_the_controller_does_not_know_of_another_drag():
+    """The geometric controller compensates the profile's drag, so that another one costs it way."""
+    plan, team = brushless()
+    few = Combinations(("geometric",), (1.0,), (0.0,), ("0",), ("profile", "most"))
+    right, wrong = flight.rehearse(plan, team, combinations=few, runs=1).cells
+    assert wrong.worst > 2 * right.worst
+
+
+def test_what_is_a_guess_is_said_of_every_flight_and_in_every_note(tmp_path):
+    plan, team = brushless()
+    guess = "drag of 'crazyflie-brushless' is a guess"
+    assert any(guess in note for note in flight.fly(plan, team).notes)
+    flight.export(team, certify(plan, team), tmp_path, format="ros2", anyway=True)
+    assert guess in (tmp_path / "README.txt").read_text()
+
+
+def test_a_range_that_does_not_hold_the_drag_is_refused():
+    ours = airframe_of(load_vehicle("crazyflie-brushless"))
+    with pytest.raises(BadInput, match="is not within its drag_range"):
+        ours.changed(rotor_drag=6e-6)
+    with pytest.raises(BadInput, match="the least comes first"):
+        ours.drag_range.changed(rotor_drag=(2e-6, 1e-6))
+    with pytest.raises(BadInput, match="'more' is not a drag"):
+        Combinations(drags=("more",))

@@ -184,6 +184,30 @@ def test_export_after_proving_again(folder: Path, tmp_path: Path) -> None:
     assert not (tmp_path / "nothing").exists()
 
 
+def test_px4_is_written_anyway_only_as_its_controller_is_not_modelled(folder: Path, tmp_path: Path) -> None:
+    out = tmp_path / "px4"
+    refused = runner.invoke(app, ["export", str(folder), "--format", "px4", "--out", str(out)])
+    assert isinstance(refused.exception, NotCertified)
+    assert refused.exception.exit_code == 5
+    assert "the controller of its vehicles is not modelled" in str(refused.exception)
+    assert not out.exists()
+    assert "not rehearsed with this vehicle's controller" in ok(
+        "export", str(folder), "--format", "px4", "--anyway", "--out", str(out)
+    )
+    for name in ("README.txt", "flight.json", "stream_setpoints.py", "flying/px4.py"):
+        assert "not rehearsed with this vehicle's controller" in (out / name).read_text(), name
+
+
+def test_a_run_says_why_crazyflies_have_no_export(tmp_path: Path) -> None:
+    """Their profile names no controller, so that the flight is `geometric`'s, which no Crazyflie runs."""
+    mission = ltlplan.load_mission("hoops-sequence")
+    own = mission.vehicle.changed(name="own", controller=None, autopilot=None)
+    (tmp_path / "own.yaml").write_text(mission_to_yaml(mission.changed(vehicle=own)))
+    text = ok("run", str(tmp_path / "own.yaml"), "--out", str(tmp_path / "run"))
+    assert "crazyswarm2 leaves out quad0: flown by 'geometric', which Crazyflies do not run" in text
+    assert not (tmp_path / "run" / "crazyswarm2").exists()
+
+
 def test_show_draws_a_page(tmp_path: Path) -> None:
     page = tmp_path / "page.html"
     ok("show", "hoops-sequence", "--out", str(page))

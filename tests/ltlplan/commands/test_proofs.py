@@ -138,7 +138,7 @@ def test_what_an_export_certifies_anew_keeps_margin_and_clock_error(tmp_path: Pa
     assert isinstance(refused.exception, NotCertified)
     assert "r0, flown by 'mellinger', strayed" in str(refused.exception)
     assert not (tmp_path / "export").exists()
-    assert "WARNING: written without a simulated flight" in ok(
+    assert "not rehearsed with this vehicle's controller" in ok(
         "export", str(out), "--format", form, "--anyway", "--out", str(tmp_path / "export")
     )
     made = recheck(tmp_path / "export")

@@ -14,7 +14,7 @@ from refine.limits.values import rotors_of
 from refine.planes import Plane
 from refine.solvers.fastest import stretched_guess
 from refine.solvers.retiming import pace, retime
-from tests.benchmarks.refinement_courses import (
+from tests.helpers.refinement_courses import (
     HOOP6,
     HOOP6_BLEND,
     HOOP6_LIMITS,

@@ -14,7 +14,7 @@ from refine import Spline, jumps, minimum_snap, on_grid, quantise
 from refine.solvers.qp import Programme, rest_to_rest, solve
 from refine.spline.basis import derivative_weights
 from refine.spline.rounding import exact_end
-from tests.benchmarks.refinement_courses import HOOP6
+from tests.helpers.refinement_courses import HOOP6
 from verify.data import BadInput, DoesNotFit, Trajectory
 
 

@@ -157,9 +157,12 @@ def test_no_path_of_a_request_is_opened(name: str, done: Submitted, http: httpx.
 def test_flights_are_written_for_vehicles(done: Submitted, http: httpx.Client) -> None:
     names = [each["name"] for each in http.get("/api/exports").json()]
     assert names[:2] == ["crazyswarm2", "crazyflie"]
-    packed = http.get(f"/api/jobs/{done.id}/exports/px4", params={"rate": 20})
-    with zipfile.ZipFile(io.BytesIO(packed.content)) as archive:
-        assert "README.txt" in archive.namelist()
+    assert_refused(http.get(f"/api/jobs/{done.id}/exports/px4", params={"rate": 20}), 422, "not-certified")
+    for form, asked in (("ros2", {"rate": 20}), ("px4", {"rate": 20, "anyway": True})):
+        packed = http.get(f"/api/jobs/{done.id}/exports/{form}", params=asked)
+        with zipfile.ZipFile(io.BytesIO(packed.content)) as archive:
+            note = archive.read("README.txt").decode()
+        assert ("not rehearsed with this vehicle's controller" in note) == (form == "px4")
     told = assert_refused(http.get(f"/api/jobs/{done.id}/exports/px5"), 422, "bad-input")
     assert "Did you mean 'px4'?" in str(told["detail"])
     assert_refused(http.get(f"/api/jobs/{done.id}/exports/crazyflie", params={"vehicle": "other"}), 422, "not-certified")
