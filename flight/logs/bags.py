@@ -101,11 +101,10 @@ def read_bag(path: Path, robots: Sequence[str], told: Told) -> Recording:
             chosen = _topics(topics, dict(zip(robots, told.names(robots), strict=True)), source)
             connections = [connection for connection in reader.connections if connection.topic in set(chosen.values())]
             found, clock = _read(reader.messages(connections), store, chosen, told, robots, source)
-            kept = (
-                reader.storage,
-                *getattr(reader.storage, "storages", ()),
-            )  # what metadata.yaml promises, and what its files hold
-            spans = [(each.metadata.start_time, each.metadata.end_time) for each in kept]
+            # what the bag says of itself, and where metadata.yaml says it, what its files say
+            files = getattr(getattr(reader, "storage", None), "storages", ())
+            spans = [(reader.start_time, reader.end_time)]
+            spans += [(each.metadata.start_time, each.metadata.end_time) for each in files]
     except BadInput:
         raise
     except Exception as error:  # whatever a damaged file leads to in rosbags and what it reads with

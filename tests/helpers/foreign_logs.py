@@ -112,7 +112,8 @@ def ulog(
         lost: How long nothing was logged, s, by the index of the sample before which that is; n for the end.
     """
     fields = "uint64_t timestamp;uint64_t timestamp_sample;float x;float y;float z;bool xy_valid;bool z_valid;uint8_t xy_reset_counter;"
-    out = b"ULog\x01\x12\x35\x01" + struct.pack("<Q", round(1e6 * (booted + (times[0] if began is None else began))))
+    logged = began if began is not None else float(times[0]) if len(times) else 0.0
+    out = b"ULog\x01\x12\x35\x01" + struct.pack("<Q", round(1e6 * (booted + logged)))
     out += _message("B", bytes(40)) + _message("F", b"vehicle_local_position:" + fields.encode())
     out += _message("A", struct.pack("<BH", 0, 1) + b"vehicle_local_position")
     for k, (time, (x, y, z)) in enumerate(zip(times, places, strict=True)):

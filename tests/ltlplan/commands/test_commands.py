@@ -110,10 +110,15 @@ def test_a_recorded_flight_is_judged(folder: Path) -> None:
 
 
 def test_a_table_of_motion_capture_is_judged(folder: Path, tmp_path: Path) -> None:
-    rows = (folder / "flight.csv").read_text().splitlines()
+    """Times with all their digits say how well they are known; with zeros left out they may as well be rounded to 10 ms."""
+    rows = [row.split(",")[:5] for row in (folder / "flight.csv").read_text().splitlines()[1:]]
     table = tmp_path / "capture.csv"
-    table.write_text("time,body,x,y,z\n" + "\n".join(",".join(row.split(",")[:5]) for row in rows[1:]) + "\n")
+    table.write_text("time,body,x,y,z\n" + "".join(f"{float(t):.4f},{','.join(rest)}\n" for t, *rest in rows))
     assert "satisfied" in ok("certify", str(folder), "--flight", str(table), "--max-speed", "1.2")
+    table.write_text("time,body,x,y,z\n" + "".join(",".join(row) + "\n" for row in rows))
+    done = runner.invoke(app, ["certify", str(folder), "--flight", str(table), "--max-speed", "1.2"])
+    assert done.exit_code == 5
+    assert "No time is off by more than 0.005 s, for which 0.006 m of that stand" in done.output
 
 
 def test_fly_once_and_many_times(folder: Path, small: Path, tmp_path: Path) -> None:
