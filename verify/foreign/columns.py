@@ -70,9 +70,10 @@ def covered_rows(fleet: Fleet) -> NDArray[np.bool_]:
 def is_still(fleet: Fleet, rows: Indices) -> NDArray[np.bool_]:
     """Tell on which rows a drone rests, by its control points. Shape (rows,)."""
     if fleet.basis == "power":
-        return ~fleet.values[rows, :, 1:].any((1, 2))
+        return np.logical_not(fleet.values[rows, :, 1:].reshape(len(rows), -1).any(-1))
     inner = np.arange(fleet.degree + 1) <= fleet.degrees[rows, None]
-    return ~((fleet.values[rows] != fleet.values[rows, :, :1]) & inner[:, None]).any((1, 2))
+    moved = (fleet.values[rows] != fleet.values[rows, :, :1]) & inner[:, None]
+    return np.logical_not(moved.reshape(len(rows), -1).any(-1))
 
 
 @np.errstate(all="ignore")
@@ -88,7 +89,7 @@ def judge_columns(fleet: Fleet, asked: Separation) -> list[TooNear]:
     if columns:
         places = np.array([[float(x) for x in column.place] for column in columns])
         tree = KDTree(places)
-        found += _among(fleet, asked, columns, tree)
+        found += _among(asked, columns, tree)
         for met in _beside_paths(fleet, asked, columns, tree):
             found.append(met)
             if len(found) >= MOST_MET:
@@ -106,7 +107,7 @@ def _low(column: Column, asked: Separation) -> float:
     return column.low if asked.above is None else max(column.low, asked.above)
 
 
-def _among(fleet: Fleet, asked: Separation, columns: Sequence[Column], tree: KDTree) -> Iterator[TooNear]:
+def _among(asked: Separation, columns: Sequence[Column], tree: KDTree) -> Iterator[TooNear]:
     """Yield pairs of columns that are too near to each other, between times at which both may be flown."""
     for a, b in sorted(tree.query_pairs(asked.most + 2 * float(asked.steps.max(initial=0.0)) + _SLACK)):
         one, other = columns[a], columns[b]

@@ -21,10 +21,15 @@ from verify.foreign.reading import read_fleet
 
 
 def audited(
-    tmp_path: Path, drones: dict[str, dict[str, Any]], *, own: dict[str, float] | None = None, **limits: Any
+    tmp_path: Path,
+    drones: dict[str, dict[str, Any]],
+    *,
+    own: dict[str, float] | None = None,
+    separation: float = 2.0,
+    **limits: Any,
 ) -> verify.Audit:
     path = write_show(tmp_path / "show.skyc", *compiled_show(drones, **(own or {})))
-    return verify.audit(path, limits=verify.AuditLimits(**{"separation": 2.0, **limits}))
+    return verify.audit(path, limits=verify.AuditLimits(separation=separation, **limits))
 
 
 def outcomes(found: verify.Audit, name: str = "separation") -> list[str]:
@@ -58,7 +63,8 @@ def to_landing(x: float, y: float, goal: tuple[float, float], *, wait: float = 5
 def test_paths_that_begin_over_their_homes_are_judged(tmp_path: Path) -> None:
     drones = {f"d{k}": over_home(3.0 * k, 0, takeoff=11.66 + 0.28 * k) for k in range(4)}
     found = audited(tmp_path, drones)
-    assert found.holds and outcomes(found) == ["holds", "holds"]
+    assert found.holds
+    assert outcomes(found) == ["holds", "holds"]
     assert any("4 of 4 drones are assumed to climb straight up" in note and "z = 0 m and 1 m" in note for note in found.notes)
     assert any("4 of 4 drones are assumed to land straight down" in note and "0.97 m" in note for note in found.notes)
     assert any("Wherever 4 drones are straight below the beginnings" in claim.sentence for claim in found.claims)
@@ -67,7 +73,8 @@ def test_paths_that_begin_over_their_homes_are_judged(tmp_path: Path) -> None:
 def test_paths_that_end_in_the_air_are_landed(tmp_path: Path) -> None:
     drones = {"a": to_landing(0, 0, (3, 0)), "b": to_landing(0, 6, (3, 6), end=25.9714285), "c": to_landing(0, 12, (3, 12))}
     found = audited(tmp_path, drones)
-    assert found.holds and outcomes(found) == ["holds", "holds"]
+    assert found.holds
+    assert outcomes(found) == ["holds", "holds"]
     assert not any("climb straight up" in note for note in found.notes)
 
 
@@ -77,7 +84,8 @@ def test_a_drone_that_parks_under_a_landing_column_is_found(tmp_path: Path, heig
     points = [[0, [3, 8, 0]], [4, [3, 8, 3]], [8, [3, 0.4, 3]], [12, [3, 0.4, height]]]
     drones = {"a": to_landing(0, 0, (3, 0)), "b": {"home": [3, 8, 0], "trajectory": trajectory_of(points)}}
     found = audited(tmp_path, drones)
-    assert "fails" in outcomes(found) and not found
+    assert "fails" in outcomes(found)
+    assert not found
     (claim,) = [claim for claim in found.claims if claim.outcome == "fails"]
     assert "a, which lands" in claim.sentence or "b, which lands" in claim.sentence
     assert (claim.bound or 0) == pytest.approx(0.4)
@@ -110,7 +118,7 @@ def test_a_landing_before_the_end_of_a_path_adds_a_column(tmp_path: Path) -> Non
     assert [(c.place, c.high, c.since) for c in fleet.columns] == [((4, 0), 4.0, 7), ((8, 0), 4.0, 9)]
     assert any("landingTime before their path ends" in note for note in fleet.notes)
     trajectory["landingTime"] = 0.5
-    with pytest.raises(BadInput, match="landingTime 0.5 s is before its path begins at 1 s"):
+    with pytest.raises(BadInput, match=r"landingTime 0\.5 s is before its path begins at 1 s"):
         read_fleet(write_show(tmp_path / "show.skyc", exported_show({"a": {"trajectory": trajectory}})))
 
 
@@ -123,15 +131,17 @@ def test_columns_count_for_the_floor_and_for_what_a_mission_s_words_say(tmp_path
 
 def test_turning_is_held_against_its_limit_exactly(tmp_path: Path) -> None:
     drones = {f"d{k}": over_home(3.0 * k, 0, takeoff=1.0) for k in range(3)}
-    drones["d0"]["yawControl"] = {"version": 1, "setpoints": [[0, 10.0], [0.5, 25.0], [2.5, -35.0]]}
+    setpoints = [[0, 10.0], [0.5, 25.0], [2.5, -35.0]]
+    drones["d0"]["yawControl"] = {"version": 1, "setpoints": setpoints}
     drones["d1"]["yawControl"] = {"version": 1, "setpoints": [[10, 42]]}
     found = audited(tmp_path, drones, own={"maxYawRate": 30, "minDistance": 2})
     (claim,) = [claim for claim in found.claims if claim.name == "limits.yaw_rate"]
-    assert claim.outcome == "holds" and "2 of 3 drones, those whose file says how they turn, keep" in claim.sentence
-    drones["d0"]["yawControl"]["setpoints"][1][1] = 25.0 + 1e-9
+    assert claim.outcome == "holds"
+    assert "2 of 3 drones, those whose file says how they turn, keep" in claim.sentence
+    setpoints[1][1] = 25.0 + 1e-9
     assert outcomes(audited(tmp_path, drones, own={"maxYawRate": 30}), "limits.yaw_rate") == ["fails"]
     assert outcomes(audited(tmp_path, drones, yaw_rate=31.0), "limits.yaw_rate") == ["holds"]
-    drones["d0"]["yawControl"]["setpoints"][1][0] = 0
+    setpoints[1][0] = 0
     with pytest.raises(BadInput, match=r"setpoints\[1\] is at 0 s, after one at 0 s; times must rise"):
         audited(tmp_path, drones)
     with pytest.raises(BadInput, match="does not say how any drone turns"):
@@ -156,12 +166,14 @@ def test_distances_may_be_asked_above_a_height(tmp_path: Path) -> None:
     assert set(outcomes(audited(tmp_path, drones, separation=3.0))) == {"fails"}
     found = audited(tmp_path, drones, separation=3.0, separation_above=2.5, own={"minNavAltitude": 2.5})
     (claim,) = [claim for claim in found.claims if claim.name == "separation"]
-    assert claim.outcome == "holds" and "3.0000 m apart at all times while both are above z = 2.5 m" in claim.sentence
+    assert claim.outcome == "holds"
+    assert "3.0000 m apart at all times while both are above z = 2.5 m" in claim.sentence
     found = audited(tmp_path, {**drones, "d8": drone(8, near=1.5)}, separation=3.0, separation_above=2.5)
     (claim,) = [claim for claim in found.claims if claim.name == "separation"]
-    assert claim.outcome == "fails" and "d7 and d8 are nearer than 3.0000 m above z = 2.5 m" in claim.sentence
+    assert claim.outcome == "fails"
+    assert "d7 and d8 are nearer than 3.0000 m above z = 2.5 m" in claim.sentence
     assert claim.bound == pytest.approx(1.5)
-    with pytest.raises(BadInput, match="separation_above is 2.5 m, and no separation is asked"):
+    with pytest.raises(BadInput, match=r"separation_above is 2\.5 m, and no separation is asked"):
         verify.audit(tmp_path / "show.skyc", limits=verify.AuditLimits(speed=9.0, separation_above=2.5))
 
 
@@ -241,7 +253,8 @@ def test_flights_of_any_timing_keep_what_is_claimed(tmp_path: Path, seed: int) -
 def test_many_flights_of_any_timing_keep_what_is_claimed(tmp_path: Path, seed: int) -> None:
     rng = np.random.default_rng(seed)
     found = [assert_flights_agree(tmp_path, rng, 8) for _ in range(60)]
-    assert sum(kept for kept, _ in found) > 3 and sum(sure for _, sure in found) > 3
+    assert sum(kept for kept, _ in found) > 3
+    assert sum(sure for _, sure in found) > 3
 
 
 @pytest.mark.parametrize(("pitch", "kept"), [(2.0, True), (float(np.nextafter(2.0, 0)), False)])

@@ -23,9 +23,10 @@ SAMPLES = 2500
 
 def across(axis: Floats) -> Floats:
     """Two unit vectors across an axis. Shape (2, 3)."""
-    one = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
+    one: Floats = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
     one /= np.linalg.norm(one)
-    return np.stack([one, np.cross(axis, one)])
+    other: Floats = np.cross(axis, one)
+    return np.stack([one, other])
 
 
 def off_axis(points: Floats, axis: Floats) -> Floats:
