@@ -10,7 +10,8 @@ whether straight down below the ends was proved clear.
 Before anything is asked of them it looks whether each robot is the system that it should be, armed, within half a margin of its start,
 turned as the plan begins, seen often and quietly, with an estimator that has settled and enough battery; and it sets, and reads back, that
 a robot lands by itself 1 s after its last setpoint (COM_OF_LOSS_T and COM_OBL_RC_ACT, which stay set). What a vehicle does not tell is
-"not checked": nothing is asked of anybody then, unless `--unchecked` names the check. A ground station's heartbeat is sent once a second. It streams each robot's first setpoint, asks for offboard flight, looks again, and sends the setpoints in real time, all robots by one
+"not checked": nothing is asked of anybody then, unless `--unchecked` names the check. A ground station's heartbeat is sent once a second.
+It streams each robot's first setpoint, asks for offboard flight, looks again, and sends the setpoints in real time, all robots by one
 clock. If a robot leaves offboard flight, may have left the margin or the workspace, comes too near to another one, goes silent or is nearly
 out of battery, or sending falls behind, and on Ctrl-C, SIGTERM or any other error, all robots are told to hold until each has confirmed it;
 those that do not are told to land, and so are all on a second Ctrl-C. It says "flown", and ends with 0, only where every robot stayed

@@ -1,7 +1,8 @@
 """Crazyflies as crazyswarm2's Python client shows them, in its current and its older versions. Copied into exports.
 
 What a version does not have is not asked for, and is "not checked". Poses are the vehicle's own estimate, as its log reports it
-(`firmware_logging`, topic `pose`), and in crazyswarm2's simulator, which has none, those of tf; battery and supervisor come with `status`, the estimator's variances and the battery's charge with the topic
+(`firmware_logging`, topic `pose`), and in crazyswarm2's simulator, which has none, those of tf.
+Battery and supervisor come with `status`, the estimator's variances and the battery's charge with the topic
 `estimator` that the exported crazyflies.yaml asks for. The client sends commands and does not tell whether a vehicle has heard them; whether it
 does what it was told is seen by its poses.
 """
