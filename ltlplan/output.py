@@ -30,10 +30,10 @@ _EXPORT = "crazyswarm2"
 
 def run_files(mission: Mission) -> tuple[str, ...]:
     """Return what `write_run` writes for a mission, so that its folder can be looked at before minutes of work."""
-    from flight.exports.crazyflies.crazyswarm import file_names
+    from flight.exports.crazyflies.crazyswarm import file_names, flown_robots
 
     tables = tuple(f"{name}.csv" for name in mission.agents)
-    robots = _exported(mission)
+    robots = flown_robots(mission)
     exported = tuple(f"{_EXPORT}/{name}" for name in file_names(robots)) if robots else ()
     return (*LOG_FILES, *tables, PROOF, "report.html", *exported)
 
@@ -47,6 +47,7 @@ def write_run(result: Result, target: Path) -> tuple[Path, ...]:
     tube for instance), and the manifest.
     """
     import flight
+    from flight.exports.crazyflies.crazyswarm import flown_robots
     from flight.logs.large_logs import run_csv
     from ltlplan.report.run_page import report_html
     from ltlplan.report.summary import shortfall
@@ -54,7 +55,7 @@ def write_run(result: Result, target: Path) -> tuple[Path, ...]:
     def write(folder: Path) -> None:
         write_plan_files(result.plan, folder)
         write_trajectories(result.plan, result.team, folder)
-        robots = () if shortfall(result) else _exported(result.mission)
+        robots = () if shortfall(result) else flown_robots(result.mission)
         if robots and not any(_too_long(result.mission, name, result.team[name]) for name in robots):
             flight.export(
                 result.team, result.certificate, folder / _EXPORT, format="crazyswarm2", robots=robots, flight=result.log
@@ -72,34 +73,6 @@ def _too_long(mission: Mission, name: str, path: Trajectory) -> bool:
 
     uploaded = (end - begin for begin, end in path.parts) if path.cuts else (len(path.flattened(mission.spec.repeat)),)
     return max(uploaded) > held_at_once(mission, name)
-
-
-def _exported(mission: Mission) -> tuple[str, ...]:
-    """Return the robots that crazyswarm2 flies by the controllers of their profiles: of a mixed team among the Crazyflies."""
-    from flight.control.profiles import controller_name
-    from flight.exports.crazyflies.fits import crazyflies
-    from flight.exports.target import EXPORT_TARGETS
-
-    robots = tuple(mission.agents) if mission.of_one_kind else crazyflies(mission, mission.agents)
-    target = EXPORT_TARGETS.find(_EXPORT)
-    return tuple(name for name in robots if target.runs(controller_name(mission.vehicle_of(name))))
-
-
-def left_out(mission: Mission) -> str:
-    """Return why Crazyflies of a mission have no export in a run's folder although it holds; empty where all that can be are written.
-
-    Args:
-        mission: Says what flies, and by which controllers.
-    """
-    from flight.control.profiles import controller_name
-    from flight.exports.crazyflies.fits import crazyflies
-
-    written = _exported(mission)
-    others = [name for name in crazyflies(mission, mission.agents) if name not in written]
-    if not others:
-        return ""
-    flown = ", ".join(dict.fromkeys(f"'{controller_name(mission.vehicle_of(name))}'" for name in others))
-    return f"{_EXPORT} leaves out {', '.join(others)}: flown by {flown}, which Crazyflies do not run. Name `controller: mellinger` in the vehicle's profile."
 
 
 def write_flight(plan: Plan, log: FlightLog, folder: Path) -> None:

@@ -122,7 +122,7 @@ def recorded_lines(verdict: FlightVerdict) -> list[str]:
 
 def summary_lines(result: Result) -> list[str]:
     """Return the whole summary of a run."""
-    from ltlplan.output import left_out
+    from flight.exports.crazyflies.crazyswarm import left_out
 
     certificate = result.certificate
     lines = [*plan_lines(result.plan), ""]

@@ -12,9 +12,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from flight.control.profiles import controller_name
 from flight.exports.braking import AtMost
 from flight.exports.carried import DATA, SWARM, about, batteries_said, climb_and_landing, scripts, written
-from flight.exports.crazyflies.fits import require_crazyflie, require_float32, require_held
+from flight.exports.crazyflies.fits import crazyflies, require_crazyflie, require_float32, require_held
 from flight.exports.crazyflies.inventory import Item, checked_weight, read_inventory, require_radios
 from flight.exports.crazyflies.parameters import NUMBERS, parameters_read, sentence
 from flight.exports.crazyflies.radio_addresses import heard_by
@@ -22,7 +23,7 @@ from flight.exports.crazyflies.swarm_settings import configuration, weights_said
 from flight.exports.parts import Part, notes_on, order_of, parts_of
 from flight.exports.target import NOTE, ExportTarget, Product, Request
 from flight.monitoring.thresholds import CRAZYFLIE_ACCURACY
-from verify.data import BadInput, DoesNotFit, Trajectory
+from verify.data import BadInput, DoesNotFit, Mission, Trajectory
 from verify.data.files.trajectory_csv import write_csv
 from verify.data.storage.ownership import MANIFEST
 from verify.data.trajectory import HOVER, PAUSE, PIECES
@@ -157,3 +158,27 @@ CRAZYSWARM2 = ExportTarget(
     join=AtMost(PIECES),
     controllers=tuple(NUMBERS),
 )
+
+
+def flown_robots(mission: Mission) -> tuple[str, ...]:
+    """Return the robots that crazyswarm2 flies by the controllers of their profiles: of a mixed team among the Crazyflies.
+
+    Args:
+        mission: Says what they fly.
+    """
+    robots = tuple(mission.agents) if mission.of_one_kind else crazyflies(mission, mission.agents)
+    return tuple(name for name in robots if CRAZYSWARM2.runs(controller_name(mission.vehicle_of(name))))
+
+
+def left_out(mission: Mission) -> str:
+    """Return a sentence on Crazyflies that it does not fly, as they run other controllers than their profiles name; empty where there are none.
+
+    Args:
+        mission: Says what they fly.
+    """
+    flown = flown_robots(mission)
+    others = [name for name in crazyflies(mission, mission.agents) if name not in flown]
+    if not others:
+        return ""
+    by = ", ".join(dict.fromkeys(f"'{controller_name(mission.vehicle_of(name))}'" for name in others))
+    return f"crazyswarm2 leaves out {', '.join(others)}: flown by {by}, which Crazyflies do not run. Name `controller: mellinger` in the vehicle's profile."
