@@ -11,6 +11,9 @@ ENDED: frozenset[State] = frozenset({"done", "failed", "cancelled"})
 
 Kind = Literal["state", "stage", "progress", "claim"]
 
+ONLY_OF_JOBS = ("manifest.json", "watch.json")
+"""Files of a job that are none of the run's folder: a folder gets a manifest of its own when it is written."""
+
 
 class Told(BaseModel):
     """A frozen value that is told to others. Keys that are not known are left out, so that older clients read newer services."""
@@ -162,8 +165,10 @@ class Health(Told):
     """Whether the service works.
 
     Attributes:
-        ok: Database and workers answer, and there is room to write.
+        ok: Database and workers answer, every job goes on, and there is room to write.
         database: "answers", or what is wrong with it.
+        computing: "answers", or why no stage is computed at the moment.
+        interrupted: Jobs whose work was given up and has not come further since, by their ids: how often, and why.
         workers: How many stages may run at once.
         alive: How many processes are running.
         running: Jobs that have begun.
@@ -180,6 +185,8 @@ class Health(Told):
     queued: int
     room: int
     versions: dict[str, str]
+    computing: str = "answers"
+    interrupted: dict[str, str] = Field(default_factory=dict)
 
 
 class LiveFlight(Told):

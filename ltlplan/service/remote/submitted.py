@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ltlplan.service.models import ENDED, Event, FileEntry, Job, State
+from ltlplan.service.models import ENDED, ONLY_OF_JOBS, Event, FileEntry, Job, State
 from ltlplan.service.problems import NotFound, Unreachable, error_of
 from ltlplan.service.remote.wire import Wire, job_of, segment, unpacked
 from verify.data import BadInput, Plan, parse_mission
@@ -166,7 +166,7 @@ class Submitted:
         from verify.data.storage.folders import check_folder, put_files, write_folder
 
         packed = self.wire.ask("GET", f"/api/jobs/{segment(self.id)}/archive").content
-        files = {name: data for name, data in unpacked(packed).items() if name not in ("manifest.json", "watch.json")}
+        files = {name: data for name, data in unpacked(packed).items() if name not in ONLY_OF_JOBS}
         target = check_folder(out, tuple(files))
         write_folder(target, lambda folder: put_files(files, folder))
         return Path(out)

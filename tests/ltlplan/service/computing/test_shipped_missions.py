@@ -14,6 +14,7 @@ from ltlplan.missions import shipped_mission_text, shipped_missions
 from ltlplan.service.computing.batches import RECORD, run_batch
 from ltlplan.service.computing.clusters import Cluster
 from ltlplan.service.computing.workers import LocalWorkers
+from ltlplan.service.models import ONLY_OF_JOBS
 from tests.helpers.clusters import local_cluster
 from tests.helpers.job_services import ended, run, service
 from verify import recheck
@@ -92,6 +93,15 @@ def test_all_shipped_missions_are_the_same_on_a_cluster(batch: Path, tmp_path: P
 
 
 @pytest.mark.slow
+def test_all_shipped_missions_are_what_the_command_writes(batch: Path, tmp_path: Path) -> None:
+    for name in MISSIONS:
+        ltlplan.run(name, tmp_path / name)
+        ours, theirs = contents(tmp_path / name), contents(batch / "out" / name)
+        assert theirs.keys() - ours.keys() == {RECORD}, name
+        assert [file for file in ours if ours[file] != theirs.get(file)] == ["manifest.json"], name
+
+
+@pytest.mark.slow
 def test_all_shipped_missions_are_the_same_as_jobs(batch: Path, tmp_path: Path) -> None:
     async def check() -> None:
         async with service(tmp_path / "data") as jobs:
@@ -100,7 +110,7 @@ def test_all_shipped_missions_are_the_same_as_jobs(batch: Path, tmp_path: Path) 
                 found = await ended(jobs, job)
                 assert (name, found.state, found.problem) == (name, "done", None)
                 made = {file.name: (await jobs.file(job.id, file.name)).path.read_bytes() for file in found.files}
-                made = {file: data for file, data in made.items() if file not in ("manifest.json", "watch.json")}
+                made = {file: data for file, data in made.items() if file not in ONLY_OF_JOBS}
                 written = contents(batch / "out" / name)
                 assert made == {file: data for file, data in written.items() if file not in (RECORD, "manifest.json")}
 
