@@ -15,7 +15,8 @@ from ltlplan.service.computing.workers import WorkFuture
 from ltlplan.service.job_queue.engine import Data, Record
 from ltlplan.service.job_queue.events import Feed, claim_events, stage_event, state_event
 from ltlplan.service.models import ENDED, Event, FileEntry, Job, Problem, Stage
-from verify.data import Mission
+from ltlplan.service.problems import problem_of
+from verify.data import InternalError, Mission
 
 TITLE = 120
 """The most letters of a title."""
@@ -62,6 +63,9 @@ def entry_of(record: Record) -> Entry:
     ended = datetime.fromtimestamp(record.changed, UTC).isoformat(timespec="milliseconds")
     if record.state == "cancelled":
         job = job.model_copy(update={"state": "cancelled", "ended": ended})
+    elif record.state == "broken":
+        told = problem_of(InternalError("The database has an error in the place of this job's result; submit it again."))
+        job = job.model_copy(update={"state": "failed", "ended": ended, "problem": told})
     elif record.state == "ended":
         problem = result.get("problem")
         told = None if problem is None else Problem.model_validate(problem)

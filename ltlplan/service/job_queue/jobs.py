@@ -15,7 +15,7 @@ from collections.abc import AsyncIterator
 from typing import Any
 
 from ltlplan.service.job_queue.database import folder_name, prepare, url_of, why
-from ltlplan.service.job_queue.engine import Data, Engine, Step, tables
+from ltlplan.service.job_queue.engine import TRIES, Data, Engine, Step, tables
 from ltlplan.service.job_queue.entries import Entry, entry_of, job_of, record_of, told_again
 from ltlplan.service.job_queue.events import state_event
 from ltlplan.service.job_queue.recent import Recent
@@ -277,9 +277,13 @@ class Jobs:
         except LtlplanError as error:
             database = str(error)
         room = await asyncio.to_thread(self._results.store.free)
+        interrupted = {} if self._engine is None else dict(self._engine.interrupted)
+        loops = any(each.times >= TRIES for each in interrupted.values())
         return Health(
-            ok=database == "answers" and room >= RESERVE,
+            ok=database == "answers" and self.workers.trouble is None and not loops and room >= RESERVE,
             database=database,
+            computing=self.workers.trouble or "answers",
+            interrupted={job: f"given up {each.times} times: {each.why}" for job, each in interrupted.items()},
             workers=self.workers.count,
             alive=self.workers.alive,
             running=self._register.count("running"),
@@ -319,6 +323,8 @@ class Jobs:
                 return
             idle = self._register.going() - engine.running
             for job_id in idle & missed:
+                if job_id not in engine.interrupted:
+                    engine.interrupt(job_id, "the engine has not begun it")
                 try:
                     await self._in_engine(lambda engine, job_id=job_id: engine.resume(job_id))
                 except Exception:  # the next look tries again

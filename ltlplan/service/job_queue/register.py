@@ -8,7 +8,12 @@ from ltlplan.service.job_queue.entries import Entry
 from ltlplan.service.models import ENDED, Job, Problem, State
 from ltlplan.service.problems import NotFound
 
-_TRANSIENT = frozenset({"internal-error", "worker-died", "limit-reached", "out-of-time", "out-of-memory", "missing-engine"})
+_TRANSIENT = frozenset(
+    {
+        "cluster-error", "internal-error", "limit-reached", "missing-engine", "no-room", "out-of-memory", "out-of-time",
+        "solver-timeout", "stored-error", "worker-died",
+    }
+)  # fmt: skip
 """Problems that are not a mission's own."""
 
 

@@ -9,7 +9,7 @@ from typing import Any, Protocol
 
 from ltlplan.service.computing.stages import PLAN, Outcome, run_stage
 from ltlplan.service.computing.workers import WorkFuture
-from ltlplan.service.job_queue.engine import Data, Step
+from ltlplan.service.job_queue.engine import Data, Step, Unwritten
 from ltlplan.service.job_queue.entries import Entry, utc_now, with_records
 from ltlplan.service.job_queue.events import claim_events, stage_event, state_event
 from ltlplan.service.job_queue.results import Results
@@ -29,6 +29,11 @@ class Pool(Protocol):
     """Who computes: this machine's processes, or a cluster's."""
 
     count: int
+
+    @property
+    def trouble(self) -> str | None:
+        """Why nothing is done at the moment; None where something is."""
+        ...
 
     @property
     def alive(self) -> int:
@@ -72,8 +77,23 @@ class Runner:
 
         Returns:
             How it ended, with the records of its stages.
+
+        Raises:
+            Unwritten: The database cannot be read or written at the moment.
         """
         records: list[Data] = []
+        try:
+            return await self._stages(entry, step, records)
+        except Unwritten:
+            raise
+        except Exception as error:  # of whatever else it is, it would be so again for ever
+            _log.exception("job %s cannot go on", entry.job.id)
+            problem = problem_of(error)
+            ended = end(entry, "failed", problem)
+            return {"state": "failed", "problem": problem.model_dump(mode="json"), "ended": ended, "stages": records}
+
+    async def _stages(self, entry: Entry, step: Step, records: list[Data]) -> Data:
+        """Do a job's stages, and add a record of each."""
         value, name = entry.asked["mission"], PLAN
         while True:
 
@@ -107,14 +127,14 @@ class Runner:
             entry.work = self.workers.submit(run_stage, name, data, progress=progress, rank=_rank(entry))
             if entry.cancelled:
                 entry.work.cancel()
-            outcome: Outcome = await asyncio.wrap_future(entry.work)
-        except LtlplanError as error:
-            _log.info("job %s: %s ends it: %s", entry.job.id, name, type(error).__name__)
+            record = await self._kept(entry, name, await asyncio.wrap_future(entry.work))
+        except Exception as error:  # none may leave: it would be recorded in the place of a result
+            log = _log.info if isinstance(error, LtlplanError) else _log.exception
+            log("job %s: %s ends it: %s", entry.job.id, name, type(error).__name__)
             problem = problem_of(error).model_dump(mode="json")
             return {"stage": name, "problem": problem, "started": began[0] if began else utc_now(), "ended": utc_now()}
         finally:
             entry.work = None
-        record = await self._kept(entry, name, outcome)
         return {**record, "started": began[0] if began else utc_now(), "ended": utc_now()}
 
     async def _kept(self, entry: Entry, name: str, outcome: Outcome) -> Data:
