@@ -85,7 +85,7 @@ class Stage(Told):
     """One part of a job's work.
 
     Attributes:
-        name: "plan", "round 1" to "round 6", "flight" or "files".
+        name: "plan", "round 1" to "round 6", "flight" or "files"; of an export "export".
         state: How far it is.
         started: When a worker took it first, UTC, ISO 8601.
         ended: When what it found was stored.
@@ -100,12 +100,13 @@ class Stage(Told):
 
 
 class Job(Told):
-    """A mission that was accepted, and how far it has come.
+    """A mission that was accepted, or an export of its flight, and how far it has come.
 
     Attributes:
         id: Names it.
         mission: The mission's name.
-        title: Its formula or sequence, shortened.
+        title: Its formula or sequence, shortened; of an export what it is for.
+        of: Of an export: id of the job whose flight it writes. Its file is an archive.
         seed: Source of every draw.
         state: How far it is.
         submitted: When it was accepted, UTC, ISO 8601.
@@ -124,6 +125,7 @@ class Job(Told):
     id: str
     mission: str
     title: str = ""
+    of: str | None = None
     seed: int = 0
     state: State = "queued"
     submitted: str

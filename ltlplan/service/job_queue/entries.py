@@ -33,6 +33,7 @@ class Entry:
         feed: Its events, while it has not ended.
         work: The stage that is being computed.
         cancelled: Whether it is being cancelled.
+        rank: Of its work among all jobs'; the lowest is begun first.
         kept: Digests of what its stages made, before that is in their records.
         lock: Held while the job is changed.
     """
@@ -43,6 +44,7 @@ class Entry:
     feed: Feed = field(default_factory=Feed)
     work: WorkFuture | None = None
     cancelled: bool = False
+    rank: float = 0.0
     kept: set[str] = field(default_factory=set)
     lock: threading.Lock = field(default_factory=threading.Lock)
 
@@ -81,13 +83,14 @@ def entry_of(record: Record) -> Entry:
     return entry
 
 
-def record_of(mission: Mission, value: str, key: str) -> Data:
+def record_of(mission: Mission, value: str, key: str, who: str) -> Data:
     """Return what a job's workflow is begun with, now: of plain data, as the database keeps it.
 
     Args:
         mission: What is asked.
         value: Its digest in the store.
         key: What the same mission, seed and versions have in common.
+        who: Who asks.
     """
     return {
         "mission": value,
@@ -96,7 +99,22 @@ def record_of(mission: Mission, value: str, key: str) -> Data:
         "seed": mission.planner.seed,
         "key": key,
         "submitted": utc_now(),
+        "who": who,
     }
+
+
+def export_record(flown: Job, target: str, value: str, key: str, who: str) -> Data:
+    """Return what an export's workflow is begun with, now.
+
+    Args:
+        flown: The job whose flight is written.
+        target: Name of the format.
+        value: Digest in the store of what is asked.
+        key: What the same export of the same files by the same versions has in common.
+        who: Who asks.
+    """
+    record = {"mission": value, "name": flown.mission, "title": f"export for {target}"[:TITLE], "seed": flown.seed}
+    return {**record, "key": key, "submitted": utc_now(), "who": who, "of": flown.id}
 
 
 def _title(mission: Mission) -> str:
@@ -112,7 +130,8 @@ def job_of(job_id: str, asked: Data) -> Job:
         asked: What it was begun with.
     """
     return Job(
-        id=job_id, mission=asked["name"], title=asked["title"], seed=asked["seed"], submitted=asked["submitted"], key=asked["key"]
+        id=job_id, mission=asked["name"], title=asked["title"], of=asked.get("of"), seed=asked["seed"],
+        submitted=asked["submitted"], key=asked["key"],
     )  # fmt: skip
 
 

@@ -12,11 +12,14 @@ from __future__ import annotations
 import asyncio
 import logging
 from collections.abc import AsyncIterator
+from contextlib import suppress
 from typing import Any
 
+from ltlplan.service.computing.exporting import ExportAsked
+from ltlplan.service.computing.turns import SharedPool
 from ltlplan.service.job_queue.database import folder_name, prepare, url_of, why
 from ltlplan.service.job_queue.engine import TRIES, Data, Engine, Step, tables
-from ltlplan.service.job_queue.entries import Entry, entry_of, job_of, record_of, told_again
+from ltlplan.service.job_queue.entries import Entry, entry_of, export_record, job_of, record_of, told_again
 from ltlplan.service.job_queue.events import state_event
 from ltlplan.service.job_queue.recent import Recent
 from ltlplan.service.job_queue.register import Register
@@ -25,7 +28,7 @@ from ltlplan.service.job_queue.runner import Pool, Runner, end
 from ltlplan.service.models import ENDED, Event, Health, Job, State
 from ltlplan.service.problems import Busy, Conflict, TooManyRequests
 from ltlplan.service.settings import Settings
-from ltlplan.service.versions import key_of, software
+from ltlplan.service.versions import key_of, key_of_asked, software
 from verify.data import LtlplanError, Mission, check_mission
 from verify.data.errors import InternalError
 
@@ -42,14 +45,22 @@ class Jobs:
 
     Attributes:
         settings: Where, and within which limits.
-        workers: Who computes.
+        workers: Who computes missions.
     """
 
-    def __init__(self, settings: Settings, workers: Pool) -> None:
+    def __init__(self, settings: Settings, workers: Pool, errands: SharedPool | None = None) -> None:
+        """Open nothing yet.
+
+        Args:
+            settings: Where, and within which limits.
+            workers: Who computes missions; closed at the end.
+            errands: Who computes exports, and is closed by its owner; by default the workers do.
+        """
         self.settings = settings
         self.workers = workers
+        shared = SharedPool(workers)
         self._results = Results(settings.data)
-        self._runner = Runner(self._results, workers)
+        self._runner = Runner(self._results, shared, errands or shared)
         self._url = url_of(settings.data, settings.database)
         self._keys: Recent[tuple[str, Mission, Mission]] = Recent(200)
         self._health: Health | None = None
@@ -75,12 +86,17 @@ class Jobs:
         engine = Engine(self._url, self._do)
         records = engine.start()
         for record in sorted(records, key=lambda record: str(record.asked["submitted"])):
-            self._register.add(entry_of(record))
+            self._add(entry_of(record))
         if owned:
             self._results.collect(self._register)
         self._engine = engine
         engine.open_gate()
         _log.info("%d jobs in %s, %d of them go on", len(records), self.settings.data, len(self._register.going()))
+
+    def _add(self, entry: Entry) -> None:
+        self._register.add(entry)
+        if entry.job.state not in ENDED:
+            self._runner.rank(entry)
 
     async def stop(self) -> None:
         """Let go of everything, the workers too; jobs that have not ended go on at the next start."""
@@ -95,7 +111,7 @@ class Jobs:
 
     # What is asked
 
-    async def submit(self, mission: Mission, *, seed: int | None = None) -> Job:
+    async def submit(self, mission: Mission, *, seed: int | None = None, who: str = "") -> Job:
         """Accept a mission: when this returns, it will be done, whatever is killed.
 
         The same mission with the same seed and versions is the same job, unless that was cancelled or ended for a reason that is not
@@ -104,6 +120,7 @@ class Jobs:
         Args:
             mission: What is asked.
             seed: Source of every draw, instead of the mission's own.
+            who: Who asks: a token's name, or an address.
 
         Raises:
             BadInput: The mission is not allowed.
@@ -116,7 +133,37 @@ class Jobs:
             if (known := self._register.answer(key)) is not None:
                 return known
             self._require_room()
-            return await self._accept(key, mission)
+            value = await asyncio.to_thread(self._results.ask, mission)
+            return await self._accept(record_of(mission, value, key, who))
+
+    async def export(self, job_id: str, asked: ExportAsked, *, who: str = "") -> Job:
+        """Accept an export of a job's flight, as `submit` does a mission: when this returns, it will be done.
+
+        Args:
+            job_id: The job's.
+            asked: What the flight is to be written for.
+            who: Who asks.
+
+        Raises:
+            NotFound: There is no such job.
+            Conflict: It has no files, or is an export itself.
+            TooManyRequests: Too many jobs wait.
+            Busy: The database does not answer.
+            NoRoom: The disk is full.
+        """
+        flown = self._register.entry(job_id)
+        if flown.job.of is not None:
+            raise Conflict(f"Job {job_id} is an export; ask for one of job {flown.job.of}.")
+        if not flown.job.files:
+            raise Conflict(f"Job {job_id} has no files: it is {flown.job.state}.")
+        files = {file.name: file.sha256 for file in flown.job.files}
+        key = await asyncio.to_thread(key_of_asked, {"export": asked.plain(), "of": job_id, "files": files})
+        async with self._submitting:
+            if (known := self._register.answer(key)) is not None:
+                return known
+            self._require_room()
+            value = await asyncio.to_thread(self._results.ask_export, flown, asked)
+            return await self._accept(export_record(flown.job, asked.target, value, key, who))
 
     async def _asked(self, mission: Mission, seed: int | None) -> tuple[str, Mission]:
         """Return the key of what is asked, and the mission with its seed; of a value that was asked before as they were."""
@@ -135,12 +182,10 @@ class Jobs:
             raise TooManyRequests(f"{waiting} jobs are waiting already, the most there may be; submit this one later.", 30.0)
         self._results.require_room()
 
-    async def _accept(self, key: str, mission: Mission) -> Job:
-        job_id = self._register.new_id(key)
-        value = await asyncio.to_thread(self._results.ask, mission)
-        asked = record_of(mission, value, key)
+    async def _accept(self, asked: Data) -> Job:
+        job_id = self._register.new_id(asked["key"])
         entry = Entry(job_of(job_id, asked), asked)
-        self._register.add(entry)
+        self._add(entry)
         entry.feed.tell(state_event(entry.job))
         try:
             await self._in_engine(lambda engine: engine.begin(job_id, asked))
@@ -151,7 +196,7 @@ class Jobs:
         return entry.job
 
     async def jobs(self, *, state: State | None = None, limit: int = 50, before: str | None = None) -> list[Job]:
-        """Return jobs, newest first, without what their stages found.
+        """Return jobs, newest first, without what their stages found; exports are not listed.
 
         Args:
             state: Only those.
@@ -196,6 +241,18 @@ class Jobs:
                 if event.id > told:
                     yield event
 
+    async def waited(self, job_id: str, seconds: float) -> Job:
+        """Return a job when it has ended, or as it is after so many seconds.
+
+        Raises:
+            NotFound: There is no such job.
+        """
+        with suppress(TimeoutError):
+            async with asyncio.timeout(seconds):
+                async for _event in self.events(job_id):
+                    pass
+        return await self.job(job_id)
+
     async def cancel(self, job_id: str) -> Job:
         """Cancel a job and end what it computes, at once; one that has ended stays as it is.
 
@@ -220,12 +277,15 @@ class Jobs:
         return entry.job
 
     async def delete(self, job_id: str) -> None:
-        """Remove a job that has ended, and of what it found all that no other job has found too.
+        """Remove a job that has ended, its exports, and of what was found all that no other job has found too.
 
         Raises:
             NotFound: There is no such job.
             Conflict: It has not ended.
         """
+        for export in self._register.exports(job_id):
+            await self.cancel(export.job.id)
+            await self.delete(export.job.id)
         entry = self._register.entry(job_id)
         if entry.job.state not in ENDED:
             raise Conflict(f"Job {job_id} is {entry.job.state}; cancel it first, then delete it.")

@@ -73,7 +73,7 @@ class Register:
         return entry.job.model_copy(update={"found": True})
 
     def newest(self, *, state: State | None, limit: int, before: str | None) -> list[Job]:
-        """Return jobs, newest first.
+        """Return jobs, newest first; exports of their flights are not listed.
 
         Args:
             state: Only those.
@@ -83,12 +83,17 @@ class Register:
         found: list[Job] = []
         passed = before is None
         for job_id in reversed(self._entries):
-            if passed and (state is None or self._entries[job_id].job.state == state):
-                found.append(self._entries[job_id].job)
+            job = self._entries[job_id].job
+            if passed and job.of is None and state in (None, job.state):
+                found.append(job)
                 if len(found) >= limit:
                     break
             passed = passed or job_id == before
         return found
+
+    def exports(self, job_id: str) -> list[Entry]:
+        """Return the exports of a job's flight."""
+        return [entry for entry in self if entry.job.of == job_id]
 
     def count(self, state: State) -> int:
         """Return how many jobs are in a state."""

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import asyncio
+import itertools
 import logging
-from datetime import datetime
 from typing import Any, Protocol
 
-from ltlplan.service.computing.stages import PLAN, Outcome, run_stage
+from ltlplan.service.computing.stages import EXPORT, PLAN, Outcome, run_stage
+from ltlplan.service.computing.turns import SharedPool
 from ltlplan.service.computing.workers import WorkFuture
 from ltlplan.service.job_queue.engine import Data, Step, Unwritten
 from ltlplan.service.job_queue.entries import Entry, utc_now, with_records
@@ -57,16 +58,26 @@ class Pool(Protocol):
 
 
 class Runner:
-    """How jobs are done.
+    """How jobs are done. Users take turns; of one user, what was accepted first is begun first.
 
     Attributes:
         results: Where what they make is kept.
-        workers: Who computes.
+        workers: Who computes missions.
+        errands: Who computes exports.
     """
 
-    def __init__(self, results: Results, workers: Pool) -> None:
-        self.results = results
-        self.workers = workers
+    def __init__(self, results: Results, workers: SharedPool, errands: SharedPool) -> None:
+        self.results, self.workers, self.errands = results, workers, errands
+        self._numbers = itertools.count()
+
+    def shared(self, entry: Entry) -> SharedPool:
+        """Return who computes a job."""
+        return self.workers if entry.job.of is None else self.errands
+
+    def rank(self, entry: Entry) -> None:
+        """Give a job its turn; those that were accepted first have to come first."""
+        turn = self.shared(entry).turns.rank(str(entry.asked.get("who", "")))
+        entry.rank = turn + 1e-9 * next(self._numbers)  # of one turn, in the order in which they came, from stage to stage
 
     async def do(self, entry: Entry, step: Step) -> Data:
         """Do a job's stages, each once; what was done before a kill is not done again.
@@ -91,10 +102,12 @@ class Runner:
             problem = problem_of(error)
             ended = end(entry, "failed", problem)
             return {"state": "failed", "problem": problem.model_dump(mode="json"), "ended": ended, "stages": records}
+        finally:
+            self.shared(entry).turns.ended(int(entry.rank))
 
     async def _stages(self, entry: Entry, step: Step, records: list[Data]) -> Data:
         """Do a job's stages, and add a record of each."""
-        value, name = entry.asked["mission"], PLAN
+        value, name = entry.asked["mission"], PLAN if entry.job.of is None else EXPORT
         while True:
 
             async def stage(name: str = name, value: str = value) -> Data:
@@ -124,10 +137,10 @@ class Runner:
 
         try:
             data = await asyncio.to_thread(self.results.store.get, value)
-            entry.work = self.workers.submit(run_stage, name, data, progress=progress, rank=_rank(entry))
+            entry.work = work = self.shared(entry).pool.submit(run_stage, name, data, progress=progress, rank=entry.rank)
             if entry.cancelled:
-                entry.work.cancel()
-            record = await self._kept(entry, name, await asyncio.wrap_future(entry.work))
+                work.cancel()
+            record = await self._kept(entry, name, await asyncio.wrap_future(work))
         except Exception as error:  # none may leave: it would be recorded in the place of a result
             log = _log.info if isinstance(error, LtlplanError) else _log.exception
             log("job %s: %s ends it: %s", entry.job.id, name, type(error).__name__)
@@ -199,7 +212,3 @@ def _begin(entry: Entry, name: str, now: str) -> None:
     if "state" in changes:
         entry.feed.tell(state_event(entry.job))
     entry.feed.tell(stage_event(entry.job, entry.job.stages[-1], len(before) + 1))
-
-
-def _rank(entry: Entry) -> float:
-    return datetime.fromisoformat(entry.job.submitted).timestamp()

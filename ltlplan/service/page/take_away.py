@@ -8,7 +8,10 @@ from typing import TYPE_CHECKING
 from nicegui import ui
 
 from ltlplan.service import questions as asked
+from ltlplan.service.computing.exporting import ExportAsked
 from ltlplan.service.page.elements import Part, Words, box, button, say
+from ltlplan.service.problems import error_of
+from verify.data import LtlplanError
 
 if TYPE_CHECKING:
     from ltlplan.service.models import Job
@@ -23,6 +26,10 @@ _WHAT = {
     "manifest.json": "digests of all files",
     "watch.json": "what this page plays",
 }
+
+
+_PATIENCE = 30.0
+"""s between looks at an export that is being written."""
 
 
 class _Away:
@@ -79,13 +86,35 @@ class _Away:
         if not self.formats:
             try:
                 self.formats = [
-                    each["name"] for each in json.loads(await self.desk.service.questions.ask(asked.export_formats))
+                    each["name"]
+                    for each in json.loads(await self.desk.service.questions.ask(asked.export_formats, who=self.desk.who))
                 ]
             except ValueError as error:
                 say(error)
         with place:
             for name in self.formats:
-                _link(f"/api/jobs/{job.id}/exports/{name}", name, "button").props("download")
+                button(name, lambda name=name: self._export(job, name))
+        with self.part.place:
+            self.state = Words("p", "", "soft").props("role=status")
+
+    async def _export(self, job: Job, name: str) -> None:
+        """Have the flight written, and give the archive when it is."""
+        jobs = self.desk.service.jobs
+        self.state.set_text(f"{name} is being written ...")
+        try:
+            made = await jobs.export(job.id, ExportAsked(name), who=self.desk.who)
+            while made.ended is None:
+                made = await jobs.waited(made.id, _PATIENCE)
+            if made.problem is not None:
+                raise error_of(made.problem)
+        except LtlplanError as error:
+            self.state.set_text("")
+            with self.part.place:
+                say(error)
+            return
+        self.state.set_text(f"{name} is written." if made.state == "done" else f"{name} was cancelled.")
+        for file in made.files:
+            ui.download.from_url(f"/api/jobs/{made.id}/files/{file.name}", f"{job.id}-{file.name}")
 
 
 def _files(job: Job) -> None:

@@ -112,3 +112,24 @@ def test_a_job_that_was_accepted_first_is_begun_first(tmp_path: Path) -> None:
         await jobs.stop()
 
     run(check())
+
+
+def test_users_take_turns(tmp_path: Path) -> None:
+    async def check() -> None:
+        data = tmp_path / "data"
+        data.mkdir()
+        jobs = Jobs(Settings(data=data), StandIns(1))
+        await jobs.start()
+        mission = small_mission("F a", margin=0.05)
+        asked = ["a", "a", "a", "a", "b", "b", "c"]
+        made = [await jobs.submit(mission, seed=1000 * index + 20, who=who) for index, who in enumerate(asked)]
+        found = [await ended(jobs, job) for job in made]
+        order = sorted(range(len(asked)), key=lambda index: str(found[index].started))
+        assert order[:2] in ([0, 4], [0, 1]), "the first was begun at once, the second perhaps before others came"
+        assert [index for index in order if asked[index] == "a"] == [0, 1, 2, 3]
+        assert order.index(4) < order.index(2)
+        assert order.index(6) < order.index(2)
+        assert order.index(5) < order.index(3)
+        await jobs.stop()
+
+    run(check())
