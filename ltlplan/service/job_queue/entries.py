@@ -33,6 +33,7 @@ class Entry:
         feed: Its events, while it has not ended.
         work: The stage that is being computed.
         cancelled: Whether it is being cancelled.
+        damaged: Whether something was found damaged that it made.
         rank: Of its work among all jobs'; the lowest is begun first.
         kept: Digests of what its stages made, before that is in their records.
         lock: Held while the job is changed.
@@ -44,6 +45,7 @@ class Entry:
     feed: Feed = field(default_factory=Feed)
     work: WorkFuture | None = None
     cancelled: bool = False
+    damaged: bool = False
     rank: float = 0.0
     kept: set[str] = field(default_factory=set)
     lock: threading.Lock = field(default_factory=threading.Lock)

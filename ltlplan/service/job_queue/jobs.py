@@ -11,9 +11,9 @@ from __future__ import annotations
 
 import asyncio
 import logging
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Callable
 from contextlib import suppress
-from typing import Any
+from typing import Any, TypeVar
 
 from ltlplan.service.computing.exporting import ExportAsked
 from ltlplan.service.computing.turns import SharedPool
@@ -25,6 +25,7 @@ from ltlplan.service.job_queue.recent import Recent
 from ltlplan.service.job_queue.register import Register
 from ltlplan.service.job_queue.results import RESERVE, Results, StoredFile
 from ltlplan.service.job_queue.runner import Pool, Runner, end
+from ltlplan.service.job_queue.store import Damaged
 from ltlplan.service.models import ENDED, Event, Health, Job, State
 from ltlplan.service.problems import Busy, Conflict, TooManyRequests
 from ltlplan.service.settings import Settings
@@ -34,6 +35,8 @@ from verify.data.errors import InternalError
 
 WATCH = 5.0
 """s between looks for jobs whose work was given up."""
+Found = TypeVar("Found")
+
 LOOK = 0.5
 """s for which the service's state is not looked for again."""
 
@@ -162,7 +165,7 @@ class Jobs:
             if (known := self._register.answer(key)) is not None:
                 return known
             self._require_room()
-            value = await asyncio.to_thread(self._results.ask_export, flown, asked)
+            value = await self._read(self._results.ask_export, job_id, asked)
             return await self._accept(export_record(flown.job, asked.target, value, key, who))
 
     async def _asked(self, mission: Mission, seed: int | None) -> tuple[str, Mission]:
@@ -214,7 +217,17 @@ class Jobs:
         entry = self._register.entry(job_id)
         if self._results.at_hand(entry):
             return self._results.whole(entry)
-        return await asyncio.to_thread(self._results.whole, entry)
+        return await self._read(self._results.whole, job_id)
+
+    async def _read(self, read: Callable[..., Found], job_id: str, *arguments: object) -> Found:
+        """Read something of a job from the disk; one that is damaged is noted, so that it is made anew when it is asked for again."""
+        entry = self._register.entry(job_id)
+        try:
+            return await asyncio.to_thread(read, entry, *arguments)
+        except Damaged as error:
+            entry.damaged = True
+            _log.error("job %s: %s", job_id, error)
+            raise
 
     async def events(self, job_id: str, *, after: int = 0) -> AsyncIterator[Event]:
         """Yield a job's events, those that were told already first; ends after the one that says how the job ended.
@@ -301,8 +314,9 @@ class Jobs:
 
         Raises:
             NotFound: There is no such job, or it has no such file.
+            Damaged: Its bytes are not those that were kept; the same mission, submitted again, is another attempt.
         """
-        return self._results.file(self._register.entry(job_id), name)
+        return await self._read(self._results.file, job_id, name)
 
     async def plan(self, job_id: str) -> tuple[str, str] | None:
         """Return a job's mission.yaml and plan.json as soon as it is planned; None before.
@@ -310,7 +324,7 @@ class Jobs:
         Raises:
             NotFound: There is no such job.
         """
-        return await asyncio.to_thread(self._results.plan, self._register.entry(job_id))
+        return await self._read(self._results.plan, job_id)
 
     async def mission(self, job_id: str) -> str:
         """Return the resolved mission of a job as YAML, in any of its states.
@@ -318,7 +332,7 @@ class Jobs:
         Raises:
             NotFound: There is no such job.
         """
-        return await asyncio.to_thread(self._results.mission, self._register.entry(job_id))
+        return await self._read(self._results.mission, job_id)
 
     async def health(self) -> Health:
         """Return whether database and workers answer, and what waits; asked again within `LOOK` s, what was seen then."""

@@ -183,14 +183,15 @@ class Results:
         return mission_to_yaml(plan.mission), plan.to_json()
 
     def file(self, entry: Entry, name: str) -> StoredFile:
-        """Return a file of a job, by its name in the job's own table.
+        """Return a file of a job, by its name in the job's own table, after a look at its bytes.
 
         Raises:
             NotFound: It has no such file.
+            Damaged: Its bytes are not those that were kept.
         """
         for file in entry.job.files:
             if file.name == name:
-                return StoredFile(self.store.path(file.sha256), file.media_type, file.sha256, file.size)
+                return StoredFile(self.store.require(file.sha256), file.media_type, file.sha256, file.size)
         have = ", ".join(file.name for file in entry.job.files) or "none yet"
         raise NotFound(f"Job {entry.job.id} has no file '{name[:80]}'; it has {have}.")
 

@@ -14,11 +14,11 @@ from ltlplan.service.job_queue.engine import Data, Step, Unwritten
 from ltlplan.service.job_queue.entries import Entry, utc_now, with_records
 from ltlplan.service.job_queue.events import claim_events, stage_event, state_event
 from ltlplan.service.job_queue.results import Results
-from ltlplan.service.job_queue.store import NoRoom
+from ltlplan.service.job_queue.store import Damaged, NoRoom
 from ltlplan.service.models import ENDED, Problem, Stage, State
 from ltlplan.service.problems import problem_of
 from verify.data import LtlplanError
-from verify.data.progress import Progress
+from verify.data.progress import Progress, silent
 
 AGAIN = 2.0
 """s until what had to wait for room is tried again."""
@@ -111,7 +111,7 @@ class Runner:
         while True:
 
             async def stage(name: str = name, value: str = value) -> Data:
-                return await self._stage(entry, name, value)
+                return await self._stage(entry, name, value, records)
 
             record = await step(name, stage)
             records.append(record)
@@ -123,8 +123,15 @@ class Runner:
                 return {"state": "done", "ended": end(entry, "done"), "stages": records}
             value, name = record["value"], record["following"]
 
-    async def _stage(self, entry: Entry, name: str, value: str) -> Data:
-        """Do one stage in a worker, keep what it made, and return the record of it."""
+    async def _stage(self, entry: Entry, name: str, value: str, before: list[Data]) -> Data:
+        """Do one stage in a worker, keep what it made, and return the record of it.
+
+        Args:
+            entry: The job's.
+            name: Of the stage.
+            value: Digest of what it takes.
+            before: Records of the stages before it.
+        """
         began: list[str] = []
 
         def progress(sentence: str, share: float) -> None:
@@ -136,19 +143,44 @@ class Runner:
             entry.feed.progress(entry.job, name, sentence, share)
 
         try:
-            data = await asyncio.to_thread(self.results.store.get, value)
-            entry.work = work = self.shared(entry).pool.submit(run_stage, name, data, progress=progress, rank=entry.rank)
-            if entry.cancelled:
-                work.cancel()
-            record = await self._kept(entry, name, await asyncio.wrap_future(work))
+            data = await self._value(entry, value, before)
+            record = await self._kept(entry, name, await self._computed(entry, name, data, progress))
         except Exception as error:  # none may leave: it would be recorded in the place of a result
             log = _log.info if isinstance(error, LtlplanError) else _log.exception
             log("job %s: %s ends it: %s", entry.job.id, name, type(error).__name__)
             problem = problem_of(error).model_dump(mode="json")
             return {"stage": name, "problem": problem, "started": began[0] if began else utc_now(), "ended": utc_now()}
+        return {**record, "started": began[0] if began else utc_now(), "ended": utc_now()}
+
+    async def _computed(self, entry: Entry, name: str, value: bytes, progress: Progress) -> Outcome:
+        """Have a worker do a stage."""
+        entry.work = work = self.shared(entry).pool.submit(run_stage, name, value, progress=progress, rank=entry.rank)
+        try:
+            if entry.cancelled:
+                work.cancel()
+            return await asyncio.wrap_future(work)
         finally:
             entry.work = None
-        return {**record, "started": began[0] if began else utc_now(), "ended": utc_now()}
+
+    async def _value(self, entry: Entry, digest: str, before: list[Data]) -> bytes:
+        """Return what a stage takes; where it is damaged, the stages before it make it once more.
+
+        Raises:
+            Damaged: It is what was submitted, or is made otherwise now.
+        """
+        try:
+            return await asyncio.to_thread(self.results.store.get, digest)
+        except Damaged as damaged:
+            index = next((i for i, record in enumerate(before) if record.get("value") == digest), None)
+            if index is None:
+                raise
+            _log.warning("job %s: %s", entry.job.id, damaged)
+            source = before[index - 1]["value"] if index else entry.asked["mission"]
+            value = await self._value(entry, source, before[:index])
+            made = await self._computed(entry, before[index]["stage"], value, silent)
+            if await asyncio.to_thread(self.results.store.put, made.value) != digest:
+                raise
+            return made.value
 
     async def _kept(self, entry: Entry, name: str, outcome: Outcome) -> Data:
         """Keep what a stage made; where there is no room, wait for it."""

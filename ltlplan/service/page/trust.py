@@ -6,7 +6,6 @@ The claims themselves stand beside the scene (`assets/flight.js`); here is what 
 from __future__ import annotations
 
 from collections.abc import Awaitable, Callable
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from ltlplan.service.page import checking
@@ -69,7 +68,10 @@ class _Refusal:
 
     def _offers(self, job: Job, told: dict[str, Any]) -> None:
         offers: list[tuple[str, Callable[[str], Awaitable[str]]]] = []
-        ask = partial(self.desk.service.questions.ask, who=self.desk.who)
+
+        def ask(change: Callable[..., str], *arguments: Any) -> Awaitable[str]:
+            return self.desk.service.questions.ask(change, *arguments, who=self.desk.who)
+
         largest = _largest_margin(job)
         if largest is not None:
             offers.append(
