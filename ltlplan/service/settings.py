@@ -100,7 +100,7 @@ class Settings:
     host: str = LOOPBACK
     port: int = PORT
     names: tuple[str, ...] = ()
-    database: str | None = None
+    database: str | None = field(default=None, repr=False)
     dask: str | None = None
     workers: int | None = None
     limits: Limits = field(default_factory=Limits)

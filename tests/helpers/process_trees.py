@@ -32,6 +32,14 @@ def command_line(pid: int) -> str:
         return ""
 
 
+def environment_of(pid: int) -> str:
+    """Return the environment that a process was started with; empty where it has gone."""
+    try:
+        return Path(f"/proc/{pid}/environ").read_bytes().decode(errors="replace")
+    except OSError:
+        return ""
+
+
 def fork_servers(pid: int) -> list[int]:
     """Return the numbers of the fork servers that a process has started."""
     return [child for child in children(pid) if FORK_SERVER in command_line(child)]
