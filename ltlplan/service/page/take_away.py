@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from typing import TYPE_CHECKING
+from urllib.parse import quote
 
 from nicegui import ui
 
@@ -113,8 +114,8 @@ class _Away:
                 say(error)
             return
         self.state.set_text(f"{name} is written." if made.state == "done" else f"{name} was cancelled.")
-        for file in made.files:
-            ui.download.from_url(f"/api/jobs/{made.id}/files/{file.name}", f"{job.id}-{file.name}")
+        if made.state == "done":
+            ui.download.from_url(f"/api/jobs/{job.id}/exports/{quote(name, safe='')}")
 
 
 def _files(job: Job) -> None:
