@@ -87,6 +87,11 @@ class Questions:
         """
         return await self._short.ask(work, arguments, who)
 
+    @property
+    def trouble(self) -> str | None:
+        """Why nothing is answered at the moment; None while something is."""
+        return self._short.pool.trouble or self._errands.pool.trouble
+
     @contextmanager
     def folder(self) -> Generator[Path]:
         """Lend a folder that is gone afterwards, whatever happened in it."""

@@ -84,7 +84,6 @@ class Child:
     Attributes:
         bounds: What it may take.
         seconds: s of processor time that it had taken when it was last looked at.
-        killed: Whether it was ended on purpose.
     """
 
     def __init__(
@@ -103,7 +102,6 @@ class Child:
         """
         self.bounds = bounds
         self.seconds = 0.0
-        self.killed = False
         self._megabytes = 0.0
         self._began = time.monotonic()
         self._answer: tuple[Any, ...] | None = None
@@ -205,8 +203,6 @@ class Child:
     def kill(self) -> None:
         """End the process and all that it has started, at once; nothing happens where it has ended."""
         pid = self._process.pid
-        if self._answer is None:
-            self.killed = True
         with contextlib.suppress(ProcessLookupError, PermissionError, TypeError):  # it leads a group from its first moment on
             os.killpg(cast(int, pid), signal.SIGKILL)
         with contextlib.suppress(OSError, ValueError):
@@ -247,7 +243,7 @@ def _deaths_told() -> Generator[None]:
         yield
     except (EOFError, OSError) as error:
         said = f"{type(error).__name__}: {error}".rstrip(": ")
-        raise WorkerDied(f"A worker process was ended before it began ({said}).") from None
+        raise WorkerDied(f"A worker process was ended before it began, or could not be started ({said}).") from None
 
 
 @contextlib.contextmanager

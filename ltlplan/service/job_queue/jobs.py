@@ -162,6 +162,7 @@ class Jobs:
         files = {file.name: file.sha256 for file in flown.job.files}
         key = await asyncio.to_thread(key_of_asked, {"export": asked.plain(), "of": job_id, "files": files})
         async with self._submitting:
+            self._register.entry(job_id)  # it may have been deleted while this waited
             if (known := self._register.answer(key)) is not None:
                 return known
             self._require_room()
@@ -296,17 +297,16 @@ class Jobs:
             NotFound: There is no such job.
             Conflict: It has not ended.
         """
-        for export in self._register.exports(job_id):
-            await self.cancel(export.job.id)
-            await self.delete(export.job.id)
         entry = self._register.entry(job_id)
         if entry.job.state not in ENDED:
             raise Conflict(f"Job {job_id} is {entry.job.state}; cancel it first, then delete it.")
         async with self._submitting:
             self._register.entry(job_id)  # it may have been deleted while this waited
-            await self._in_engine(lambda engine: engine.delete(job_id))
-            self._register.drop(entry)
-            await asyncio.to_thread(self._results.drop, entry, list(self._register))
+            for each in (*self._register.exports(job_id), entry):
+                await self.cancel(each.job.id)
+                await self._in_engine(lambda engine, each=each: engine.delete(each.job.id))
+                self._register.drop(each)
+                await asyncio.to_thread(self._results.drop, each, list(self._register))
         _log.info("job %s is deleted", job_id)
 
     async def file(self, job_id: str, name: str) -> StoredFile:

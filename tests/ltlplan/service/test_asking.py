@@ -28,6 +28,7 @@ class Held:
         self._waiting: list[tuple[float, int, Any, Future[Any]]] = []
         self._running: list[Future[Any]] = []
         self.asked = 0
+        self.trouble: str | None = None
 
     def submit(self, _work: Callable[..., Any], /, *arguments: Any, rank: float) -> Future[Any]:
         future: Future[Any] = Future()
@@ -162,3 +163,11 @@ def test_a_recording_may_take_longer_than_a_check() -> None:
     limits = Limits()
     assert limits.errand_seconds > limits.question_seconds
     assert limits.errand_megabytes > limits.question_megabytes
+
+
+def test_the_lanes_say_when_nothing_is_answered(tmp_path: Path) -> None:
+    short, errands = Held(1), Held(1)
+    questions = made(tmp_path / "scratch", short=short, errands=errands)
+    assert questions.trouble is None
+    errands.trouble = "they die"
+    assert questions.trouble == "they die"
