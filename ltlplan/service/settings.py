@@ -28,6 +28,7 @@ class Limits:
 
     Attributes:
         queued: Jobs that may wait.
+        queued_each: Of one user.
         stage_seconds: s of processor time that one stage of a job may take.
         stage_megabytes: MB of memory that one stage of a job may take.
         question_seconds: s of processor time that a short question may take, such as a check of a mission or a word.
@@ -55,6 +56,7 @@ class Limits:
     """
 
     queued: int = 1000
+    queued_each: int = 500
     stage_seconds: float = 3600.0
     stage_megabytes: int = 4096
     question_seconds: float = 20.0

@@ -16,6 +16,7 @@ from ltlplan.service.api.schema import content, mission_body, problems
 from ltlplan.service.computing.exporting import ExportAsked
 from ltlplan.service.models import FileEntry, Job, State
 from ltlplan.service.problems import Busy, Conflict, error_of
+from ltlplan.service.security.origins import require_own_page
 from ltlplan.service.service import places, planned
 
 router = APIRouter(prefix="/api", tags=["jobs"])
@@ -264,7 +265,7 @@ def _wanted(
     responses={
         **content(ZIP, "The export's files."),
         202: {"description": "It is being written; ask again, or follow the job that writes it.", "model": Job},
-        **problems(404, 409, 501, 507),
+        **problems(403, 404, 409, 501, 507),
     },
     response_class=Response,
     tags=["exports"],
@@ -280,6 +281,7 @@ async def export_job(
     That is a job of its own, done once. This waits for it, or answers 202 with where to look: the job's `location`, whose only file is
     the archive.
     """
+    require_own_page("POST", request.headers)  # it may begin a job
     jobs = service_of(request).jobs
     made = await jobs.waited((await jobs.export(job, wanted, who=who_of(request))).id, wait)
     if made.problem is not None:

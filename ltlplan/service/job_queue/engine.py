@@ -188,12 +188,14 @@ class Engine:
     async def cancel(self, job: str) -> bool:
         """Cancel a job and return whether it is; one that had ended stays as it is. To be run by `call`."""
         await DBOS.cancel_workflow_async(job)
+        self.interrupted.pop(job, None)
         status = await DBOS.get_workflow_status_async(job)
         return status is not None and status.status == "CANCELLED"
 
     async def delete(self, job: str) -> None:
         """Remove a job from the database. To be run by `call`."""
         await DBOS.delete_workflow_async(job)
+        self.interrupted.pop(job, None)
 
     def interrupt(self, job: str, why: str) -> None:
         """Note that a job does not go on.

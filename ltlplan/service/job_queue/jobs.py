@@ -135,7 +135,7 @@ class Jobs:
         async with self._submitting:
             if (known := self._register.answer(key)) is not None:
                 return known
-            self._require_room()
+            self._require_room(who)
             value = await asyncio.to_thread(self._results.ask, mission)
             return await self._accept(record_of(mission, value, key, who))
 
@@ -165,7 +165,7 @@ class Jobs:
             self._register.entry(job_id)  # it may have been deleted while this waited
             if (known := self._register.answer(key)) is not None:
                 return known
-            self._require_room()
+            self._require_room(who)
             value = await self._read(self._results.ask_export, job_id, asked)
             return await self._accept(export_record(flown.job, asked.target, value, key, who))
 
@@ -180,9 +180,13 @@ class Jobs:
             self._keys.put((id(mission), seed), known)
         return known[:2]
 
-    def _require_room(self) -> None:
-        waiting = self._register.count("queued")
-        if waiting >= self.settings.limits.queued:
+    def _require_room(self, who: str) -> None:
+        limits, waiting = self.settings.limits, self._register.count("queued")
+        if who and (own := self._register.count("queued", who)) >= limits.queued_each:
+            raise TooManyRequests(
+                f"{own} of your jobs are waiting already, the most there may be; submit this one later.", 30.0
+            )
+        if waiting >= limits.queued:
             raise TooManyRequests(f"{waiting} jobs are waiting already, the most there may be; submit this one later.", 30.0)
         self._results.require_room()
 

@@ -95,9 +95,9 @@ class Register:
         """Return the exports of a job's flight."""
         return [entry for entry in self if entry.job.of == job_id]
 
-    def count(self, state: State) -> int:
-        """Return how many jobs are in a state."""
-        return sum(entry.job.state == state for entry in self)
+    def count(self, state: State, who: str | None = None) -> int:
+        """Return how many jobs are in a state, of all users or of one."""
+        return sum(entry.job.state == state and who in (None, entry.asked.get("who")) for entry in self)
 
     def going(self) -> set[str]:
         """Return the ids of all jobs that have not ended."""

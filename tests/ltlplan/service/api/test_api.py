@@ -185,6 +185,7 @@ def test_an_export_is_a_job_to_follow(done: Submitted, http: httpx.Client) -> No
     assert again.content == http.get(f"/api/jobs/{job['id']}/files/ros2.zip").content
     assert job["id"] not in [each["id"] for each in http.get("/api/jobs").json()]
     assert_refused(http.get(asked, params={"wait": -1}), 422, "bad-input")
+    assert_refused(http.get(asked, headers={"sec-fetch-site": "cross-site"}), 403, "forbidden")
     assert_refused(http.post(f"/api/jobs/{job['id']}/exports/px4"), 409, "conflict")
 
 

@@ -13,7 +13,8 @@ from ltlplan.service.computing import workers as workers_module
 from ltlplan.service.computing.stages import run_stage
 from ltlplan.service.computing.workers import LocalWorkers, WorkFuture
 from ltlplan.service.job_queue.jobs import Jobs
-from ltlplan.service.settings import Settings
+from ltlplan.service.problems import TooManyRequests
+from ltlplan.service.settings import Limits, Settings
 from tests.helpers.flights import small_mission
 from tests.helpers.job_services import ended, run
 from tests.helpers.work_for_workers import stand_in_stage
@@ -130,6 +131,26 @@ def test_users_take_turns(tmp_path: Path) -> None:
         assert order.index(4) < order.index(2)
         assert order.index(6) < order.index(2)
         assert order.index(5) < order.index(3)
+        await jobs.stop()
+
+    run(check())
+
+
+def test_one_user_s_jobs_do_not_fill_the_queue(tmp_path: Path) -> None:
+    async def check() -> None:
+        data = tmp_path / "data"
+        data.mkdir()
+        jobs = Jobs(Settings(data=data, limits=Limits(queued=10, queued_each=2)), StandIns(1))
+        await jobs.start()
+        mission = small_mission("F a", margin=0.05)
+        begun = await jobs.submit(mission, seed=999, who="a")
+        while (await jobs.job(begun.id)).state == "queued":
+            await asyncio.sleep(0.01)
+        for seed in (1999, 2999):
+            await jobs.submit(mission, seed=seed, who="a")
+        with pytest.raises(TooManyRequests, match="2 of your jobs"):
+            await jobs.submit(mission, seed=3999, who="a")
+        await jobs.submit(mission, seed=4999, who="b")
         await jobs.stop()
 
     run(check())

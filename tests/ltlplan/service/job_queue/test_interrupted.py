@@ -155,6 +155,11 @@ def test_the_service_tells_of_a_job_that_loops_until_it_goes_on(tmp_path: Path, 
             sql(data, "DROP TRIGGER no")
             assert (await ended(jobs, job)).state == "done"
             assert (await looked(jobs, lambda health: health.ok)).interrupted == {}
+            sql(data, "CREATE TRIGGER no BEFORE INSERT ON operation_outputs BEGIN SELECT RAISE(ABORT, 'not now'); END")
+            other = await jobs.submit(SMALL, seed=1)
+            await looked(jobs, lambda health: not health.ok)
+            assert (await jobs.cancel(other.id)).state == "cancelled"
+            assert (await looked(jobs, lambda health: health.ok)).interrupted == {}
 
     data = tmp_path / "data"
     monkeypatch.setattr(jobs_module, "WATCH", 0.2)
