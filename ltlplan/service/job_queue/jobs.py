@@ -35,10 +35,10 @@ from verify.data.errors import InternalError
 
 WATCH = 5.0
 """s between looks for jobs whose work was given up."""
-Found = TypeVar("Found")
-
 LOOK = 0.5
 """s for which the service's state is not looked for again."""
+
+Found = TypeVar("Found")
 
 _log = logging.getLogger("ltlplan.service")
 

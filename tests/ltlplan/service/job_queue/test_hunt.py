@@ -17,7 +17,8 @@ import pytest
 from ltlplan import Client
 from ltlplan.missions import shipped_mission_text
 from ltlplan.service.computing.bounds import WorkerDied
-from ltlplan.service.models import ENDED, Health, Job
+from ltlplan.service.models import ENDED, Health
+from ltlplan.service.remote.submitted import Submitted
 from tests.helpers.postgres import Server, postgres_server
 from tests.helpers.process_trees import FORK_SERVER, children, command_line, kill, tree
 from tests.helpers.services import ONE_HOOP, Served, start
@@ -36,9 +37,9 @@ ASKED = [(PARTS, 0), (ONE_HOOP, 1), (IMPOSSIBLE, 0), (shipped_mission_text("hoop
 Made = dict[str, bytes]
 
 
-def made_of(client: Client, job: Job) -> Made:
+def made_of(job: Submitted) -> Made:
     """Return all that a job has made."""
-    return {file.name: client.job(job.id).file(file.name) for file in job.files}
+    return {file.name: job.file(file.name) for file in job.files}
 
 
 @pytest.fixture(scope="module")
@@ -52,7 +53,7 @@ def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> list[Made]:
                 for _event in job.events():
                     pass
             assert [job.state for job in jobs] == ["failed" if text == IMPOSSIBLE else "done" for text, _ in ASKED]
-            return [made_of(client, job.job) for job in jobs]
+            return [made_of(job) for job in jobs]
     finally:
         process.terminate()
         process.wait(60)
@@ -65,12 +66,14 @@ class Hunted:
         killed: How many of each kind.
         seen: All processes that it ever was seen to have.
         accepted: What each job that it accepted was asked, by its id: an index into `ASKED`.
+        exports: Ids of the exports that it accepted.
     """
 
     def __init__(self, data: Path, draw: random.Random, **settings: Any) -> None:
         self.killed: Counter[str] = Counter()
         self.seen: set[int] = set()
         self.accepted: dict[str, int] = {}
+        self.exports: set[str] = set()
         self._data, self._draw, self._settings = data, draw, settings
         self._process, self.served = self._start()
 
@@ -84,7 +87,7 @@ class Hunted:
             self.accepted[client.submit_text(text, seed=seed).id] = index
 
     def ask(self) -> None:
-        """Ask something short, and for the service's own word: both are answered, whatever was killed."""
+        """Ask something short, for the service's own word, and for exports: all are answered, whatever was killed."""
         with httpx.Client(base_url=self.served.url, timeout=PATIENCE) as http:
             checked = http.post("/api/missions/check", content=ONE_HOOP, headers={"content-type": "application/yaml"})
             assert checked.status_code in (200, 500), checked.text
@@ -94,7 +97,13 @@ class Hunted:
             health = Health.model_validate_json(told.content)
             assert (told.status_code == 200) == health.ok
             assert health.ok or health.computing != "answers", "nothing but workers is disturbed for long"
-            assert health.running + health.queued <= len(http.get("/api/jobs").json())
+            jobs = http.get("/api/jobs").json()
+            assert health.running + health.queued <= len(jobs) + len(self.exports)
+            for job in jobs:
+                if job["state"] == "done":
+                    accepted = http.post(f"/api/jobs/{job['id']}/exports/crazyflie")
+                    assert accepted.status_code in (200, 201), accepted.text
+                    self.exports.add(accepted.json()["id"])
 
     def kill_one(self, others: list[int]) -> None:
         """Kill a process of a kind that is drawn first, so that the rare ones have their share; start the service again where it was that."""
@@ -137,7 +146,7 @@ def assert_all_ended(hunted: Hunted, undisturbed: list[Made]) -> Counter[str]:
     with Client(hunted.served.url, timeout=PATIENCE) as client:
         listed = {job.id for job in client.jobs(limit=500)}
         assert listed >= hunted.accepted.keys()
-        for job_id in sorted(listed):
+        for job_id in sorted(listed | hunted.exports):
             job = client.job(job_id)
             for _event in job.events():
                 pass
@@ -150,10 +159,10 @@ def assert_all_ended(hunted: Hunted, undisturbed: list[Made]) -> Counter[str]:
             for _event in again.events():
                 pass
             assert again.state == ("failed" if text == IMPOSSIBLE else "done"), again.job.problem
-            assert made_of(client, again.job) == undisturbed[index]
+            assert made_of(again) == undisturbed[index]
         for job_id, index in hunted.accepted.items():
             job = client.job(job_id)
-            assert job.state == "failed" or made_of(client, job.job) == undisturbed[index]
+            assert job.state == "failed" or made_of(job) == undisturbed[index]
     return given_up
 
 
