@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Annotated
 
@@ -22,8 +23,13 @@ def command(
     ] = None,
     data: Annotated[Path | None, typer.Option("--data", help="Folder of all that is kept (default: your data folder).")] = None,
     db: Annotated[
-        str | None, typer.Option("--db", help="PostgreSQL URL of the jobs (default: SQLite in the data folder).")
+        str | None,
+        typer.Option(
+            "--db",
+            help="PostgreSQL URL of the jobs, without its password (default: $LTLPLAN_DB, or SQLite in the data folder).",
+        ),
     ] = None,
+    db_file: Annotated[Path | None, typer.Option("--db-file", help="File that holds this URL, the password included.")] = None,
     dask: Annotated[str | None, typer.Option("--dask", help="Dask scheduler that computes, such as tcp://head:8786.")] = None,
     workers: Annotated[
         int | None, typer.Option("--workers", min=1, help="Stages computed at the same time (default: one a processor).")
@@ -40,6 +46,7 @@ def command(
     """Serve the HTTP API and the page. Jobs that were accepted go on after a restart."""
     from ltlplan.commands.shared.terminal import print_json
     from ltlplan.service.data_folder import default_data, make_private
+    from ltlplan.service.database_url import database_url
     from ltlplan.service.security.tokens import Tokens
     from ltlplan.service.server import serve
     from ltlplan.service.settings import Settings
@@ -59,8 +66,11 @@ def command(
                 "note: this is shown once. Who asks sends it as `Authorization: Bearer TOKEN`, or logs in with it.", err=True
             )
         return
+    database, notes = database_url(db, db_file, os.environ)
+    for note in notes:
+        typer.echo(f"note: {note}", err=True)
     settings = Settings(
-        data=folder, host=host, port=port, names=tuple(name or ()), database=db, dask=dask, workers=workers
+        data=folder, host=host, port=port, names=tuple(name or ()), database=database, dask=dask, workers=workers
     )  # fmt: skip
     serve(settings, page=page, announce=(lambda said: print_json({"said": said})) if json else _say)
 

@@ -15,6 +15,7 @@ from ltlplan.logic.automaton import Automaton, Trace, live_states, trimmed
 from ltlplan.logic.budget import DEFAULT_BUDGET, Budget, TooLarge
 from ltlplan.logic.decision_diagrams import FALSE, TRUE, DecisionDiagrams
 from verify.data import Formula
+from verify.data.helper_process import ask_process
 
 SMALL_FORMULA = 10  # weight of a formula up to which Spot translates it in this process
 
@@ -59,15 +60,13 @@ def _translate_in_own_process(text: str, trace: Trace, budget: Budget) -> str:
     request = json.dumps({"formula": text, "trace": trace, "bytes": budget.megabytes * 2**20, "seconds": budget.seconds})
     command = [sys.executable, "-I", spot_engine.__file__]
     try:
-        done = subprocess.run(
-            command, input=request, capture_output=True, text=True, timeout=_PATIENCE * budget.seconds, check=False
-        )
+        done = ask_process(command, request.encode(), seconds=_PATIENCE * budget.seconds)
     except subprocess.TimeoutExpired:
         raise TooLarge("Translating the formula takes", int(budget.seconds), "s", int(budget.seconds)) from None
-    if done.returncode != 0 or not done.stdout.startswith("HOA"):
+    if done.returncode != 0 or not done.stdout.startswith(b"HOA"):
         spot_engine.engine()  # says so if Spot itself is missing
         raise TooLarge("Translating the formula takes", budget.megabytes, f"MB or {budget.seconds:g} s", budget.megabytes)
-    return done.stdout
+    return done.stdout.decode()
 
 
 def read_hoa(text: str, *, trace: Trace) -> Automaton:

@@ -129,7 +129,8 @@ def _serve() -> None:
     request = json.load(sys.stdin)
     resource.setrlimit(resource.RLIMIT_AS, (request["bytes"], request["bytes"]))
     seconds = int(request["seconds"]) + 1
-    resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds))
+    resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds + 1))  # a hard limit that is the same would end it as a kill does
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     sys.stdout.write(translate(request["formula"], request["trace"]))
 
 

@@ -261,6 +261,7 @@ class Client:
             DoesNotFit: The vehicle or its format cannot hold the flight.
             LtlplanError: There is no such job or format, or the folder cannot be written.
         """
+        from ltlplan.service.remote.exported import exported
         from verify.data.storage.folders import write_files
 
         options = {
@@ -270,8 +271,7 @@ class Client:
             "anyway": anyway or None,
         }
         given = {name: value for name, value in options.items() if value is not None}
-        packed = self._wire.ask("GET", f"/api/jobs/{segment(self._of(job).id)}/exports/{segment(format)}", params=given).content
-        return write_files(out, unpacked(packed))
+        return write_files(out, unpacked(exported(self._wire, self._id(job), format, given)))
 
     def exports(self) -> tuple[str, ...]:
         """Return the names of what flights can be written for."""

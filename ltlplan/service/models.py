@@ -11,6 +11,9 @@ ENDED: frozenset[State] = frozenset({"done", "failed", "cancelled"})
 
 Kind = Literal["state", "stage", "progress", "claim"]
 
+ONLY_OF_JOBS = ("manifest.json", "watch.json")
+"""Files of a job that are none of the run's folder: a folder gets a manifest of its own when it is written."""
+
 
 class Told(BaseModel):
     """A frozen value that is told to others. Keys that are not known are left out, so that older clients read newer services."""
@@ -82,7 +85,7 @@ class Stage(Told):
     """One part of a job's work.
 
     Attributes:
-        name: "plan", "round 1" to "round 6", "flight" or "files".
+        name: "plan", "round 1" to "round 6", "flight" or "files"; of an export "export".
         state: How far it is.
         started: When a worker took it first, UTC, ISO 8601.
         ended: When what it found was stored.
@@ -97,12 +100,13 @@ class Stage(Told):
 
 
 class Job(Told):
-    """A mission that was accepted, and how far it has come.
+    """A mission that was accepted, or an export of its flight, and how far it has come.
 
     Attributes:
         id: Names it.
         mission: The mission's name.
-        title: Its formula or sequence, shortened.
+        title: Its formula or sequence, shortened; of an export what it is for.
+        of: Of an export: id of the job whose flight it writes. Its file is an archive.
         seed: Source of every draw.
         state: How far it is.
         submitted: When it was accepted, UTC, ISO 8601.
@@ -121,6 +125,7 @@ class Job(Told):
     id: str
     mission: str
     title: str = ""
+    of: str | None = None
     seed: int = 0
     state: State = "queued"
     submitted: str
@@ -162,8 +167,10 @@ class Health(Told):
     """Whether the service works.
 
     Attributes:
-        ok: Database and workers answer, and there is room to write.
+        ok: Database and workers answer, every job goes on, and there is room to write.
         database: "answers", or what is wrong with it.
+        computing: "answers", or why no stage is computed at the moment.
+        interrupted: Jobs whose work was given up and has not come further since, by their ids: how often, and why.
         workers: How many stages may run at once.
         alive: How many processes are running.
         running: Jobs that have begun.
@@ -180,6 +187,8 @@ class Health(Told):
     queued: int
     room: int
     versions: dict[str, str]
+    computing: str = "answers"
+    interrupted: dict[str, str] = Field(default_factory=dict)
 
 
 class LiveFlight(Told):

@@ -149,6 +149,7 @@ _ELSEWHERE = {
     "out-of-time": "ltlplan.service.computing.bounds:OutOfTime",
     "out-of-memory": "ltlplan.service.computing.bounds:OutOfMemory",
     "worker-died": "ltlplan.service.computing.bounds:WorkerDied",
+    "damaged": "ltlplan.service.job_queue.store:Damaged",
     "no-room": "ltlplan.service.job_queue.store:NoRoom",
     "out-of-budget": "verify.logic.progression:OutOfBudget",
 }
@@ -157,7 +158,12 @@ _ELSEWHERE = {
 _NO_PLAN = ("core", "reasons", "edges")
 """What the error of a formula that cannot be met carries."""
 
-_TITLES = {"internal-error": "A bug of ours", "infeasible": "No trajectory found", "does-not-fit": "Does not fit the vehicle"}
+_TITLES = {
+    "damaged": "A stored value is damaged",
+    "internal-error": "A bug of ours",
+    "infeasible": "No trajectory found",
+    "does-not-fit": "Does not fit the vehicle",
+}
 
 
 def problem_of(error: BaseException) -> Problem:

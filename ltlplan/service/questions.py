@@ -12,7 +12,6 @@ import shutil
 import zipfile
 from collections.abc import Generator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -165,50 +164,6 @@ def zipped(files: Mapping[str, bytes]) -> bytes:
             entry.compress_type, entry.external_attr = zipfile.ZIP_DEFLATED, 0o644 << 16
             packed.writestr(entry, data)
     return buffer.getvalue()
-
-
-@dataclass(frozen=True, slots=True)
-class ExportAsked:
-    """What a flight is to be written for.
-
-    Attributes:
-        target: Name of the format.
-        vehicle: Name of the airframe that will fly, where it is to be held against the certificate's.
-        robots: Those that are written, where others of the team fly from another export; None for all.
-        options: The target's own.
-        anyway: Write without a simulated flight that stayed in its tube, with a warning in the files.
-    """
-
-    target: str
-    vehicle: str | None
-    robots: tuple[str, ...] | None
-    options: Mapping[str, float]
-    anyway: bool = False
-
-
-def export(folder: Path, files: Place, asked: ExportAsked, report: Progress) -> bytes:
-    """Return a certified flight, written for a vehicle, as a ZIP archive, after proving its certificate again and flying it in simulation.
-
-    Args:
-        folder: Empty, for use meanwhile.
-        files: What the job has made.
-        asked: What it is to be written for.
-        report: Told what is done.
-    """
-    from ltlplan.output import make_export
-
-    _put(files, folder)
-    with without_places(folder):
-        made = make_export(
-            folder,
-            asked.target,
-            vehicle=asked.vehicle,
-            robots=asked.robots,
-            options=asked.options,
-            anyway=asked.anyway,
-            progress=report,
-        )
-        return zipped(made.files)
 
 
 def recheck(folder: Path, files: Place, report: Progress) -> bytes:

@@ -93,6 +93,7 @@ def put_together(settings: Settings, tokens: Tokens, *, page: bool) -> tuple[Gat
     try:
         from ltlplan.service.api.application import application, end_routes
         from ltlplan.service.asking import Questions
+        from ltlplan.service.computing.turns import SharedPool
         from ltlplan.service.computing.workers import LocalWorkers
         from ltlplan.service.job_queue.jobs import Jobs
         from ltlplan.service.live.flights import LiveFlights
@@ -104,17 +105,26 @@ def put_together(settings: Settings, tokens: Tokens, *, page: bool) -> tuple[Gat
         raise MissingEngine(f"`ltlplan serve` needs {error.name}: pip install 'ltlplan[service]'.") from None
     limits = settings.limits
     scratch = fresh_scratch(settings.data)
-    small = LocalWorkers(
+    short = LocalWorkers(
         limits.questions,
         seconds=limits.question_seconds,
         megabytes=limits.question_megabytes,
         wall=4 * limits.question_seconds,
         scratch=scratch,
     )
-    questions = Questions(small, settings.data / "scratch", most_waiting=limits.waiting_questions)
-    service = Service(
-        settings, Jobs(settings, _workers(settings, scratch)), questions, tokens, LiveFlights(settings.data, limits)
+    long = LocalWorkers(
+        limits.errands,
+        seconds=limits.errand_seconds,
+        megabytes=limits.errand_megabytes,
+        wall=4 * limits.errand_seconds,
+        scratch=scratch,
     )
+    errands = SharedPool(long)
+    questions = Questions(
+        SharedPool(short), errands, settings.data / "scratch", most=limits.waiting_questions, each=limits.waiting_each
+    )
+    jobs = Jobs(settings, _workers(settings, scratch), errands)
+    service = Service(settings, jobs, questions, tokens, LiveFlights(settings.data, limits))
     app = application(service)
     end_routes(app, page=page)
     if page:

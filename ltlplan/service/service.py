@@ -50,11 +50,12 @@ class Service:
         self.questions.close()
         self.jobs.workers.close()
 
-    async def mission(self, text: str) -> Mission:
+    async def mission(self, text: str, *, who: str = "") -> Mission:
         """Return the mission of a text, read in a process of its own.
 
         Args:
             text: YAML or JSON.
+            who: Who asks.
 
         Raises:
             MissionError: All faults of the text.
@@ -62,7 +63,7 @@ class Service:
         """
         found = self._missions.get(text)
         if found is None:
-            found = await self.questions.ask(asked.read_mission, text)
+            found = await self.questions.ask(asked.read_mission, text, who=who)
             self._missions[text] = found
             while len(self._missions) > _REMEMBERED or sum(map(len, self._missions)) > 4_000_000:
                 self._missions.popitem(last=False)

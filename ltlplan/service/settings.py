@@ -28,12 +28,17 @@ class Limits:
 
     Attributes:
         queued: Jobs that may wait.
+        queued_each: Of one user.
         stage_seconds: s of processor time that one stage of a job may take.
         stage_megabytes: MB of memory that one stage of a job may take.
-        question_seconds: s that a question that is answered at once may take.
-        question_megabytes: MB of memory that such a question may take.
-        questions: Such questions that are answered at the same time.
-        waiting_questions: Such questions that may wait.
+        question_seconds: s of processor time that a short question may take, such as a check of a mission or a word.
+        question_megabytes: MB of memory that a short question may take.
+        questions: Short questions that are answered at the same time.
+        errand_seconds: s of processor time that an errand may take: judging a recording, a recheck, an export.
+        errand_megabytes: MB of memory that an errand may take.
+        errands: Errands that are done at the same time.
+        waiting_questions: Short questions that may wait, and as many errands.
+        waiting_each: Of either, how many of one user.
         body_bytes: Bytes of a request's body.
         upload_bytes: Bytes of a body that carries files.
         held_bytes: Bytes of bodies that are held at the same time, of all clients together.
@@ -51,12 +56,17 @@ class Limits:
     """
 
     queued: int = 1000
+    queued_each: int = 500
     stage_seconds: float = 3600.0
     stage_megabytes: int = 4096
     question_seconds: float = 20.0
     question_megabytes: int = 1536
     questions: int = 2
+    errand_seconds: float = 600.0
+    errand_megabytes: int = 4096
+    errands: int = 2
     waiting_questions: int = 100
+    waiting_each: int = 50
     body_bytes: int = 1_200_000
     upload_bytes: int = 50_000_000
     held_bytes: int = 200_000_000
@@ -92,7 +102,7 @@ class Settings:
     host: str = LOOPBACK
     port: int = PORT
     names: tuple[str, ...] = ()
-    database: str | None = None
+    database: str | None = field(default=None, repr=False)
     dask: str | None = None
     workers: int | None = None
     limits: Limits = field(default_factory=Limits)

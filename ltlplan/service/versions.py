@@ -89,5 +89,10 @@ def _kernels(libraries: Path) -> str:
 
 def key_of(mission: Mission) -> str:
     """Return the key of what is found for a mission: of all that was asked, its seed too, and of the software that answers."""
-    asked = json.dumps({"mission": mission.resolved(), "software": software()}, sort_keys=True, separators=(",", ":"))
-    return hashlib.sha256(asked.encode()).hexdigest()
+    return key_of_asked({"mission": mission.resolved()})
+
+
+def key_of_asked(asked: dict[str, Any]) -> str:
+    """Return the key of what is found for something that was asked, which is plain data, and of the software that answers."""
+    text = json.dumps({**asked, "software": software()}, sort_keys=True, separators=(",", ":"))
+    return hashlib.sha256(text.encode()).hexdigest()

@@ -15,6 +15,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.helpers.process_trees import children, command_line
+
 USER = "postgres"
 
 
@@ -40,6 +42,20 @@ class Server:
 
     def sql(self, name: str, statement: str) -> None:
         _run("psql", "-h", "127.0.0.1", "-p", str(self.port), "-U", USER, "-c", statement, name)
+
+    def with_password(self, password: str) -> str:
+        """Have a user who must give a password, and return the name."""
+        rules = self.folder / "data" / "pg_hba.conf"
+        if "alice" not in rules.read_text():
+            rules.write_text(f"host all alice 127.0.0.1/32 scram-sha-256\n{rules.read_text()}")
+            self.sql("postgres", f"CREATE ROLE alice SUPERUSER LOGIN PASSWORD '{password}'")
+            self.sql("postgres", "SELECT pg_reload_conf()")
+        return "alice"
+
+    def backends(self) -> list[int]:
+        """Return the processes that answer its clients; a kill of one has all of them end, and the server recover."""
+        postmaster = int((self.folder / "data" / "postmaster.pid").read_text().splitlines()[0])
+        return [pid for pid in children(postmaster) if "127.0.0.1(" in command_line(pid)]
 
     def start(self) -> None:
         options = f"-p {self.port} -k {self.folder} -c listen_addresses=127.0.0.1 -c fsync=off"

@@ -8,7 +8,6 @@ from __future__ import annotations
 import importlib
 import os
 import pickle
-import subprocess
 import sys
 import warnings
 from dataclasses import dataclass
@@ -17,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from verify.data.errors import MissingEngine
+from verify.data.helper_process import ask_process
 from verify.data.language.word import Letter
 from verify.logic.normal_form import Normal, normal_form, to_formula
 from verify.logic.progression import OutOfBudget
@@ -99,12 +99,10 @@ def _in_a_process(graph: LetterGraph, normal: Normal, *, finite: bool) -> bool:
     """Ask in a process of its own, with limits on its time and memory."""
     _engine()  # its absence is reported from here
     path = os.pathsep.join(part or str(Path.cwd()) for part in sys.path)
-    done = subprocess.run(
+    done = ask_process(
         [sys.executable, "-m", "verify.logic.spot_opinion"],
-        input=pickle.dumps((graph, normal, finite)),
-        env={**os.environ, "PYTHONPATH": path},
-        capture_output=True,
-        check=False,
+        pickle.dumps((graph, normal, finite)),
+        environment={**os.environ, "PYTHONPATH": path},
     )
     if done.stdout not in (b"yes", b"no"):
         raise OutOfBudget(f"Spot, asked for the second opinion, needs more than {CPU_SECONDS} s or {MEMORY // 2**20} MB")
@@ -114,7 +112,9 @@ def _in_a_process(graph: LetterGraph, normal: Normal, *, finite: bool) -> bool:
 def _answer() -> None:
     """Answer one question from standard input within the limits."""
     resource = importlib.import_module("resource")
-    resource.setrlimit(resource.RLIMIT_CPU, (CPU_SECONDS, CPU_SECONDS))
+    resource.setrlimit(
+        resource.RLIMIT_CPU, (CPU_SECONDS, CPU_SECONDS + 1)
+    )  # a hard limit that is the same would end it as a kill does
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     graph, normal, finite = pickle.loads(sys.stdin.buffer.read())  # from our own parent process

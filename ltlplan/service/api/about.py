@@ -28,6 +28,8 @@ _MOST_LOGIN = 4096
 async def get_health(request: Request) -> Response:
     """Tell whether the service works. Strangers, where tokens are needed, learn no more than that."""
     found = await service_of(request).jobs.health()
+    if found.ok and (trouble := service_of(request).questions.trouble) is not None:
+        found = found.model_copy(update={"ok": False, "computing": trouble})
     told = found.model_dump_json() if request.scope["state"].get("known") else f'{{"ok":{str(found.ok).lower()}}}'
     return Response(told, 200 if found.ok else 503, media_type=JSON)
 

@@ -8,7 +8,7 @@ from fastapi import APIRouter, File, Form, Request, Response, UploadFile
 
 from ltlplan.service import questions as asked
 from ltlplan.service.api.answers import FlightAnswer, WordsCheck, WordsRequest
-from ltlplan.service.api.reading import JSON, read_json, service_of
+from ltlplan.service.api.reading import JSON, read_json, service_of, who_of
 from ltlplan.service.api.schema import json_body, problems
 from ltlplan.service.recordings import RecordingAsked
 from ltlplan.service.service import places
@@ -34,7 +34,9 @@ async def check_words(request: Request) -> Response:
     One word is answered by `word`. A team's words are judged one after another (`sequential`) and interleaved (`parallel`).
     """
     given = await read_json(request, WordsRequest)
-    told = await service_of(request).questions.ask(asked.check_words, given.formula, given.words, given.reading)
+    told = await service_of(request).questions.ask(
+        asked.check_words, given.formula, given.words, given.reading, who=who_of(request)
+    )
     return Response(told, media_type=JSON)
 
 
@@ -95,7 +97,7 @@ async def judge_flight(  # each parameter is a field of the form
         tuple(pauses or ()),
     )
     what = await places(service.jobs, job) if job is not None else await _sent(files or [])
-    answer = await service.questions.ask_in_folder(asked.judge_flight, what, await recording.read(), told)
+    answer = await service.questions.ask_in_folder(asked.judge_flight, what, await recording.read(), told, who=who_of(request))
     return Response(answer, media_type=JSON)
 
 

@@ -5,21 +5,25 @@ from __future__ import annotations
 from collections.abc import AsyncIterator
 from typing import Annotated, Literal
 
-from fastapi import APIRouter, FastAPI, Header, Path, Query, Request, Response
+from fastapi import APIRouter, Depends, FastAPI, Header, Path, Query, Request, Response
 from fastapi.responses import FileResponse, StreamingResponse
 
 from ltlplan.service import questions as asked
 from ltlplan.service.api import events
 from ltlplan.service.api.answers import ExportFormat, PlanAnswer
-from ltlplan.service.api.reading import JSON, read_mission_text, service_of
+from ltlplan.service.api.reading import JSON, read_mission_text, service_of, who_of
 from ltlplan.service.api.schema import content, mission_body, problems
+from ltlplan.service.computing.exporting import ExportAsked
 from ltlplan.service.models import FileEntry, Job, State
-from ltlplan.service.problems import Busy
+from ltlplan.service.problems import Busy, Conflict, error_of
+from ltlplan.service.security.origins import require_own_page
 from ltlplan.service.service import places, planned
 
 router = APIRouter(prefix="/api", tags=["jobs"])
 
 ZIP = "application/zip"
+WAIT = 30.0
+"""s that the answer to an export may wait for it: less than clients wait."""
 REPORT_POLICY = (
     "sandbox allow-scripts allow-downloads; default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval' blob: data:; "
     "style-src 'unsafe-inline'; img-src data: blob:; font-src data:; connect-src data: blob:; worker-src blob:; "
@@ -31,7 +35,9 @@ JobId = Annotated[str, Path(description="the job's id", max_length=100)]
 
 
 def _told(job: Job, status: int = 200) -> Response:
-    headers = {"location": f"/api/jobs/{job.id}"} if status == 201 else {}
+    headers = {"location": f"/api/jobs/{job.id}"} if status in (201, 202) else {}
+    if status == 202:
+        headers["retry-after"] = "1"
     return Response(job.model_dump_json(), status, headers, JSON)
 
 
@@ -57,8 +63,8 @@ async def submit_job(
     The same mission, seed and version are computed once: who asks again is given the same job.
     """
     service = service_of(request)
-    mission = await service.mission(await read_mission_text(request))
-    job = await service.jobs.submit(mission, seed=seed)
+    mission = await service.mission(await read_mission_text(request), who=who_of(request))
+    job = await service.jobs.submit(mission, seed=seed, who=who_of(request))
     return _told(job, 200 if job.found else 201)
 
 
@@ -161,7 +167,7 @@ async def get_file(
     return await _file(request, job, name)
 
 
-async def _file(request: Request, job: str, name: str, *, inline: bool = False) -> Response:
+async def _file(request: Request, job: str, name: str, *, inline: bool = False, leaf: str | None = None) -> Response:
     found = await service_of(request).jobs.file(job, name)
     tag = f'"{found.sha256}"'
     if request.headers.get("if-none-match") == tag:
@@ -170,7 +176,7 @@ async def _file(request: Request, job: str, name: str, *, inline: bool = False) 
     if inline:
         headers["content-security-policy"] = REPORT_POLICY
     kind: Literal["inline", "attachment"] = "inline" if inline else "attachment"
-    leaf = name.rpartition("/")[2]
+    leaf = leaf or name.rpartition("/")[2]
     return FileResponse(found.path, media_type=found.media_type, filename=leaf, content_disposition_type=kind, headers=headers)
 
 
@@ -212,7 +218,7 @@ async def get_plan(request: Request, job: JobId) -> Response:
 async def get_archive(request: Request, job: JobId) -> Response:
     """Fetch all files at once; unpacked, they are a folder that `ltlplan recheck` proves again."""
     service = service_of(request)
-    packed = await service.questions.ask(asked.archive, await places(service.jobs, job))
+    packed = await service.questions.ask(asked.archive, await places(service.jobs, job), who=who_of(request))
     return _zip(packed, f"{job}.zip")
 
 
@@ -225,24 +231,18 @@ async def get_archive(request: Request, job: JobId) -> Response:
 async def recheck_job(request: Request, job: JobId) -> Response:
     """Prove a job's certificate again, from its files alone."""
     service = service_of(request)
-    return Response(await service.questions.ask_in_folder(asked.recheck, await places(service.jobs, job)), media_type=JSON)
+    files = await places(service.jobs, job)
+    proved = await service.questions.ask_in_folder(asked.recheck, files, who=who_of(request))
+    return Response(proved, media_type=JSON)
 
 
 @router.get("/exports", response_model=tuple[ExportFormat, ...], responses=problems(), tags=["exports"])
 async def list_exports(request: Request) -> Response:
     """List what certified flights can be written for."""
-    return Response(await service_of(request).questions.ask(asked.export_formats), media_type=JSON)
+    return Response(await service_of(request).questions.ask(asked.export_formats, who=who_of(request)), media_type=JSON)
 
 
-@router.get(
-    "/jobs/{job}/exports/{target}",
-    responses={**content(ZIP, "The export's files."), **problems(404, 409, 501)},
-    response_class=Response,
-    tags=["exports"],
-)  # the function has as many parameters as the address: FastAPI reads each of them by its name
-async def export_job(
-    request: Request,
-    job: JobId,
+def _wanted(
     target: Annotated[str, Path(description="one of `/api/exports`", max_length=100)],
     vehicle: Annotated[
         str | None, Query(description="airframe that will fly, to be held against the certificate's", max_length=100)
@@ -255,14 +255,59 @@ async def export_job(
     anyway: Annotated[
         bool, Query(description="write without a simulated flight that stayed in its tube, with a warning in the files")
     ] = False,
-) -> Response:
-    """Write a certified flight for a vehicle, after proving its certificate again and flying it in simulation."""
-    service = service_of(request)
+) -> ExportAsked:
     names = None if robots is None else tuple(name.strip() for name in robots.split(","))
-    wanted = asked.ExportAsked(target, vehicle, names, {} if rate is None else {"rate": rate}, anyway)
-    found = await places(service.jobs, job)
-    packed = await service.questions.ask_in_folder(asked.export, found, wanted)
-    return _zip(packed, f"{job}-{target}.zip")
+    return ExportAsked(target, vehicle, names, {} if rate is None else {"rate": rate}, anyway)
+
+
+@router.get(
+    "/jobs/{job}/exports/{target}",
+    responses={
+        **content(ZIP, "The export's files."),
+        202: {"description": "It is being written; ask again, or follow the job that writes it.", "model": Job},
+        **problems(403, 404, 409, 501, 507),
+    },
+    response_class=Response,
+    tags=["exports"],
+)
+async def export_job(
+    request: Request,
+    job: JobId,
+    wanted: Annotated[ExportAsked, Depends(_wanted)],
+    wait: Annotated[float, Query(description="s to wait for it at most", ge=0, le=WAIT)] = WAIT,
+) -> Response:
+    """Write a certified flight for a vehicle, after proving its certificate again and flying it in simulation.
+
+    That is a job of its own, done once. This waits for it, or answers 202 with where to look: the job's `location`, whose only file is
+    the archive.
+    """
+    require_own_page("POST", request.headers)  # it may begin a job
+    jobs = service_of(request).jobs
+    made = await jobs.waited((await jobs.export(job, wanted, who=who_of(request))).id, wait)
+    if made.problem is not None:
+        raise error_of(made.problem)
+    if made.state == "cancelled":
+        raise Conflict(f"The export of job {job} for {wanted.target} was cancelled; ask for it again.")
+    if made.state != "done":
+        return _told(made, 202)
+    (file,) = made.files
+    return await _file(request, made.id, file.name, leaf=f"{job}-{file.name}")
+
+
+@router.post(
+    "/jobs/{job}/exports/{target}",
+    response_model=Job,
+    responses={
+        200: {"description": "There is a job for just this already; here it is.", "model": Job},
+        **problems(404, 409, 507, changing=True),
+    },
+    status_code=201,
+    tags=["exports"],
+)
+async def submit_export(request: Request, job: JobId, wanted: Annotated[ExportAsked, Depends(_wanted)]) -> Response:
+    """Submit an export, to be followed as any job; its only file is the archive."""
+    made = await service_of(request).jobs.export(job, wanted, who=who_of(request))
+    return _told(made, 200 if made.found else 201)
 
 
 def _zip(data: bytes, name: str) -> Response:

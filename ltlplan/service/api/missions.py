@@ -6,7 +6,7 @@ from fastapi import APIRouter, Request, Response
 
 from ltlplan.service import questions as asked
 from ltlplan.service.api.answers import MissionCheck, ShippedMission
-from ltlplan.service.api.reading import JSON, read_mission_text, service_of
+from ltlplan.service.api.reading import JSON, read_mission_text, service_of, who_of
 from ltlplan.service.api.schema import mission_body, problems
 
 router = APIRouter(prefix="/api/missions", tags=["missions"])
@@ -25,4 +25,4 @@ async def check_mission(request: Request) -> Response:
     A mission with faults is no error here: `sound` is false, and `faults` lists them.
     """
     text = await read_mission_text(request)
-    return Response(await service_of(request).questions.ask(asked.check_mission, text), media_type=JSON)
+    return Response(await service_of(request).questions.ask(asked.check_mission, text, who=who_of(request)), media_type=JSON)

@@ -26,6 +26,11 @@ def service_of(request: Request) -> Service:
     return request.app.state.service
 
 
+def who_of(request: Request) -> str:
+    """Return who asks, as the gate knows it: a token's name, or an address."""
+    return str(getattr(request.state, "client", ""))
+
+
 def _kind(request: Request) -> str:
     return request.headers.get("content-type", "").partition(";")[0].strip().lower()
 

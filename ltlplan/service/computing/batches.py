@@ -21,6 +21,7 @@ from ltlplan.output import run_files
 from ltlplan.planner import with_seed
 from ltlplan.service.computing.clusters import ClusterError
 from ltlplan.service.computing.stages import PLAN, Outcome, mission_bytes, run_stage
+from ltlplan.service.models import ONLY_OF_JOBS
 from ltlplan.service.problems import error_of
 from ltlplan.service.versions import key_of, software
 from verify.data import BadInput, InternalError, LtlplanError, Mission, load_mission_file
@@ -229,8 +230,7 @@ def _outcome(running: _Running, future: Future[Outcome]) -> Outcome | Entry:
             "exit_code": 0 if why is None else why.exit_code,
             "message": "" if why is None else why.detail,
         }
-        kept = run_files(running.mission)
-        made = {name: content for name, content in outcome.files if name in kept}
+        made = {name: content for name, content in outcome.files if name not in ONLY_OF_JOBS}
         write_folder(
             running.target, lambda folder: put_files({**made, RECORD: (json.dumps(record, indent=1) + "\n").encode()}, folder)
         )

@@ -31,24 +31,28 @@ class Beside:
             work: A function of a module, which is given the question and whom to tell its progress.
             question: Can be pickled, as the answer can.
         """
-        return BesideAnswer(Child(work, (question,), Bounds(nice=0)))
+        try:
+            return BesideAnswer(Child(work, (question,), Bounds(nice=0)))
+        except WorkerDied as error:
+            return BesideAnswer(None, str(error))
 
 
 class BesideAnswer:
     """An answer to come from a process."""
 
-    def __init__(self, child: Child) -> None:
+    def __init__(self, child: Child | None, why: str = "") -> None:
         """Take a process that has begun.
 
         Args:
-            child: The process.
+            child: The process; None where it was ended before it began.
+            why: What it was ended by then.
         """
-        self._child, self._ended = child, False
+        self._child, self._why, self._ended = child, why, child is None
 
     @property
-    def child(self) -> Child:
-        """The process that computes it."""
-        return self._child
+    def pid(self) -> int:
+        """Number of the process that computes it; 0 where there is none."""
+        return 0 if self._child is None else self._child.pid
 
     def done(self, wait: float = 0.0) -> bool:
         """Whether it is there, or will not come.
@@ -56,7 +60,8 @@ class BesideAnswer:
         Args:
             wait: s to wait for it at most.
         """
-        self._ended = self._ended or self._child.look(wait=wait)
+        if not self._ended and self._child is not None:
+            self._ended = self._child.look(wait=wait)
         return self._ended
 
     def result(self) -> Any:
@@ -66,13 +71,18 @@ class BesideAnswer:
             LtlplanError: What was raised in its place.
             NoAnswer: The process was ended.
         """
-        try:
-            return self._child.result()
-        except (WorkerDied, LimitReached) as error:
-            raise NoAnswer(f"who computes what is flown next gives no answer: {error}") from None
+        why = self._why
+        if self._child is not None:
+            try:
+                return self._child.result()
+            except (WorkerDied, LimitReached) as error:
+                why = str(error)
+        raise NoAnswer(f"who computes what is flown next gives no answer: {why}")
 
     def drop(self) -> None:
         """End the process."""
+        if self._child is None:
+            return
         with suppress(LtlplanError, OSError):
             self._child.kill()
             self._child.close()

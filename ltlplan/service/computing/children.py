@@ -15,7 +15,7 @@ import sys
 import tempfile
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Generator
 from multiprocessing import forkserver, resource_tracker
 from pathlib import Path
 from typing import Any, cast
@@ -68,8 +68,12 @@ def supervised(
 
 
 def warm_up() -> None:
-    """Begin to load what every piece of work is forked from, so that the first one does not wait for it; returns at once."""
-    with _starting():
+    """Begin to load what every piece of work is forked from, so that the first one does not wait for it; returns at once.
+
+    Raises:
+        WorkerDied: It was ended before it began.
+    """
+    with _deaths_told(), _starting():
         multiprocessing.get_context("forkserver").set_forkserver_preload(_PRELOADED)
         forkserver.ensure_running()
 
@@ -80,7 +84,6 @@ class Child:
     Attributes:
         bounds: What it may take.
         seconds: s of processor time that it had taken when it was last looked at.
-        killed: Whether it was ended on purpose.
     """
 
     def __init__(
@@ -93,10 +96,12 @@ class Child:
             arguments: What it is given; must be picklable.
             bounds: What it may take.
             scratch: Where its temporary folder is made; the system's place for such by default.
+
+        Raises:
+            WorkerDied: The process, or the one that it is forked from, was ended before it began.
         """
         self.bounds = bounds
         self.seconds = 0.0
-        self.killed = False
         self._megabytes = 0.0
         self._began = time.monotonic()
         self._answer: tuple[Any, ...] | None = None
@@ -104,17 +109,27 @@ class Child:
         self._scratch: str | None = None
         with contextlib.suppress(OSError):  # without one it may still do, if it writes nothing
             self._scratch = tempfile.mkdtemp(prefix="ltlplan-", dir=scratch)
+        try:
+            with _deaths_told(), _starting():
+                self._begin(work, arguments)
+        except BaseException:
+            self._drop_scratch()
+            raise
+
+    def _begin(self, work: Callable[..., Any], arguments: tuple[Any, ...]) -> None:
         context = multiprocessing.get_context("forkserver")
-        with _starting():
-            context.set_forkserver_preload(_PRELOADED)
-            self._connection, far = context.Pipe(duplex=False)
-            self._process = context.Process(
-                target=do_and_answer, args=(far, work, arguments, bounds, self._scratch), daemon=True
-            )
-            with _free_to_have_children(), _without_main():
-                self._process.start()
+        context.set_forkserver_preload(_PRELOADED)
+        self._connection, far = context.Pipe(duplex=False)
+        with contextlib.ExitStack() as unless_begun:
+            unless_begun.callback(self._connection.close)
+            with far:
+                self._process = context.Process(
+                    target=do_and_answer, args=(far, work, arguments, self.bounds, self._scratch), daemon=True
+                )
+                with _free_to_have_children(), _without_main():
+                    self._process.start()
             self._pid = self._process.pid or 0
-            far.close()
+            unless_begun.pop_all()
 
     @property
     def pid(self) -> int:
@@ -143,6 +158,7 @@ class Child:
                     progress(message[1], message[2])
                 return False
         except (EOFError, OSError):
+            self.kill()
             self._process.join()
             return True
         self._fault = self._beyond()
@@ -187,8 +203,6 @@ class Child:
     def kill(self) -> None:
         """End the process and all that it has started, at once; nothing happens where it has ended."""
         pid = self._process.pid
-        if self._answer is None:
-            self.killed = True
         with contextlib.suppress(ProcessLookupError, PermissionError, TypeError):  # it leads a group from its first moment on
             os.killpg(cast(int, pid), signal.SIGKILL)
         with contextlib.suppress(OSError, ValueError):
@@ -201,6 +215,9 @@ class Child:
         self._connection.close()
         with contextlib.suppress(ValueError):
             self._process.close()
+        self._drop_scratch()
+
+    def _drop_scratch(self) -> None:
         if self._scratch is not None:
             shutil.rmtree(self._scratch, ignore_errors=True)
 
@@ -213,6 +230,20 @@ class Child:
 
 _STARTING = threading.Lock()
 _PRELOADED = ["ltlplan.service.computing.nursery"]
+
+
+@contextlib.contextmanager
+def _deaths_told() -> Generator[None]:
+    """Let whatever a dying fork server makes of a start be told as what it is: the next start has another fork server.
+
+    Raises:
+        WorkerDied: In place of what the system said.
+    """
+    try:
+        yield
+    except (EOFError, OSError) as error:
+        said = f"{type(error).__name__}: {error}".rstrip(": ")
+        raise WorkerDied(f"A worker process was ended before it began, or could not be started ({said}).") from None
 
 
 @contextlib.contextmanager

@@ -7,10 +7,11 @@ from __future__ import annotations
 
 import pickle
 import time
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Literal
 
 from ltlplan.service.computing.at_work import error_data
-from ltlplan.service.computing.bounds import Bounds
+from ltlplan.service.computing.bounds import Bounds, WorkerDied
 from ltlplan.service.computing.children import Stopped, supervised, warm_up
 from ltlplan.service.versions import differences, here
 from verify.data import LtlplanError
@@ -30,7 +31,8 @@ Answer = tuple[Literal["found"], bytes] | tuple[Literal["raised"], Any] | tuple[
 
 def join_in() -> dict[str, str]:
     """Get ready for work, and tell what this machine's findings rest on; runs on every worker."""
-    warm_up()
+    with suppress(WorkerDied):  # the first piece of work begins it then
+        warm_up()
     return here()
 
 

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 Found = TypeVar("Found")
 
 TRIES = 3
-"""How often work is begun again whose process was ended from outside."""
+"""How often work is begun whose process is ended from outside."""
 _CONNECT = 5.0
 """s that a scheduler has to answer, and to have a worker."""
 _GRACE = 30.0
@@ -119,6 +119,15 @@ class Cluster:
     def count(self) -> int:
         """How many pieces of work are done at the same time: the threads of all workers."""
         return max(sum(threads for worker, threads in self._threads.items() if worker not in self._refused), 1)
+
+    @property
+    def trouble(self) -> str | None:
+        """Why nothing is done at the moment: the scheduler has gone, or no worker may take part; None where one does."""
+        if self._client is None:
+            return f"the Dask scheduler at {self.address} does not answer"
+        if any(worker not in self._refused for worker in self._threads):
+            return None
+        return next((self._refused[worker] for worker in self._threads), self._no_workers())
 
     @property
     def alive(self) -> int:
@@ -308,7 +317,7 @@ class Cluster:
 
     def _give_up(self, tell: _Tell) -> None:
         """Say why no worker does the work, and raise it unless we are patient."""
-        told = next((self._refused[worker] for worker in self._threads if worker in self._refused), self._no_workers())
+        told = self.trouble or self._no_workers()
         if not self._patient:
             raise ClusterError(told)
         tell(f"waiting: {told}")

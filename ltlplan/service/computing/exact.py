@@ -2,7 +2,8 @@
 
     zip: value.json, 0.npy, 1.npy, ...
 
-What is not plain in JSON is an object with the key "$", which names one of the kinds below; other names are refused.
+What is not plain in JSON is an object with the key "$", which names one of the kinds below; other names are refused. A value of ours is
+written by its own fields, so that a new field is stored as soon as its class has it; a mission is written as its file is.
 """
 
 from __future__ import annotations
@@ -19,8 +20,9 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from verify.data import InternalError, Mission, Plan, Trajectory
+from verify.data import InternalError, Mission, Plan
 from verify.data.plan import plan_from_json
+from verify.data.value import Value
 
 Array = NDArray[Any]  # of any type: what a value holds
 
@@ -81,7 +83,8 @@ def _plain(value: Any, arrays: list[Array]) -> Any:
     if isinstance(value, tuple):
         return {_KIND: "tuple", "items": [_plain(item, arrays) for item in cast("tuple[Any, ...]", value)]}
     if isinstance(value, frozenset):
-        return {_KIND: "set", "items": [_plain(item, arrays) for item in sorted(cast("frozenset[Any]", value))]}
+        items = [_plain(item, arrays) for item in cast("frozenset[Any]", value)]
+        return {_KIND: "set", "items": sorted(items, key=json.dumps)}  # its elements may be of kinds that have no order
     if isinstance(value, Fraction):
         return {_KIND: "fraction", "value": str(value)}
     if isinstance(value, np.ndarray):
@@ -93,18 +96,22 @@ def _plain(value: Any, arrays: list[Array]) -> Any:
 
 
 def _object(value: Any, arrays: list[Array]) -> dict[str, Any]:
-    """Return what JSON can say of a value of ours."""
-    if isinstance(value, Mission):
-        return {_KIND: "Mission", "data": value.resolved()}
-    if isinstance(value, Plan):
-        return {_KIND: "Plan", "mission": _plain(value.mission, arrays), "text": value.to_json()}
-    if isinstance(value, Trajectory):
-        parts: dict[str, Any] = {name: getattr(value, name) for name in ("durations", "coefficients", "cycle")}
-    elif _classes().get(type(value).__name__) is type(value):
-        parts = {part.name: getattr(value, part.name) for part in dataclasses.fields(value) if part.init}
-    else:
-        raise InternalError(f"A {type(value).__name__} has no written form.")
-    return {_KIND: type(value).__name__, "fields": {name: _plain(part, arrays) for name, part in parts.items()}}
+    """Return what JSON can say of a value of ours: its fields, by name."""
+    kind = type(value)
+    if kind is Mission:
+        return {_KIND: Mission.__name__, "data": value.resolved()}
+    if stored_classes().get(kind.__name__) is not kind:
+        raise InternalError(f"A {kind.__name__} has no written form.")
+    return {_KIND: kind.__name__, "fields": {name: _plain(getattr(value, name), arrays) for name in fields_of(kind)}}
+
+
+def fields_of(kind: type[Any]) -> tuple[str, ...]:
+    """Return the names of the fields that a value of ours is made of.
+
+    Args:
+        kind: Its class: a dataclass, or one of `verify.data.value`.
+    """
+    return tuple(kind.model_fields) if issubclass(kind, Value) else tuple(field.name for field in dataclasses.fields(kind))
 
 
 def _value(data: Any, arrays: list[Array]) -> Any:
@@ -116,9 +123,8 @@ def _value(data: Any, arrays: list[Array]) -> Any:
     kind = parts[_KIND]
     if kind in _READERS:
         return _READERS[kind](parts, arrays)
-    if kind == "Trajectory" or kind in _classes():
-        fields = {name: _value(part, arrays) for name, part in parts["fields"].items()}
-        return Trajectory(**fields) if kind == "Trajectory" else _classes()[kind](**fields)
+    if kind in stored_classes():
+        return stored_classes()[kind](**{name: _value(part, arrays) for name, part in parts["fields"].items()})
     raise InternalError(f"A stored value is of an unknown kind, {kind!r:.80}.")
 
 
@@ -127,7 +133,9 @@ def _items(parts: dict[str, Any], arrays: list[Array]) -> list[Any]:
 
 
 def _read_plan(parts: dict[str, Any], arrays: list[Array]) -> Plan:
-    return plan_from_json(parts["text"], _value(parts["mission"], arrays), "a stored plan")
+    if "text" in parts:  # as ltlplan 0.2.0 wrote it, whose jobs go on after an upgrade
+        return plan_from_json(parts["text"], _value(parts["mission"], arrays), "a stored plan")
+    return Plan(**{name: _value(part, arrays) for name, part in parts["fields"].items()})
 
 
 _READERS: dict[str, Callable[[dict[str, Any], list[Array]], Any]] = {
@@ -142,8 +150,8 @@ _READERS: dict[str, Callable[[dict[str, Any], list[Array]], Any]] = {
 
 
 @cache
-def _classes() -> dict[str, type[Any]]:
-    """Return the dataclasses that may be stored, by name."""
+def stored_classes() -> dict[str, type[Any]]:
+    """Return the classes whose values may be stored besides missions, by name."""
     from flight import FlightLog
     from flight.logs.log import Event
     from ltlplan.pipeline import Certified, Draft
@@ -151,10 +159,12 @@ def _classes() -> dict[str, type[Any]]:
     from verify.behaviour.timeline import Change, Enclosure, InternalChange, Timeline
     from verify.certificate import ActionInstant
     from verify.claims.soft_claims import SoftClaim
-    from verify.data import Witness
+    from verify.data import Trajectory, Witness, Word
+    from verify.data.plan import Meeting, Precedence, RobotPlan, Visit, Waypoint
+    from verify.data.sections import Action
 
     known = (
-        ActionInstant, Certificate, Certified, Change, Claim, Draft, Enclosure, Event, FlightLog, InternalChange, SoftClaim,
-        Timeline, Witness,
+        Action, ActionInstant, Certificate, Certified, Change, Claim, Draft, Enclosure, Event, FlightLog, InternalChange, Meeting,
+        Plan, Precedence, RobotPlan, SoftClaim, Timeline, Trajectory, Visit, Waypoint, Witness, Word,
     )  # fmt: skip
     return {kind.__name__: kind for kind in known}

@@ -10,6 +10,7 @@ from __future__ import annotations
 import heapq
 import itertools
 import threading
+import time
 from collections.abc import Callable
 from concurrent.futures import Future
 from contextlib import suppress
@@ -25,7 +26,9 @@ from verify.data.progress import Progress
 SHORT = 20.0
 """s of processor time after which work is long."""
 TRIES = 3
-"""How often work is begun again whose process was ended from outside."""
+"""How often work is begun whose process is ended from outside."""
+_REMEMBERED = 60.0
+"""s after which a death says nothing of how things are."""
 
 Lane = Literal["short", "long"]
 
@@ -97,6 +100,7 @@ class LocalWorkers:
         self._waiting: dict[Lane, list[_Task]] = {"short": [], "long": []}
         self._idle: dict[Lane, int] = {"short": 0, "long": 0}
         self._running: set[WorkFuture] = set()
+        self._deaths: tuple[tuple[float, str], ...] = ()
         self._closed = False
         self._threads = [
             threading.Thread(target=self._serve, args=(lane,), name=f"{lane} lane {index}", daemon=True)
@@ -132,6 +136,12 @@ class LocalWorkers:
             return len(self._running)
 
     @property
+    def trouble(self) -> str | None:
+        """Why nothing is done at the moment: processes die one after the other; None while that is not so."""
+        deaths = [said for when, said in self._deaths if when > time.monotonic() - _REMEMBERED]
+        return f"worker processes die one after the other: {deaths[-1]}" if len(deaths) >= TRIES else None
+
+    @property
     def waiting(self) -> int:
         """How many pieces of work have not begun."""
         with self._news:
@@ -158,24 +168,21 @@ class LocalWorkers:
     def _serve(self, lane: Lane) -> None:
         """Do one piece of work after the other; what a thread of the pool does."""
         while (task := self._next(lane)) is not None:
-            future = task.future
+            future, following = task.future, None
             try:
                 with self._news:
                     self._running.add(future)
-                done = self._done(task, lane)
-            except LtlplanError as error:
-                done = True
-                _settle(future, error=error)
+                following = self._done(task, lane)
             except BaseException as error:  # a future without an answer would be waited for for ever
-                done = True
                 _settle(future, error=error)
-            finally:
+            if following is None:
+                self._free(task)
+            if task.child is None:
                 with self._news:
-                    if task.child is None:
-                        self._running.discard(future)
-            if not done:
+                    self._running.discard(future)
+            if following is not None:
                 with suppress(BadInput):
-                    self._queue(task, "long" if task.child is not None or task.tries == 0 else lane)
+                    self._queue(task, following)
 
     def _next(self, lane: Lane) -> _Task | None:
         with self._news:
@@ -189,38 +196,48 @@ class LocalWorkers:
                 self._news.wait()
             return None
 
-    def _done(self, task: _Task, lane: Lane) -> bool:
-        """Work until it has ended (true), or has to go on in the other lane or once more (false)."""
+    def _done(self, task: _Task, lane: Lane) -> Lane | None:
+        """Work until it has ended (None), or return the lane in which it has to go on or to begin once more.
+
+        Raises:
+            WorkerDied: Its process was ended from outside, so often that it is given up.
+            LtlplanError: What the work raised, or that it took more than it may.
+        """
+        try:
+            if not self._has_ended(task, lane):
+                return "long"
+            if task.child is not None and not task.future.cancelled():
+                _settle(task.future, result=task.child.result())
+            self._deaths = ()
+        except WorkerDied as error:
+            self._deaths = (*self._deaths[-TRIES:], (time.monotonic(), str(error)))
+            task.tries += 1
+            if task.tries == TRIES or task.future.cancelled():
+                raise
+            self._free(task)
+            return lane
+        except LtlplanError:
+            self._deaths = ()
+            raise
+        return None
+
+    def _has_ended(self, task: _Task, lane: Lane) -> bool:
+        """Work until it has ended (true), or has to give way to others: it then keeps its process where there is a place for it."""
         child = task.child
         if child is None:
             child = task.child = task.future.child = Child(task.work, task.arguments, self.bounds, self._scratch)
         child.give_way(NICE if lane == "short" else 2 * NICE)
         while not child.look(task.progress) and not task.future.cancelled():
             if lane == "short" and child.seconds > SHORT and self._others_wait():
-                if self._has_place("long"):
-                    return False
-                child.kill()
-                self._free(task)
+                if not self._has_place("long"):
+                    self._free(task)
                 return False
-        if task.future.cancelled():
-            child.kill()
-            self._free(task)
-            return True
-        try:
-            _settle(task.future, result=child.result())
-        except WorkerDied:
-            task.tries += 1
-            if task.tries < TRIES and not task.future.cancelled():
-                return False
-            raise
-        finally:
-            child.kill()
-            self._free(task)
         return True
 
     def _free(self, task: _Task) -> None:
         child, task.child, task.future.child = task.child, None, None
         if child is not None:
+            child.kill()
             child.close()
 
     def _others_wait(self) -> bool:

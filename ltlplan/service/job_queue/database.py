@@ -35,7 +35,7 @@ def url_of(folder: Path, database: str | None) -> str:
         return f"sqlite:///{folder.resolve() / FILE}"
     try:
         url = sa.make_url(database)
-    except ArgumentError:
+    except (ArgumentError, ValueError):  # the latter of a port that is no number
         raise BadInput("The database is no URL; one is written postgresql://USER:PASSWORD@HOST:5432/NAME.") from None
     if url.get_backend_name() not in ("postgresql", "postgres"):
         raise BadInput(f"The database is a PostgreSQL URL (postgresql://...) or left out, not {url.get_backend_name()}.")
@@ -121,7 +121,9 @@ def _newer(what: str) -> BadInput:
 
 
 def _name(url: sa.URL) -> str:
-    return f"The database {url.database if url.get_backend_name() == 'sqlite' else url.render_as_string(hide_password=True)}"
+    if url.get_backend_name() == "sqlite":
+        return f"The database {url.database}"
+    return f"The database {url.set(query={}).render_as_string(hide_password=True)}"  # options may hold a password too
 
 
 def _reason(error: DBAPIError) -> str:

@@ -15,6 +15,7 @@ import logging
 import threading
 from collections.abc import Awaitable, Callable, Coroutine
 from concurrent.futures import Future
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
@@ -33,6 +34,9 @@ EXECUTOR = "service"
 POLL = 0.05
 """s between looks of DBOS for messages, which we do not send: it is its own 1 s that an engine would wait for when it stops."""
 
+TRIES = 3
+"""How often a step is done again for which the database has an error in the place of a result."""
+
 Found = TypeVar("Found")
 Data = dict[str, Any]  # of any type: JSON nests
 Step = Callable[[str, Callable[[], Coroutine[Any, Any, Data]]], Awaitable[Data]]
@@ -48,7 +52,7 @@ class Record:
     Attributes:
         id: The job's.
         asked: What it was begun with.
-        state: "open" (not ended), "ended", or "cancelled".
+        state: "open" (not ended), "ended", "cancelled", or "broken": it has no result, and the engine will not go on with it.
         result: What it ended with.
         steps: Results of the steps that are done, in order; empty for what has ended.
         changed: When that was last written, s since 1970.
@@ -62,23 +66,52 @@ class Record:
     changed: float
 
 
+class StoredError(InternalError):
+    """What a step raised, as the database has it in the place of a result: versions before this one wrote such."""
+
+
+class Unwritten(InternalError):
+    """A step's record cannot be read or written at the moment; what the step made is made again once it can be."""
+
+
+@dataclass(frozen=True, slots=True)
+class Interruption:
+    """A job that does not go on.
+
+    Attributes:
+        times: How often its work was given up since it last came a step further.
+        why: What it was given up for last.
+    """
+
+    times: int
+    why: str
+
+
 def tables(*, sqlite: bool) -> int:
     """Return the version of the engine's tables, up to which it brings older ones when it starts."""
     return len(sqlite_migrations if sqlite else get_dbos_migrations(SCHEMA, False, False))
 
 
 class Engine:
-    """Runs jobs so that they survive."""
+    """Runs jobs so that they survive.
+
+    Attributes:
+        work: What a job does.
+        running: The jobs at work.
+        interrupted: The jobs whose work was given up, until they come a step further.
+    """
 
     def __init__(self, url: str, work: Work) -> None:
         """Prepare an engine.
 
         Args:
             url: The database's.
-            work: What a job does: given its id, what it was begun with, and how to do a step that is done once.
+            work: What a job does: given its id, what it was begun with, and how to do a step that is done once. It raises nothing but
+                what a step's `Unwritten` says; a failure is a result.
         """
         self.work = work
         self.running: set[str] = set()
+        self.interrupted: dict[str, Interruption] = {}
         self._gate = asyncio.Event()
         self._url = url
         self._loop = asyncio.new_event_loop()
@@ -128,7 +161,7 @@ class Engine:
 
     async def _record(self, status: Any) -> Record:
         asked = status.input["args"][1]
-        state = {"SUCCESS": "ended", "CANCELLED": "cancelled"}.get(status.status, "open")
+        state = {"SUCCESS": "ended", "ERROR": "broken", "CANCELLED": "cancelled"}.get(status.status, "open")
         steps: list[Data] = []
         if state != "ended":
             listed = await DBOS.list_workflow_steps_async(status.workflow_id)
@@ -155,12 +188,24 @@ class Engine:
     async def cancel(self, job: str) -> bool:
         """Cancel a job and return whether it is; one that had ended stays as it is. To be run by `call`."""
         await DBOS.cancel_workflow_async(job)
+        self.interrupted.pop(job, None)
         status = await DBOS.get_workflow_status_async(job)
         return status is not None and status.status == "CANCELLED"
 
     async def delete(self, job: str) -> None:
         """Remove a job from the database. To be run by `call`."""
         await DBOS.delete_workflow_async(job)
+        self.interrupted.pop(job, None)
+
+    def interrupt(self, job: str, why: str) -> None:
+        """Note that a job does not go on.
+
+        Args:
+            job: The job's.
+            why: What its work was given up for.
+        """
+        before = self.interrupted.get(job)
+        self.interrupted[job] = Interruption(1 if before is None else before.times + 1, why)
 
     async def resume(self, job: str) -> None:
         """Go on with an open job whose work was given up, such as for want of room on the disk. To be run by `call`."""
@@ -199,23 +244,55 @@ _NAME = "job"
 async def _job(job: str, asked: Data) -> Data:
     """Do a job's steps; DBOS calls it, once more for each start of the service until the job has ended."""
     engine = _current
-    if engine is None:
-        raise InternalError("A job was begun without an engine.")
+    if engine is None:  # the engine stops: an error would be the job's result for ever
+        return await _never()
     await engine.passed()
     engine.running.add(job)
+
+    async def step(name: str, work: Callable[[], Coroutine[Any, Any, Data]]) -> Data:
+        record = await _step(name, work)
+        engine.interrupted.pop(job, None)
+        return record
+
     try:
-        return await engine.work(job, asked, _step)
-    except Exception:  # not a job's own failure, which is a result, but that its steps cannot be written
+        result = await engine.work(job, asked, step)
+    except Exception as error:  # not a job's own failure, which is a result, but that its steps cannot be read or written
         _log.exception("job %s is interrupted; it goes on later", job)
+        engine.interrupt(job, why(error.__cause__ or error) or str(error))
         engine.running.discard(job)
-        await asyncio.Event().wait()  # until the engine resumes it in another task, or stops
-        raise
+        return await _never()
     finally:
         engine.running.discard(job)
+    engine.interrupted.pop(job, None)
+    return result
+
+
+async def _never() -> Data:
+    """Wait until the engine resumes the job in another task, or stops."""
+    await asyncio.Event().wait()
+    raise AssertionError("nobody sets it")
 
 
 async def _step(name: str, work: Callable[[], Coroutine[Any, Any, Data]]) -> Data:
-    return await DBOS.run_step_async({"name": name}, work)
+    """Do a step once, or return its record.
+
+    Raises:
+        StoredError: The database has errors in the place of its result.
+        Unwritten: Its record cannot be read or written at the moment.
+    """
+    for _ in range(TRIES - 1):
+        with suppress(StoredError):  # the step that follows has a number of its own
+            return await _recorded(name, work)
+    return await _recorded(name, work)
+
+
+async def _recorded(name: str, work: Callable[[], Coroutine[Any, Any, Data]]) -> Data:
+    try:
+        return await DBOS.run_step_async({"name": name}, work)
+    except StoredError:
+        raise
+    except Exception as error:
+        raise Unwritten(f"What {name} made cannot be recorded: {why(error) or error}") from error
 
 
 class _Json(Serializer):
@@ -241,4 +318,4 @@ def _words(value: object) -> Data:
 
 
 def _error(data: Data) -> Any:
-    return InternalError(data[_ERROR]) if data.keys() == {_ERROR} else data
+    return StoredError(data[_ERROR]) if data.keys() == {_ERROR} else data

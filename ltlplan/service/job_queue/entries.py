@@ -15,7 +15,8 @@ from ltlplan.service.computing.workers import WorkFuture
 from ltlplan.service.job_queue.engine import Data, Record
 from ltlplan.service.job_queue.events import Feed, claim_events, stage_event, state_event
 from ltlplan.service.models import ENDED, Event, FileEntry, Job, Problem, Stage
-from verify.data import Mission
+from ltlplan.service.problems import problem_of
+from verify.data import InternalError, Mission
 
 TITLE = 120
 """The most letters of a title."""
@@ -32,6 +33,8 @@ class Entry:
         feed: Its events, while it has not ended.
         work: The stage that is being computed.
         cancelled: Whether it is being cancelled.
+        damaged: Whether something was found damaged that it made.
+        rank: Of its work among all jobs'; the lowest is begun first.
         kept: Digests of what its stages made, before that is in their records.
         lock: Held while the job is changed.
     """
@@ -42,6 +45,8 @@ class Entry:
     feed: Feed = field(default_factory=Feed)
     work: WorkFuture | None = None
     cancelled: bool = False
+    damaged: bool = False
+    rank: float = 0.0
     kept: set[str] = field(default_factory=set)
     lock: threading.Lock = field(default_factory=threading.Lock)
 
@@ -62,6 +67,9 @@ def entry_of(record: Record) -> Entry:
     ended = datetime.fromtimestamp(record.changed, UTC).isoformat(timespec="milliseconds")
     if record.state == "cancelled":
         job = job.model_copy(update={"state": "cancelled", "ended": ended})
+    elif record.state == "broken":
+        told = problem_of(InternalError("The database has an error in the place of this job's result; submit it again."))
+        job = job.model_copy(update={"state": "failed", "ended": ended, "problem": told})
     elif record.state == "ended":
         problem = result.get("problem")
         told = None if problem is None else Problem.model_validate(problem)
@@ -77,13 +85,14 @@ def entry_of(record: Record) -> Entry:
     return entry
 
 
-def record_of(mission: Mission, value: str, key: str) -> Data:
+def record_of(mission: Mission, value: str, key: str, who: str) -> Data:
     """Return what a job's workflow is begun with, now: of plain data, as the database keeps it.
 
     Args:
         mission: What is asked.
         value: Its digest in the store.
         key: What the same mission, seed and versions have in common.
+        who: Who asks.
     """
     return {
         "mission": value,
@@ -92,7 +101,22 @@ def record_of(mission: Mission, value: str, key: str) -> Data:
         "seed": mission.planner.seed,
         "key": key,
         "submitted": utc_now(),
+        "who": who,
     }
+
+
+def export_record(flown: Job, target: str, value: str, key: str, who: str) -> Data:
+    """Return what an export's workflow is begun with, now.
+
+    Args:
+        flown: The job whose flight is written.
+        target: Name of the format.
+        value: Digest in the store of what is asked.
+        key: What the same export of the same files by the same versions has in common.
+        who: Who asks.
+    """
+    record = {"mission": value, "name": flown.mission, "title": f"export for {target}"[:TITLE], "seed": flown.seed}
+    return {**record, "key": key, "submitted": utc_now(), "who": who, "of": flown.id}
 
 
 def _title(mission: Mission) -> str:
@@ -108,7 +132,8 @@ def job_of(job_id: str, asked: Data) -> Job:
         asked: What it was begun with.
     """
     return Job(
-        id=job_id, mission=asked["name"], title=asked["title"], seed=asked["seed"], submitted=asked["submitted"], key=asked["key"]
+        id=job_id, mission=asked["name"], title=asked["title"], of=asked.get("of"), seed=asked["seed"],
+        submitted=asked["submitted"], key=asked["key"],
     )  # fmt: skip
 
 

@@ -11,21 +11,25 @@ from __future__ import annotations
 
 import asyncio
 import logging
-from collections.abc import AsyncIterator
-from typing import Any
+from collections.abc import AsyncIterator, Callable
+from contextlib import suppress
+from typing import Any, TypeVar
 
+from ltlplan.service.computing.exporting import ExportAsked
+from ltlplan.service.computing.turns import SharedPool
 from ltlplan.service.job_queue.database import folder_name, prepare, url_of, why
-from ltlplan.service.job_queue.engine import Data, Engine, Step, tables
-from ltlplan.service.job_queue.entries import Entry, entry_of, job_of, record_of, told_again
+from ltlplan.service.job_queue.engine import TRIES, Data, Engine, Step, tables
+from ltlplan.service.job_queue.entries import Entry, entry_of, export_record, job_of, record_of, told_again
 from ltlplan.service.job_queue.events import state_event
 from ltlplan.service.job_queue.recent import Recent
 from ltlplan.service.job_queue.register import Register
 from ltlplan.service.job_queue.results import RESERVE, Results, StoredFile
 from ltlplan.service.job_queue.runner import Pool, Runner, end
+from ltlplan.service.job_queue.store import Damaged
 from ltlplan.service.models import ENDED, Event, Health, Job, State
 from ltlplan.service.problems import Busy, Conflict, TooManyRequests
 from ltlplan.service.settings import Settings
-from ltlplan.service.versions import key_of, software
+from ltlplan.service.versions import key_of, key_of_asked, software
 from verify.data import LtlplanError, Mission, check_mission
 from verify.data.errors import InternalError
 
@@ -33,6 +37,8 @@ WATCH = 5.0
 """s between looks for jobs whose work was given up."""
 LOOK = 0.5
 """s for which the service's state is not looked for again."""
+
+Found = TypeVar("Found")
 
 _log = logging.getLogger("ltlplan.service")
 
@@ -42,14 +48,22 @@ class Jobs:
 
     Attributes:
         settings: Where, and within which limits.
-        workers: Who computes.
+        workers: Who computes missions.
     """
 
-    def __init__(self, settings: Settings, workers: Pool) -> None:
+    def __init__(self, settings: Settings, workers: Pool, errands: SharedPool | None = None) -> None:
+        """Open nothing yet.
+
+        Args:
+            settings: Where, and within which limits.
+            workers: Who computes missions; closed at the end.
+            errands: Who computes exports, and is closed by its owner; by default the workers do.
+        """
         self.settings = settings
         self.workers = workers
+        shared = SharedPool(workers)
         self._results = Results(settings.data)
-        self._runner = Runner(self._results, workers)
+        self._runner = Runner(self._results, shared, errands or shared)
         self._url = url_of(settings.data, settings.database)
         self._keys: Recent[tuple[str, Mission, Mission]] = Recent(200)
         self._health: Health | None = None
@@ -75,12 +89,17 @@ class Jobs:
         engine = Engine(self._url, self._do)
         records = engine.start()
         for record in sorted(records, key=lambda record: str(record.asked["submitted"])):
-            self._register.add(entry_of(record))
+            self._add(entry_of(record))
         if owned:
             self._results.collect(self._register)
         self._engine = engine
         engine.open_gate()
         _log.info("%d jobs in %s, %d of them go on", len(records), self.settings.data, len(self._register.going()))
+
+    def _add(self, entry: Entry) -> None:
+        self._register.add(entry)
+        if entry.job.state not in ENDED:
+            self._runner.rank(entry)
 
     async def stop(self) -> None:
         """Let go of everything, the workers too; jobs that have not ended go on at the next start."""
@@ -95,7 +114,7 @@ class Jobs:
 
     # What is asked
 
-    async def submit(self, mission: Mission, *, seed: int | None = None) -> Job:
+    async def submit(self, mission: Mission, *, seed: int | None = None, who: str = "") -> Job:
         """Accept a mission: when this returns, it will be done, whatever is killed.
 
         The same mission with the same seed and versions is the same job, unless that was cancelled or ended for a reason that is not
@@ -104,6 +123,7 @@ class Jobs:
         Args:
             mission: What is asked.
             seed: Source of every draw, instead of the mission's own.
+            who: Who asks: a token's name, or an address.
 
         Raises:
             BadInput: The mission is not allowed.
@@ -115,8 +135,39 @@ class Jobs:
         async with self._submitting:
             if (known := self._register.answer(key)) is not None:
                 return known
-            self._require_room()
-            return await self._accept(key, mission)
+            self._require_room(who)
+            value = await asyncio.to_thread(self._results.ask, mission)
+            return await self._accept(record_of(mission, value, key, who))
+
+    async def export(self, job_id: str, asked: ExportAsked, *, who: str = "") -> Job:
+        """Accept an export of a job's flight, as `submit` does a mission: when this returns, it will be done.
+
+        Args:
+            job_id: The job's.
+            asked: What the flight is to be written for.
+            who: Who asks.
+
+        Raises:
+            NotFound: There is no such job.
+            Conflict: It has no files, or is an export itself.
+            TooManyRequests: Too many jobs wait.
+            Busy: The database does not answer.
+            NoRoom: The disk is full.
+        """
+        flown = self._register.entry(job_id)
+        if flown.job.of is not None:
+            raise Conflict(f"Job {job_id} is an export; ask for one of job {flown.job.of}.")
+        if not flown.job.files:
+            raise Conflict(f"Job {job_id} has no files: it is {flown.job.state}.")
+        files = {file.name: file.sha256 for file in flown.job.files}
+        key = await asyncio.to_thread(key_of_asked, {"export": asked.plain(), "of": job_id, "files": files})
+        async with self._submitting:
+            self._register.entry(job_id)  # it may have been deleted while this waited
+            if (known := self._register.answer(key)) is not None:
+                return known
+            self._require_room(who)
+            value = await self._read(self._results.ask_export, job_id, asked)
+            return await self._accept(export_record(flown.job, asked.target, value, key, who))
 
     async def _asked(self, mission: Mission, seed: int | None) -> tuple[str, Mission]:
         """Return the key of what is asked, and the mission with its seed; of a value that was asked before as they were."""
@@ -129,18 +180,20 @@ class Jobs:
             self._keys.put((id(mission), seed), known)
         return known[:2]
 
-    def _require_room(self) -> None:
-        waiting = self._register.count("queued")
-        if waiting >= self.settings.limits.queued:
+    def _require_room(self, who: str) -> None:
+        limits, waiting = self.settings.limits, self._register.count("queued")
+        if who and (own := self._register.count("queued", who)) >= limits.queued_each:
+            raise TooManyRequests(
+                f"{own} of your jobs are waiting already, the most there may be; submit this one later.", 30.0
+            )
+        if waiting >= limits.queued:
             raise TooManyRequests(f"{waiting} jobs are waiting already, the most there may be; submit this one later.", 30.0)
         self._results.require_room()
 
-    async def _accept(self, key: str, mission: Mission) -> Job:
-        job_id = self._register.new_id(key)
-        value = await asyncio.to_thread(self._results.ask, mission)
-        asked = record_of(mission, value, key)
+    async def _accept(self, asked: Data) -> Job:
+        job_id = self._register.new_id(asked["key"])
         entry = Entry(job_of(job_id, asked), asked)
-        self._register.add(entry)
+        self._add(entry)
         entry.feed.tell(state_event(entry.job))
         try:
             await self._in_engine(lambda engine: engine.begin(job_id, asked))
@@ -151,7 +204,7 @@ class Jobs:
         return entry.job
 
     async def jobs(self, *, state: State | None = None, limit: int = 50, before: str | None = None) -> list[Job]:
-        """Return jobs, newest first, without what their stages found.
+        """Return jobs, newest first, without what their stages found; exports are not listed.
 
         Args:
             state: Only those.
@@ -169,7 +222,17 @@ class Jobs:
         entry = self._register.entry(job_id)
         if self._results.at_hand(entry):
             return self._results.whole(entry)
-        return await asyncio.to_thread(self._results.whole, entry)
+        return await self._read(self._results.whole, job_id)
+
+    async def _read(self, read: Callable[..., Found], job_id: str, *arguments: object) -> Found:
+        """Read something of a job from the disk; one that is damaged is noted, so that it is made anew when it is asked for again."""
+        entry = self._register.entry(job_id)
+        try:
+            return await asyncio.to_thread(read, entry, *arguments)
+        except Damaged as error:
+            entry.damaged = True
+            _log.error("job %s: %s", job_id, error)
+            raise
 
     async def events(self, job_id: str, *, after: int = 0) -> AsyncIterator[Event]:
         """Yield a job's events, those that were told already first; ends after the one that says how the job ended.
@@ -196,6 +259,18 @@ class Jobs:
                 if event.id > told:
                     yield event
 
+    async def waited(self, job_id: str, seconds: float) -> Job:
+        """Return a job when it has ended, or as it is after so many seconds.
+
+        Raises:
+            NotFound: There is no such job.
+        """
+        with suppress(TimeoutError):
+            async with asyncio.timeout(seconds):
+                async for _event in self.events(job_id):
+                    pass
+        return await self.job(job_id)
+
     async def cancel(self, job_id: str) -> Job:
         """Cancel a job and end what it computes, at once; one that has ended stays as it is.
 
@@ -220,7 +295,7 @@ class Jobs:
         return entry.job
 
     async def delete(self, job_id: str) -> None:
-        """Remove a job that has ended, and of what it found all that no other job has found too.
+        """Remove a job that has ended, its exports, and of what was found all that no other job has found too.
 
         Raises:
             NotFound: There is no such job.
@@ -231,9 +306,11 @@ class Jobs:
             raise Conflict(f"Job {job_id} is {entry.job.state}; cancel it first, then delete it.")
         async with self._submitting:
             self._register.entry(job_id)  # it may have been deleted while this waited
-            await self._in_engine(lambda engine: engine.delete(job_id))
-            self._register.drop(entry)
-            await asyncio.to_thread(self._results.drop, entry, list(self._register))
+            for each in (*self._register.exports(job_id), entry):
+                await self.cancel(each.job.id)
+                await self._in_engine(lambda engine, each=each: engine.delete(each.job.id))
+                self._register.drop(each)
+                await asyncio.to_thread(self._results.drop, each, list(self._register))
         _log.info("job %s is deleted", job_id)
 
     async def file(self, job_id: str, name: str) -> StoredFile:
@@ -241,8 +318,9 @@ class Jobs:
 
         Raises:
             NotFound: There is no such job, or it has no such file.
+            Damaged: Its bytes are not those that were kept; the same mission, submitted again, is another attempt.
         """
-        return self._results.file(self._register.entry(job_id), name)
+        return await self._read(self._results.file, job_id, name)
 
     async def plan(self, job_id: str) -> tuple[str, str] | None:
         """Return a job's mission.yaml and plan.json as soon as it is planned; None before.
@@ -250,7 +328,7 @@ class Jobs:
         Raises:
             NotFound: There is no such job.
         """
-        return await asyncio.to_thread(self._results.plan, self._register.entry(job_id))
+        return await self._read(self._results.plan, job_id)
 
     async def mission(self, job_id: str) -> str:
         """Return the resolved mission of a job as YAML, in any of its states.
@@ -258,7 +336,7 @@ class Jobs:
         Raises:
             NotFound: There is no such job.
         """
-        return await asyncio.to_thread(self._results.mission, self._register.entry(job_id))
+        return await self._read(self._results.mission, job_id)
 
     async def health(self) -> Health:
         """Return whether database and workers answer, and what waits; asked again within `LOOK` s, what was seen then."""
@@ -277,9 +355,13 @@ class Jobs:
         except LtlplanError as error:
             database = str(error)
         room = await asyncio.to_thread(self._results.store.free)
+        interrupted = {} if self._engine is None else dict(self._engine.interrupted)
+        loops = any(each.times >= TRIES for each in interrupted.values())
         return Health(
-            ok=database == "answers" and room >= RESERVE,
+            ok=database == "answers" and self.workers.trouble is None and not loops and room >= RESERVE,
             database=database,
+            computing=self.workers.trouble or "answers",
+            interrupted={job: f"given up {each.times} times: {each.why}" for job, each in interrupted.items()},
             workers=self.workers.count,
             alive=self.workers.alive,
             running=self._register.count("running"),
@@ -319,6 +401,8 @@ class Jobs:
                 return
             idle = self._register.going() - engine.running
             for job_id in idle & missed:
+                if job_id not in engine.interrupted:
+                    engine.interrupt(job_id, "the engine has not begun it")
                 try:
                     await self._in_engine(lambda engine, job_id=job_id: engine.resume(job_id))
                 except Exception:  # the next look tries again

@@ -8,7 +8,12 @@ from ltlplan.service.job_queue.entries import Entry
 from ltlplan.service.models import ENDED, Job, Problem, State
 from ltlplan.service.problems import NotFound
 
-_TRANSIENT = frozenset({"internal-error", "worker-died", "limit-reached", "out-of-time", "out-of-memory", "missing-engine"})
+_TRANSIENT = frozenset(
+    {
+        "cluster-error", "damaged", "internal-error", "limit-reached", "missing-engine", "no-room", "out-of-memory", "out-of-time",
+        "solver-timeout", "stored-error", "worker-died",
+    }
+)  # fmt: skip
 """Problems that are not a mission's own."""
 
 
@@ -56,19 +61,19 @@ class Register:
     def answer(self, key: str) -> Job | None:
         """Return the job with a key that need not be tried again, if there is one.
 
-        One that was cancelled, or that failed for a reason which is not its mission's own (time, memory, a bug), is tried again.
+        One that was cancelled, whose values were found damaged, or that failed for a reason which is not its mission's own (time, memory, a bug), is tried again.
         """
         attempts = self._attempts.get(key)
         if not attempts:
             return None
         entry = self._entries[attempts[-1]]
-        again = entry.cancelled or entry.job.state == "cancelled"
+        again = entry.damaged or entry.cancelled or entry.job.state == "cancelled"
         if again or (entry.job.state == "failed" and not _is_final(entry.job.problem)):
             return None
         return entry.job.model_copy(update={"found": True})
 
     def newest(self, *, state: State | None, limit: int, before: str | None) -> list[Job]:
-        """Return jobs, newest first.
+        """Return jobs, newest first; exports of their flights are not listed.
 
         Args:
             state: Only those.
@@ -78,16 +83,21 @@ class Register:
         found: list[Job] = []
         passed = before is None
         for job_id in reversed(self._entries):
-            if passed and (state is None or self._entries[job_id].job.state == state):
-                found.append(self._entries[job_id].job)
+            job = self._entries[job_id].job
+            if passed and job.of is None and state in (None, job.state):
+                found.append(job)
                 if len(found) >= limit:
                     break
             passed = passed or job_id == before
         return found
 
-    def count(self, state: State) -> int:
-        """Return how many jobs are in a state."""
-        return sum(entry.job.state == state for entry in self)
+    def exports(self, job_id: str) -> list[Entry]:
+        """Return the exports of a job's flight."""
+        return [entry for entry in self if entry.job.of == job_id]
+
+    def count(self, state: State, who: str | None = None) -> int:
+        """Return how many jobs are in a state, of all users or of one."""
+        return sum(entry.job.state == state and who in (None, entry.asked.get("who")) for entry in self)
 
     def going(self) -> set[str]:
         """Return the ids of all jobs that have not ended."""

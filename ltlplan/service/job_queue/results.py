@@ -9,13 +9,14 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
+from ltlplan.service.computing.exporting import ExportAsked, export_bytes
 from ltlplan.service.computing.stages import PLAN, Outcome, mission_bytes, mission_of, plan_of
 from ltlplan.service.job_queue.engine import Data
 from ltlplan.service.job_queue.entries import Entry, digests, told_of
 from ltlplan.service.job_queue.recent import Recent
 from ltlplan.service.job_queue.store import NoRoom, Store
 from ltlplan.service.models import FileEntry, Job
-from ltlplan.service.problems import NotFound
+from ltlplan.service.problems import Conflict, NotFound
 from verify.data import Mission, mission_to_yaml
 
 RESERVE = 32_000_000
@@ -30,6 +31,7 @@ _MEDIA = {
     ".yaml": "application/yaml",
     ".md": "text/markdown; charset=utf-8",
     ".py": "text/x-python; charset=utf-8",
+    ".zip": "application/zip",
 }
 
 _log = logging.getLogger("ltlplan.service")
@@ -85,6 +87,10 @@ class Results:
     def ask(self, mission: Mission) -> str:
         """Keep a mission, and return its digest."""
         return self.store.put(mission_bytes(mission))
+
+    def ask_export(self, entry: Entry, asked: ExportAsked) -> str:
+        """Keep an export that is asked of a job's flight, and return its digest."""
+        return self.store.put(export_bytes(asked, {file.name: self.store.get(file.sha256) for file in entry.job.files}))
 
     def keep(self, entry: Entry, stage: str, outcome: Outcome) -> Data:
         """Keep what a stage made, and return its record.
@@ -159,7 +165,13 @@ class Results:
         return known
 
     def mission(self, entry: Entry) -> str:
-        """Return a job's resolved mission as YAML."""
+        """Return a job's resolved mission as YAML.
+
+        Raises:
+            Conflict: It is an export.
+        """
+        if entry.job.of is not None:
+            raise Conflict(f"Job {entry.job.id} is an export; the mission is that of job {entry.job.of}.")
         return mission_to_yaml(mission_of(self.store.get(entry.asked["mission"])))
 
     def plan(self, entry: Entry) -> tuple[str, str] | None:
@@ -171,14 +183,15 @@ class Results:
         return mission_to_yaml(plan.mission), plan.to_json()
 
     def file(self, entry: Entry, name: str) -> StoredFile:
-        """Return a file of a job, by its name in the job's own table.
+        """Return a file of a job, by its name in the job's own table, after a look at its bytes.
 
         Raises:
             NotFound: It has no such file.
+            Damaged: Its bytes are not those that were kept.
         """
         for file in entry.job.files:
             if file.name == name:
-                return StoredFile(self.store.path(file.sha256), file.media_type, file.sha256, file.size)
+                return StoredFile(self.store.require(file.sha256), file.media_type, file.sha256, file.size)
         have = ", ".join(file.name for file in entry.job.files) or "none yet"
         raise NotFound(f"Job {entry.job.id} has no file '{name[:80]}'; it has {have}.")
 

@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 import asyncio
+import itertools
 import logging
-from datetime import datetime
 from typing import Any, Protocol
 
-from ltlplan.service.computing.stages import PLAN, Outcome, run_stage
+from ltlplan.service.computing.stages import EXPORT, PLAN, Outcome, run_stage
+from ltlplan.service.computing.turns import SharedPool
 from ltlplan.service.computing.workers import WorkFuture
-from ltlplan.service.job_queue.engine import Data, Step
+from ltlplan.service.job_queue.engine import Data, Step, Unwritten
 from ltlplan.service.job_queue.entries import Entry, utc_now, with_records
 from ltlplan.service.job_queue.events import claim_events, stage_event, state_event
 from ltlplan.service.job_queue.results import Results
-from ltlplan.service.job_queue.store import NoRoom
+from ltlplan.service.job_queue.store import Damaged, NoRoom
 from ltlplan.service.models import ENDED, Problem, Stage, State
 from ltlplan.service.problems import problem_of
 from verify.data import LtlplanError
-from verify.data.progress import Progress
+from verify.data.progress import Progress, silent
 
 AGAIN = 2.0
 """s until what had to wait for room is tried again."""
@@ -29,6 +30,11 @@ class Pool(Protocol):
     """Who computes: this machine's processes, or a cluster's."""
 
     count: int
+
+    @property
+    def trouble(self) -> str | None:
+        """Why nothing is done at the moment; None where something is."""
+        ...
 
     @property
     def alive(self) -> int:
@@ -52,16 +58,26 @@ class Pool(Protocol):
 
 
 class Runner:
-    """How jobs are done.
+    """How jobs are done. Users take turns; of one user, what was accepted first is begun first.
 
     Attributes:
         results: Where what they make is kept.
-        workers: Who computes.
+        workers: Who computes missions.
+        errands: Who computes exports.
     """
 
-    def __init__(self, results: Results, workers: Pool) -> None:
-        self.results = results
-        self.workers = workers
+    def __init__(self, results: Results, workers: SharedPool, errands: SharedPool) -> None:
+        self.results, self.workers, self.errands = results, workers, errands
+        self._numbers = itertools.count()
+
+    def shared(self, entry: Entry) -> SharedPool:
+        """Return who computes a job."""
+        return self.workers if entry.job.of is None else self.errands
+
+    def rank(self, entry: Entry) -> None:
+        """Give a job its turn; those that were accepted first have to come first."""
+        turn = self.shared(entry).turns.rank(str(entry.asked.get("who", "")))
+        entry.rank = turn + 1e-9 * next(self._numbers)  # of one turn, in the order in which they came, from stage to stage
 
     async def do(self, entry: Entry, step: Step) -> Data:
         """Do a job's stages, each once; what was done before a kill is not done again.
@@ -72,13 +88,30 @@ class Runner:
 
         Returns:
             How it ended, with the records of its stages.
+
+        Raises:
+            Unwritten: The database cannot be read or written at the moment.
         """
         records: list[Data] = []
-        value, name = entry.asked["mission"], PLAN
+        try:
+            return await self._stages(entry, step, records)
+        except Unwritten:
+            raise
+        except Exception as error:  # of whatever else it is, it would be so again for ever
+            _log.exception("job %s cannot go on", entry.job.id)
+            problem = problem_of(error)
+            ended = end(entry, "failed", problem)
+            return {"state": "failed", "problem": problem.model_dump(mode="json"), "ended": ended, "stages": records}
+        finally:
+            self.shared(entry).turns.ended(int(entry.rank))
+
+    async def _stages(self, entry: Entry, step: Step, records: list[Data]) -> Data:
+        """Do a job's stages, and add a record of each."""
+        value, name = entry.asked["mission"], PLAN if entry.job.of is None else EXPORT
         while True:
 
             async def stage(name: str = name, value: str = value) -> Data:
-                return await self._stage(entry, name, value)
+                return await self._stage(entry, name, value, records)
 
             record = await step(name, stage)
             records.append(record)
@@ -90,8 +123,15 @@ class Runner:
                 return {"state": "done", "ended": end(entry, "done"), "stages": records}
             value, name = record["value"], record["following"]
 
-    async def _stage(self, entry: Entry, name: str, value: str) -> Data:
-        """Do one stage in a worker, keep what it made, and return the record of it."""
+    async def _stage(self, entry: Entry, name: str, value: str, before: list[Data]) -> Data:
+        """Do one stage in a worker, keep what it made, and return the record of it.
+
+        Args:
+            entry: The job's.
+            name: Of the stage.
+            value: Digest of what it takes.
+            before: Records of the stages before it.
+        """
         began: list[str] = []
 
         def progress(sentence: str, share: float) -> None:
@@ -103,19 +143,44 @@ class Runner:
             entry.feed.progress(entry.job, name, sentence, share)
 
         try:
-            data = await asyncio.to_thread(self.results.store.get, value)
-            entry.work = self.workers.submit(run_stage, name, data, progress=progress, rank=_rank(entry))
-            if entry.cancelled:
-                entry.work.cancel()
-            outcome: Outcome = await asyncio.wrap_future(entry.work)
-        except LtlplanError as error:
-            _log.info("job %s: %s ends it: %s", entry.job.id, name, type(error).__name__)
+            data = await self._value(entry, value, before)
+            record = await self._kept(entry, name, await self._computed(entry, name, data, progress))
+        except Exception as error:  # none may leave: it would be recorded in the place of a result
+            log = _log.info if isinstance(error, LtlplanError) else _log.exception
+            log("job %s: %s ends it: %s", entry.job.id, name, type(error).__name__)
             problem = problem_of(error).model_dump(mode="json")
             return {"stage": name, "problem": problem, "started": began[0] if began else utc_now(), "ended": utc_now()}
+        return {**record, "started": began[0] if began else utc_now(), "ended": utc_now()}
+
+    async def _computed(self, entry: Entry, name: str, value: bytes, progress: Progress) -> Outcome:
+        """Have a worker do a stage."""
+        entry.work = work = self.shared(entry).pool.submit(run_stage, name, value, progress=progress, rank=entry.rank)
+        try:
+            if entry.cancelled:
+                work.cancel()
+            return await asyncio.wrap_future(work)
         finally:
             entry.work = None
-        record = await self._kept(entry, name, outcome)
-        return {**record, "started": began[0] if began else utc_now(), "ended": utc_now()}
+
+    async def _value(self, entry: Entry, digest: str, before: list[Data]) -> bytes:
+        """Return what a stage takes; where it is damaged, the stages before it make it once more.
+
+        Raises:
+            Damaged: It is what was submitted, or is made otherwise now.
+        """
+        try:
+            return await asyncio.to_thread(self.results.store.get, digest)
+        except Damaged as damaged:
+            index = next((i for i, record in enumerate(before) if record.get("value") == digest), None)
+            if index is None:
+                raise
+            _log.warning("job %s: %s", entry.job.id, damaged)
+            source = before[index - 1]["value"] if index else entry.asked["mission"]
+            value = await self._value(entry, source, before[:index])
+            made = await self._computed(entry, before[index]["stage"], value, silent)
+            if await asyncio.to_thread(self.results.store.put, made.value) != digest:
+                raise
+            return made.value
 
     async def _kept(self, entry: Entry, name: str, outcome: Outcome) -> Data:
         """Keep what a stage made; where there is no room, wait for it."""
@@ -179,7 +244,3 @@ def _begin(entry: Entry, name: str, now: str) -> None:
     if "state" in changes:
         entry.feed.tell(state_event(entry.job))
     entry.feed.tell(stage_event(entry.job, entry.job.stages[-1], len(before) + 1))
-
-
-def _rank(entry: Entry) -> float:
-    return datetime.fromisoformat(entry.job.submitted).timestamp()

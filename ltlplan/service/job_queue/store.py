@@ -4,7 +4,7 @@
     data/values/databases.txt       whose jobs they are of
 
 A value is written beside its place, synced and renamed, so that a kill at any instant leaves it or nothing. One that is there is not
-written again. Its bytes are compared with its name when it is read.
+written again, unless its bytes are others than its name says: these are compared whenever it is read, served or kept once more.
 """
 
 from __future__ import annotations
@@ -30,6 +30,14 @@ _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 class NoRoom(BadInput):
     """There is no room to write."""
+
+
+class Damaged(InternalError):
+    """A value is not there any more, or its bytes are not those that were kept."""
+
+    def __init__(self, message: str = "", digest: str = "") -> None:
+        super().__init__(message)
+        self.digest = digest
 
 
 def no_room(folder: Path, error: OSError) -> NoRoom:
@@ -100,7 +108,7 @@ class Store:
         digest = hashlib.sha256(data).hexdigest()
         place = self._place(digest)
         try:
-            if place.exists() and place.stat().st_size == len(data):
+            if self.is_sound(digest):
                 return digest
             place.parent.mkdir(parents=True, exist_ok=True)
             self._write(place, data)
@@ -129,16 +137,33 @@ class Store:
         """Return the bytes of a digest.
 
         Raises:
-            InternalError: They are not there, or not those that were kept.
+            Damaged: They are not there, or not those that were kept.
         """
-        place = self.path(digest)
         try:
-            data = place.read_bytes()
+            data = self.path(digest).read_bytes()
         except OSError as error:
-            raise InternalError(f"{place} cannot be read: {os.strerror(error.errno or 0).lower()}.") from None
+            raise _damaged(digest, f"cannot be read: {os.strerror(error.errno or 0).lower()}") from None
         if hashlib.sha256(data).hexdigest() != digest:
-            raise InternalError(f"{place} was changed since it was written: its bytes are not those of its name.")
+            raise _damaged(digest, "was changed since it was written")
         return data
+
+    def is_sound(self, digest: str) -> bool:
+        """Tell whether the bytes of a digest are there, and those that were kept."""
+        try:
+            with self.path(digest).open("rb") as file:
+                return hashlib.file_digest(file, "sha256").hexdigest() == digest
+        except OSError:
+            return False
+
+    def require(self, digest: str) -> Path:
+        """Return where the bytes of a digest are, after a look at them.
+
+        Raises:
+            Damaged: They are not there, or not those that were kept.
+        """
+        if not self.is_sound(digest):
+            raise _damaged(digest, "is not there any more, or was changed since it was written")
+        return self.path(digest)
 
     def path(self, digest: str) -> Path:
         """Return where the bytes of a digest are.
@@ -168,3 +193,7 @@ class Store:
     def free(self) -> int:
         """Return how many bytes are free on the disk."""
         return shutil.disk_usage(self.folder).free
+
+
+def _damaged(digest: str, how: str) -> Damaged:
+    return Damaged(f"A stored value {how} ({digest[:12]}...); submit the same mission again, which makes it anew.", digest)

@@ -79,7 +79,9 @@ class _Judging:
         self.state.set_text(f"judging {event.file.name} ...")
         try:
             questions = self.desk.service.questions
-            told = await questions.ask_in_folder(judged, await places(self.desk.service.jobs, job.id), data, self._given())
+            told = await questions.ask_in_folder(
+                judged, await places(self.desk.service.jobs, job.id), data, self._given(), who=self.desk.who
+            )
         except LtlplanError as error:
             self.state.set_text("")
             with self.form:

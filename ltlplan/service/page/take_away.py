@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import json
 from typing import TYPE_CHECKING
+from urllib.parse import quote
 
 from nicegui import ui
 
 from ltlplan.service import questions as asked
+from ltlplan.service.computing.exporting import ExportAsked
 from ltlplan.service.page.elements import Part, Words, box, button, say
+from ltlplan.service.problems import error_of
+from verify.data import LtlplanError
 
 if TYPE_CHECKING:
     from ltlplan.service.models import Job
@@ -23,6 +27,10 @@ _WHAT = {
     "manifest.json": "digests of all files",
     "watch.json": "what this page plays",
 }
+
+
+_PATIENCE = 30.0
+"""s between looks at an export that is being written."""
 
 
 class _Away:
@@ -78,17 +86,38 @@ class _Away:
     async def _exports(self, job: Job, place: ui.element) -> None:
         if not self.formats:
             try:
-                found = json.loads(await self.desk.service.questions.ask(asked.export_formats))
-                self.formats = {each["name"]: each["controllers"] for each in found}
+                listed = await self.desk.service.questions.ask(asked.export_formats, who=self.desk.who)
+                self.formats = {each["name"]: each["controllers"] for each in json.loads(listed)}
             except ValueError as error:
                 say(error)
         with place:
             for name, controllers in self.formats.items():
-                address = f"/api/jobs/{job.id}/exports/{name}"
-                if controllers:
-                    _link(address, name, "button").props("download")
-                else:  # of vehicles whose controller is not modelled every export is one without a rehearsal
-                    _link(f"{address}?anyway=true", f"{name}, not rehearsed", "button").props("download")
+                # of vehicles whose controller is not modelled every export is one without a rehearsal
+                wanted = ExportAsked(name, anyway=not controllers)
+                label = name if controllers else f"{name}, not rehearsed"
+                button(label, lambda wanted=wanted, label=label: self._export(job, wanted, label))
+        with self.part.place:
+            self.state = Words("p", "", "soft").props("role=status")
+
+    async def _export(self, job: Job, wanted: ExportAsked, label: str) -> None:
+        """Have the flight written, and give the archive when it is."""
+        jobs = self.desk.service.jobs
+        self.state.set_text(f"{label} is being written ...")
+        try:
+            made = await jobs.export(job.id, wanted, who=self.desk.who)
+            while made.ended is None:
+                made = await jobs.waited(made.id, _PATIENCE)
+            if made.problem is not None:
+                raise error_of(made.problem)
+        except LtlplanError as error:
+            self.state.set_text("")
+            with self.part.place:
+                say(error)
+            return
+        self.state.set_text(f"{label} is written." if made.state == "done" else f"{label} was cancelled.")
+        if made.state == "done":
+            anyway = "?anyway=true" if wanted.anyway else ""
+            ui.download.from_url(f"/api/jobs/{job.id}/exports/{quote(wanted.target, safe='')}{anyway}")
 
 
 def _files(job: Job) -> None:

@@ -68,7 +68,10 @@ class _Refusal:
 
     def _offers(self, job: Job, told: dict[str, Any]) -> None:
         offers: list[tuple[str, Callable[[str], Awaitable[str]]]] = []
-        ask = self.desk.service.questions.ask
+
+        def ask(change: Callable[..., str], *arguments: Any) -> Awaitable[str]:
+            return self.desk.service.questions.ask(change, *arguments, who=self.desk.who)
+
         largest = _largest_margin(job)
         if largest is not None:
             offers.append(

@@ -72,7 +72,7 @@ class _Writing:
         number = self.newest
         self.state.set_text("checking ...")
         try:
-            told = await self.desk.service.questions.ask(checking.check_text, text)
+            told = await self.desk.service.questions.ask(checking.check_text, text, who=self.desk.who)
         except LtlplanError as error:
             self.state.set_text(str(error))
             return
@@ -86,7 +86,7 @@ class _Writing:
     async def _change_formula(self, formula: str) -> None:
         self.newest += 1  # what was asked before says nothing of what is written now
         number = self.newest
-        text = await self.desk.service.questions.ask(checking.change_formula, self.editor.text, formula)
+        text = await self.desk.service.questions.ask(checking.change_formula, self.editor.text, formula, who=self.desk.who)
         if number != self.newest:
             return
         self.editor.put(text)
@@ -147,8 +147,8 @@ class _Writing:
         if seed and not seed.isdecimal():
             say(f"A seed is a whole number from 0 on, not '{seed}'.")
             return
-        mission = await self.desk.service.mission(text)
-        job = await self.desk.service.jobs.submit(mission, seed=int(seed) if seed else None)
+        mission = await self.desk.service.mission(text, who=self.desk.who)
+        job = await self.desk.service.jobs.submit(mission, seed=int(seed) if seed else None, who=self.desk.who)
         self.desk.texts[job.id] = text
         if job.found:
             say("This mission was planned before, with this seed and these versions; here is what was found.", good=True)

@@ -8,11 +8,11 @@ import tempfile
 import time
 from collections.abc import Generator
 from contextlib import closing
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ltlplan.service.models import ENDED, Event, FileEntry, Job, State
+from ltlplan.service.models import ENDED, ONLY_OF_JOBS, Event, FileEntry, Job, State
 from ltlplan.service.problems import NotFound, Unreachable, error_of
 from ltlplan.service.remote.wire import Wire, job_of, segment, unpacked
 from verify.data import BadInput, Plan, parse_mission
@@ -28,35 +28,49 @@ _PAUSE = 1.0
 """s before that."""
 
 
-@dataclass(frozen=True)
 class Submitted:
     """A job of a service.
 
     Attributes:
         wire: Its service's connection.
-        job: What was last told of it; `refreshed` asks again.
+        id: Names it.
     """
 
-    wire: Wire = field(repr=False)
-    job: Job
+    def __init__(self, wire: Wire, job: Job) -> None:
+        """Hold what was told of a job; nothing is asked yet.
+
+        Args:
+            wire: Its service's connection.
+            job: As it was last told.
+        """
+        self.wire, self.id, self._job = wire, job.id, job
+
+    def __repr__(self) -> str:
+        return f"Submitted({self.id!r}, {self._job.state!r} when last asked)"
 
     @property
-    def id(self) -> str:
-        """Names it."""
-        return self.job.id
+    def job(self) -> Job:
+        """The job as it is now: the service is asked each time, until the job has ended.
+
+        Raises:
+            LtlplanError: What the service refused, or that it does not answer.
+        """
+        if self._job.state not in ENDED:
+            self._job = job_of(self.wire.ask("GET", f"/api/jobs/{segment(self.id)}").content)
+        return self._job
 
     @property
     def state(self) -> State:
-        """How far it was when it was last told of."""
+        """How far it is now; as `job`."""
         return self.job.state
 
     @property
     def files(self) -> tuple[FileEntry, ...]:
-        """What it had made when it was last told of."""
+        """What it has made by now; as `job`."""
         return self.job.files
 
     def refreshed(self) -> Submitted:
-        """Return the same job as it is now."""
+        """Return the same job after asking the service, even where it had ended."""
         return Submitted(self.wire, job_of(self.wire.ask("GET", f"/api/jobs/{segment(self.id)}").content))
 
     def events(self, *, after: int = 0) -> Generator[Event]:
@@ -81,7 +95,7 @@ class Submitted:
                 time.sleep(_PAUSE)
                 continue
             try:
-                if self.refreshed().state in ENDED:
+                if self.state in ENDED:
                     return
             except Unreachable:  # it is being started again
                 left -= 1
@@ -90,7 +104,7 @@ class Submitted:
             time.sleep(_PAUSE / 10)
 
     def wait(self, *, progress: Progress | None = None, timeout: float | None = None) -> Submitted:
-        """Wait until it has ended, and return it as it is then.
+        """Wait until it has ended, and return it.
 
         Args:
             progress: Told a sentence and the share done, 0 to 1.
@@ -101,23 +115,23 @@ class Submitted:
             BadInput: It was cancelled.
             TimeoutError: It has not ended in time.
         """
-        ended = self._ended(progress or silent, timeout)
-        if ended.job.problem is not None:
-            raise error_of(ended.job.problem)
+        self._wait(progress or silent, timeout)
+        ended = self.job
+        if ended.problem is not None:
+            raise error_of(ended.problem)
         if ended.state == "cancelled":
             raise BadInput(f"Job {self.id} was cancelled.")
-        return ended
+        return self
 
-    def _ended(self, say: Progress, timeout: float | None) -> Submitted:
+    def _wait(self, say: Progress, timeout: float | None) -> None:
         end = None if timeout is None else time.monotonic() + timeout
-        if self.state in ENDED:
-            return self
+        if self._job.state in ENDED:
+            return
         for event in self.events():
             if event.sentence:
                 say(event.sentence, event.share)
             if end is not None and time.monotonic() > end:
                 raise TimeoutError(f"Job {self.id} has not ended within {timeout:g} s; it goes on.")
-        return self.refreshed()
 
     def plan(self, *, progress: Progress | None = None) -> Plan:
         """Return its plan as soon as there is one.
@@ -135,10 +149,9 @@ class Submitted:
                     say(event.sentence, event.share)
                 if event.kind == "stage" and event.stage == "plan" and event.data.get("state") == "done":
                     break
-        ended = self.refreshed()
-        planned = any(stage.name == "plan" and stage.state == "done" for stage in ended.job.stages)
+        planned = any(stage.name == "plan" and stage.state == "done" for stage in self.job.stages)
         if not planned:
-            ended.wait()
+            self.wait()
         told = self.wire.ask("GET", f"/api/jobs/{segment(self.id)}/plan").json()
         mission = parse_mission(told["mission"], "mission.yaml", installed=False)
         return plan_from_json(json.dumps(told["plan"]), mission)
@@ -166,7 +179,7 @@ class Submitted:
         from verify.data.storage.folders import check_folder, put_files, write_folder
 
         packed = self.wire.ask("GET", f"/api/jobs/{segment(self.id)}/archive").content
-        files = {name: data for name, data in unpacked(packed).items() if name not in ("manifest.json", "watch.json")}
+        files = {name: data for name, data in unpacked(packed).items() if name not in ONLY_OF_JOBS}
         target = check_folder(out, tuple(files))
         write_folder(target, lambda folder: put_files(files, folder))
         return Path(out)

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
+import httpx
 import numpy as np
 import pytest
 
@@ -12,10 +14,12 @@ import verify
 from flight import Told
 from flight.exports.flown import WARNING
 from ltlplan import Client
+from ltlplan.missions import shipped_mission_text
 from ltlplan.service.problems import NotFound, Unreachable
 from ltlplan.service.questions import zipped
+from ltlplan.service.remote.exported import exported
 from ltlplan.service.remote.submitted import Submitted
-from ltlplan.service.remote.wire import require_success, unpacked
+from ltlplan.service.remote.wire import Wire, require_success, unpacked
 from tests.helpers import foreign_logs
 from tests.helpers.services import ONE_HOOP
 from verify.data import BadInput, DoesNotFit, FormulaError, MissionError, NotCertified, Unsatisfiable, parse_mission
@@ -164,3 +168,41 @@ def test_what_is_no_service_of_ours_is_not_believed() -> None:
     with pytest.raises(ltlplan.InternalError):
         unpacked(b"no archive")
     assert issubclass(DoesNotFit, ltlplan.LtlplanError)
+
+
+def test_a_job_that_was_submitted_says_how_it_is_now(client: Client) -> None:
+    job = client.submit_text(ONE_HOOP, seed=4711)
+    before = job.id
+    assert job.wait() is job
+    assert (job.id, job.state, job.job.state) == (before, "done", "done")
+    assert {file.name for file in job.files} >= {"plan.json", "certificate.json"}
+    assert client.submit_text(ONE_HOOP, seed=4711).state == "done"
+
+
+def test_a_job_that_is_cancelled_by_others_says_so(client: Client) -> None:
+    job = client.submit_text(shipped_mission_text("office"), seed=4712)
+    client.cancel(job.id)
+    assert job.job.state == "cancelled"
+    with pytest.raises(BadInput, match="was cancelled"):
+        job.wait()
+
+
+def test_an_export_that_takes_long_is_followed(client: Client, done: Submitted, tmp_path: Path) -> None:
+    answers: list[int] = []
+
+    class Hasty(Wire):
+        """Waits for nothing, so that every export takes long."""
+
+        def ask(self, method: str, path: str, *, also: tuple[int, ...] = (), **given: Any) -> httpx.Response:
+            if "wait" in given.get("params", {}):
+                given["params"] = {**given["params"], "wait": 0}
+            answer = super().ask(method, path, also=also, **given)
+            answers.append(answer.status_code)
+            return answer
+
+    wire = Hasty(client.url, None, 60.0)
+    packed = exported(wire, done.id, "ros2", {"rate": 23.0})
+    wire.close()
+    assert answers[0] == 202
+    client.export(done, tmp_path / "out", "ros2", rate=23.0)
+    assert all((tmp_path / "out" / name).read_bytes() == data for name, data in unpacked(packed).items())

@@ -60,6 +60,14 @@ def test_a_database_that_cannot_be_used_is_one_sentence(tmp_path: Path) -> None:
     assert re.fullmatch(r"bad input: The database .*jobs\.sqlite cannot be used: .*\n", refused.stderr), refused.stderr
 
 
+def test_a_password_on_the_command_line_is_noted(tmp_path: Path) -> None:
+    url = "postgresql://alice:s3cret@127.0.0.1:1/jobs"
+    told = CliRunner().invoke(app, ["serve", "--data", str(tmp_path / "data"), "--port", "0", "--no-page", "--db", url])
+    assert isinstance(told.exception, BadInput)
+    assert "LTLPLAN_DB" in told.stderr
+    assert "s3cret" not in f"{told.output}{told.stderr}{told.exception}"
+
+
 def test_a_network_is_served_with_tokens_only(tmp_path: Path) -> None:
     for words in (("--host", "0.0.0.0"), ("--name", "plan.lab")):
         assert "ltlplan serve --new-token NAME" in refused("--data", str(tmp_path), "--port", "0", *words)

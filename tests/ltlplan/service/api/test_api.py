@@ -170,6 +170,28 @@ def test_flights_are_written_for_vehicles(done: Submitted, http: httpx.Client) -
     assert_refused(http.get(f"/api/jobs/{done.id}/exports/crazyflie", params={"robots": "nobody"}), 422, "bad-input")
 
 
+def test_an_export_is_a_job_to_follow(done: Submitted, http: httpx.Client) -> None:
+    asked = f"/api/jobs/{done.id}/exports/ros2"
+    accepted = http.post(asked, params={"rate": 17})
+    assert accepted.status_code == 201
+    job = accepted.json()
+    assert (accepted.headers["location"], job["of"]) == (f"/api/jobs/{job['id']}", done.id)
+    at_once = http.get(asked, params={"rate": 17, "wait": 0})
+    if at_once.status_code == 202:  # it may be written by now
+        assert at_once.json()["id"] == job["id"]
+        assert at_once.headers["location"] == accepted.headers["location"]
+    http.get(f"/api/jobs/{job['id']}/events")
+    assert http.get(accepted.headers["location"]).json()["state"] == "done"
+    assert http.post(asked, params={"rate": 17}).status_code == 200
+    again = http.get(asked, params={"rate": 17})
+    assert again.headers["content-disposition"] == f'attachment; filename="{done.id}-ros2.zip"'
+    assert again.content == http.get(f"/api/jobs/{job['id']}/files/ros2.zip").content
+    assert job["id"] not in [each["id"] for each in http.get("/api/jobs").json()]
+    assert_refused(http.get(asked, params={"wait": -1}), 422, "bad-input")
+    assert_refused(http.get(asked, headers={"sec-fetch-site": "cross-site"}), 403, "forbidden")
+    assert_refused(http.post(f"/api/jobs/{job['id']}/exports/px4"), 409, "conflict")
+
+
 def test_a_recorded_flight_is_judged_by_its_job_or_by_its_files(done: Submitted, http: httpx.Client) -> None:
     flown = {"recording": ("flight.csv", done.file("flight.csv"), "text/csv")}
     told = http.post("/api/flights/judge", files=flown, data={"job": done.id, "max_speed": "2"}).json()

@@ -41,7 +41,7 @@ def test_what_is_raised_there_is_raised_here(beside):
 
 def test_one_that_was_killed_gives_no_answer_and_the_next_one_does(beside):
     answer = beside.ask(work.sleep, 60.0)
-    os.kill(answer.child.pid, signal.SIGKILL)
+    os.kill(answer.pid, signal.SIGKILL)
     with pytest.raises(NoAnswer, match="signal 9"):
         waited(answer).result()
     answer.drop()
@@ -50,10 +50,10 @@ def test_one_that_was_killed_gives_no_answer_and_the_next_one_does(beside):
 
 def test_one_that_hangs_is_asked_without_waiting_and_ended_when_it_is_dropped(beside):
     answer = beside.ask(work.sleep, 60.0)
-    os.kill(answer.child.pid, signal.SIGSTOP)
+    os.kill(answer.pid, signal.SIGSTOP)
     begun = time.process_time()
     assert not any(answer.done() for _ in range(100))
     assert time.process_time() - begun < 1.0
     answer.drop()
     with pytest.raises(ProcessLookupError):
-        os.kill(answer.child.pid, 0)
+        os.kill(answer.pid, 0)

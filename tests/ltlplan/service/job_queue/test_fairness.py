@@ -13,7 +13,8 @@ from ltlplan.service.computing import workers as workers_module
 from ltlplan.service.computing.stages import run_stage
 from ltlplan.service.computing.workers import LocalWorkers, WorkFuture
 from ltlplan.service.job_queue.jobs import Jobs
-from ltlplan.service.settings import Settings
+from ltlplan.service.problems import TooManyRequests
+from ltlplan.service.settings import Limits, Settings
 from tests.helpers.flights import small_mission
 from tests.helpers.job_services import ended, run
 from tests.helpers.work_for_workers import stand_in_stage
@@ -109,6 +110,47 @@ def test_a_job_that_was_accepted_first_is_begun_first(tmp_path: Path) -> None:
         made = [await jobs.submit(small_mission("F a", margin=0.05), seed=1000 * index) for index in range(6)]
         started = [(await ended(jobs, job)).started for job in made]
         assert started == sorted(started)
+        await jobs.stop()
+
+    run(check())
+
+
+def test_users_take_turns(tmp_path: Path) -> None:
+    async def check() -> None:
+        data = tmp_path / "data"
+        data.mkdir()
+        jobs = Jobs(Settings(data=data), StandIns(1))
+        await jobs.start()
+        mission = small_mission("F a", margin=0.05)
+        asked = ["a", "a", "a", "a", "b", "b", "c"]
+        made = [await jobs.submit(mission, seed=1000 * index + 20, who=who) for index, who in enumerate(asked)]
+        found = [await ended(jobs, job) for job in made]
+        order = sorted(range(len(asked)), key=lambda index: str(found[index].started))
+        assert order[:2] in ([0, 4], [0, 1]), "the first was begun at once, the second perhaps before others came"
+        assert [index for index in order if asked[index] == "a"] == [0, 1, 2, 3]
+        assert order.index(4) < order.index(2)
+        assert order.index(6) < order.index(2)
+        assert order.index(5) < order.index(3)
+        await jobs.stop()
+
+    run(check())
+
+
+def test_one_user_s_jobs_do_not_fill_the_queue(tmp_path: Path) -> None:
+    async def check() -> None:
+        data = tmp_path / "data"
+        data.mkdir()
+        jobs = Jobs(Settings(data=data, limits=Limits(queued=10, queued_each=2)), StandIns(1))
+        await jobs.start()
+        mission = small_mission("F a", margin=0.05)
+        begun = await jobs.submit(mission, seed=999, who="a")
+        while (await jobs.job(begun.id)).state == "queued":
+            await asyncio.sleep(0.01)
+        for seed in (1999, 2999):
+            await jobs.submit(mission, seed=seed, who="a")
+        with pytest.raises(TooManyRequests, match="2 of your jobs"):
+            await jobs.submit(mission, seed=3999, who="a")
+        await jobs.submit(mission, seed=4999, who="b")
         await jobs.stop()
 
     run(check())

@@ -14,11 +14,15 @@ from pathlib import Path
 
 import pytest
 
+from ltlplan import Client
 from ltlplan.service.problems import Conflict
 from tests.helpers.flights import small_mission
 from tests.helpers.job_services import begun, ended, heard, run, service
 from tests.helpers.jobs_process import NOTES
-from tests.helpers.postgres import Server, postgres_server
+from tests.helpers.postgres import USER, Server, postgres_server
+from tests.helpers.process_trees import command_line, environment_of, tree
+from tests.helpers.services import ONE_HOOP
+from tests.helpers.waiting import until
 from verify.data import BadInput
 
 pytestmark = pytest.mark.xdist_group("service")
@@ -143,3 +147,40 @@ def test_a_database_that_is_not_there_is_refused_without_its_password(tmp_path: 
         assert "secret" not in str(refused.value)
 
     run(check())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("way", ["variable", "file", "passfile"])
+def test_the_password_is_in_no_command_line_and_no_worker_s_environment(server: Server, tmp_path: Path, way: str) -> None:
+    secret = "s3cret-in-nobody-s-sight"  # of a server of this test's own
+    user = server.with_password(secret)
+    url = server.create(f"secret-{way}").replace(f"//{USER}@", f"//{user}:{secret}@")
+    options, environment = [], {}
+    if way == "variable":
+        environment["LTLPLAN_DB"] = url
+    elif way == "file":
+        (tmp_path / "url").write_text(url)
+        (tmp_path / "url").chmod(0o600)
+        options = ["--db-file", str(tmp_path / "url")]
+    else:
+        (tmp_path / "pass").write_text(f"127.0.0.1:*:*:{user}:{secret}\n")
+        (tmp_path / "pass").chmod(0o600)
+        environment["PGPASSFILE"] = str(tmp_path / "pass")
+        options = ["--db", url.replace(f":{secret}@", "@")]
+    log = tmp_path / "log"
+    command = [sys.executable, "-m", "ltlplan", "serve", "--no-page", "--port", "0", "--data", str(tmp_path / "data"), *options]
+    with log.open("w") as told:
+        process = subprocess.Popen(command, stdout=told, stderr=told, env={**os.environ, **environment})
+    try:
+        assert until(lambda: "serves at" in log.read_text() or process.poll() is not None, 120)
+        with Client(log.read_text().split("serves at ")[1].split()[0].rstrip("/")) as client:
+            job = client.submit_text(ONE_HOOP)
+            for _event in job.events():
+                for pid in tree(process.pid):
+                    assert secret not in command_line(pid)
+                    assert pid == process.pid or secret not in environment_of(pid)
+            assert job.state == "done"
+    finally:
+        process.terminate()
+        process.wait(60)
+    assert secret not in log.read_text()
