@@ -97,6 +97,7 @@ def put_together(settings: Settings, tokens: Tokens, *, page: bool) -> tuple[Gat
         from ltlplan.service.job_queue.jobs import Jobs
         from ltlplan.service.live.flights import LiveFlights
         from ltlplan.service.security.gate import Gate, Rules
+        from ltlplan.service.security.sessions import Sessions
         from ltlplan.service.service import Service
     except ModuleNotFoundError as error:
         if str(error.name).startswith("ltlplan"):
@@ -112,15 +113,16 @@ def put_together(settings: Settings, tokens: Tokens, *, page: bool) -> tuple[Gat
         scratch=scratch,
     )
     questions = Questions(small, settings.data / "scratch", most_waiting=limits.waiting_questions)
+    sessions = Sessions(tokens)
     service = Service(
-        settings, Jobs(settings, _workers(settings, scratch)), questions, tokens, LiveFlights(settings.data, limits)
+        settings, Jobs(settings, _workers(settings, scratch)), questions, sessions, LiveFlights(settings.data, limits)
     )
     app = application(service)
     end_routes(app, page=page)
     if page:
         _add_page(app, service)  # last: it answers every path that nothing before it has
     rules = Rules(
-        tokens=tokens,
+        sessions=sessions,
         names=own_names(settings.host, settings.names),
         everywhere=not is_loopback(settings.host),
         closed=_is_closed(settings),
@@ -228,7 +230,7 @@ def _run(gate: Gate, service: Service, listener: socket.socket, ready: Callable[
     """Serve until a signal comes."""
     import uvicorn
 
-    from ltlplan.service.security.connections import with_head_clock
+    from ltlplan.service.security.connections import Waiting, with_head_clock
 
     limits = service.settings.limits
 
@@ -258,7 +260,7 @@ def _run(gate: Gate, service: Service, listener: socket.socket, ready: Callable[
 
     config = uvicorn.Config(
         gate,
-        http=with_head_clock(limits.head_seconds),
+        http=with_head_clock(limits.head_seconds, Waiting(limits.waiting, limits.waiting_of_one)),
         log_config=None,
         access_log=False,
         server_header=False,

@@ -12,7 +12,7 @@ from ltlplan.service.asking import Questions
 from ltlplan.service.live.flights import LiveFlights
 from ltlplan.service.problems import Conflict
 from ltlplan.service.questions import Place
-from ltlplan.service.security.tokens import Tokens
+from ltlplan.service.security.sessions import Sessions
 from ltlplan.service.settings import Settings
 
 if TYPE_CHECKING:
@@ -31,7 +31,7 @@ class Service:
         settings: What it was started with.
         jobs: What was accepted, and how far it is.
         questions: What is answered at once.
-        tokens: Who may ask.
+        sessions: Browsers that logged in.
         live: Flights that listen, and what they are told.
         stopping: Set when the service is about to stop, for streams to end.
     """
@@ -39,7 +39,7 @@ class Service:
     settings: Settings
     jobs: Jobs
     questions: Questions
-    tokens: Tokens
+    sessions: Sessions
     live: LiveFlights
     stopping: asyncio.Event = field(default_factory=asyncio.Event)
     _missions: OrderedDict[str, Mission] = field(default_factory=OrderedDict, init=False, repr=False)
