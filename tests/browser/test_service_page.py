@@ -147,7 +147,7 @@ def test_a_mission_from_its_first_mistake_to_a_file_that_is_certified(address: s
 def _a_mistake_is_underlined_and_mended(visitor: Visitor) -> None:
     visitor.open("/")
     visitor.wait("document.querySelector('.state')?.textContent.includes('No faults')")
-    assert visitor.page.locator(".words li").all_inner_texts()[2] == "Always: if in smoke, then carrying."
+    assert visitor.page.locator(".words li").all_inner_texts()[2] == "Always: if in smoke, then in state carrying."
     assert visitor.page.locator("svg.automaton").count() == 3
     visitor.write_formula("F lok1 & F loc2 & G(smoke -> carrying)")
     visitor.page.keyboard.press("ArrowLeft")

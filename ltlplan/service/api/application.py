@@ -140,7 +140,7 @@ def _tell_errors(app: FastAPI) -> None:
     """Let every error be told as problem details."""
 
     async def tell(request: Request, error: Exception) -> Response:
-        return _answer(request, error)
+        return answer_of(request, error)
 
     async def tell_validation(request: Request, error: Exception) -> Response:
         assert isinstance(error, RequestValidationError)
@@ -148,21 +148,21 @@ def _tell_errors(app: FastAPI) -> None:
         for item in error.errors():
             where = ".".join(str(part) for part in item["loc"])
             sentences.append(f"{where}: {str(item['msg']).rstrip('.')}, not {item.get('input')!r:.60}.")
-        return _answer(request, BadInput("\n".join(sentences)))
+        return answer_of(request, BadInput("\n".join(sentences)))
 
     async def tell_http(request: Request, error: Exception) -> Response:
         assert isinstance(error, HTTPException)
         cause = error.__cause__
         if isinstance(cause, LtlplanError):
-            return _answer(request, cause)
+            return answer_of(request, cause)
         kind = _OF_STATUS.get(error.status_code, BadInput)
-        answer = _answer(request, kind(str(error.detail)), error.status_code)
+        answer = answer_of(request, kind(str(error.detail)), error.status_code)
         answer.headers.update(error.headers or {})
         return answer
 
     async def tell_bug(request: Request, error: Exception) -> Response:
         note_bug(error, method=request.method, path=request.url.path[:200])
-        return _answer(request, error)
+        return answer_of(request, error)
 
     app.add_exception_handler(LtlplanError, tell)
     app.add_exception_handler(RequestValidationError, tell_validation)
@@ -170,7 +170,14 @@ def _tell_errors(app: FastAPI) -> None:
     app.add_exception_handler(Exception, tell_bug)
 
 
-def _answer(request: Request, error: BaseException, status: int | None = None) -> Response:
+def answer_of(request: Request, error: BaseException, status: int | None = None) -> Response:
+    """Return an error as an answer: a problem, or a page for people.
+
+    Args:
+        request: What was asked.
+        error: What was raised.
+        status: HTTP status, instead of the error's own.
+    """
     told = refusal(error, request.headers, status)
     headers = (
         {**told.headers, "content-security-policy": PLAIN_POLICY} if told.headers["content-type"] == HTML else told.headers

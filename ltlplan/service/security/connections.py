@@ -81,6 +81,8 @@ def with_head_clock(seconds: float, waiting: Waiting) -> type[H11Protocol]:
 
         def data_received(self, data: bytes) -> None:
             super().data_received(data)
+            if self.transport.get_protocol() is not self:  # a websocket's from now on, which has clocks of its own
+                return
             if not self._idle:
                 self._stop()
                 waiting.drop(self._address, self)

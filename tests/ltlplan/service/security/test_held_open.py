@@ -11,6 +11,7 @@ from urllib.parse import urlsplit
 
 import httpx
 import pytest
+from websockets.sync.client import connect
 
 from ltlplan.service.security.tokens import Tokens
 from tests.helpers.services import ONE_HOOP, Served, serving
@@ -75,6 +76,15 @@ def test_many_addresses_that_wait_hold_nobody_up(served: Served) -> None:
         for address in range(2, 10):
             held.enter_context(_held(served, HALVES[1], 70, f"127.0.0.{address}"))
         assert _statuses(served, "127.0.0.1") == [200] * 57
+
+
+def test_a_page_s_socket_is_kept_for_longer_than_a_head_may_take(tmp_path: Path) -> None:
+    with serving(tmp_path / "data", page=True, limits={"head_seconds": 1.0}) as served:
+        address = served.url.replace("http:", "ws:") + "/_nicegui_ws/socket.io/?EIO=4&transport=websocket"
+        with connect(address) as page:
+            assert str(page.recv(60)).startswith("0{")
+            assert page.recv(60) == "2", "the service asks from time to time whether somebody is still there"
+            page.send("3")
 
 
 def test_events_end_with_the_token_before_the_job_does(tmp_path: Path) -> None:
