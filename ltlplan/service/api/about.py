@@ -78,7 +78,7 @@ _DOCS = """<!doctype html>
 <html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">
 <title>ltlplan: the HTTP API</title><link rel="stylesheet" href="/docs/swagger-ui.css">
 <link rel="icon" href="/docs/favicon.png"></head>
-<body><div id="docs"></div><script src="/docs/swagger-ui-bundle.js"></script><script src="/docs/start.js"></script></body></html>
+<body><main id="docs"></main><script src="/docs/swagger-ui-bundle.js"></script><script src="/docs/start.js"></script></body></html>
 """
 _START = """SwaggerUIBundle({url: "/openapi.json", dom_id: "#docs", deepLinking: true, displayRequestDuration: true,
   defaultModelsExpandDepth: 0, validatorUrl: null, persistAuthorization: false, tryItOutEnabled: true});

@@ -129,7 +129,11 @@ async def _page(desk: Desk, tab: str, job: str | None) -> None:
     with client.layout:
         _header(desk).move(client.layout, target_index=0)
     with box("tabs"):
-        panels = {name: box("panel").props(f"role=tabpanel id={ADDRESS[name]}-panel") for name in TABS if name != "watch"}
+        panels = {
+            name: box("panel").props(f"role=tabpanel id={ADDRESS[name]}-panel aria-labelledby={ADDRESS[name]}-tab")
+            for name in TABS
+            if name != "watch"
+        }
         flight = Flight()
     with panels["write"]:
         await write_tab(desk)
@@ -174,7 +178,9 @@ def _header(desk: Desk) -> Element:
         with box("tablist", tag="nav").props('role=tablist aria-label="Parts of the page"') as row:
             row.on("keydown", js_handler=_ARROWS)
             for name in TABS:
-                tabs[name] = button(name.capitalize(), lambda name=name: desk.show(name)).props("role=tab")
+                tabs[name] = button(name.capitalize(), lambda name=name: desk.show(name)).props(
+                    f"role=tab id={ADDRESS[name]}-tab"
+                )
         at = button("", lambda: desk.show("plan"), "current", label="The job that is looked at")
         at.set_visibility(False)
         if desk.user is not None:

@@ -99,6 +99,7 @@ function robotBody(colour, radius) {
 export class Scene {
   constructor(holder) {
     this.holder = holder;
+    holder.scene3d = this;
     this.scene = new THREE.Scene();
     this.camera = new THREE.PerspectiveCamera(FOV, 1, 0.01, 1000);
     this.camera.up.set(0, 0, 1);
