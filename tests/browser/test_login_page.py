@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 import urllib.parse
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -62,7 +62,7 @@ def _give(visitor: Visitor, token: str) -> int:
 
 
 @contextmanager
-def _guessing(address: str) -> Iterator[None]:
+def _guessing(address: str) -> Generator[None]:
     """Have somebody else of this machine guess all the time."""
     over = threading.Event()
 

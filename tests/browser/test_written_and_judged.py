@@ -207,9 +207,9 @@ def test_a_verdict_goes_with_its_file_its_assumptions_and_its_job(address: str, 
     _drop(visitor, table)
     _wait_for_words(visitor, "nonsense.csv is not judged: ")
     assert _verdict(visitor) == ""
-    _drop(visitor, shutil.copy(log, log.with_name("again.csv")))
+    _drop(visitor, Path(shutil.copy(log, log.with_name("again.csv"))))
     _wait_for_words(visitor, "again.csv: satisfied")
-    _drop(visitor, shutil.copy(log, log.with_name("picture.png")))
+    _drop(visitor, Path(shutil.copy(log, log.with_name("picture.png"))))
     _wait_for_words(visitor, "This file was not taken")
     visitor.page.wait_for_selector(".flight .verdict", state="detached")
     visitor.end()

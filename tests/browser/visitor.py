@@ -8,7 +8,7 @@ import re
 import subprocess
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -25,7 +25,7 @@ OPTIONS = [
 
 
 @contextmanager
-def served(data: Path, port: int = 0) -> Iterator[str]:
+def served(data: Path, port: int = 0) -> Generator[str]:
     """Serve a data folder as a user does, on a free port or a certain one, and yield where that is."""
     command = [sys.executable, "-m", "ltlplan", "serve", "--port", str(port), "--workers", "1", "--data", str(data)]
     started = subprocess.Popen(

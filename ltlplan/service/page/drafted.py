@@ -6,6 +6,7 @@ A draft has an id. Its text follows the editor until another mission is loaded: 
 from __future__ import annotations
 
 import asyncio
+import logging
 import re
 import uuid
 from collections.abc import Awaitable, Callable
@@ -14,6 +15,7 @@ from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any
 
 from ltlplan.service.drafts import OF_JOB, Draft
+from ltlplan.service.log import note
 from ltlplan.service.page.elements import Editor, Part, Words, box, button
 from verify.data import BadInput
 
@@ -78,7 +80,7 @@ class Drafted:
         except TimeoutError:
             told = {}
         user = self._desk.user
-        kept = {} if user is None else await asyncio.to_thread(self._desk.service.drafts.of, user)
+        kept = await self._at_service()
         self._known = {draft: (each.changed, _title(each.text)) for draft, each in kept.items()}
         for draft, (changed, title) in told.get("drafts", {}).items():
             if draft not in kept or changed > kept[draft].changed:
@@ -96,12 +98,18 @@ class Drafted:
         return text
 
     async def _text(self, draft: str) -> str | None:
-        user = self._desk.user
-        if user is not None:
-            kept = await asyncio.to_thread(self._desk.service.drafts.of, user)
-            if draft in kept:
-                return kept[draft].text
-        return await self._in_browser(draft)
+        kept = await self._at_service()
+        return kept[draft].text if draft in kept else await self._in_browser(draft)
+
+    async def _at_service(self) -> dict[str, Draft]:
+        """Return what the service has of who logged in; where that cannot be read, the browser's is all there is."""
+        if self._desk.user is None:
+            return {}
+        try:
+            return await asyncio.to_thread(self._desk.service.drafts.of, self._desk.user)
+        except BadInput as error:
+            note("drafts cannot be read", level=logging.WARNING, reason=str(error))
+            return {}
 
     async def _in_browser(self, draft: str) -> str | None:
         try:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import socket
 import time
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from pathlib import Path
 from urllib.parse import urlsplit
 
@@ -33,7 +33,7 @@ def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
 
 
 @contextlib.contextmanager
-def _held(served: Served, sent: bytes, count: int, source: str = "127.0.0.1") -> Iterator[list[socket.socket]]:
+def _held(served: Served, sent: bytes, count: int, source: str = "127.0.0.1") -> Generator[list[socket.socket]]:
     """Hold connections that sent something and wait, all from one address of this machine."""
     where = urlsplit(served.url)
     with contextlib.ExitStack() as held:
