@@ -96,7 +96,8 @@ def put_together(settings: Settings, tokens: Tokens, *, page: bool) -> tuple[Gat
         from ltlplan.service.computing.workers import LocalWorkers
         from ltlplan.service.job_queue.jobs import Jobs
         from ltlplan.service.live.flights import LiveFlights
-        from ltlplan.service.security.gate import Gate, Rules
+        from ltlplan.service.security.admission import Rules
+        from ltlplan.service.security.gate import Gate
         from ltlplan.service.security.sessions import Sessions
         from ltlplan.service.service import Service
     except ModuleNotFoundError as error:

@@ -101,7 +101,7 @@ async def log_in(request: Request) -> Response:
     body = await request.body()
     given = parse_qs(body[:_MOST_LOGIN].decode("latin-1")).get("token", [""])[0].strip()
     try:
-        owner = request.state.gate.owner_of(given, request.state.asker.address)
+        owner = request.state.admission.owner_of(given, request.state.asker.address)
         session = await asyncio.to_thread(service_of(request).sessions.begin, owner)
     except (NotAuthenticated, TooManyRequests) as error:
         told = refusal(error, {})

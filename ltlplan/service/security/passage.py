@@ -6,10 +6,10 @@ import asyncio
 import time
 from collections.abc import Awaitable, Callable
 from contextlib import suppress
-from typing import TYPE_CHECKING
 
 from ltlplan.service.log import note, note_bug
 from ltlplan.service.problems import NotAuthenticated, WrongHost
+from ltlplan.service.security.admission import Admission
 from ltlplan.service.security.asker import ASSETS, LOGIN, Asker, is_open
 from ltlplan.service.security.bodies import Body, Message, Receive
 from ltlplan.service.security.open_requests import gone
@@ -18,10 +18,8 @@ from ltlplan.service.security.plain_pages import PLAIN_POLICY
 from ltlplan.service.security.refusals import HTML, reads_pages, refusal
 from verify.data.errors import LtlplanError
 
-if TYPE_CHECKING:
-    from ltlplan.service.security.gate import Gate
-
 Send = Callable[[Message], Awaitable[None]]
+Application = Callable[[Message, Receive, Send], Awaitable[None]]
 
 _EVERYWHERE = {
     "x-content-type-options": "nosniff",
@@ -46,8 +44,9 @@ _CLOSED: Message = {"type": "websocket.disconnect", "code": 1008, "reason": ""}
 class Passage:
     """One request on its way through the gate."""
 
-    def __init__(self, gate: Gate, scope: Message, receive: Receive, send: Send) -> None:
-        self._gate, self._scope, self._receive, self._send = gate, scope, receive, send
+    def __init__(self, admission: Admission, inner: Application, scope: Message, receive: Receive, send: Send) -> None:
+        self._inner = inner
+        self._admission, self._scope, self._receive, self._send = admission, scope, receive, send
         self._method = "WEBSOCKET" if scope["type"] == "websocket" else str(scope["method"])
         self._headers = {name.decode("latin-1"): value.decode("latin-1") for name, value in scope["headers"]}
         self._path = str(scope["path"])
@@ -70,7 +69,10 @@ class Passage:
 
     def may_go_on(self) -> bool:
         """Tell whether who asks is still who asked, or it does not matter."""
-        return is_open(self._path) or self._gate.who(self._asker) == self.client
+        try:
+            return is_open(self._path) or self._admission.who(self._asker) == self.client
+        except LtlplanError:  # the tokens cannot be read, so nobody's is known
+            return False
 
     def end(self, error: LtlplanError) -> None:
         """End it now. What is being done for it and changes something is finished; nobody is told of it.
@@ -92,8 +94,8 @@ class Passage:
     async def pass_through(self) -> None:
         """Let the request through, or answer why not."""
         try:
-            self.client = self._gate.admit(self._method, self._asker, self._headers)
-            self._gate.open.enter(self)
+            self.client = self._admission.admit(self._method, self._asker, self._headers)
+            self._admission.open.enter(self)
             async with self._clock:
                 await self._answered()
         except LtlplanError as error:
@@ -106,7 +108,7 @@ class Passage:
             note_bug(error, method=self._method, path=self._path)
             await self._refuse(error)
         finally:
-            self._gate.open.leave(self)
+            self._admission.open.leave(self)
             if self._body is not None:
                 self._body.release()
             if self._telling is not None:
@@ -116,12 +118,14 @@ class Passage:
 
     async def _answered(self) -> None:
         if self._method == "WEBSOCKET":
-            await self._gate.inner(self._scope, self._heard, self._told)
+            await self._inner(self._scope, self._heard, self._told)
             return
-        self._body = self._gate.guarded(self._receive, self._path, self._headers.get("content-length"))
-        known = not self._gate.needs_tokens or self._gate.owner(self._asker) is not None
-        self._scope.setdefault("state", {}).update(client=self.client, known=known, gate=self._gate, asker=self._asker)
-        await self._gate.inner(self._scope, self._body.receive, self._told)
+        self._body = self._admission.guarded(self._receive, self._path, self._headers.get("content-length"))
+        known = not self._admission.needs_tokens or self._admission.owner(self._asker) is not None
+        self._scope.setdefault("state", {}).update(
+            client=self.client, known=known, admission=self._admission, asker=self._asker
+        )
+        await self._inner(self._scope, self._body.receive, self._told)
 
     async def _heard(self) -> Message:
         """Return the next message of a websocket; that it is closed, where who asks may not go on."""
@@ -156,7 +160,7 @@ class Passage:
         if self._method == "WEBSOCKET":
             await self._send(message)
             return
-        async with asyncio.timeout(self._gate.rules.limits.send_seconds):
+        async with asyncio.timeout(self._admission.rules.limits.send_seconds):
             await self._send(message)
 
     def _with_headers(self, message: Message) -> Message:

@@ -7,7 +7,6 @@ import json
 import math
 import stat
 import threading
-from collections.abc import AsyncIterator
 from pathlib import Path
 from typing import Any
 
@@ -25,9 +24,10 @@ from ltlplan.service.problems import (
     problem_of,
 )
 from ltlplan.service.security import sessions as session_module
+from ltlplan.service.security.admission import Rules
 from ltlplan.service.security.asker import COOKIE, is_open
 from ltlplan.service.security.bodies import Bodies, Body
-from ltlplan.service.security.gate import Gate, Rules
+from ltlplan.service.security.gate import Gate
 from ltlplan.service.security.origins import own_names, require_own_host, require_own_page
 from ltlplan.service.security.rates import MOST_CLIENTS, Rates
 from ltlplan.service.security.sessions import FILE as SESSIONS
@@ -540,10 +540,6 @@ def test_a_bug_ends_its_own_request_without_its_words(tmp_path: Path, caplog: py
 
 
 def test_a_body_that_does_not_come_ends_its_request(tmp_path: Path) -> None:
-    async def slowly() -> AsyncIterator[bytes]:
-        yield b"x"
-        await asyncio.sleep(30)
-
     messages: list[dict[str, Any]] = []
 
     async def ask() -> None:
