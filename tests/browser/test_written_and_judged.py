@@ -26,6 +26,7 @@ pytestmark = [
 ]
 
 MINE = "# mine\n" + ONE_HOOP
+LAST = MINE + "# done\n"
 OTHER = "# other\nname: [half a mission"
 
 
@@ -75,19 +76,23 @@ def test_what_was_written_survives_another_mission_a_job_and_a_reload(address: s
     visitor.wait("document.querySelector('.state').textContent.includes('No faults: office')")
     visitor.page.wait_for_selector(".drafts summary")
     assert _drafts(visitor) == ["one-hoop"]
+    visitor.page.reload()  # what was only looked at is looked at again
+    visitor.wait("document.querySelector('.state')?.textContent.includes('No faults: office')")
+    assert _drafts(visitor) == ["one-hoop"]
     visitor.write(OTHER)
     visitor.page.wait_for_selector(".fault-line")
     visitor.page.locator(".drafts summary").click()
     visitor.page.locator(".drafts li button").click()
     visitor.wait("document.querySelector('.state').textContent.includes('No faults: one-hoop')")
     assert (visitor.written(), _drafts(visitor)) == (MINE, ["[half a mission"])
-    visitor.page.get_by_role("button", name="Plan it").click()
+    visitor.write(LAST)
+    visitor.page.get_by_role("button", name="Plan it").click()  # before the service was told of the last letters
     visitor.page.wait_for_selector("[role=status][data-state=done]")
     visitor.page.reload()
     visitor.page.wait_for_selector("[role=status][data-state=done]")
     visitor.page.get_by_role("button", name="Edit and plan again").click()
     visitor.checked()
-    assert visitor.written() == MINE, "as it was written, with its comment, not as it was resolved"
+    assert visitor.written() == LAST, "as it was written, with its comment, not as it was resolved"
     assert sorted(_drafts(visitor)) == ["[half a mission", "one-hoop"]
     visitor.end()
 

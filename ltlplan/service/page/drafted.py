@@ -51,16 +51,24 @@ class Drafted:
         self._editor.draft = uuid.uuid4().hex[:16]
         self._list()
 
-    async def restore(self) -> str | None:
-        """Return what was written here last, and go on with it; None where nothing was."""
-        here, busy = await self._merge()
+    async def restore(self) -> tuple[str | None, bool]:
+        """Return what was written here last, to go on with; None where nothing was.
+
+        Returns:
+            The text, and whether it is this person's own; what was only looked at is not.
+        """
+        told = await self._merge()
+        here, busy = told.get("here"), frozenset(told.get("busy", ()))
         free = {draft: known for draft, known in self._known.items() if draft not in busy and not draft.startswith(OF_JOB)}
         if here in free:
-            return await self._go_on(str(here))
+            return await self._go_on(str(here)), True
+        if told.get("shown") is not None:
+            self._list()
+            return str(told["shown"]), False
         if free:
-            return await self._go_on(max(free, key=lambda draft: free[draft][0]))
+            return await self._go_on(max(free, key=lambda draft: free[draft][0])), True
         self._list()
-        return None
+        return None, False
 
     async def text_of(self, job: str) -> str | None:
         """Return the text that a job was made of, as it was written; None where that was elsewhere."""
@@ -73,8 +81,8 @@ class Drafted:
         self._editor.run_method("keep", OF_JOB + job, text)
         await self._keep(OF_JOB + job, draft)
 
-    async def _merge(self) -> tuple[str | None, frozenset[str]]:
-        """Put together what the browser has and what the service has, each draft as it was changed last."""
+    async def _merge(self) -> dict[str, Any]:  # of any type: NiceGUI's events carry what the browser sends
+        """Put together what the browser has and what the service has, each draft as it was changed last; return what the browser says."""
         try:
             told: dict[str, Any] = await self._editor.run_method("drafts", timeout=_PATIENCE)
         except TimeoutError:
@@ -88,7 +96,7 @@ class Drafted:
                 text = await self._in_browser(draft) if user is not None else None
                 if text is not None:
                     await self._keep(draft, Draft(text, changed))
-        return told.get("here"), frozenset(told.get("busy", ()))
+        return told
 
     async def _go_on(self, draft: str) -> str | None:
         text = await self._text(draft)

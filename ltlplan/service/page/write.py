@@ -67,26 +67,30 @@ class _Writing:
         """Begin with a shipped mission, or with a blank one; what was written stays among the drafts."""
         text = template_text("my-mission", alone=True) if name == _BLANK else shipped_mission_text(name)
         self.drafted.begin()
-        self.editor.put(text, own=False)
-        await self.typed(text)
+        await self.show(text, own=False)
 
     async def write(self, text: str) -> None:
         """Begin another draft with a text; what was written stays among the drafts."""
         self.drafted.begin()
         await self.show(text)
 
-    async def show(self, text: str) -> None:
-        """Show a text, and check it."""
-        self.editor.put(text)
+    async def show(self, text: str, *, own: bool = True) -> None:
+        """Show a text, and check it.
+
+        Args:
+            text: The text.
+            own: Whether it is this person's, and to be kept like what they write.
+        """
+        self.editor.put(text, own=own)
         await self.typed(text)
 
     async def restore(self) -> None:
         """Show what was written last, or a shipped mission."""
-        text = await self.drafted.restore()
+        text, own = await self.drafted.restore()
         if text is None:
-            await self.start_from(FIRST)
+            await self.show(shipped_mission_text(FIRST), own=False)
         else:
-            await self.show(text)
+            await self.show(text, own=own)
 
     async def typed(self, text: str) -> None:
         """Say of a text what there is to say; of several under way the newest counts."""

@@ -62,6 +62,7 @@ export default {
       CM.basicSetup,
       CM.EditorState.languageData.of(() => [{ autocomplete: complete }]),
       CM.EditorView.contentAttributes.of({ "aria-label": this.label, spellcheck: "false", autocapitalize: "off" }),
+      CM.EditorView.domEventHandlers({ blur: () => { this.send(); } }), // a button is told of what was written before it was pressed
       faultsField, hover, waiting, colours, language.of([]), paint.of(painted()),
       CM.placeholder(this.hint || ""),
     ];
@@ -106,7 +107,7 @@ export default {
       this.view.dispatch({ changes: { from: start, to: old.length - end, insert: text.slice(start, text.length - end) } });
       this.quiet = false;
       this.sent = text;
-      if (this.own) { this.remember(); this.tell(); }
+      if (this.own) { this.remember(); this.tell(); } else this.look(text);
     },
     // Drafts: what is written here stays in this browser from key to key, under the draft's id, whatever becomes of the page.
     key(draft) { return DRAFT + (this.owner || "") + ":" + draft; },
@@ -135,6 +136,10 @@ export default {
       this.keep(this.draft, this.view.state.doc.toString());
       sessionStorage.setItem(this.key(""), this.draft);
     },
+    // What is shown and nobody has changed yet is no draft; only this window shows it again.
+    look(text) {
+      try { if (this.draft) sessionStorage.setItem(this.key("shown"), text); } catch { /* there is no room */ }
+    },
     tell() {
       if (!this.draft) return;
       const { text, changed } = this.kept(this.draft);
@@ -152,6 +157,7 @@ export default {
       const title = (text) => (/^name:[ \t]*(.{1,60})/m.exec(text) || [0, text.trim().slice(0, 40)])[1].trim() || "without a name";
       return {
         here,
+        shown: sessionStorage.getItem(this.key("shown")),
         busy: this.ids().filter((id) => busy.includes(this.key(id)) && this.key(id) !== mine),
         drafts: Object.fromEntries(this.ids().map((id) => [id, [this.kept(id).changed, title(this.kept(id).text)]])),
       };
