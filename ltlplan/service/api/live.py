@@ -82,7 +82,10 @@ async def list_events(
 ) -> Response:
     """List what a flight was told, with what it answered: a hundred events at most."""
     service = service_of(request)
-    with request.app.state.streams.counted(request.state.client) if wait else nullcontext():
+    streams, client = request.app.state.streams, request.state.client
+    if wait:
+        streams.require_room(client)
+    with streams.counted(client) if wait else nullcontext():
         found = await service.live.events(name, flight=flight, after=after, wait=wait, stopping=service.stopping)
     return _listed(found)
 
