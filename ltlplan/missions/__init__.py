@@ -30,14 +30,16 @@ def shipped_mission_text(name: str) -> str:
     return (resources.files("ltlplan.missions") / f"{name}.yaml").read_text(encoding="utf-8")
 
 
-def template_text(name: str) -> str:
+def template_text(name: str, *, alone: bool = False) -> str:
     """Return a commented mission to start from.
 
     Args:
         name: What it is called.
+        alone: Whether it is written where there are no files beside it, so that it says nothing of `include`.
     """
     text = (resources.files("ltlplan.missions") / "template" / "mission.yaml").read_text(encoding="utf-8")
-    return text.replace("NAME", name)
+    paragraphs = text.replace("NAME", name).split("\n\n")
+    return "\n\n".join(part for part in paragraphs if not (alone and "\n# include:" in part))
 
 
 def load_mission(source: str | os.PathLike[str]) -> Mission:

@@ -97,7 +97,9 @@ def put_together(settings: Settings, tokens: Tokens, *, page: bool) -> tuple[Gat
         from ltlplan.service.computing.workers import LocalWorkers
         from ltlplan.service.job_queue.jobs import Jobs
         from ltlplan.service.live.flights import LiveFlights
-        from ltlplan.service.security.gate import Gate, Rules
+        from ltlplan.service.security.admission import Rules
+        from ltlplan.service.security.gate import Gate
+        from ltlplan.service.security.sessions import Sessions
         from ltlplan.service.service import Service
     except ModuleNotFoundError as error:
         if str(error.name).startswith("ltlplan"):
@@ -123,14 +125,14 @@ def put_together(settings: Settings, tokens: Tokens, *, page: bool) -> tuple[Gat
     questions = Questions(
         SharedPool(short), errands, settings.data / "scratch", most=limits.waiting_questions, each=limits.waiting_each
     )
-    jobs = Jobs(settings, _workers(settings, scratch), errands)
-    service = Service(settings, jobs, questions, tokens, LiveFlights(settings.data, limits))
+    jobs, sessions = Jobs(settings, _workers(settings, scratch), errands), Sessions(tokens)
+    service = Service(settings, jobs, questions, sessions, LiveFlights(settings.data, limits))
     app = application(service)
     end_routes(app, page=page)
     if page:
         _add_page(app, service)  # last: it answers every path that nothing before it has
     rules = Rules(
-        tokens=tokens,
+        sessions=sessions,
         names=own_names(settings.host, settings.names),
         everywhere=not is_loopback(settings.host),
         closed=_is_closed(settings),
@@ -238,7 +240,7 @@ def _run(gate: Gate, service: Service, listener: socket.socket, ready: Callable[
     """Serve until a signal comes."""
     import uvicorn
 
-    from ltlplan.service.security.connections import with_head_clock
+    from ltlplan.service.security.connections import Waiting, with_head_clock
 
     limits = service.settings.limits
 
@@ -268,7 +270,7 @@ def _run(gate: Gate, service: Service, listener: socket.socket, ready: Callable[
 
     config = uvicorn.Config(
         gate,
-        http=with_head_clock(limits.head_seconds),
+        http=with_head_clock(limits.head_seconds, Waiting(limits.waiting, limits.waiting_of_one)),
         log_config=None,
         access_log=False,
         server_header=False,

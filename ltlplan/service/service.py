@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING
 
 from ltlplan.service import questions as asked
 from ltlplan.service.asking import Questions
+from ltlplan.service.drafts import Drafts
 from ltlplan.service.live.flights import LiveFlights
 from ltlplan.service.problems import Conflict
 from ltlplan.service.questions import Place
-from ltlplan.service.security.tokens import Tokens
+from ltlplan.service.security.sessions import Sessions
 from ltlplan.service.settings import Settings
 
 if TYPE_CHECKING:
@@ -31,22 +32,28 @@ class Service:
         settings: What it was started with.
         jobs: What was accepted, and how far it is.
         questions: What is answered at once.
-        tokens: Who may ask.
+        sessions: Browsers that logged in.
         live: Flights that listen, and what they are told.
+        drafts: Missions that users are writing.
         stopping: Set when the service is about to stop, for streams to end.
     """
 
     settings: Settings
     jobs: Jobs
     questions: Questions
-    tokens: Tokens
+    sessions: Sessions
     live: LiveFlights
     stopping: asyncio.Event = field(default_factory=asyncio.Event)
+    drafts: Drafts = field(init=False)
     _missions: OrderedDict[str, Mission] = field(default_factory=OrderedDict, init=False, repr=False)
     _shipped: bytes | None = field(default=None, init=False, repr=False)
 
+    def __post_init__(self) -> None:
+        self.drafts = Drafts(self.settings.data)
+
     def close(self) -> None:
         """End all processes; jobs that have not ended go on at the next start."""
+        self.drafts.close()
         self.questions.close()
         self.jobs.workers.close()
 

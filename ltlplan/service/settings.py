@@ -46,13 +46,17 @@ class Limits:
         head_seconds: s within which a request's head must have come.
         send_seconds: s that a client may take to read what it was sent, before more of it follows.
         connections: Connections at the same time.
+        waiting: Connections that may wait for a request at the same time; of more, those go that have waited longest.
+        waiting_of_one: Of these, how many of one address.
+        open_of_one: Requests and pages that one client may have open.
         streams: Streams of events at the same time.
+        streams_of_one: Of these, how many of one client.
         live_flights: Flights that may listen at the same time; twice as many are kept.
         live_events: Events that one flight may be told.
         live_letters: Letters that these may have, together.
         reads: How often one client may read.
         questions_asked: How often one client may ask what is computed at once, or submit.
-        strangers: How often one address may come with a wrong token.
+        strangers: How often one address may come with a wrong token; right ones always may.
     """
 
     queued: int = 1000
@@ -74,7 +78,11 @@ class Limits:
     head_seconds: float = 10.0
     send_seconds: float = 60.0
     connections: int = 500
+    waiting: int = 200
+    waiting_of_one: int = 100
+    open_of_one: int = 200
     streams: int = 200
+    streams_of_one: int = 100
     live_flights: int = 50
     live_events: int = 1000
     live_letters: int = 1_000_000

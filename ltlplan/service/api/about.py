@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-import html
+import asyncio
+from collections.abc import Mapping
 from importlib.util import find_spec
 from pathlib import Path
 from urllib.parse import parse_qs
@@ -13,9 +14,11 @@ from fastapi.responses import FileResponse, HTMLResponse, RedirectResponse
 from ltlplan.service.api.answers import HealthAnswer
 from ltlplan.service.api.reading import JSON, service_of
 from ltlplan.service.api.schema import content, problems
-from ltlplan.service.problems import NotFound, kinds
-from ltlplan.service.security.gate import COOKIE, LOGIN
-from ltlplan.service.security.tokens import SESSION_SECONDS
+from ltlplan.service.problems import NotAuthenticated, NotFound, TooManyRequests, kinds
+from ltlplan.service.security.asker import COOKIE, LOGIN
+from ltlplan.service.security.plain_pages import PLAIN_POLICY, login_page
+from ltlplan.service.security.refusals import refusal
+from ltlplan.service.security.sessions import SESSION_SECONDS
 from verify.data.errors import MissingEngine
 
 router = APIRouter(tags=["service"])
@@ -77,7 +80,7 @@ _DOCS = """<!doctype html>
 <html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">
 <title>ltlplan: the HTTP API</title><link rel="stylesheet" href="/docs/swagger-ui.css">
 <link rel="icon" href="/docs/favicon.png"></head>
-<body><div id="docs"></div><script src="/docs/swagger-ui-bundle.js"></script><script src="/docs/start.js"></script></body></html>
+<body><main id="docs"></main><script src="/docs/swagger-ui-bundle.js"></script><script src="/docs/start.js"></script></body></html>
 """
 _START = """SwaggerUIBundle({url: "/openapi.json", dom_id: "#docs", deepLinking: true, displayRequestDuration: true,
   defaultModelsExpandDepth: 0, validatorUrl: null, persistAuthorization: false, tryItOutEnabled: true});
@@ -85,50 +88,37 @@ _START = """SwaggerUIBundle({url: "/openapi.json", dom_id: "#docs", deepLinking:
 
 
 @router.get(LOGIN, include_in_schema=False)
-async def login_page() -> Response:
+async def login_form() -> Response:
     """Ask for a token."""
-    return HTMLResponse(_LOGIN.format(said=""))
+    return _login()
+
+
+def _login(said: str = "", status: int = 200, headers: Mapping[str, str] | None = None) -> Response:
+    return HTMLResponse(login_page(said), status, {"content-security-policy": PLAIN_POLICY, **(headers or {})})
 
 
 @router.post(LOGIN, include_in_schema=False)
 async def log_in(request: Request) -> Response:
     """Give a browser a session, for a token. The cookie holds no token, and no script can read it."""
-    service = service_of(request)
     body = await request.body()
     given = parse_qs(body[:_MOST_LOGIN].decode("latin-1")).get("token", [""])[0].strip()
-    request.scope["state"]["gate"].require_patience(request.client.host if request.client else "")
-    owner = service.tokens.owner(given)
-    if owner is None:
-        request.scope["state"]["gate"].note_stranger(request.client.host if request.client else "")
-        said = "This is no token of this service, or it was revoked."
-        return HTMLResponse(_LOGIN.format(said=f'<p role="alert">{html.escape(said)}</p>'), status_code=401)
+    try:
+        owner = request.state.admission.owner_of(given, request.state.asker.address)
+        session = await asyncio.to_thread(service_of(request).sessions.begin, owner)
+    except (NotAuthenticated, TooManyRequests) as error:
+        told = refusal(error, {})
+        return _login(str(error), told.status, {name: value for name, value in told.headers.items() if name == "retry-after"})
     answer = RedirectResponse("/", status_code=303)
     answer.set_cookie(
-        COOKIE,
-        service.tokens.session(owner),
-        max_age=SESSION_SECONDS,
-        httponly=True,
-        samesite="strict",
-        secure=request.url.scheme == "https",
+        COOKIE, session, max_age=SESSION_SECONDS, httponly=True, samesite="strict", secure=request.url.scheme == "https"
     )
     return answer
 
 
 @router.post("/logout", include_in_schema=False)
-async def log_out() -> Response:
-    """End a browser's session."""
+async def log_out(request: Request) -> Response:
+    """End a browser's session, and all pages that are open in it."""
+    await asyncio.to_thread(service_of(request).sessions.end, request.state.asker.session)
     answer = RedirectResponse(LOGIN, status_code=303)
     answer.delete_cookie(COOKIE, httponly=True, samesite="strict")
     return answer
-
-
-_LOGIN = """<!doctype html>
-<html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">
-<meta name="color-scheme" content="light dark"><title>ltlplan: log in</title>
-<style>body{{font:1rem/1.5 system-ui,sans-serif;max-width:26rem;margin:15vh auto;padding:0 1rem}}
-input,button{{font:inherit;padding:.5rem;width:100%;box-sizing:border-box;margin:.3rem 0}}[role=alert]{{color:#c22}}</style></head>
-<body><h1>ltlplan</h1>{said}<form method="post" action="/login"><label for="token">Token</label>
-<input id="token" name="token" type="password" autocomplete="current-password" required autofocus>
-<button>Log in</button></form><p><small>Whoever runs this service makes one: <code>ltlplan serve --new-token NAME</code>.</small></p>
-</body></html>
-"""

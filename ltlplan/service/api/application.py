@@ -16,11 +16,13 @@ from starlette.routing import Match
 import ltlplan
 from ltlplan.service.api import about, flights, jobs, live, missions
 from ltlplan.service.api.answers import LiveAnswers, LiveBegin, LiveEnd, WordsRequest
+from ltlplan.service.api.events import Streams
 from ltlplan.service.api.schema import with_schema
 from ltlplan.service.log import note, note_bug
 from ltlplan.service.models import Event
 from ltlplan.service.problems import BodyTooLarge, Forbidden, MethodNotAllowed, NotFound, UnsupportedMedia
-from ltlplan.service.security.gate import refusal
+from ltlplan.service.security.plain_pages import PLAIN_POLICY
+from ltlplan.service.security.refusals import HTML, refusal
 from ltlplan.service.service import Service
 from ltlplan.service.versions import software
 from verify.data.errors import BadInput, InternalError, LtlplanError
@@ -90,7 +92,7 @@ def application(service: Service) -> FastAPI:
         redoc_url=None,
         lifespan=lifespan,
     )
-    app.state.service, app.state.streams = service, 0
+    app.state.service, app.state.streams = service, Streams(service.settings.limits)
     for routes in (missions, jobs, flights, live, about):
         app.include_router(routes.router)
     about.add_documentation(app)
@@ -137,30 +139,30 @@ def end_routes(app: FastAPI, *, page: bool) -> None:
 def _tell_errors(app: FastAPI) -> None:
     """Let every error be told as problem details."""
 
-    async def tell(_request: Request, error: Exception) -> Response:
-        return _answer(error)
+    async def tell(request: Request, error: Exception) -> Response:
+        return answer_of(request, error)
 
-    async def tell_validation(_request: Request, error: Exception) -> Response:
+    async def tell_validation(request: Request, error: Exception) -> Response:
         assert isinstance(error, RequestValidationError)
         sentences: list[str] = []
         for item in error.errors():
             where = ".".join(str(part) for part in item["loc"])
             sentences.append(f"{where}: {str(item['msg']).rstrip('.')}, not {item.get('input')!r:.60}.")
-        return _answer(BadInput("\n".join(sentences)))
+        return answer_of(request, BadInput("\n".join(sentences)))
 
-    async def tell_http(_request: Request, error: Exception) -> Response:
+    async def tell_http(request: Request, error: Exception) -> Response:
         assert isinstance(error, HTTPException)
         cause = error.__cause__
         if isinstance(cause, LtlplanError):
-            return _answer(cause)
+            return answer_of(request, cause)
         kind = _OF_STATUS.get(error.status_code, BadInput)
-        answer = _answer(kind(str(error.detail)), error.status_code)
+        answer = answer_of(request, kind(str(error.detail)), error.status_code)
         answer.headers.update(error.headers or {})
         return answer
 
     async def tell_bug(request: Request, error: Exception) -> Response:
         note_bug(error, method=request.method, path=request.url.path[:200])
-        return _answer(error)
+        return answer_of(request, error)
 
     app.add_exception_handler(LtlplanError, tell)
     app.add_exception_handler(RequestValidationError, tell_validation)
@@ -168,6 +170,16 @@ def _tell_errors(app: FastAPI) -> None:
     app.add_exception_handler(Exception, tell_bug)
 
 
-def _answer(error: BaseException, status: int | None = None) -> Response:
-    found, headers, content = refusal(error, status)
-    return Response(content, found, headers)
+def answer_of(request: Request, error: BaseException, status: int | None = None) -> Response:
+    """Return an error as an answer: a problem, or a page for people.
+
+    Args:
+        request: What was asked.
+        error: What was raised.
+        status: HTTP status, instead of the error's own.
+    """
+    told = refusal(error, request.headers, status)
+    headers = (
+        {**told.headers, "content-security-policy": PLAIN_POLICY} if told.headers["content-type"] == HTML else told.headers
+    )
+    return Response(told.content, told.status, headers)

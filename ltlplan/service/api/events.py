@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator
-from contextlib import suppress
+from collections import Counter
+from collections.abc import AsyncIterator, Generator
+from contextlib import contextmanager, suppress
 
 from ltlplan.service.models import Event
+from ltlplan.service.problems import Busy
+from ltlplan.service.settings import Limits
 
 MEDIA_TYPE = "text/event-stream"
 SCHEMA = {
@@ -64,3 +67,38 @@ async def stream(first: Event, events: AsyncIterator[Event], stopping: asyncio.E
                 task.cancel()
                 with suppress(asyncio.CancelledError, StopAsyncIteration):
                     await task
+
+
+class Streams:
+    """Streams that are open, and questions that wait: of all together not too many, and not all of one client.
+
+    Args:
+        limits: How many.
+    """
+
+    def __init__(self, limits: Limits) -> None:
+        self._limits = limits
+        self._of: Counter[str] = Counter()
+
+    def require_room(self, client: str) -> None:
+        """Reject a further stream where there is no room for it.
+
+        Raises:
+            Busy: Too many are open.
+        """
+        most, most_of_one = self._limits.streams, self._limits.streams_of_one
+        if self._of.total() >= most:
+            raise Busy(f"{most} streams are open, which is the most; close one, or ask without waiting.")
+        if self._of[client] >= most_of_one:
+            raise Busy(f"{most_of_one} streams of yours are open, which is the most; close one, or ask without waiting.")
+
+    @contextmanager
+    def counted(self, client: str) -> Generator[None]:
+        """Count a stream while it is open; that there is room was asked before its answer began."""
+        self._of[client] += 1
+        try:
+            yield
+        finally:
+            self._of[client] -= 1
+            if not self._of[client]:
+                del self._of[client]

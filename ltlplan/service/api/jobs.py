@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import AsyncIterator
 from typing import Annotated, Literal
 
-from fastapi import APIRouter, Depends, FastAPI, Header, Path, Query, Request, Response
+from fastapi import APIRouter, Depends, Header, Path, Query, Request, Response
 from fastapi.responses import FileResponse, StreamingResponse
 
 from ltlplan.service import questions as asked
@@ -15,7 +15,7 @@ from ltlplan.service.api.reading import JSON, read_mission_text, service_of, who
 from ltlplan.service.api.schema import content, mission_body, problems
 from ltlplan.service.computing.exporting import ExportAsked
 from ltlplan.service.models import FileEntry, Job, State
-from ltlplan.service.problems import Busy, Conflict, error_of
+from ltlplan.service.problems import Conflict, error_of
 from ltlplan.service.security.origins import require_own_page
 from ltlplan.service.service import places, planned
 
@@ -117,28 +117,24 @@ async def follow_job(
     last_event_id: Annotated[int | None, Header(description="the same, as browsers send it", ge=0)] = None,
 ) -> Response:
     """Follow a job by server-sent events: stages, rounds, costs, claim by claim. What was missed is told again."""
-    service, most = service_of(request), service_of(request).settings.limits.streams
-    if request.app.state.streams >= most:
-        raise Busy(f"{most} streams are open, which is the most; close one, or ask without following.")
+    service, streams = service_of(request), request.app.state.streams
+    streams.require_room(request.state.client)
     found = service.jobs.events((await service.jobs.job(job)).id, after=max(after, last_event_id or 0))
     first = await anext(found, None)
     if first is None:
         return Response(status_code=204)
     return StreamingResponse(
-        _counted(request.app, events.stream(first, found, service.stopping)),
+        _counted(streams, request.state.client, events.stream(first, found, service.stopping)),
         media_type=events.MEDIA_TYPE,
         headers={"x-accel-buffering": "no"},
     )
 
 
-async def _counted(app: FastAPI, chunks: AsyncIterator[bytes]) -> AsyncIterator[bytes]:
+async def _counted(streams: events.Streams, client: str, chunks: AsyncIterator[bytes]) -> AsyncIterator[bytes]:
     """Pass a stream on, and count it while it is open."""
-    app.state.streams += 1
-    try:
+    with streams.counted(client):
         async for chunk in chunks:
             yield chunk
-    finally:
-        app.state.streams -= 1
 
 
 @router.get("/jobs/{job}/files", response_model=tuple[FileEntry, ...], responses=problems(404), tags=["files"])

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import AsyncGenerator
-from contextlib import asynccontextmanager
+from contextlib import nullcontext
 from typing import Annotated
 
-from fastapi import APIRouter, FastAPI, Path, Query, Request, Response
+from fastapi import APIRouter, Path, Query, Request, Response
 
 from ltlplan.service.api.answers import LiveAnswers, LiveBegin, LiveEnd
 from ltlplan.service.api.reading import JSON, read_json, read_text, service_of
 from ltlplan.service.api.schema import json_body, problems
 from ltlplan.service.live.names import FLIGHT, NAME
 from ltlplan.service.models import LiveEvent, LiveFlight, LiveTold
-from ltlplan.service.problems import Busy
 
 router = APIRouter(prefix="/api/live", tags=["live"])
 
@@ -84,24 +82,12 @@ async def list_events(
 ) -> Response:
     """List what a flight was told, with what it answered: a hundred events at most."""
     service = service_of(request)
-    async with _counted(request.app, service.settings.limits.streams if wait else None):
+    streams, client = request.app.state.streams, request.state.client
+    if wait:
+        streams.require_room(client)
+    with streams.counted(client) if wait else nullcontext():
         found = await service.live.events(name, flight=flight, after=after, wait=wait, stopping=service.stopping)
     return _listed(found)
-
-
-@asynccontextmanager
-async def _counted(app: FastAPI, most: int | None) -> AsyncGenerator[None]:
-    """Count who waits as an open stream."""
-    if most is None:
-        yield
-        return
-    if app.state.streams >= most:
-        raise Busy(f"{most} streams are open, which is the most; ask without waiting.")
-    app.state.streams += 1
-    try:
-        yield
-    finally:
-        app.state.streams -= 1
 
 
 @router.post(

@@ -42,7 +42,7 @@ def mission_view(mission: Mission) -> Json:
     """Return what is shown of a sound mission."""
     from flight.pictures import scene
     from ltlplan.service.views.formulas import OPERATORS, in_words, known_names
-    from ltlplan.service.views.watching import automata_data, drawn
+    from ltlplan.service.views.watching import automata_data, drawn, radii
     from verify.data.rules.notes import notes_of
 
     return {
@@ -59,7 +59,7 @@ def mission_view(mission: Mission) -> Json:
         "names": known_names(mission),
         "operators": dict(OPERATORS),
         "automata": automata_data(mission),
-        "world": {**drawn(scene(mission, {})), "robots": list(mission.agents)},
+        "world": {**drawn(scene(mission, {})), "robots": list(mission.agents), "radii": radii(mission)},
     }
 
 

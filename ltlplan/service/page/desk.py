@@ -32,11 +32,13 @@ class Desk:
         tab: The tab that is seen.
         flight: Name of the flight in the air that is looked at.
         who: Who looks: a token's name, or an address.
+        user: The token's name, where somebody logged in.
         texts: Missions as they were written, by the job that was made of them.
         on_job: Told the job when it is another one or has come further.
         on_progress: Told a sentence and the share done while it is computed.
         on_tab: Told the tab when it is another one.
         write: Shows a mission's text in the first tab.
+        written: Finds the text that a job was made of, in this browser or of this user.
     """
 
     service: Service
@@ -45,11 +47,13 @@ class Desk:
     tab: str = "write"
     flight: str | None = None
     who: str = "the page"
+    user: str | None = None
     texts: dict[str, str] = field(default_factory=dict[str, str])
     on_job: list[Callable[[Job | None], None]] = field(default_factory=list[Callable[["Job | None"], None]])
     on_progress: list[Callable[[str, float], None]] = field(default_factory=list[Callable[[str, float], None]])
     on_tab: list[Callable[[str], None]] = field(default_factory=list[Callable[[str], None]])
     write: Callable[[str], Awaitable[None]] | None = None
+    written: Callable[[str], Awaitable[str | None]] | None = None
     _following: asyncio.Task[None] | None = None
 
     async def open(self, job_id: str, tab: str) -> None:
@@ -96,9 +100,16 @@ class Desk:
             path = f"/jobs/{self.job.id}/{ADDRESS[tab]}"
         self.client.run_javascript(f"history.replaceState(null, '', {path!r})")
 
+    async def edit(self, text: str) -> None:
+        """Show a mission's text where missions are written."""
+        self.show("write")
+        if self.write is not None:
+            await self.write(text)
+
     async def text_of(self, job: Job) -> str:
         """Return a job's mission as it was written here, or as it was resolved."""
-        return self.texts.get(job.id) or await self.service.jobs.mission(job.id)
+        known = self.texts.get(job.id) or (None if self.written is None else await self.written(job.id))
+        return known or await self.service.jobs.mission(job.id)
 
     async def guarded(self, work: Awaitable[None], place: Element | None = None) -> None:
         """Wait for work, and say in words what goes wrong with it.

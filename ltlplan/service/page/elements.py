@@ -45,6 +45,7 @@ class Editor(Element, component="assets/editor.js", esm={"nicegui-codemirror": f
         super().__init__()
         self._props.update({"label": label, "language": language, "single": single, "hint": hint, "value": "", "faults": []})
         self.text = ""
+        self.draft = ""
 
         async def told(event: GenericEventArguments) -> None:
             self.text = str(event.args)
@@ -55,10 +56,35 @@ class Editor(Element, component="assets/editor.js", esm={"nicegui-codemirror": f
         if on_submit is not None:
             self.on("submit", lambda _event: on_submit())
 
-    def put(self, text: str) -> None:
-        """Show another text."""
+    def drafts(self, owner: str, written: Callable[[GenericEventArguments], Awaitable[None]]) -> None:
+        """Keep what is written in the browser, under the id `draft`.
+
+        Args:
+            owner: Whose it is; others who use this browser have drafts of their own.
+            written: Told `draft`, `text` and `changed` (ms since 1970) a quarter of a second after a change.
+        """
+        self._props["owner"] = owner
+        self.on("written", written)
+
+    @property
+    def draft(self) -> str:
+        """The id under which what is written is kept; empty where it is not."""
+        return self._props["draft"]
+
+    @draft.setter
+    def draft(self, draft: str) -> None:
+        self._props["draft"] = draft
+        self.update()
+
+    def put(self, text: str, *, own: bool = True) -> None:
+        """Show another text.
+
+        Args:
+            text: The text.
+            own: Whether it is this person's, and to be kept like what they write.
+        """
         self.text = text
-        self._props["value"] = text
+        self._props["value"], self._props["own"] = text, own
         self.update()
 
     def underline(self, faults: list[Json]) -> None:

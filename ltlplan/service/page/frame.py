@@ -6,10 +6,14 @@ import re
 from importlib import resources
 from typing import TYPE_CHECKING
 
+from fastapi import Request, Response
 from nicegui import app, ui
+from nicegui.element import Element
 
 from ltlplan.report.inline import package_text
+from ltlplan.service.api.application import answer_of
 from ltlplan.service.live.names import NAME
+from ltlplan.service.log import note_bug
 from ltlplan.service.page.desk import ADDRESS, TABS, Desk
 from ltlplan.service.page.elements import Flight, Words, box, button, say
 from ltlplan.service.page.judge import judge_tab
@@ -18,6 +22,7 @@ from ltlplan.service.page.plan import plan_tab
 from ltlplan.service.page.take_away import take_away_tab
 from ltlplan.service.page.trust import trust_tab
 from ltlplan.service.page.write import write_tab
+from ltlplan.service.problems import NotFound
 from verify.data import LtlplanError
 
 if TYPE_CHECKING:
@@ -54,7 +59,9 @@ def put_pages(server: FastAPI, service: Service) -> None:
         service: What it shows.
     """
     ui.add_css(package_text("style.css"), shared=True)
-    ui.add_css((resources.files("ltlplan.service.page") / "assets" / "page.css").read_text(encoding="utf-8"), shared=True)
+    assets = resources.files("ltlplan.service.page") / "assets"
+    ui.add_css((assets / "page.css").read_text(encoding="utf-8"), shared=True)
+    ui.add_head_html(f"<script>{(assets / 'session.js').read_text(encoding='utf-8')}</script>", shared=True)
 
     async def at_tab(tab: str, job: str | None) -> None:
         await _page(_desk(service), tab, job)
@@ -85,26 +92,48 @@ def put_pages(server: FastAPI, service: Service) -> None:
     async def of_flight(flight: str) -> None:
         await _page(_desk(service, flight if re.fullmatch(NAME, flight) else None), "live", None)
 
+    _put_errors()
     app.config.socket_io_js_transports = ["websocket", "polling"]
     ui.run_with(
-        server, title="ltlplan", favicon=_FAVICON, dark=None, tailwind=False, show_welcome_message=False, reconnect_timeout=10.0
-    )
+        server, title="ltlplan", favicon=_FAVICON, dark=None, tailwind=False, show_welcome_message=False, reconnect_timeout=10.0,
+        language="en-US",
+    )  # fmt: skip
+
+
+def _put_errors() -> None:
+    """Let pages that are not there, and bugs, be told as everywhere here, without NiceGUI's own pages."""
+
+    @app.exception_handler(404)
+    async def missing(request: Request, error: Exception) -> Response:
+        cause = error if isinstance(error, LtlplanError) else NotFound(f"There is no page {request.url.path[:100]}.")
+        return answer_of(request, cause, 404)
+
+    @app.exception_handler(Exception)
+    async def bug(request: Request, error: Exception) -> Response:
+        note_bug(error, method=request.method, path=request.url.path[:200])
+        return answer_of(request, error)
 
 
 def _desk(service: Service, flight: str | None = None) -> Desk:
     """Return the desk of who opens a page."""
     client = ui.context.client
     asked = client.request
-    return Desk(service, client, flight=flight, who=str(getattr(asked.state, "client", "the page")))
+    user = service.sessions.owner(asked.state.asker.session)
+    return Desk(service, client, flight=flight, who=str(asked.state.client), user=user)
 
 
 async def _page(desk: Desk, tab: str, job: str | None) -> None:
     client = desk.client
     client.on_delete(desk.leave)
-    client.content.classes("page")
-    _header(desk)
-    with box("tabs", tag="main"):
-        panels = {name: box("panel").props(f"role=tabpanel id={ADDRESS[name]}-panel") for name in TABS if name != "watch"}
+    client.layout.classes("page")
+    with client.layout:
+        _header(desk).move(client.layout, target_index=0)
+    with box("tabs"):
+        panels = {
+            name: box("panel").props(f"role=tabpanel id={ADDRESS[name]}-panel aria-labelledby={ADDRESS[name]}-tab")
+            for name in TABS
+            if name != "watch"
+        }
         flight = Flight()
     with panels["write"]:
         await write_tab(desk)
@@ -142,18 +171,26 @@ async def _page(desk: Desk, tab: str, job: str | None) -> None:
         say(error)
 
 
-def _header(desk: Desk) -> None:
-    with box("top", tag="header"):
-        Words("strong", "ltlplan", "brand")
+def _header(desk: Desk) -> Element:
+    with box("top", tag="header") as header:
+        title = Words("h1", "ltlplan", "brand")
         tabs: dict[str, Words] = {}
         with box("tablist", tag="nav").props('role=tablist aria-label="Parts of the page"') as row:
             row.on("keydown", js_handler=_ARROWS)
             for name in TABS:
-                tabs[name] = button(name.capitalize(), lambda name=name: desk.show(name)).props("role=tab")
+                tabs[name] = button(name.capitalize(), lambda name=name: desk.show(name)).props(
+                    f"role=tab id={ADDRESS[name]}-tab"
+                )
         at = button("", lambda: desk.show("plan"), "current", label="The job that is looked at")
         at.set_visibility(False)
+        if desk.user is not None:
+            with box("leave", tag="form").props("method=post action=/logout"):
+                leave = Words("button", "Log out", "quiet").props("type=submit")
+                leave.props["title"] = f"You are {desk.user}"
 
     def turned(to: str) -> None:
+        title.props["aria-label"] = f"ltlplan: {to}"
+        title.update()
         for name, tab in tabs.items():
             tab.props(f"aria-selected={'true' if name == to else 'false'} tabindex={0 if name == to else -1}")
 
@@ -165,3 +202,4 @@ def _header(desk: Desk) -> None:
 
     desk.on_tab.append(turned)
     desk.on_job.append(come_further)
+    return header

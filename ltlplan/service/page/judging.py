@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 from collections.abc import Mapping
 from pathlib import Path
@@ -9,6 +10,8 @@ from typing import Any
 
 import numpy as np
 
+from ltlplan.service.recordings import RecordingAsked, put_recording
+from verify.data import BadInput
 from verify.data.progress import Progress
 
 MOST_DOTS = 2000
@@ -17,8 +20,48 @@ MOST_DOTS = 2000
 _WORDS = {"holds": "satisfied", "fails": "violated", "undecided": "the samples cannot tell"}
 
 
+def recording_asked(fields: Mapping[str, str]) -> RecordingAsked:
+    """Return what a person says of a recording. A field that is empty says nothing.
+
+    Args:
+        fields: As they were typed, by the names of `RecordingAsked`.
+
+    Raises:
+        BadInput: A field holds no number where it must.
+    """
+    given = {name: text.strip() for name, text in fields.items() if text.strip()}
+    return RecordingAsked(
+        max_speed=_number(given, "max_speed", None),
+        error=_number(given, "error", 0.0) or 0.0,
+        start=given.get("start"),
+        start_error=_number(given, "start_error", 0.0) or 0.0,
+        called=_listed(given.get("called", ""), "[;,]"),
+        axes=given.get("axes"),
+        origin=_listed(given.get("origin", ""), ";"),
+        pauses=tuple(_finite(text, "pauses") for text in _listed(given.get("pauses", ""), r"[;,\s]")),
+    )
+
+
+def _listed(text: str, between: str) -> tuple[str, ...]:
+    return tuple(part.strip() for part in re.split(between, text) if part.strip())
+
+
+def _number(given: Mapping[str, str], name: str, missing: float | None) -> float | None:
+    return _finite(given[name], name) if name in given else missing
+
+
+def _finite(text: str, name: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = np.nan
+    if not np.isfinite(value) or value < 0 or (name == "max_speed" and value == 0):
+        raise BadInput(f"'{text[:60]}' is not a number that {name.replace('_', ' ')} can be; write one such as 1.5.")
+    return value
+
+
 def judged(
-    folder: Path, files: tuple[tuple[str, str], ...], recording: bytes, bounds: Mapping[str, float], report: Progress
+    folder: Path, files: tuple[tuple[str, str], ...], recording: bytes, said: RecordingAsked, report: Progress
 ) -> dict[str, Any]:  # of any type: JSON nests
     """Judge a recorded flight for the page.
 
@@ -26,7 +69,7 @@ def judged(
         folder: Empty, for use meanwhile.
         files: What the job has made: names, and where their bytes lie.
         recording: The recorded flight.
-        bounds: `max_speed` (m/s), `error` (m) and `start` (s), where they are given.
+        said: What a person says of it.
         report: Told what is done.
 
     Returns:
@@ -35,18 +78,21 @@ def judged(
     Raises:
         BadInput: The recording cannot be judged.
     """
-    from ltlplan.recorded import bounds_of, judge_flight
+    from ltlplan.recorded import judge_flight
     from ltlplan.service.questions import without_places
-    from ltlplan.service.recordings import put_recording
     from ltlplan.service.views.watching import claims_data
+    from ltlplan.told import told_of
 
+    told = told_of(said.start, said.start_error, said.called, said.axes, said.origin)
     run = folder / "run"
     for name, source in files:
         (run / name).parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(source, run / name)
     flown = put_recording(folder, recording)
     with without_places(folder):
-        found = judge_flight(run, flown, **bounds_of(bounds), progress=report)
+        found = judge_flight(
+            run, flown, max_speed=said.max_speed, error=said.error, told=told, pauses=said.pauses, progress=report
+        )
     positions = {name: np.asarray(track, dtype=float) for name, track in found.samples.positions.items()}
     return {
         "words": _WORDS[found.verdict.outcome],

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Awaitable, Callable, Mapping
 from datetime import datetime
 from typing import TYPE_CHECKING, Any
@@ -20,6 +21,7 @@ _STATES = {"queued": "waits", "running": "runs", "done": "done", "failed": "refu
 _REFRESH = 3.0
 """s between looks at the list while it is seen."""
 _MOST = 60
+"""Jobs that are listed at first, and that are added to them at a time."""
 _REFUSALS = 6
 """Refused claims of a round that are written out."""
 
@@ -32,13 +34,23 @@ class _Planning:
         with box("planning"):
             with box("jobs", tag="section").props('aria-label="Jobs"'):
                 Words("h2", "Jobs")
+                search = (
+                    ui.element("input")
+                    .props('type=search aria-label="Search jobs by name, formula or id" placeholder="search"')
+                    .classes("search")
+                )
+                search.on(
+                    "input", self._search, js_handler="(event) => emit(event.target.value)", throttle=0.3, leading_events=False
+                )
                 self.list = box("job-list", tag="ul")
+                self.more = button("Show more", self._show_more, "quiet")
             with box("job", tag="section").props('aria-label="The job"'):
                 with box("head"):
                     self.name, self.actions = Part(box("name")), Part(box("actions"))
                 self.told, self.stages = Part(box("told")), Part(box("stages", tag="ol"))
                 self.problem = Part(box("problem").props("role=alert"))
         self.listed: dict[str, _Entry] = {}
+        self.wanted, self.most = "", _MOST
         self.none = Part(self.list)
         self.bar: ui.element | None = None
         self.sentence: Words | None = None
@@ -49,13 +61,17 @@ class _Planning:
 
     async def refresh(self) -> None:
         """List the jobs again where something changed."""
-        jobs = await self.desk.service.jobs.jobs(limit=_MOST)
+        jobs = await self.desk.service.jobs.jobs(limit=sys.maxsize if self.wanted else self.most + 1)
+        jobs = [job for job in jobs if self.wanted in f"{job.mission} {job.title} {job.id}".casefold()]
+        self.more.set_visibility(len(jobs) > self.most)
+        jobs = jobs[: self.most]
+        none = "No job has this in its name, formula or id." if self.wanted else "None yet: write a mission and plan it."
         chosen = "" if self.desk.job is None else self.desk.job.id
         present = {job.id for job in jobs}
         for gone in [job for job in self.listed if job not in present]:
             self.listed.pop(gone).place.delete()
         if not self.listed:
-            self.none.show(bool(jobs), lambda: None if jobs else Words("li", "None yet: write a mission and plan it.", "soft"))
+            self.none.show(bool(jobs) or none, lambda: None if jobs else Words("li", none, "soft"))
         for index, job in enumerate(jobs):
             entry = self.listed.get(job.id)
             if entry is None:
@@ -63,6 +79,14 @@ class _Planning:
                     entry = self.listed[job.id] = _Entry(job, self._open)
                 entry.place.move(target_index=index)
             entry.show(job.state, job.id == chosen)
+
+    async def _search(self, event: Any) -> None:  # of any type: NiceGUI's events carry what the browser sends
+        self.wanted, self.most = str(event.args).strip().casefold(), _MOST
+        await self.refresh()
+
+    async def _show_more(self) -> None:
+        self.most += _MOST
+        await self.refresh()
 
     async def _open(self, job_id: str) -> None:
         await self.desk.guarded(self.desk.open(job_id, "plan"), self.list)
@@ -93,10 +117,11 @@ class _Planning:
     def _actions(self, job: Job) -> None:
         if job.ended is None:
             button("Cancel", lambda: self.desk.guarded(self._cancel(job), self.actions.place), "danger")
-            return
-        if job.state == "done":
+        elif job.state == "done":
             button("Watch it", lambda: self.desk.show("watch"), "primary")
-        button("Delete", lambda: self.desk.guarded(self._delete(job), self.actions.place), "quiet")
+        button("Edit and plan again", lambda: self.desk.guarded(self._edit(job), self.actions.place))
+        if job.ended is not None:
+            button("Delete", lambda: self.desk.guarded(self._delete(job), self.actions.place), "quiet")
 
     def _told(self, job: Job) -> None:
         self.bar = self.sentence = None
@@ -117,6 +142,9 @@ class _Planning:
         Words("pre", job.problem.detail, "words-of-command")
         if job.state == "failed":
             button("What would mend it", lambda: self.desk.show("trust"), "primary")
+
+    async def _edit(self, job: Job) -> None:
+        await self.desk.edit(await self.desk.text_of(job))
 
     async def _cancel(self, job: Job) -> None:
         await self.desk.service.jobs.cancel(job.id)

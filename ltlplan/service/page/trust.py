@@ -98,9 +98,7 @@ class _Refusal:
         except LtlplanError:  # what was written differently still reads when it is resolved
             text = await self.desk.service.jobs.mission(job.id)
             changed = text if change is None else await change(text)
-        self.desk.show("write")
-        if self.desk.write is not None:
-            await self.desk.write(changed)
+        await self.desk.edit(changed)
 
 
 def _waits(told: dict[str, Any]) -> list[str]:

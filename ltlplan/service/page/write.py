@@ -8,6 +8,7 @@ from nicegui import ui
 
 from ltlplan.missions import shipped_mission_text, shipped_missions, template_text
 from ltlplan.service.page import checking
+from ltlplan.service.page.drafted import Drafted
 from ltlplan.service.page.elements import Editor, Words, World, box, button, say
 from verify.data import LtlplanError, MissionError
 
@@ -16,6 +17,8 @@ if TYPE_CHECKING:
 
 FIRST = "firefighting"
 _BLANK = "a blank mission"
+_KINDS = {"hoop": "Places", "region": "Places", "in no region": "Places", "internal state": "States"}
+"""What names are, as they are listed."""
 
 
 class _Writing:
@@ -29,6 +32,7 @@ class _Writing:
             Words("span", "Start from", "soft")
             for name in (*shipped_missions(), _BLANK):
                 button(name, lambda name=name: self.start_from(name), "quiet")
+            drafts = box("drafts")
         with box("writing"):
             with box("mission"):
                 self.editor = Editor("The mission, as YAML", language="YAML", on_text=self.typed, on_submit=self.submit)
@@ -43,6 +47,8 @@ class _Writing:
                         self.seed_text = ""
                         self.seed.on("input", self._seed_typed, js_handler="(event) => emit(event.target.value)")
                     Words("span", "Ctrl-Enter in the editor plans, too.", "soft hint")
+            with drafts:
+                self.drafted = Drafted(desk, self.editor, self.show)
             with box("beside"):
                 Words("h2", "Formula")
                 self.formula = Editor(
@@ -58,13 +64,33 @@ class _Writing:
         self.seed_text = str(event.args).strip()
 
     async def start_from(self, name: str) -> None:
-        """Begin with a shipped mission, or with a blank one."""
-        await self.write(template_text("my-mission") if name == _BLANK else shipped_mission_text(name))
+        """Begin with a shipped mission, or with a blank one; what was written stays among the drafts."""
+        text = template_text("my-mission", alone=True) if name == _BLANK else shipped_mission_text(name)
+        self.drafted.begin()
+        await self.show(text, own=False)
 
     async def write(self, text: str) -> None:
-        """Show a text, and check it."""
-        self.editor.put(text)
+        """Begin another draft with a text; what was written stays among the drafts."""
+        self.drafted.begin()
+        await self.show(text)
+
+    async def show(self, text: str, *, own: bool = True) -> None:
+        """Show a text, and check it.
+
+        Args:
+            text: The text.
+            own: Whether it is this person's, and to be kept like what they write.
+        """
+        self.editor.put(text, own=own)
         await self.typed(text)
+
+    async def restore(self) -> None:
+        """Show what was written last, or a shipped mission."""
+        text, own = await self.drafted.restore()
+        if text is None:
+            await self.show(shipped_mission_text(FIRST), own=False)
+        else:
+            await self.show(text, own=own)
 
     async def typed(self, text: str) -> None:
         """Say of a text what there is to say; of several under way the newest counts."""
@@ -114,8 +140,11 @@ class _Writing:
                 Words("li", sentence)
         self.names.clear()
         with self.names:
-            for name, what in told["names"].items():
-                Words("code", name).props["title"] = what
+            for kind, known in _by_kind(told["names"]):
+                with box("kind"):
+                    Words("span", kind, "soft")
+                    for name, what in known:
+                        Words("code", name).props["title"] = what
         self.automata.set_content("".join(part["svg"] or "" for part in told["automata"]))
         self.world.put(told["world"])
 
@@ -150,9 +179,18 @@ class _Writing:
         mission = await self.desk.service.mission(text, who=self.desk.who)
         job = await self.desk.service.jobs.submit(mission, seed=int(seed) if seed else None, who=self.desk.who)
         self.desk.texts[job.id] = text
+        await self.drafted.hand_in(job.id, text)
         if job.found:
             say("This mission was planned before, with this seed and these versions; here is what was found.", good=True)
         await self.desk.open(job.id, "plan")
+
+
+def _by_kind(names: dict[str, str]) -> list[tuple[str, list[tuple[str, str]]]]:
+    """Return names with what they are, places apart from what internal states show and from other robots' names."""
+    found: dict[str, list[tuple[str, str]]] = {}
+    for name, what in names.items():
+        found.setdefault(_KINDS.get(what, "Robots"), []).append((name, what))
+    return list(found.items())
 
 
 def _within(faults: list[dict[str, Any]], formula: str | None) -> list[dict[str, Any]]:
@@ -171,6 +209,5 @@ async def write_tab(desk: Desk) -> None:
     """
     writing = _Writing(desk)
     desk.write = writing.write
-    text = shipped_mission_text(FIRST)
-    writing.editor.put(text)
-    ui.timer(0.05, lambda: writing.typed(text), once=True)
+    desk.written = writing.drafted.text_of
+    ui.timer(0.0, writing.restore, once=True)

@@ -34,10 +34,11 @@ class Body:
 
     Attributes:
         refused: Whether what is left of it is not read, so that its connection is of no more use.
+        waits: Whether more of it is waited for.
     """
 
     def __init__(self, receive: Receive, bodies: Bodies, most: int, announced: str | None) -> None:
-        self.refused = False
+        self.refused = self.waits = False
         self._receive, self._bodies, self._most = receive, bodies, most
         self._taken, self._over = 0, False
         self._ends = asyncio.get_running_loop().time() + bodies.seconds
@@ -61,11 +62,14 @@ class Body:
     async def _next(self) -> Message:
         if self._over:
             return await self._receive()
+        self.waits = True
         try:
             async with asyncio.timeout_at(self._ends):
                 message = await self._receive()
         except TimeoutError:
             raise BodyTooSlow(f"The body did not come within {self._bodies.seconds:g} s; nothing was done.") from None
+        finally:
+            self.waits = False
         if message["type"] == "http.request":
             size = len(message.get("body", b""))
             self._taken += size

@@ -1,7 +1,6 @@
-"""Bearer tokens: made once, shown once, kept as digests; and sessions of a browser, which hold no token.
+"""Bearer tokens: made once, shown once, kept as digests.
 
-A token has 256 random bits, so a plain digest hides it: there is nothing to guess. A session is a name, an end and a code over both and
-the token's digest with a key of this folder's; it lapses with its token, and outlives a restart.
+A token has 256 random bits, so a plain digest hides it: there is nothing to guess.
 """
 
 from __future__ import annotations
@@ -22,16 +21,15 @@ from verify.data.errors import BadInput, did_you_mean
 from verify.data.storage.reading import parse_json, read_bytes
 
 FILE = "tokens.json"
-KEY_FILE = "session.key"
-SESSION_SECONDS = 30 * 24 * 3600
 _FORMAT = 1
 _PREFIX = "ltlplan_"
 _MOST = 1_000_000
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,59}")
 
 
-def _digest(token: str) -> str:
-    return hashlib.sha256(token.encode("utf-8", "surrogateescape")).hexdigest()
+def digest_of(secret: str) -> str:
+    """Return what is kept of a token or of a session's name."""
+    return hashlib.sha256(secret.encode("utf-8", "surrogateescape")).hexdigest()
 
 
 @dataclass
@@ -71,7 +69,7 @@ class Tokens:
                 )
             token = _PREFIX + secrets.token_urlsafe(32)
             made = time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime())
-            self._write([*entries, {"name": name, "sha256": _digest(token), "made": made}])
+            self._write([*entries, {"name": name, "sha256": digest_of(token), "made": made}])
         return token
 
     def revoke(self, name: str) -> None:
@@ -91,36 +89,15 @@ class Tokens:
 
     def owner(self, token: str) -> str | None:
         """Return the name of a token, or None where it is none of ours."""
-        given, found = _digest(token), None
+        given, found = digest_of(token), None
         for name, digest in self._digests().items():
             if hmac.compare_digest(given, digest):
                 found = name
         return found
 
-    def session(self, name: str) -> str:
-        """Return a session of a token's owner, for a browser's cookie."""
-        end = str(int(time.time()) + SESSION_SECONDS)
-        return f"{name}:{end}:{self._code(name, end)}"
-
-    def owner_of_session(self, session: str) -> str | None:
-        """Return whose session this is, or None where it has ended or is none of ours."""
-        name, _, rest = session.partition(":")
-        end, _, code = rest.partition(":")
-        if name not in self._digests() or not end.isascii() or not end.isdigit() or len(end) > 12 or int(end) < time.time():
-            return None
-        return name if hmac.compare_digest(code.encode(), self._code(name, end).encode()) else None
-
-    def _code(self, name: str, end: str) -> str:
-        text = f"{name}:{end}:{self._digests()[name]}".encode()
-        return hmac.new(self._key(), text, hashlib.sha256).hexdigest()
-
-    def _key(self) -> bytes:
-        path = self.folder / KEY_FILE
-        if not path.exists():
-            with self._locked():
-                if not path.exists():
-                    _write_private(path, secrets.token_bytes(32))
-        return read_bytes(path, most=1000, what="session key")
+    def digest(self, name: str) -> str | None:
+        """Return the digest of the token of a name, or None where there is none."""
+        return self._digests().get(name)
 
     def _digests(self) -> dict[str, str]:
         """Return the digests by name, read again where the file has changed."""
@@ -149,7 +126,7 @@ class Tokens:
 
     def _write(self, entries: list[dict[str, Any]]) -> None:  # of any type: JSON nests
         text = json.dumps({"format": _FORMAT, "tokens": entries}, indent=1) + "\n"
-        _write_private(self.folder / FILE, text.encode())
+        write_private(self.folder / FILE, text.encode())
 
     def _locked(self) -> _Lock:
         return _Lock(self.folder / f"{FILE}.lock")
@@ -173,8 +150,12 @@ class _Lock:
         os.close(self._handle)
 
 
-def _write_private(path: Path, data: bytes) -> None:
-    """Write a file that its owner alone may read, whole or not at all."""
+def write_private(path: Path, data: bytes) -> None:
+    """Write a file that its owner alone may read, whole or not at all.
+
+    Raises:
+        BadInput: It cannot be written.
+    """
     beside = path.with_name(f".{path.name}.{os.getpid()}")
     try:
         handle = os.open(beside, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600)

@@ -72,7 +72,7 @@ def _say(formula: Formula, mission: Mission, depth: int) -> str:
     operator = formula.operator
     if operator == "name":
         said = _say_name(formula.name, mission)
-        return f"{formula.robot} {said if said.startswith('in ') else f'shows {said}'}" if formula.robot else said
+        return f"{formula.robot} {said}" if formula.robot else said
     if operator in COUNTING:
         said = _say(formula.arguments[0], mission, depth + 1)
         such = "" if formula.arguments[0].operator in ("name", "!", "&", "|") else "such that "
@@ -120,7 +120,7 @@ def _bracketed(argument: Formula, parent: Formula, mission: Mission, depth: int)
 def _say_name(name: str, mission: Mission) -> str:
     if name == FREE:
         return "in free flight"
-    return f"in {name}" if name in mission.all_regions else name
+    return f"in {name}" if name in mission.all_regions else f"in state {name}"
 
 
 def _capital(text: str) -> str:

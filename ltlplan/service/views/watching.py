@@ -62,6 +62,7 @@ def watch_json(plan: Plan, team: Mapping[str, Trajectory], certificate: Certific
         "digest": certificate.digest(),
         **drawn(figure),
         "player": player_data(replay.playing),
+        "radii": radii(mission),
         "colours": [robot_colour(index) for index, _ in enumerate(mission.agents)],
         "tasks": dict(replay.playing.tasks),
         "end": replay.end,
@@ -72,6 +73,11 @@ def watch_json(plan: Plan, team: Mapping[str, Trajectory], certificate: Certific
         "tracking": None if log is None else {name: log.worst_error(name) for name in log.robots},
     }
     return json.dumps(data, allow_nan=False, separators=(",", ":")).encode()
+
+
+def radii(mission: Mission) -> list[float]:
+    """Return every robot's radius in m, in the order of the mission's agents."""
+    return [mission.vehicle_of(robot).radius for robot in mission.agents]
 
 
 def drawn(figure: Any) -> Json:  # of any type: plotly's figures are not typed

@@ -12,6 +12,8 @@ const faultsField = CM.StateField.define({
   provide: (field) => CM.EditorView.decorations.from(field),
 });
 
+const DRAFT = "ltlplan:draft:", OF_JOB = "job-", MOST = 40; // drafts, and as many texts that jobs were made of
+
 const colours = CM.EditorView.theme({
   "&": { color: "var(--ink)", backgroundColor: "var(--paper)", height: "100%", fontSize: "13.5px" },
   ".cm-content": { fontFamily: "ui-monospace, SFMono-Regular, Menlo, Consolas, monospace", caretColor: "var(--ink)" },
@@ -27,15 +29,16 @@ const colours = CM.EditorView.theme({
 
 export default {
   template: `<div class="editor" :class="{ line: single }"></div>`,
-  props: { value: String, faults: Array, names: Object, operators: Object, language: String, single: Boolean, label: String, hint: String },
+  props: { value: String, faults: Array, names: Object, operators: Object, language: String, single: Boolean, label: String, hint: String, owner: String, draft: String, own: Boolean },
   watch: {
     value(text) { this.setText(text); },
     faults() { this.mark(); },
+    draft() { this.hold(); },
   },
   mounted() {
     const complete = (context) => this.complete(context);
     const waiting = CM.EditorView.updateListener.of((update) => {
-      if (update.docChanged && !this.quiet) this.changed();
+      if (update.docChanged && !this.quiet) { this.remember(); this.changed(); }
     });
     const hover = CM.hoverTooltip((view, at) => {
       const fault = (this.placed || []).find((f) => f.from <= at && at <= f.to);
@@ -59,6 +62,7 @@ export default {
       CM.basicSetup,
       CM.EditorState.languageData.of(() => [{ autocomplete: complete }]),
       CM.EditorView.contentAttributes.of({ "aria-label": this.label, spellcheck: "false", autocapitalize: "off" }),
+      CM.EditorView.domEventHandlers({ blur: () => { this.send(); } }), // a button is told of what was written before it was pressed
       faultsField, hover, waiting, colours, language.of([]), paint.of(painted()),
       CM.placeholder(this.hint || ""),
     ];
@@ -72,9 +76,11 @@ export default {
       if (found) found.load().then((extension) => this.view.dispatch({ effects: language.reconfigure(extension) }));
     }
     this.mark();
+    this.hold();
   },
   beforeUnmount() {
     clearTimeout(this.timer);
+    if (this.release) this.release();
     this.dark.removeEventListener("change", this.repaint);
     this.view.destroy();
   },
@@ -89,6 +95,7 @@ export default {
       if (text === this.sent) return;
       this.sent = text;
       this.$emit("text", text);
+      this.tell();
     },
     setText(text) {
       const old = this.view.state.doc.toString();
@@ -100,6 +107,76 @@ export default {
       this.view.dispatch({ changes: { from: start, to: old.length - end, insert: text.slice(start, text.length - end) } });
       this.quiet = false;
       this.sent = text;
+      if (this.own) { this.remember(); this.tell(); } else this.look(text);
+    },
+    // Drafts: what is written here stays in this browser from key to key, under the draft's id, whatever becomes of the page.
+    key(draft) { return DRAFT + (this.owner || "") + ":" + draft; },
+    ids() {
+      return Object.keys(localStorage).filter((key) => key.startsWith(this.key(""))).map((key) => key.slice(this.key("").length));
+    },
+    keep(draft, text) {
+      if (!this.stored()) return;
+      const entry = JSON.stringify({ text, changed: Date.now() });
+      const others = this.ids().filter((id) => id !== draft).sort((a, b) => this.kept(a).changed - this.kept(b).changed);
+      const alike = (id) => id.startsWith(OF_JOB) === draft.startsWith(OF_JOB);
+      const spare = [...others.filter((id) => id.startsWith(OF_JOB)), ...others.filter((id) => !id.startsWith(OF_JOB))]; // what goes first, where there is no room
+      const drop = (id) => localStorage.removeItem(this.key(id));
+      others.filter(alike).slice(0, -(MOST - 1)).forEach(drop);
+      for (;;) {
+        try { localStorage.setItem(this.key(draft), entry); return; } catch { if (!spare.length) return; }
+        drop(spare.shift());
+      }
+    },
+    stored() { try { return Boolean(window.localStorage); } catch { return false; } },
+    kept(draft) {
+      try { return { text: "", changed: 0, ...JSON.parse(localStorage.getItem(this.key(draft))) }; } catch { return { text: "", changed: 0 }; }
+    },
+    remember() {
+      if (!this.draft || !this.view || !this.stored()) return;
+      this.keep(this.draft, this.view.state.doc.toString());
+      sessionStorage.setItem(this.key(""), this.draft);
+    },
+    // What is shown and nobody has changed yet is no draft; only this window shows it again.
+    look(text) {
+      try { if (this.draft) sessionStorage.setItem(this.key("shown"), text); } catch { /* there is no room */ }
+    },
+    tell() {
+      if (!this.draft) return;
+      const { text, changed } = this.kept(this.draft);
+      if (changed) this.$emit("written", { draft: this.draft, text, changed });
+    },
+    async drafts() {
+      if (!this.stored()) return { here: null, busy: [], drafts: {} };
+      const here = sessionStorage.getItem(this.key("")), mine = this.key(this.draft);
+      let busy = [];
+      for (let tries = 0; tries < 10; tries++) { // a window that is loaded again lets go of its draft a moment after
+        busy = navigator.locks ? (await navigator.locks.query()).held.map((lock) => lock.name) : [];
+        if (!here || !busy.includes(this.key(here))) break;
+        await new Promise((done) => setTimeout(done, 100));
+      }
+      const title = (text) => (/^name:[ \t]*(.{1,60})/m.exec(text) || [0, text.trim().slice(0, 40)])[1].trim() || "without a name";
+      return {
+        here,
+        shown: sessionStorage.getItem(this.key("shown")),
+        busy: this.ids().filter((id) => busy.includes(this.key(id)) && this.key(id) !== mine),
+        drafts: Object.fromEntries(this.ids().map((id) => [id, [this.kept(id).changed, title(this.kept(id).text)]])),
+      };
+    },
+    draftText(draft) {
+      const found = this.stored() ? this.kept(draft) : { changed: 0 };
+      return found.changed ? found.text : null;
+    },
+    // A window says which draft is open in it: to itself for when it is loaded again, and to others, which open another one.
+    hold() {
+      if (this.release) this.release();
+      if (!this.draft) return;
+      const hold = { over: false, done: () => {} };
+      const held = () => new Promise((done) => { if (hold.over) done(); else hold.done = done; });
+      if (navigator.locks) navigator.locks.request(this.key(this.draft), { ifAvailable: true }, held);
+      this.release = () => { hold.over = true; hold.done(); };
+      if (!this.stored()) return;
+      if (this.restored) sessionStorage.setItem(this.key(""), this.draft);
+      this.restored = true;
     },
     // Offsets count characters as Python does; here they count halves of those beyond the first plane.
     unit(text, offset) {

@@ -57,7 +57,13 @@ export default {
       <div v-show="view !== 'watch'" class="trust">
         <template v-if="shownClaims.length">
           <h2>{{ view === 'judge' ? 'What the recording shows' : 'Claims' }}</h2>
+          <p v-if="view === 'judge' && verdict" class="file">Of <b>{{ verdict.file }}</b></p>
           <p class="verdict" :class="good ? 'holds' : 'fails'">{{ said }}</p>
+          <div v-if="view === 'judge' && verdict" class="assumed">
+            <h3>Said by you</h3>
+            <ul><li v-for="each in verdict.said">{{ each }}</li><li v-if="!verdict.said.length">nothing</li></ul>
+            <template v-if="verdict.assumptions.length"><h3>Assumed</h3><ul><li v-for="each in verdict.assumptions">{{ each }}</li></ul></template>
+          </div>
           <ol class="claims" aria-label="Claims">
             <li v-for="claim in listed" :key="claim.key">
               <button type="button" class="claim" :class="[claim.outcome, { chosen: chosen === claim.key }]" :aria-expanded="chosen === claim.key" @click="choose(claim)">
@@ -79,14 +85,13 @@ export default {
           </ol>
           <button type="button" class="quiet" @click="every = !every" v-if="every || listed.length < shownClaims.length">
             {{ every ? "Only the tightest of each kind" : "All " + shownClaims.length + " claims" }}</button>
-          <details v-if="verdict && verdict.assumptions.length"><summary>Assumed</summary><ul><li v-for="each in verdict.assumptions">{{ each }}</li></ul></details>
         </template>
       </div>
     </aside>
   </div>
   <div class="below playing" ref="below" v-show="data && view === 'watch'">
     <h2>Labels over time</h2>
-    <p class="note">Dark: the robot is in the region for sure, wherever it is within the margin. Light: it may be in it. Click to go there.</p>
+    <p class="note">Dark: the robot is in the region for sure, wherever it is within the margin. Light: it may be in it. Grey: what the robot's internal state shows, wherever it is. Click to go there.</p>
     <div ref="labels"></div>
     <template v-if="data && data.truth"><h2>Sub-formulas over time</h2><div ref="truth"></div></template>
   </div>
@@ -175,7 +180,7 @@ export default {
       this.todoAt = 0;
       this.$nextTick(() => {
         if (!this.scene3d) this.scene3d = new Scene(this.$refs.holder);
-        this.scene3d.show(found, found.player.robots, found.player.paths);
+        this.scene3d.show(found, found.player.robots, found.player.paths, found.radii);
         this.$refs.labels.setHTML(found.labels);
         if (this.$refs.truth) this.$refs.truth.setHTML(found.truth);
         for (const place of this.$el.querySelectorAll(".drawing")) place.setHTML(place.dataset.svg);

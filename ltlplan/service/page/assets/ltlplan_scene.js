@@ -2,6 +2,8 @@
 import { CSS2DObject, CSS2DRenderer, OrbitControls, THREE } from "nicegui-scene";
 
 const FOV = 32; // degrees
+const REACH = 0.62 + 0.3 + 0.045; // of a robot as it is modelled below: from its middle to the outside of its rotors
+const DOT = 7; // pixels
 const EYE = new THREE.Vector3(0.8, -1.7, 1.0).normalize(); // where the reports' scenes are looked at from
 
 function css(name) {
@@ -72,8 +74,13 @@ function tickStep(span, most) {
   return [1, 2, 5, 10].map((f) => f * power).find((step) => step >= rough * 0.999);
 }
 
-function robotBody(colour, size) {
-  const body = new THREE.Group();
+// A robot as large as its radius says (m), and a dot of a few pixels that shows where it is however small that is.
+function robotBody(colour, radius) {
+  const body = new THREE.Group(), size = radius / REACH;
+  const place = new THREE.BufferGeometry().setFromPoints([new THREE.Vector3()]);
+  body.add(new THREE.Points(place, new THREE.PointsMaterial({ color: colour, size: DOT * Math.min(window.devicePixelRatio, 2), sizeAttenuation: false })));
+  if (!radius) return body;
+  body.userData.radius = radius;
   const paint = new THREE.MeshLambertMaterial({ color: colour });
   const dark = new THREE.MeshLambertMaterial({ color: new THREE.Color(colour).multiplyScalar(0.55) });
   body.add(new THREE.Mesh(new THREE.SphereGeometry(0.24 * size, 16, 12), paint));
@@ -92,6 +99,7 @@ function robotBody(colour, size) {
 export class Scene {
   constructor(holder) {
     this.holder = holder;
+    holder.scene3d = this;
     this.scene = new THREE.Scene();
     this.camera = new THREE.PerspectiveCamera(FOV, 1, 0.01, 1000);
     this.camera.up.set(0, 0, 1);
@@ -150,8 +158,8 @@ export class Scene {
     group.clear();
   }
 
-  // Shows a figure: `traces` and `layout` as the reports have them; its last traces are the robots, one each.
-  show(figure, robots, paths) {
+  // Shows a figure: `traces` and `layout` as the reports have them; its last traces are the robots, one each, of these radii (m).
+  show(figure, robots, paths, radii) {
     if (!this.renderer) return;
     this.clear(this.content);
     this.clear(this.marks);
@@ -167,7 +175,7 @@ export class Scene {
     const moving = robots ? robots.length : 0;
     const still = moving ? figure.traces.slice(0, -moving) : figure.traces;
     for (const trace of still) this.addTrace(trace, robots || []);
-    this.robots = (robots || []).map((name, i) => this.addRobot(name, figure.traces[figure.traces.length - moving + i], paths && paths[i]));
+    this.robots = (robots || []).map((name, i) => this.addRobot(name, figure.traces[figure.traces.length - moving + i], paths && paths[i], radii && radii[i]));
     this.room = new THREE.Group();
     this.content.add(this.room);
     this.drawRoom();
@@ -213,9 +221,9 @@ export class Scene {
     return new THREE.Points(geometry, new THREE.PointsMaterial({ color: colour, size: 2.5, sizeAttenuation: false }));
   }
 
-  addRobot(name, trace, path) {
+  addRobot(name, trace, path, radius) {
     const colour = trace.marker.color;
-    const body = robotBody(colour, Math.max(0.05, 0.028 * this.size));
+    const body = robotBody(colour, radius || 0);
     body.position.copy(points(trace)[0]);
     const label = tag(name, "robot");
     label.center.set(0.5, 1.9);

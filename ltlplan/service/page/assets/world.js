@@ -11,7 +11,7 @@ export default {
     put() {
       if (!this.figure) return;
       const robots = this.figure.robots || [];
-      this.scene3d.show(this.figure, robots, null);
+      this.scene3d.show(this.figure, robots, null, this.figure.radii);
       for (const robot of this.scene3d.robots) robot.drop.scale.z = Math.max(robot.body.position.z - this.scene3d.low.z, 1e-3);
     },
   },

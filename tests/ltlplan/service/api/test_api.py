@@ -315,7 +315,7 @@ def test_it_says_whether_it_works_and_how_pages_may_behave(http: httpx.Client) -
     for name, value in {
         "x-content-type-options": "nosniff",
         "x-frame-options": "DENY",
-        "referrer-policy": "no-referrer",
+        "referrer-policy": "same-origin",
     }.items():
         assert answer.headers[name] == value
     assert "default-src 'none'" in answer.headers["content-security-policy"]

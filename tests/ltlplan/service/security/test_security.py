@@ -7,7 +7,6 @@ import json
 import math
 import stat
 import threading
-from collections.abc import AsyncIterator
 from pathlib import Path
 from typing import Any
 
@@ -24,12 +23,16 @@ from ltlplan.service.problems import (
     kinds,
     problem_of,
 )
-from ltlplan.service.security import tokens as token_module
+from ltlplan.service.security import sessions as session_module
+from ltlplan.service.security.admission import Rules
+from ltlplan.service.security.asker import COOKIE, is_open
 from ltlplan.service.security.bodies import Bodies, Body
-from ltlplan.service.security.gate import COOKIE, Gate, Rules
+from ltlplan.service.security.gate import Gate
 from ltlplan.service.security.origins import own_names, require_own_host, require_own_page
 from ltlplan.service.security.rates import MOST_CLIENTS, Rates
-from ltlplan.service.security.tokens import FILE, KEY_FILE, Tokens
+from ltlplan.service.security.sessions import FILE as SESSIONS
+from ltlplan.service.security.sessions import MOST_OF_ONE, Sessions
+from ltlplan.service.security.tokens import FILE, Tokens
 from ltlplan.service.settings import Limits, Rate
 from verify.data import BadInput, Infeasible, LtlplanError, MissionError, NotCertified, Witness, parse_mission
 
@@ -89,29 +92,57 @@ def test_a_file_of_tokens_that_is_none_opens_nothing(text: str, tmp_path: Path) 
         Tokens(tmp_path).owner("x")
 
 
-def test_sessions_hold_no_token_and_lapse(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_session_holds_no_token_outlives_a_restart_and_lapses(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     tokens = Tokens(tmp_path)
     token = tokens.new("alice")
-    session = tokens.session("alice")
+    sessions = Sessions(tokens)
+    session = sessions.begin("alice")
+    kept = (tmp_path / SESSIONS).read_text()
     assert token not in session
-    assert Tokens(tmp_path).owner_of_session(session) == "alice"
-    name, end, code = session.split(":")
-    for forged in (
-        "",
-        "alice",
-        f"bob:{end}:{code}",
-        f"{name}:{int(end) + 1}:{code}",
-        f"{name}:{end}:{code[:-1]}0x",
-        f"{name}:{end}:é",
-    ):
-        assert tokens.owner_of_session(forged) is None
-    monkeypatch.setattr(token_module.time, "time", lambda: float(end) + 1)
-    assert tokens.owner_of_session(session) is None
-    monkeypatch.undo()
-    tokens.revoke("alice")
+    assert session not in kept
+    assert stat.S_IMODE((tmp_path / SESSIONS).stat().st_mode) == 0o600
+    assert sessions.owner(session) == Sessions(Tokens(tmp_path)).owner(session) == "alice"
+    for forged in ("", "alice", session[:-1], f"{session}x", "\udcff", json.loads(kept)["sessions"].popitem()[0]):
+        assert sessions.owner(forged) is None
+    now = session_module.time.time()
+    monkeypatch.setattr(session_module.time, "time", lambda: now + session_module.SESSION_SECONDS + 1)
+    assert sessions.owner(session) is None
+
+
+def test_a_session_ends_by_itself_and_with_its_token(tmp_path: Path) -> None:
+    tokens = Tokens(tmp_path)
     tokens.new("alice")
-    assert tokens.owner_of_session(session) is None
-    assert stat.S_IMODE((tmp_path / KEY_FILE).stat().st_mode) == 0o600
+    sessions = Sessions(tokens)
+    first, second = sessions.begin("alice"), sessions.begin("alice")
+    sessions.end(first)
+    sessions.end("nonsense")
+    assert (sessions.owner(first), sessions.owner(second)) == (None, "alice")
+    Tokens(tmp_path).revoke("alice")  # by another process
+    assert sessions.owner(second) is None
+    with pytest.raises(BadInput, match="no token 'alice'"):
+        sessions.begin("alice")
+    tokens.new("alice")
+    assert sessions.owner(second) is None, "a new token of an old name takes no old session up again"
+
+
+def test_of_an_owner_with_many_sessions_the_first_ends(tmp_path: Path) -> None:
+    tokens = Tokens(tmp_path)
+    tokens.new("alice")
+    tokens.new("bob")
+    sessions = Sessions(tokens)
+    bobs = sessions.begin("bob")
+    begun = [sessions.begin("alice") for _ in range(MOST_OF_ONE + 1)]
+    assert [sessions.owner(each) for each in (begun[0], begun[1], begun[-1], bobs)] == [None, "alice", "alice", "bob"]
+
+
+@pytest.mark.parametrize("text", ["", "{}", "[1]", '{"format": 1, "sessions": {"x": 1}}', '{"format": 1, "sessions": [1]}'])
+def test_a_damaged_file_of_sessions_lets_nobody_in_and_is_replaced(text: str, tmp_path: Path) -> None:
+    tokens = Tokens(tmp_path)
+    tokens.new("alice")
+    (tmp_path / SESSIONS).write_text(text)
+    sessions = Sessions(tokens)
+    assert sessions.owner("x") is None
+    assert Sessions(tokens).owner(sessions.begin("alice")) == "alice"
 
 
 # origins
@@ -238,9 +269,9 @@ async def _application(scope: Any, receive: Any, send: Any) -> None:
     await send({"type": "http.response.body", "body": body + str(scope["state"]["client"]).encode()})
 
 
-def _gate(folder: Path, *, closed: bool = False, **limits: Any) -> Gate:
-    rules = Rules(Tokens(folder), own_names("127.0.0.1"), everywhere=False, closed=closed, limits=Limits(**limits))
-    return Gate(_application, rules)
+def _gate(folder: Path, *, closed: bool = False, inner: Any = _application, **limits: Any) -> Gate:
+    rules = Rules(Sessions(Tokens(folder)), own_names("127.0.0.1"), everywhere=False, closed=closed, limits=Limits(**limits))
+    return Gate(inner, rules)
 
 
 def _asked(gate: Gate, method: str, path: str, **given: Any) -> httpx.Response:
@@ -260,7 +291,7 @@ def test_without_tokens_this_machine_may_ask(tmp_path: Path) -> None:
 
 def test_with_tokens_everybody_needs_one_and_it_stands_in_no_log(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     gate = _gate(tmp_path)
-    token = gate.rules.tokens.new("alice")
+    token = gate.rules.sessions.tokens.new("alice")
     caplog.set_level("INFO")
     refused = _asked(gate, "GET", "/api/x")
     assert refused.status_code == 401
@@ -269,17 +300,24 @@ def test_with_tokens_everybody_needs_one_and_it_stands_in_no_log(tmp_path: Path,
     assert _asked(gate, "GET", "/api/x?token=" + token).status_code == 401
     assert _asked(gate, "GET", "/api/x", headers={"authorization": "Bearer nonsense"}).status_code == 401
     assert _asked(gate, "GET", "/api/x", headers={"authorization": f"Bearer {token}"}).text == "alice"
-    assert _asked(gate, "GET", "/api/x", headers={"cookie": f"{COOKIE}={gate.rules.tokens.session('alice')}"}).text == "alice"
+    assert _asked(gate, "GET", "/api/x", headers={"cookie": f"{COOKIE}={gate.rules.sessions.begin('alice')}"}).text == "alice"
     assert _asked(gate, "GET", "/health").status_code == 200
     to_login = _asked(gate, "GET", "/jobs/1", headers={"accept": "text/html"})
     assert (to_login.status_code, to_login.headers["location"]) == (303, "/login")
     noted = [record.__dict__["said"] for record in caplog.records if "said" in record.__dict__]
     assert len(noted) == 7
     assert token not in json.dumps(noted)
-    gate.rules.tokens.revoke("alice")
-    assert (
-        _asked(gate, "GET", "/api/x", headers={"authorization": f"Bearer {token}"}).status_code == 200
-    )  # none are left: open again
+
+
+def test_a_service_that_answered_to_tokens_does_not_open_when_the_last_one_is_revoked(tmp_path: Path) -> None:
+    gate = _gate(tmp_path)
+    assert _asked(gate, "GET", "/api/x").status_code == 200
+    token = gate.rules.sessions.tokens.new("alice")
+    assert _asked(gate, "GET", "/api/x", headers={"authorization": f"Bearer {token}"}).text == "alice"
+    gate.rules.sessions.tokens.revoke("alice")
+    assert _asked(gate, "GET", "/api/x", headers={"authorization": f"Bearer {token}"}).status_code == 401
+    refused = _asked(gate, "GET", "/api/x")
+    assert (refused.status_code, "no tokens left" in refused.text) == (401, True)
 
 
 def test_a_network_s_service_stays_closed_when_its_last_token_is_revoked(tmp_path: Path) -> None:
@@ -288,14 +326,199 @@ def test_a_network_s_service_stays_closed_when_its_last_token_is_revoked(tmp_pat
     assert _asked(gate, "GET", "/docs").status_code == 200
 
 
-def test_wrong_tokens_run_out(tmp_path: Path) -> None:
+def test_wrong_tokens_run_out_and_right_ones_pass_behind_the_same_address(tmp_path: Path) -> None:
     gate = _gate(tmp_path, strangers=Rate(0.001, 3))
-    token = gate.rules.tokens.new("alice")
-    statuses = [_asked(gate, "GET", "/api/x", headers={"authorization": f"Bearer {i}"}).status_code for i in range(5)]
-    assert statuses == [401, 401, 401, 429, 429]
-    assert _asked(gate, "GET", "/api/x", headers={"authorization": f"Bearer {token}"}).status_code == 429
-    session = gate.rules.tokens.session("alice")
+    token = gate.rules.sessions.tokens.new("alice")
+    statuses = [_asked(gate, "GET", "/api/x", headers={"authorization": f"Bearer {i}"}).status_code for i in range(25)]
+    assert statuses == [401] * 3 + [429] * 22
+    assert _asked(gate, "GET", "/api/x", headers={"authorization": f"Bearer {token}"}).text == "alice"
+    session = gate.rules.sessions.begin("alice")
     assert _asked(gate, "GET", "/api/x", headers={"cookie": f"{COOKIE}={session}"}).text == "alice"
+    limited = _asked(gate, "GET", "/api/x", headers={"authorization": "Bearer 26"})
+    assert (limited.status_code, int(limited.headers["retry-after"]) > 1) == (429, True)
+
+
+@pytest.mark.parametrize("path", ["/login", "/health", "/docs", "/docs/start.js", "/problems/busy", "/openapi.json"])
+def test_what_is_open_to_strangers(path: str) -> None:
+    assert is_open(path)
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        "/",
+        "/login/x",
+        "/login/",
+        "/logout/x",
+        "/health/x",
+        "/docs/",
+        "/docs/a/b",
+        "/problems",
+        "/problems/x/y",
+        "/favicon.ico/x",
+        "//docs/x",
+        "/openapi.json/x",
+    ],
+)
+def test_what_is_below_an_open_path_is_not_open(path: str) -> None:
+    assert not is_open(path)
+
+
+def test_people_are_refused_by_a_page_and_programs_by_a_problem(tmp_path: Path) -> None:
+    gate = _gate(tmp_path)
+    browser = {"accept": "text/html,application/xhtml+xml,*/*;q=0.8", "origin": "http://evil.example"}
+    page = _asked(gate, "POST", "/<b>x", headers=browser)
+    assert (page.status_code, page.headers["content-type"]) == (403, "text/html; charset=utf-8")
+    assert "<h1>Forbidden</h1>" in page.text
+    assert "script-src" not in page.headers["content-security-policy"]
+    assert "default-src 'none'" in page.headers["content-security-policy"]
+    problem = _asked(gate, "POST", "/x", headers={**browser, "accept": "*/*"})
+    assert (problem.status_code, problem.headers["content-type"]) == (403, "application/problem+json")
+    evil = _asked(gate, "GET", "/", headers={"host": "<script>.example", "accept": "text/html"})
+    assert (evil.status_code, "<script>" in evil.text) == (421, False)
+
+
+def test_our_own_forms_say_where_they_are_from(tmp_path: Path) -> None:
+    assert _asked(_gate(tmp_path), "GET", "/x").headers["referrer-policy"] == "same-origin"
+
+
+async def _endless(scope: Any, receive: Any, send: Any) -> None:
+    """Answer with a stream that never says anything more, or a socket that only listens."""
+    if scope["type"] == "websocket":
+        await send({"type": "websocket.accept"})
+        while (await receive())["type"] != "websocket.disconnect":
+            await send({"type": "websocket.send", "text": "heard"})
+        return
+    await send({"type": "http.response.start", "status": 200, "headers": [(b"content-type", b"text/event-stream")]})
+    await send({"type": "http.response.body", "body": b"first", "more_body": True})
+    await asyncio.Event().wait()
+
+
+class _Caller:
+    """One request that stays open, and what came of it."""
+
+    def __init__(self, gate: Gate, kind: str, method: str = "GET", **headers: str) -> None:
+        self.told: list[dict[str, Any]] = []
+        self.saying: asyncio.Queue[dict[str, Any]] = asyncio.Queue()
+        listed = [(b"host", b"localhost"), *((name.encode(), value.encode()) for name, value in headers.items())]
+        scope = {"type": kind, "method": method, "path": "/api/x", "headers": listed, "client": ("10.1.1.1", 1)}
+        self.task = asyncio.ensure_future(gate(scope, self.saying.get, self._hear))
+
+    async def _hear(self, message: Any) -> None:
+        self.told.append(message)
+
+    async def hears(self, count: int) -> None:
+        """Wait until it was told so many messages."""
+        async with asyncio.timeout(30):
+            while len(self.told) < count:
+                await asyncio.sleep(0.01)
+
+
+@pytest.mark.parametrize("kind", ["http", "websocket"])
+@pytest.mark.parametrize("way", ["token", "session", "logout"])
+def test_what_is_open_ends_with_its_token_or_session_though_nothing_happens_in_it(kind: str, way: str, tmp_path: Path) -> None:
+    gate = _gate(tmp_path, inner=_endless)
+    sessions = gate.rules.sessions
+    token = sessions.tokens.new("alice")
+    bobs = sessions.tokens.new("bob")
+    session = sessions.begin("alice")
+
+    async def ask() -> None:
+        headers = {"authorization": f"Bearer {token}"} if way == "token" else {"cookie": f"{COOKIE}={session}"}
+        ours, others = _Caller(gate, kind, **headers), _Caller(gate, kind, authorization=f"Bearer {bobs}")
+        await ours.hears(1)
+        await others.hears(1)
+        if way == "logout":
+            sessions.end(session)
+        else:
+            Tokens(tmp_path).revoke("alice")
+        async with asyncio.timeout(30):
+            await ours.task
+        assert not others.task.done()
+        if kind == "http":
+            assert ours.told[-1] == {"type": "http.response.body", "body": b""}
+        else:
+            assert (ours.told[-1]["type"], ours.told[-1]["code"]) == ("websocket.close", 1008)
+        others.task.cancel()
+
+    asyncio.run(ask())
+
+
+def test_nothing_said_in_a_socket_is_heard_after_its_session_has_ended(tmp_path: Path) -> None:
+    heard: list[str] = []
+
+    async def listening(scope: Any, receive: Any, send: Any) -> None:
+        del scope
+        await send({"type": "websocket.accept"})
+        while (message := await receive())["type"] == "websocket.receive":
+            heard.append(message["text"])
+            await send({"type": "websocket.send", "text": "heard"})
+
+    gate = _gate(tmp_path, inner=listening)
+    sessions = gate.rules.sessions
+    sessions.tokens.new("alice")
+    session = sessions.begin("alice")
+
+    async def ask() -> None:
+        caller = _Caller(gate, "websocket", cookie=f"{COOKIE}={session}")
+        await caller.saying.put({"type": "websocket.receive", "text": "before"})
+        await caller.hears(2)
+        sessions.end(session)
+        await caller.saying.put(
+            {"type": "websocket.receive", "text": "after"}
+        )  # at once: no look from time to time would see it
+        async with asyncio.timeout(30):
+            await caller.task
+
+    asyncio.run(ask())
+    assert heard == ["before"]
+
+
+def test_an_answer_that_was_computed_meanwhile_is_not_given(tmp_path: Path) -> None:
+    gate = _gate(tmp_path)
+    token = gate.rules.sessions.tokens.new("alice")
+
+    async def revoking(scope: Any, receive: Any, send: Any) -> None:
+        Tokens(tmp_path).revoke("alice")
+        await _application(scope, receive, send)
+
+    gate.inner = revoking
+    answer = _asked(gate, "GET", "/api/x", headers={"authorization": f"Bearer {token}"})
+    assert (answer.status_code, answer.json()["type"]) == (401, "/problems/not-authenticated")
+
+
+def test_one_client_has_only_some_requests_open_and_others_have_theirs(tmp_path: Path) -> None:
+    gate = _gate(tmp_path, inner=_endless, open_of_one=3)
+    alice, bob = (gate.rules.sessions.tokens.new(name) for name in ("alice", "bob"))
+
+    async def ask() -> None:
+        held = [_Caller(gate, "http", authorization=f"Bearer {alice}") for _ in range(4)]
+        others = _Caller(gate, "http", authorization=f"Bearer {bob}")
+        for each in (*held, others):
+            await each.hears(1)
+        assert [each.told[0]["status"] for each in (*held, others)] == [200, 200, 200, 503, 200]
+        for each in (*held, others):
+            each.task.cancel()
+
+    asyncio.run(ask())
+
+
+def test_a_body_that_does_not_come_gives_its_place_to_a_request_that_does(tmp_path: Path) -> None:
+    gate = _gate(tmp_path, open_of_one=2)
+
+    async def ask() -> None:
+        slow = [_Caller(gate, "http", "POST", **{"content-length": "5"}) for _ in range(2)]
+        await asyncio.sleep(0)
+        await asyncio.sleep(0)
+        quick = _Caller(gate, "http", "POST")
+        await quick.saying.put({"type": "http.request", "body": b"all", "more_body": False})
+        async with asyncio.timeout(30):
+            await quick.task
+            await slow[0].task
+        assert (quick.told[0]["status"], slow[0].told[0]["status"], slow[1].told) == (200, 408, [])
+        slow[1].task.cancel()
+
+    asyncio.run(ask())
 
 
 def test_the_gate_refuses_in_the_order_of_its_rules(tmp_path: Path) -> None:
@@ -317,10 +540,6 @@ def test_a_bug_ends_its_own_request_without_its_words(tmp_path: Path, caplog: py
 
 
 def test_a_body_that_does_not_come_ends_its_request(tmp_path: Path) -> None:
-    async def slowly() -> AsyncIterator[bytes]:
-        yield b"x"
-        await asyncio.sleep(30)
-
     messages: list[dict[str, Any]] = []
 
     async def ask() -> None:

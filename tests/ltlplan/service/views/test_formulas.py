@@ -17,14 +17,14 @@ def test_the_formula_of_the_paper_in_words() -> None:
     assert in_words(mission) == (
         "At some time in loc1.",
         "At some time in loc2.",
-        "Always: if in smoke, then carrying.",
+        "Always: if in smoke, then in state carrying.",
     )
 
 
 @pytest.mark.parametrize(
     ("formula", "said"),
     [
-        ("!smoke U carrying", "Not in smoke until carrying, which must come."),
+        ("!smoke U carrying", "Not in smoke until in state carrying, which must come."),
         ("G F loc1", "Again and again in loc1."),
         ("F G loc1", "From some time on always in loc1."),
         ("F (loc1 & !smoke)", "At some time: in loc1 and not in smoke."),
@@ -67,10 +67,10 @@ def test_each_part_has_its_automaton_and_its_states_move_on() -> None:
     ("formula", "said"),
     [
         ("F(count(a) >= 2)", "At some time at least two robots are in a."),
-        ("G(count(a & water) < 2)", "Always fewer than two robots are in a and water."),
-        ("G all(b -> water)", "Always all robots are such that if in b, then water."),
+        ("G(count(a & water) < 2)", "Always fewer than two robots are in a and in state water."),
+        ("G all(b -> water)", "Always all robots are such that if in b, then in state water."),
         ("each(F a)", "For each robot: at some time in a."),
-        ("q0.a U q1.water", "Q0 in a until q1 shows water, which must come."),
+        ("q0.a U q1.water", "Q0 in a until q1 in state water, which must come."),
     ],
 )
 def test_counts_in_words(formula: str, said: str) -> None:

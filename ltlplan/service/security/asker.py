@@ -1,0 +1,60 @@
+"""Who asks, as a request says it, and what is answered to anybody."""
+
+from __future__ import annotations
+
+import http.cookies
+from dataclasses import dataclass
+
+COOKIE = "ltlplan_session"
+LOGIN = "/login"
+OPEN = ("/health", LOGIN, "/logout", "/docs", "/openapi.json", "/favicon.ico")
+"""What is answered without a token: nothing in it is anybody's."""
+OPEN_FOLDERS = ("/docs/", "/problems/")
+"""Of what lies right in them, the same is so."""
+ASSETS = ("/_nicegui/", "/docs/")
+"""Files that a page fetches by the dozen, which no rate counts."""
+
+
+@dataclass(frozen=True, slots=True)
+class Asker:
+    """Who asks, as the request says it.
+
+    Attributes:
+        path: What is asked for.
+        address: Where it comes from.
+        bearer: The token in the header `Authorization`; None where there is none.
+        session: The session in the cookie, or an empty text.
+    """
+
+    path: str
+    address: str
+    bearer: str | None
+    session: str
+
+    @staticmethod
+    def of(path: str, address: str, headers: dict[str, str]) -> Asker:
+        """Return who asks.
+
+        Args:
+            path: What is asked for.
+            address: Where it comes from.
+            headers: By lower-case name.
+        """
+        scheme, _, given = headers.get("authorization", "").partition(" ")
+        bearer = given.strip() if scheme.lower() == "bearer" and given.strip() else None
+        return Asker(path, address, bearer, cookie(headers))
+
+
+def is_open(path: str) -> bool:
+    """Tell whether a path is answered without a token."""
+    folder, slash, name = path.rpartition("/")
+    return path in OPEN or (bool(name) and folder + slash in OPEN_FOLDERS)
+
+
+def cookie(headers: dict[str, str]) -> str:
+    """Return the session in a request's cookies, or an empty text."""
+    try:
+        found = http.cookies.SimpleCookie(headers.get("cookie", "")).get(COOKIE)
+    except http.cookies.CookieError:
+        return ""
+    return "" if found is None else found.value
