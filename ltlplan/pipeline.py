@@ -116,12 +116,13 @@ def _refined(draft: Draft, refining: Progress) -> tuple[Draft, dict[str, Traject
     """Return one trajectory a robot, and the draft with a note on flights that are cut into parts for a vehicle's memory."""
     import refine
 
+    pace = "time" if draft.hurried else "nominal"
     try:
-        team = refine.refine(draft.plan, witnesses=draft.witnesses, too_long="rest", progress=refining)
+        team = refine.refine(draft.plan, witnesses=draft.witnesses, pace=pace, too_long="rest", progress=refining)
         return replace(draft, plan=_with_parts(draft.plan, team)), team
     except DoesNotFit as error:
         refining("leaving the flight whole, to be streamed", 0.0)
-        team = refine.refine(draft.plan, witnesses=draft.witnesses, max_pieces=MAX_PIECES, progress=refining)
+        team = refine.refine(draft.plan, witnesses=draft.witnesses, pace=pace, max_pieces=MAX_PIECES, progress=refining)
         said = f"The flight is longer than its vehicles hold, and no parts of it were found: stream it (px4, ros2). {error}"
         notes = tuple(dict.fromkeys((*draft.plan.notes, said)))
         return replace(draft, plan=draft.plan.model_copy(update={"notes": notes})), team

@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING, SupportsIndex
 import numpy as np
 
 from ltlplan.allocation import Allocation, Context, Leg, PlanningMethod
-from ltlplan.systems.objective import objective_text
+from ltlplan.logic.budget import Budget
+from ltlplan.systems.objective import is_counted_by_legs, objective_text
 from verify.data import BadInput, Infeasible, Mission, Plan, RobotPlan
 from verify.data.choices import PLANNING_METHODS
 from verify.data.language.counting import first_count
@@ -28,6 +29,8 @@ _CHUNKS = 4
 _NO_COUNTS = ("online-mtac-e",)
 """Methods that hand tasks from one robot to the next in flight, and know nothing of several at one time."""
 
+_BOUNDING = Budget(states=10_000)
+"""Of the search for what no plan costs less than."""
 SEQUENCE = "sequence"
 """What `Plan.method` says where the mission's own sequence of passages is flown."""
 
@@ -119,8 +122,11 @@ def plan_of(mission: Mission, allocation: Allocation, paths: Mapping[str, RobotP
     """
     from ltlplan.paths.costs import team_cost
     from ltlplan.paths.flight_times import require_endurance
+    from ltlplan.paths.priced_words import lower_bound
 
     minimised = objective_text(mission)
+    bound = None if allocation.lower_bound is None else lower_bound(mission, budget=_BOUNDING)
+    straight = _by_straight_legs(mission, allocation) if method == "exact" else ()
     costs = [path.cost for path in paths.values()]
     if not np.all(np.isfinite(costs)):
         raise Infeasible("The planned path has no finite cost; a waypoint is out of reach.")
@@ -132,16 +138,27 @@ def plan_of(mission: Mission, allocation: Allocation, paths: Mapping[str, RobotP
         method=method,
         seed=mission.planner.seed,
         cost=team_cost(mission, costs),
-        lower_bound=allocation.lower_bound,
+        lower_bound=bound,
         complete=allocation.complete,
         precedences=allocation.precedences,
         meetings=allocation.meetings,
         notes=(
             *allocation.notes,
+            *straight,
             *(f"Precedence: {each.sentence(paths)}." for each in allocation.precedences),
             *([] if minimised is None else [f"Minimised: {minimised}."]),
         ),
     )
+
+
+def _by_straight_legs(mission: Mission, allocation: Allocation) -> tuple[str, ...]:
+    """Return what is known of the words by straight legs between middles, of all laps, as the exact search counts them."""
+    if allocation.lower_bound is None or not is_counted_by_legs(mission):
+        return ()
+    lasso = mission.spec.trace == "infinite"
+    laps = f" of all {mission.spec.repeat} laps" if lasso and mission.spec.repeat > 1 else ""
+    how = "is the cheapest" if allocation.complete else "is not sure to be the cheapest; that costs at least"
+    return (f"By straight-line cost{laps} the {'word' if lasso else 'assignment'} {how}: {allocation.lower_bound:.3f}.",)
 
 
 def with_seed(mission: Mission, seed: int | None) -> Mission:

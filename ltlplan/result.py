@@ -38,6 +38,16 @@ class Result:
     files: tuple[Path, ...] = ()
     _aborts: list[AbortVerdict] = field(default_factory=list["AbortVerdict"], repr=False, compare=False)
 
+    def __repr__(self) -> str:
+        rounds = f"{self.rounds} {'round' if self.rounds == 1 else 'rounds'} of refinement"
+        lines = [
+            f"<Result of '{self.mission.name}', seed {self.plan.seed}, {rounds}",
+            f"  {self.plan}",
+            f"  {self.certificate}",
+        ]
+        lines += [f"  {name}: {flight}" for name, flight in self.team.items()]
+        return "\n".join([*lines, f"  {self.log}", f"  {len(self.files)} files>"])
+
     @property
     def abort(self) -> AbortVerdict:
         """Whether braking to a hover from every instant is certified; judged when it is first asked for."""

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from refine.planes import Plane, nearest_on_segment
 from verify.data import Mission
 from verify.data.shapes.inequalities import Inequality
-from verify.data.shapes.nearest import surface_of
+from verify.data.shapes.nearest import Surface, surface_of
 from verify.data.shapes.solid_parts import SolidPart, solid_parts
 
 Floats = NDArray[np.float64]
@@ -64,9 +64,13 @@ class SolidBody:
     def _origin(self) -> Floats:
         return np.array(self.part.center)
 
+    @cached_property
+    def _surface(self) -> Surface:
+        return surface_of(self.part.inequalities)
+
     def signed_distance(self, points: Floats) -> Floats:
         """Return how far points are outside, in m (a lower bound of the distance), negative inside. Shape (..., 3) to (...)."""
-        surface = surface_of(self.part.inequalities)
+        surface = self._surface
         offset = points.reshape(-1, 3) - self._origin
         found = -surface.body.depths(offset) - self.growth
         unsure = (found < 0.0) & (found > -self.growth)  # beside edges and corners
@@ -76,7 +80,7 @@ class SolidBody:
 
     def meets(self, a: Floats, b: Floats) -> bool:
         """Tell whether the segment a b has no plane between it and the body."""
-        body = surface_of(self.part.inequalities).body
+        body = self._surface.body
         ends = np.stack([a, b]) - self._origin
         if len(body.normals) and np.any(np.min(ends @ body.normals.T, axis=0) - body.distances > self.growth):
             return False  # beyond a face, as most are
@@ -94,7 +98,7 @@ class SolidBody:
             b: The other.
             by: How far outside of the body the point then is, m.
         """
-        surface = surface_of(self.part.inequalities)
+        surface = self._surface
         point = nearest_on_segment(a - self._origin, b - self._origin, surface.distances)
         foot = surface.nearest(point[None])[0]
         distance = float(np.linalg.norm(point - foot))
@@ -104,7 +108,7 @@ class SolidBody:
 
     def plane(self, a: Floats, b: Floats) -> Plane | None:
         """Return a plane with the body on one side and the segment a b on the other; None where they meet."""
-        surface = surface_of(self.part.inequalities)
+        surface = self._surface
         start, end = a - self._origin, b - self._origin
         point = nearest_on_segment(start, end, surface.distances)
         normal = point - surface.nearest(point[None])[0]

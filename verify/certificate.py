@@ -79,6 +79,13 @@ class Certificate:
     cuts: dict[str, tuple[int, ...]] = field(default_factory=dict)
     format: int = CERTIFICATE_FORMAT
 
+    def __repr__(self) -> str:
+        proved = sum(claim.outcome == "holds" for claim in self.claims)
+        return (
+            f"<Certificate of '{self.mission.name}': {'holds' if self.holds else 'does not hold'}, {proved} of {len(self.claims)} claims proved, "
+            f"margin {self.margin:g} m>"
+        )
+
     @property
     def holds(self) -> bool:
         """Whether every claim is proved."""

@@ -91,6 +91,11 @@ class FlightLog:
     controllers: tuple[str, ...] | None = None
     notes: tuple[str, ...] = field(default=())
 
+    def __repr__(self) -> str:
+        judged = {True: "satisfied", False: "violated", None: "not judged"}[self.satisfied]
+        lasts = f"{self.times[-1] - self.times[0]:.2f} s" if len(self.times) else "no samples"
+        return f"<FlightLog of '{self.mission}', {', '.join(self.robots)}: {lasts}, formula {judged}, tube {self.tube or 'unknown'}>"
+
     def __post_init__(self) -> None:
         for name in (
             "times",

@@ -5,9 +5,10 @@ from __future__ import annotations
 import os
 from typing import TYPE_CHECKING
 
+from ltlplan.attempts.faster_flights import planned_faster
 from ltlplan.missions import load_mission
-from ltlplan.planner import SEQUENCE, make_plan
-from verify.data import BadInput, InternalError, Mission, NotCertified, Plan, check_mission
+from ltlplan.planner import SEQUENCE, make_plan, with_seed
+from verify.data import BadInput, Infeasible, InternalError, Mission, NotCertified, Plan, check_mission
 from verify.data.choices import PLANNING_METHODS
 from verify.data.progress import Progress, silent
 
@@ -38,7 +39,7 @@ def plan(
     Raises:
         BadInput: There is no such mission, or its file is at fault.
         Unsatisfiable: No word that these robots can fly satisfies the formula.
-        Infeasible: A word exists, but no way between the hoops was found.
+        Infeasible: A word exists, but no way between the hoops was found, or no speed within the limits keeps a vehicle's endurance.
         NotCertified: The sequence, or the words of a method of another package, break the formula.
         InternalError: The words of one of our methods fail in the checker.
     """
@@ -53,7 +54,14 @@ def plan(
             return plan(asked, method=method, seed=seed, progress=say)
 
         return plan_with_soft_parts(mission, planned, progress or silent)
-    made = make_plan(mission, method=method, seed=seed, progress=progress, workers=workers)
+
+    def made_at(speed: Mission) -> Plan:
+        return make_plan(speed, method=method, seed=seed, progress=progress, workers=workers)
+
+    try:
+        made = made_at(mission)
+    except Infeasible as error:
+        made = planned_faster(with_seed(mission, seed), made_at, error)
     words = made.words
     if mission.spec.trace == "infinite" and len(words) > 1:
         return made  # its words are laps that begin together, which the certificate proves of the flight

@@ -32,6 +32,7 @@ class Draft:
         rooms: How many robots regions hold, where refinement found no places for more: (region, robots).
         tried: What the plans before did that no flight kept, as digests.
         given_up: Why the first plan was given up for other words; None before that.
+        hurried: Whether it is flown as fast as limits allow, for flights at the plan's own times outlast a vehicle's endurance.
     """
 
     plan: Plan
@@ -46,6 +47,7 @@ class Draft:
     rooms: tuple[tuple[str, int], ...] = ()
     tried: tuple[str, ...] = ()
     given_up: str | None = None
+    hurried: bool = False
 
     @property
     def last_round(self) -> int:

@@ -20,9 +20,10 @@ from ltlplan.attempts.checked_plan import plan
 from ltlplan.attempts.drafts import Draft
 from ltlplan.logic.budget import Budget
 from ltlplan.planner import SEQUENCE
+from ltlplan.precedences import with_planned_waits
 from ltlplan.search.counts.capacities import holding
 from ltlplan.search.method import knowing, without_legs
-from verify.data import BadInput, Infeasible, InternalError, LtlplanError, NotCertified, Plan, Unsatisfiable, Witness
+from verify.data import BadInput, Infeasible, InternalError, LtlplanError, Mission, NotCertified, Plan, Unsatisfiable, Witness
 from verify.data.choices import PLANNING_METHODS
 
 _OTHERS = 4
@@ -31,6 +32,7 @@ _LEGS = 6
 """Legs that are shut in turn, each for one search."""
 _BUDGET, _COUNTED = Budget(states=20_000), Budget(states=4_000)
 """Of a search for other words, and where robots are counted, whose states take ten times as long."""
+NO_WAITS = "Whatever robots wait for, these words do not satisfy the formula."
 _NONE = (BadInput, Unsatisfiable, Infeasible, NotCertified, InternalError)
 
 
@@ -63,6 +65,15 @@ def flown_otherwise(draft: Draft, error: LtlplanError) -> Draft | None:
     return replace(found, plan=other, witnesses=(), begun=draft.rounds, others=draft.others + 1, given_up=why)
 
 
+def hold_under_precedences(made: Plan) -> bool:
+    """Tell whether a plan's words may satisfy the formula under some precedences; if not, no flight of them does."""
+    try:
+        with_planned_waits(made)
+    except Unsatisfiable:
+        return False
+    return True
+
+
 def no_other_words(draft: Draft, error: LtlplanError) -> LtlplanError:
     """Return the error for a plan that was given up, with what became of other words.
 
@@ -78,8 +89,29 @@ def no_other_words(draft: Draft, error: LtlplanError) -> LtlplanError:
         if draft.others == 0
         else f"Of {draft.others} other {'plan' if draft.others == 1 else 'plans'}, with other words, no flight was found either."
     )
-    sentence = f"{draft.given_up or error} {tried}"
+    sentence = " ".join(
+        [draft.given_up or str(error), tried, *(_held_letter(draft.plan) if witness.claim == "formula" else ())]
+    )
     return NotCertified(sentence, error.witnesses) if isinstance(error, NotCertified) else Infeasible(sentence, witness)
+
+
+def _held_letter(made: Plan) -> list[str]:
+    """Return which letter breaks a formula of `own` that the words satisfy in a single order, and whether `joint` has a plan."""
+    from ltlplan.search.interleavings.planned_words import systems_of_words
+    from ltlplan.search.refusals.held_letters import held_letter
+
+    if made.mission.spec.team == "joint" or made.mission.spec.trace == "infinite" or hold_under_precedences(made):
+        return []
+    systems = systems_of_words(made)
+    return [] if systems is None else held_letter(made.mission, systems, made.mission.formula, _can_be_planned)
+
+
+def _can_be_planned(mission: Mission) -> bool:
+    try:
+        plan(mission)
+    except _NONE:
+        return False
+    return True
 
 
 def _conflict(error: LtlplanError) -> Witness | None:
@@ -136,7 +168,7 @@ def _without_a_leg(draft: Draft, witness: Witness) -> Iterator[Draft]:
                 other = plan(made.mission, method=without_legs(shut))
         except _NONE:
             continue
-        if _digest(other) not in draft.tried:
+        if _digest(other) not in draft.tried and (witness.claim != "formula" or hold_under_precedences(other)):
             yield replace(draft, plan=other, shut=shut)
 
 

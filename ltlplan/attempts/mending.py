@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from ltlplan.attempts.checked_plan import plan
 from ltlplan.attempts.drafts import Draft, Refused
-from ltlplan.attempts.flyable_words import flown_otherwise, no_other_words
+from ltlplan.attempts.flyable_words import NO_WAITS, flown_otherwise, hold_under_precedences, no_other_words
 from ltlplan.planner import SEQUENCE
 from ltlplan.precedences import with_planned_waits, with_waits
 from verify.data import BadInput, Infeasible, LtlplanError, NotCertified, Plan, Unsatisfiable
@@ -45,12 +45,23 @@ def _mended(refused: Refused) -> Draft:
         return refused.instead or replace(refused.draft, rounds=refused.rounds)
     latest = tuple(claim.witness for claim in refused.claims if claim.witness is not None)
     if long := [claim.sentence for claim in refused.claims if claim.name == "limits.endurance"]:
-        hint = "No other flight of this plan is shorter; plan faster flights (`planner.speed`), or with room for waits."
+        if not refused.draft.hurried:
+            return _hurried(refused.draft, refused.rounds)
+        lasts = max(flight.duration for flight in refused.team.values())
+        hint = (
+            f"Flown as fast as all limits allow, which took {lasts:.4g} s; plan more robots, or vehicles of longer endurance."
+        )
         raise NotCertified(f"Not certified. {' '.join(long)} {hint}", latest)
     if refused.rounds >= refused.draft.last_round:
         sentences = " ".join(claim.sentence for claim in refused.claims)
         raise NotCertified(f"Not certified after {refused.rounds} rounds of refinement. {sentences}", latest)
     draft, witnesses = refused.draft, (*refused.draft.witnesses, *latest)
+    if any(witness.claim == "formula" for witness in latest) and not hold_under_precedences(draft.plan):
+        replanned = _replanned(refused)
+        if replanned is None:
+            sentences = " ".join(claim.sentence for claim in refused.claims)
+            raise NotCertified(f"Not certified. {sentences} {NO_WAITS}", latest)
+        return replanned
     try:
         waiting = with_waits(draft.plan, latest)
         mends = waiting is not draft.plan or all(witness.claim != "formula" for witness in latest)
@@ -61,6 +72,13 @@ def _mended(refused: Refused) -> Draft:
         return replanned
     replanned = None if mends else _replanned(refused)
     return replanned or replace(draft, plan=waiting, rounds=refused.rounds, witnesses=witnesses)
+
+
+def _hurried(draft: Draft, rounds: int) -> Draft:
+    """Return the draft as it is flown as fast as limits allow."""
+    note = "Flown as fast as the limits allow: at the planned speeds the flight would outlast a vehicle's endurance."
+    made = draft.plan.model_copy(update={"notes": (*draft.plan.notes, note)})
+    return replace(draft, plan=made, rounds=rounds, hurried=True)
 
 
 def _replanned(refused: Refused) -> Draft | None:

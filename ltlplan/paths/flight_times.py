@@ -46,7 +46,7 @@ def require_endurance(mission: Mission, robot: str, path: RobotPlan) -> None:
         sentence = (
             f"{robot}'s path lasts {lasts:.4g} s at {mission.seen_by(robot).planner.speed:g} m/s, speeding up and slowing down "
             f"included; the least endurance in the team leaves {allowed:g} s beside {CLIMB_AND_LANDING:g} s for climb, the way to the start "
-            "and landing. Plan faster flights (`planner.speed`), more robots, or vehicles of longer endurance."
+            "and landing. Plan more robots, or vehicles of longer endurance."
         )
         raise Infeasible(
             sentence, Witness(claim="limits.endurance", sentence=sentence, robot=robot, bound=lasts, limit=allowed)

@@ -1,7 +1,6 @@
 """What legs cost before any path is laid: at the least, and about.
 
-A leg of `length` and `time` costs at least what its straight line, or its shortest way around obstacles, costs at the nominal speed:
-of these the exact search finds the cheapest words for sure. `energy` is at least the time, for the thrust's mean is hover, and its
+A leg of `length` and `time` costs at least what the straight line between the nearest points of its regions costs at the nominal speed. `energy` is at least the time, for the thrust's mean is hover, and its
 power is convex in it. `effort` is bounded once for each robot that flies: from rest up to the mean speed and, unless it
 flies for ever, back. Of every other term it is known only that it is not negative.
 """
@@ -35,22 +34,27 @@ def least_rates(mission: Mission) -> dict[str, float]:
 
 
 def least_costs(mission: Mission) -> Cost:
-    """Return a lower bound on the cost of each leg by straight lines, or by shortest ways around obstacles.
+    """Return a lower bound on the cost of each leg: of the straight line between a start or region and the next region, at their nearest.
+
+    Paths need not lead through the middles of regions, so that each region's outer radius is taken off at both ends.
 
     Args:
         mission: Gives regions, weights and speeds.
     """
-    straight, rates = Systems(mission), least_rates(mission)
+    straight, rates, regions = Systems(mission), least_rates(mission), mission.all_regions
     ends = 1.0 if mission.spec.trace == "infinite" else 2.0
 
     def leg(robot: str, start: Point | str, region: str) -> float:
-        metres = straight.metres(robot, straight.leg(robot, start, region))
-        speed = straight.nominal_speed(robot)
+        if not math.isfinite(straight.leg(robot, start, region)):
+            return _FAR
+        goal, speed = regions[region], straight.nominal_speed(robot)
+        here, around = (regions[start].center, regions[start].outer_radius) if isinstance(start, str) else (start, 0.0)
+        metres = max(0.0, math.dist(here, goal.center) - around - goal.outer_radius)
         first = 0.0
-        if not isinstance(start, str) and math.isfinite(metres):
+        if not isinstance(start, str) and metres > 0.0:
             slowest = metres / (metres / speed + 2 * max(RAMPS))  # the mean speed with time to get going and to come to rest
             first = mission.weights_of(robot).get("effort", 0.0) * ends * slowest
-        return rates[robot] * metres + first if math.isfinite(metres) else _FAR
+        return rates[robot] * metres + first
 
     return leg
 

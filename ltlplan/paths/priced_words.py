@@ -23,6 +23,7 @@ from ltlplan.paths.improvement import improved_path, own_draws, with_ramped_time
 from ltlplan.paths.leg_prices import expected_costs, least_costs, least_rates
 from ltlplan.paths.nominal import lay_path
 from ltlplan.paths.team_laps import lay_laps
+from ltlplan.search.assignment import TIES
 from ltlplan.search.exact import Assignment, assign
 from ltlplan.search.method import SHUT
 from ltlplan.search.method import exact as exact_by_legs
@@ -113,16 +114,25 @@ def _said(mission: Mission, priced: int, *, bounded: bool) -> Iterator[str]:
 
 
 def lower_bound(mission: Mission, *, budget: Budget = DEFAULT_BUDGET) -> float | None:
-    """Return what no allocation costs less than, by straight legs at the nominal speeds; None where the search for it is too large.
+    """Return what no plan's path costs less than, one lap and what leads to it; None where the search for it is too large.
 
     Args:
         mission: What is asked. Terms that have no bound of their own are counted as 0.
         budget: Bounds on the search.
     """
+    once = mission if mission.spec.repeat == 1 else mission.changed(spec=mission.spec.model_copy(update={"repeat": 1}))
+    rates = least_rates(once)
     try:
-        return assign(mission, cost=least_costs(mission), metre=least_rates(mission), budget=budget).lower_bound
-    except TooLarge:
+        bound = assign(once, cost=least_costs(once), metre=rates, budget=budget, explained=False).lower_bound
+    except (TooLarge, Infeasible, Unsatisfiable):
         return None
+    if bound is None:
+        return None
+    # Ways to ends are counted from the middles of the regions before them.
+    widest = max((region.outer_radius for region in once.all_regions.values()), default=0.0)
+    home = [rates[name] * widest for name, agent in once.agents.items() if agent.end is not None]
+    spare = max(home, default=0.0) if once.planner.objective == "longest" else sum(home)
+    return max(0.0, bound - spare - TIES)
 
 
 def _compared(mission: Mission, context: Context, prices: _Prices, first: Allocation) -> list[tuple[float, int, Allocation]]:

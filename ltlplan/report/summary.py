@@ -6,8 +6,6 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from ltlplan.systems.objective import is_counted_by_legs
-
 if TYPE_CHECKING:
     from ltlplan.result import Result
     from verify import Certificate, Claim, FlightVerdict
@@ -34,15 +32,10 @@ def plan_lines(plan: Plan) -> list[str]:
             lines.append(f"          flies {kind_text(mission, name)}")
     lasso = any(robot.cycle_visit is not None for robot in plan.robots.values())
     lines.append(f"cost      {plan.cost:.3f} ({plan.method}, seed {plan.seed}{'; prefix and one lap' if lasso else ''})")
-    if plan.method == "exact" and plan.lower_bound is not None and not is_counted_by_legs(mission):
+    if plan.method == "exact" and plan.lower_bound is not None:
         gap = max(0.0, plan.cost / plan.lower_bound - 1) if plan.lower_bound > TINY else math.inf
         how = "not known" if math.isinf(gap) else f"{100 * gap:.1f} %"
         lines.append(f"          by straight legs no assignment costs less than {plan.lower_bound:.3f}: the gap is {how}")
-    elif plan.method == "exact" and plan.lower_bound is not None:
-        how = "is the cheapest" if plan.complete else "is not sure to be the cheapest; that costs at least"
-        laps = f" of all {mission.spec.repeat} laps" if lasso and mission.spec.repeat > 1 else ""
-        what = "word" if lasso else "assignment"
-        lines.append(f"          by straight-line cost{laps} the {what} {how}: {plan.lower_bound:.3f}")
     lines += [f"note      {note}" for note in plan.notes]
     return lines
 

@@ -49,8 +49,8 @@ def over_endurance(mission: Mission, systems: Systems, robots: Mapping[str, Itin
     sentence = (
         f"{first}'s endurance of {limits[first]:g} s leaves {allowed:g} s for the flight ({CLIMB_AND_LANDING:g} s are for climb, the way to "
         f"the start and landing), and all are in the air until the last one has finished. No way to share the mission was found that lasts "
-        f"no longer: the cheapest lets {slowest} fly {times[slowest]:.4g} s at {systems.nominal_speed(slowest):g} m/s ({visits}). Plan faster "
-        "flights (`planner.speed`), more robots, or vehicles of longer endurance."
+        f"no longer: the cheapest lets {slowest} fly {times[slowest]:.4g} s at {systems.nominal_speed(slowest):g} m/s ({visits}). Plan more "
+        "robots, or vehicles of longer endurance."
     )
     witness = Witness(claim="limits.endurance", sentence=sentence, robot=slowest, bound=times[slowest], limit=allowed)
     return Infeasible(sentence, witness)

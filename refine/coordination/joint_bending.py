@@ -12,7 +12,7 @@ The sum only knows samples and asks for a few centimetres more than is needed: w
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -73,12 +73,14 @@ class Bent:
         least: The least sampled distance of two robots, less what clocks may take of it, m as it counts; no more than what was aimed at.
         nearest: The two robots of it.
         time: s, when that is.
+        evaluations: How often the sum was evaluated to find them.
     """
 
     points: tuple[Floats, ...]
     least: float
     nearest: tuple[int, int]
     time: float
+    evaluations: int = 0
 
 
 def bend_apart(movers: Sequence[Mover], spacing: Spacing, beginning: Beginning) -> Bent:
@@ -91,7 +93,7 @@ def bend_apart(movers: Sequence[Mover], spacing: Spacing, beginning: Beginning) 
     """
     space = _Space(movers, spacing)
     points = space.begun(beginning)
-    bent = space.bent(points)
+    bent, evaluations = space.bent(points), 0
     for weight in _WEIGHTS:
         for _ in range(_LOOKS):
             near = space.near(points, _SKIN)
@@ -103,13 +105,13 @@ def bend_apart(movers: Sequence[Mover], spacing: Spacing, beginning: Beginning) 
                 method="L-BFGS-B",
                 options={"maxiter": _STEPS, "maxcor": 12},
             )
-            points = space.with_free(found.x)
+            points, evaluations = space.with_free(found.x), evaluations + found.nfev
             if found.nit < _STEPS:
                 break
         bent = space.bent(points)
         if bent.least >= spacing.distance + CLEARANCE / 2:
             break
-    return bent
+    return replace(bent, evaluations=evaluations)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -170,7 +172,7 @@ class _Space:
         when = np.tile(np.arange(count) * 2.0 * reach, len(self._movers))
         pairs = KDTree(np.column_stack([places * self._scale, when])).query_pairs(reach, output_type="ndarray")
         pairs = pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]  # the tree's own order is nobody's promise
-        bodies: list[tuple[Obstacle, Indices]] = []
+        bodies: dict[int, tuple[Obstacle, list[Indices]]] = {}  # each once, for all legs that it stands beside
         for index, robot in enumerate(self._movers):
             flown = np.searchsorted(robot.start + robot.path.knots, self._times, side="right") - 1
             for leg, rules in enumerate(robot.corridor.legs):
@@ -179,10 +181,12 @@ class _Space:
                     continue
                 own = places[rows]
                 for number in within(rules.obstacles, own.min(axis=0) - skin, own.max(axis=0) + skin):
-                    met = rows[rules.obstacles[number].signed_distance(own) < skin]
+                    body = rules.obstacles[number]
+                    met = rows[body.signed_distance(own) < skin]
                     if len(met):
-                        bodies.append((rules.obstacles[number], met))
-        return _Near(pairs, np.minimum(lags[pairs[:, 0]], lags[pairs[:, 1]]), tuple(bodies))
+                        bodies.setdefault(id(body), (body, []))[1].append(met)
+        met_by = tuple((body, np.concatenate(met)) for body, met in bodies.values())
+        return _Near(pairs, np.minimum(lags[pairs[:, 0]], lags[pairs[:, 1]]), met_by)
 
     def _lags(self, places: Floats) -> Floats:
         """Return how far each robot flies in the clocks' error, at its speed at each sample, m. Shape (rows, 3) to (rows,)."""
@@ -221,8 +225,7 @@ class _Space:
             deep = _BODY_BUFFER - body.signed_distance(places[rows])
             rows, deep = rows[deep > 0.0], deep[deep > 0.0]
             if len(rows):
-                probes = places[rows] + _PROBE * np.eye(3)[:, None]
-                beyond = np.stack([body.signed_distance(probe) for probe in probes], axis=1)
+                beyond = body.signed_distance(places[rows] + _PROBE * np.eye(3)[:, None]).T
                 total += float(np.sum(deep**2))
                 pull[rows] -= 2.0 * deep[:, None] * (beyond - (_BODY_BUFFER - deep)[:, None]) / _PROBE
         return total, pull

@@ -1,7 +1,7 @@
 """A team's flights together: who departs when, and what else is tried where no departures keep robots apart.
 
-Of many robots those that meet swerve, all at once, so that nobody waits. Few depart one after the other, and swerve where that would
-take much longer. In this order, until one succeeds: departures; paths that also keep clear of where the others hover; the plan's own shares of
+Of many robots those that meet swerve, all at once, so that nobody waits, unless departures alone let all arrive by when the longest
+flight ends anyhow. Few depart one after the other, and swerve where that would take much longer. In this order, until one succeeds: departures; paths that also keep clear of where the others hover; the plan's own shares of
 time instead of even ones; other places for visits within their regions; giving way to each other; waits at every point. Then they take
 turns, in an order in which nobody rests where another one comes to; and robots that meet fly one at a time between meetings, by name or the
 last ones first, and exchange their places.
@@ -164,6 +164,10 @@ def _together(plan: Plan, feedback: Feedback, options: RefinementOptions, tell: 
     if len(plan.robots) == 1:
         return alone, {name: robot.plan.hold for name, robot in alone.items()}
     if len(alone) > _FEW and not plan.meetings:
+        if len(alone) <= _CROWD:
+            robots, starts = _departing(problem, alone)
+            if not isinstance(starts, DepartureConflict) and _arrival((robots, starts)) <= _longest(alone):
+                return robots, starts
         tell("letting robots swerve together", 0.7)
         swerving = avoid_jointly(problem, alone)
         if not isinstance(swerving, DepartureConflict):
@@ -213,13 +217,17 @@ def _together(plan: Plan, feedback: Feedback, options: RefinementOptions, tell: 
 
 def _sooner(problem: Problem, alone: dict[str, RobotFlight], departing: Together) -> Together:
     """Return a team that departs one after the other, or that swerves where it would take much longer than its longest flight."""
-    longest = max(robot.plan.hold + robot.path.duration for robot in alone.values())
-    if _arrival(departing) <= _LATE * longest or problem.plan.meetings or len(alone) > _FEW:
+    if _arrival(departing) <= _LATE * _longest(alone) or problem.plan.meetings or len(alone) > _FEW:
         return departing
     swerving = avoid_jointly(problem, alone)
     if isinstance(swerving, DepartureConflict) or _arrival(swerving) >= _arrival(departing):
         return departing
     return swerving
+
+
+def _longest(alone: dict[str, RobotFlight]) -> float:
+    """Return when the last robot would arrive if it had no others to wait for, s: no flights of this team can end sooner."""
+    return max(robot.plan.hold + robot.path.duration for robot in alone.values())
 
 
 def _arrival(team: Together) -> float:

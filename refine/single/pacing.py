@@ -16,6 +16,8 @@ from verify.data import Infeasible
 Floats = NDArray[np.float64]
 
 _LEG_ROUNDS = 8
+_SHARED = 0.5
+"""Power of a leg's factor by which the legs beside it last longer."""
 _UNEVEN = 1.1
 """How much longer than planned a flight may become before other shares of its time are tried."""
 _SHARES = (1.0, 0.5)
@@ -54,15 +56,34 @@ def timed(task: Task, rest: frozenset[int], monotone: frozenset[int] = NOWHERE) 
 
 
 def _paced(task: Task, rest: frozenset[int], monotone: frozenset[int], durations: Floats) -> Motion:
-    """Return a motion with at least these durations, made longer where a leg's or the flight's limits ask for it."""
-    path = fit(task.corridor, durations, buffer=task.buffer, rest=rest, monotone=monotone)
+    """Return a motion with at least these durations, made longer where a leg's or the flight's limits ask for it.
+
+    Giving only its own legs more time may swing the path in them and ask for still more. Each such path is therefore slowed as
+    a whole, and the shortest of these flights is taken.
+    """
+    best: Motion | None = None
     for _ in range(_LEG_ROUNDS):
-        slow = slow_legs(task.mission, task.robot, task.corridor, path)
-        if np.all(slow <= 1.0):
+        try:
+            path = fit(task.corridor, durations, buffer=task.buffer, rest=rest, monotone=monotone)
+            slow = slow_legs(task.mission, task.robot, task.corridor, path)
+            motion = slowed(task, path, rest)
+        except Infeasible:
+            if best is None:
+                raise
             break
-        durations = durations * slow
-        path = fit(task.corridor, durations, buffer=task.buffer, rest=rest, monotone=monotone)
-    return slowed(task, path, rest)
+        if best is None or motion.path.duration < best.path.duration:
+            best = motion
+        durations = durations * np.maximum(slow, _beside(slow))
+        if np.all(slow <= 1.0) or durations.sum() >= best.path.duration:
+            break
+    assert best is not None
+    return best
+
+
+def _beside(slow: Floats) -> Floats:
+    """Return how much longer legs last beside slower ones: with what speed these are entered and left, legs share. Shape (legs,)."""
+    ends = np.pad(slow, 1, constant_values=1.0)
+    return np.maximum(ends[:-2], ends[2:]) ** _SHARED
 
 
 def slowed(task: Task, path: Spline, rest: frozenset[int]) -> Motion:

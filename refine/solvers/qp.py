@@ -37,7 +37,13 @@ TOLERANCE = 1e-4
 """m by which a recomputed row may be off; far below the clearance that rows are given on top of the margin."""
 _NO_POINT = 1e-9
 """Residual of the dual below which there is no point that keeps all rows: its inverse would be the point's distance, in units of
-the greatest bound."""
+the distance to the row that is broken most."""
+_KEPT = 1e-9
+"""m by which rows may be off without a further projection."""
+_PROJECTIONS = 4
+"""The first finds the answer; where legs last very different times it leaves rounding errors, which others take back."""
+_ROUNDING = 1e-12
+"""Parts of a row below this, in unit time and of the order of one, are rounding errors: such a row moves with nothing."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,10 +116,14 @@ def solve(programme: Programme, engine: Engine = "nnls") -> Spline:
     free = solve_triangular(factor.T, solve_triangular(factor, pull, lower=True)) if len(form) else pull
     if programme.rows and len(form):
         white = solve_triangular(factor, basis.T, lower=True)  # rows act on states; white maps them to z
-        matrix, at_start = _whitened(programme, white, basis @ free + offset)
-        low = np.array([row.low for row in programme.rows]) - at_start
-        high = np.array([row.high for row in programme.rows]) - at_start
-        if np.any(low > 1e-9) or np.any(high < -1e-9):
+        on_states = _on_states(programme)
+        matrix = _whitened(programme, on_states, white)
+        for _ in range(_PROJECTIONS):
+            reached = _values(programme, on_states, basis @ free + offset)
+            low = np.array([row.low for row in programme.rows]) - reached
+            high = np.array([row.high for row in programme.rows]) - reached
+            if not (np.any(low > _KEPT) or np.any(high < -_KEPT)):
+                break
             z = _project(matrix, low, high, engine).reshape(axes, -1).T
             free = free + solve_triangular(factor.T, z)
     states = (basis @ free + offset).reshape(programme.fixed.shape)
@@ -177,22 +187,39 @@ def _reduced(programme: Programme) -> tuple[Floats, Floats, Floats]:
     return form, basis, offset
 
 
-def _whitened(programme: Programme, white: Floats, start: Floats) -> tuple[Floats, Floats]:
-    """Return rows in the metric of the snap form, and their values at the unconstrained optimum."""
-    matrix, values = [], []
+def _on_states(programme: Programme) -> list[Floats]:
+    """Return each row's weights of the states at its piece's ends. Shapes (8,)."""
+    found = []
     for row in programme.rows:
+        unit = row.weights @ HERMITE
         scale = np.tile(programme.durations[row.piece] ** np.arange(ORDER), 2)
-        on_states = (row.weights @ HERMITE) * scale
+        found.append(np.where(np.abs(unit) > _ROUNDING, unit, 0.0) * scale)
+    return found
+
+
+def _whitened(programme: Programme, on_states: list[Floats], white: Floats) -> Floats:
+    """Return rows in the metric of the snap form. Shape (rows, unknowns)."""
+    found = []
+    for row, weights in zip(programme.rows, on_states, strict=True):
         at = slice(ORDER * row.piece, ORDER * (row.piece + 2))
-        matrix.append(np.outer(row.normal, white[:, at] @ on_states).ravel())
-        values.append(row.normal @ (on_states @ start[at]))
-    return np.array(matrix), np.array(values)
+        found.append(np.outer(row.normal, white[:, at] @ weights).ravel())
+    return np.array(found)
+
+
+def _values(programme: Programme, on_states: list[Floats], states: Floats) -> Floats:
+    """Return what rows come to at these states of all nodes. Shape (rows,)."""
+    return np.array(
+        [
+            row.normal @ (weights @ states[ORDER * row.piece : ORDER * (row.piece + 2)])
+            for row, weights in zip(programme.rows, on_states, strict=True)
+        ]
+    )
 
 
 def _project(matrix: Floats, low: Floats, high: Floats, engine: Engine) -> Floats:
     """Return the point nearest to the origin with low <= matrix @ z <= high."""
     size = np.linalg.norm(matrix, axis=1)
-    moving = size > 1e-12
+    moving = size > 0.0
     matrix, low, high = matrix[moving] / size[moving, None], low[moving] / size[moving], high[moving] / size[moving]
     if not len(matrix):
         return np.zeros(matrix.shape[1])  # nothing can move: the recomputed rows tell whether they hold
@@ -207,8 +234,11 @@ def _project(matrix: Floats, low: Floats, high: Floats, engine: Engine) -> Float
 
 def _by_nnls(matrix: Floats, low: Floats) -> Floats:
     """Return the point nearest to the origin with matrix @ z >= low (Lawson and Hanson, 23.27)."""
-    scale = max(float(np.abs(low).max()), 1e-12)
+    scale = float(low.max())
+    if scale <= 0.0:
+        return np.zeros(matrix.shape[1])
     system = np.concatenate([matrix.T, low[None] / scale])
+    system /= np.linalg.norm(system, axis=0)
     target = np.zeros(len(system))
     target[-1] = 1.0
     weights, distance = nnls(system, target)

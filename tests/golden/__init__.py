@@ -6,12 +6,13 @@ such case stands, with its reason, in `CHANGED`. It is not written again to get 
 
 Samples are drawn alike everywhere, but sums of floats are rounded as the processor's vector units add them, and cross-entropy
 follows the last digit: costs on two processors differed by up to 6 %, and ties between robots were broken otherwise. So the
-numbers are compared to the last bit on the platform that wrote them; elsewhere what must hold on any. To compare two
+numbers are compared to the last bit on the platform that wrote them, with the kernels that its linear algebra used; elsewhere what must hold on any. To compare two
 checkouts on another machine: `python -m tests.golden FILE` in the one, `python -m tests.golden --against FILE` in the other.
 """
 
 from __future__ import annotations
 
+import ctypes
 import hashlib
 import json
 import platform as machine
@@ -104,10 +105,20 @@ def _letters(word: Word) -> dict[str, Any]:
 
 
 def platform() -> dict[str, str]:
-    """Return what the last digits hang on: processor, its vector units as numpy sees them, versions of what computes."""
+    """Return what the last digits hang on: processor, vector units that numpy uses, OpenBLAS' kernels, versions of what computes."""
     units = np.show_config(mode="dicts")["SIMD Extensions"]["found"]
     versions = {name: version(name) for name in ("numpy", "scipy", "casadi", "osqp", "cvxpy", "spottl")}
-    return {"processor": machine.machine(), "vector units": " ".join(units), **versions}
+    return {"processor": machine.machine(), "vector units": " ".join(units), "kernels": kernels(), **versions}
+
+
+def kernels() -> str:
+    """Return which processor's kernels numpy's OpenBLAS uses: the one at hand, or that of `OPENBLAS_CORETYPE`; "unknown" elsewhere."""
+    found = sorted(Path(np.__file__).parents[1].glob("numpy.libs/libscipy_openblas*"))
+    name = getattr(ctypes.CDLL(str(found[0])), "scipy_openblas_get_corename64_", None) if found else None
+    if name is None:
+        return "unknown"
+    name.restype = ctypes.c_char_p
+    return name().decode()
 
 
 def golden(path: Path = RESULTS) -> tuple[dict[str, str], dict[str, dict[str, Any]]]:

@@ -26,6 +26,7 @@ class LocalCluster:
 
     def __init__(self, port: int = 0) -> None:
         self.workers: list[subprocess.Popen[bytes]] = []
+        self._joining: list[threading.Event] = []
         self.scheduler = _started("dask_scheduler", "--host", "127.0.0.1", "--port", str(port), "--no-dashboard", piped=True)
         assert self.scheduler.stderr is not None
         found = next(match for line in self.scheduler.stderr if (match := _ADDRESS.search(line.decode())))
@@ -35,7 +36,16 @@ class LocalCluster:
     def work(self, count: int) -> None:
         """Start workers, of one thread each."""
         options = ("--nthreads", "1", "--no-nanny", "--no-dashboard", "--death-timeout", "60")
-        self.workers += [_started("dask_worker", self.address, *options) for _ in range(count)]
+        for _ in range(count):
+            worker, joined = _started("dask_worker", self.address, *options, piped=True), threading.Event()
+            threading.Thread(target=_read, args=(worker, joined), daemon=True).start()
+            self.workers.append(worker)
+            self._joining.append(joined)
+
+    def joined(self) -> None:
+        """Wait until the scheduler has registered all workers that were started, or they have ended."""
+        for event in self._joining:
+            event.wait()
 
     def kill(self) -> None:
         """Kill all that is left."""
@@ -49,13 +59,24 @@ class LocalCluster:
 
 @contextmanager
 def local_cluster(workers: int) -> Iterator[LocalCluster]:
-    """Run a cluster; workers are there some seconds later."""
+    """Run a cluster whose workers have joined it, however long their start takes on a busy machine."""
     cluster = LocalCluster()
     try:
         cluster.work(workers)
+        cluster.joined()
         yield cluster
     finally:
         cluster.kill()
+
+
+def _read(worker: subprocess.Popen[bytes], joined: threading.Event) -> None:
+    """Read what a worker prints to its end; say when the scheduler has registered it, or it has ended."""
+    assert worker.stderr is not None
+    with worker.stderr:
+        for line in worker.stderr:
+            if b"Registered to" in line:
+                joined.set()
+    joined.set()
 
 
 def _started(program: str, *arguments: str, piped: bool = False) -> subprocess.Popen[bytes]:

@@ -165,7 +165,8 @@ class Plan(Value):
         method: Which planner made it.
         seed: The seed it was made with.
         cost: Value of the objective (sum, or longest robot).
-        lower_bound: A proved lower bound on the discrete objective, where the method gives one.
+        lower_bound: No plan of this mission has a smaller `cost`: in the same unit, also of prefix and one lap. Never above `cost`; None
+            where no bound is known. It counts straight lines between regions at their nearest, and terms without a bound as 0.
         complete: Whether the search was exhausted, so that the discrete objective is optimal.
         notes: Sentences for a person: warnings, vacuous parts, how many candidates were tried.
     """
@@ -180,6 +181,15 @@ class Plan(Value):
     lower_bound: Number | None = None
     complete: bool = False
     notes: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        visits = "; ".join(
+            f"{name}: {' '.join(v.region for v in robot.visits) or 'stays'}" for name, robot in self.robots.items()
+        )
+        return f"<Plan of '{self.mission.name}' by {self.method}, cost {self.cost:.3f}: {visits}>"
+
+    def __str__(self) -> str:
+        return repr(self)
 
     def changed(self, **fields: Any) -> Plan:  # of any type: pydantic looks at them
         """Return a plan with some fields replaced, which is sound as a whole, its mission included.

@@ -77,6 +77,11 @@ class Trajectory:
         object.__setattr__(self, "cycle", None if cycle is None else int(cycle))
         object.__setattr__(self, "cuts", _cuts(cuts, len(times), self.cycle))
 
+    def __repr__(self) -> str:
+        laps = "" if self.cycle is None else f", laps from piece {self.cycle}"
+        parts = f", {len(self.parts)} parts" if self.cuts else ""
+        return f"<Trajectory of {self.duration:.2f} s in {len(self)} pieces{laps}{parts}>"
+
     def __len__(self) -> int:
         return len(self.durations)
 

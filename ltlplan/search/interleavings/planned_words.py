@@ -26,9 +26,8 @@ def precedences_for(plan: Plan) -> tuple[Precedence, ...] | None:
     Raises:
         Unsatisfiable: These words satisfy it under no precedences.
     """
-    systems = [_chain(plan, name, robot) for name, robot in plan.robots.items()]
-    known = [system for system in systems if system is not None]
-    if len(known) < len(systems):
+    known = systems_of_words(plan)
+    if known is None:
         return None
     formula = plan.mission.formula
     try:
@@ -40,6 +39,17 @@ def precedences_for(plan: Plan) -> tuple[Precedence, ...] | None:
     if found is None:
         raise Unsatisfiable("These words satisfy the formula under no precedences between their events.")
     return found.precedences
+
+
+def systems_of_words(plan: Plan) -> list[TransitionSystem] | None:
+    """Return for each robot a system that can only give its planned word; None where one does not show the planned visits.
+
+    Args:
+        plan: Of a finite trace.
+    """
+    systems = [_chain(plan, name, robot) for name, robot in plan.robots.items()]
+    known = [system for system in systems if system is not None]
+    return known if len(known) == len(systems) else None
 
 
 def _chain(plan: Plan, name: str, robot: RobotPlan) -> TransitionSystem | None:

@@ -105,6 +105,9 @@ def _overlapping(inquiry: Inquiry, core: list[Formula]) -> list[str]:
         moved = {**getattr(inquiry.mission, table), b: regions[b].model_copy(update={"center": far})}
         systems = Systems(inquiry.mission.model_copy(update={table: moved}))
         if inquiry.feasible(core, [systems.of(name) for name in inquiry.mission.agents]):
+            for inner, outer in ((a, b), (b, a)):
+                if outer in (layout.around(inner) or ()):
+                    return [f"{inner} lies inside {outer}: {inner} cannot be reached, or left again, without entering {outer}."]
             gap = float(np.linalg.norm(np.array(regions[a].center) - np.array(regions[b].center)))
             return [
                 f"{a} and {b} overlap, their middles {gap:.3g} m apart: whether a robot at one of them, or on the way to it, is in "

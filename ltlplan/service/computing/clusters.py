@@ -95,7 +95,7 @@ class Cluster:
         self._client: Client | None = None
         self._threads: dict[str, int] = {}
         self._refused: dict[str, str] = {}
-        self._with_workers = time.monotonic()
+        self._without_workers: float | None = None
         self._work: set[asyncio.Task[Any] | None] = set()
         self._begun: set[str] = set()
         self._told: dict[str, Progress] = {}
@@ -224,7 +224,9 @@ class Cluster:
     def _see(self, threads: dict[str, int]) -> None:
         self._threads = dict(threads)
         if any(worker not in self._refused for worker in threads):
-            self._with_workers = time.monotonic()
+            self._without_workers = None
+        elif self._without_workers is None:
+            self._without_workers = time.monotonic()
 
     def _hear(self, event: tuple[float, Any]) -> None:
         key, sentence, share = event[1]
@@ -311,8 +313,8 @@ class Cluster:
             self._begun.discard(key)
 
     def _check_workers(self, tell: _Tell) -> None:
-        """Give up, or say that we wait, where there has been no worker for long."""
-        if time.monotonic() - self._with_workers > _GRACE:
+        """Give up, or say that we wait, where the scheduler has named no worker for long; one that is slow to answer may have some."""
+        if self._without_workers is not None and time.monotonic() - self._without_workers > _GRACE:
             self._give_up(tell)
 
     def _give_up(self, tell: _Tell) -> None:

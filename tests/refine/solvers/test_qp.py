@@ -101,6 +101,35 @@ def test_slow_flights_keep_the_same_walls_as_fast_ones(slow: float) -> None:
     assert quick.snap_cost() > 1.001 * solve(Programme(fast.durations, fixed)).snap_cost()
 
 
+def uneven_programme(seed: int, spread: float) -> Programme:
+    """A flight in boxes around straight legs, which resting at every point keeps; the longest leg lasts `spread` times the shortest."""
+    rng = np.random.default_rng(seed)
+    pieces = int(rng.integers(3, 9))
+    points = np.cumsum(rng.normal(scale=0.3, size=(pieces + 1, 3)), axis=0)
+    durations = 0.3 * spread ** rng.uniform(size=pieces)
+    durations[rng.permutation(pieces)[:2]] = 0.3, 0.3 * spread
+    rows = [
+        Row(piece, weights, axis, float(min(axis @ points[piece], axis @ points[piece + 1]) - 0.05))
+        for piece in range(pieces)
+        for axis in (*np.eye(3), *-np.eye(3))
+        for weights in bernstein_matrix()
+    ]
+    return Programme(durations, rest_to_rest(points), tuple(rows))
+
+
+@given(st.integers(0, 10**6), st.sampled_from([1.0, 30.0, 1000.0]), st.sampled_from([1e-2, 1.0, 1e2]))
+@settings(max_examples=10, deadline=None)
+def test_boxes_are_kept_however_uneven_durations_are(seed: int, spread: float, slow: float) -> None:
+    """What a straight flight keeps can be kept, in any unit of time, by one path."""
+    programme = uneven_programme(seed, spread)
+    path = solve(programme)
+    assert residual(programme, path).max() <= 1e-8
+    other = Programme(slow * programme.durations, programme.fixed, programme.rows)
+    late = solve(other)
+    assert residual(other, late).max() <= 1e-8
+    assert late.snap_cost() * slow**7 == pytest.approx(path.snap_cost(), rel=1e-3)
+
+
 def test_rows_on_fixed_states_alone_are_kept_or_refused() -> None:
     fixed = rest_to_rest(np.array([[0.0, 0, 1], [1.0, 0, 1], [2.0, 0, 1], [3.0, 0.5, 1]]))
     fixed[1, 1:] = 0.0

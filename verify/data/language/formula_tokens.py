@@ -103,6 +103,10 @@ def _parted(text: str, tokens: list[Token]) -> list[Token]:
     return result
 
 
+_BOUNDED = re.compile(r"(?:(?<![A-Za-z0-9_])[FGX]*([FGXUWRMV])_?|(<>))\s*$")
+"""A temporal operator, behind which `[` begins bounds on its time."""
+
+
 def unreadable(text: str, position: int) -> str:
     """Return what to say of a character that no formula holds, or not at its place.
 
@@ -110,6 +114,13 @@ def unreadable(text: str, position: int) -> str:
         text: The formula.
         position: The character's offset.
     """
+    if (bounded := _BOUNDED.search(text[:position])) and text[position] == "[":
+        operator, bounds = bounded[1] or bounded[2], re.match(r"\[[^])]*[])]?", text[position:])
+        return (
+            f"`{operator}{bounds and bounds[0]}` bounds `{operator}` by time, which is not supported yet: formulas put events in order and measure no "
+            f"seconds. Write `{operator}` without bounds; how long the whole flight may last is `limits.endurance`, and "
+            "`planner.objective: longest` makes it short."
+        )
     if text[position] in "[{;:*#":
         return (
             f"`{text[position]}` begins a sequence (SERE) or bounded operator of Spot's, which is not supported; "

@@ -1,0 +1,91 @@
+"""What is said of missions that cannot be flown as asked, and what is tried before: faster flights, other words, the other reading."""
+
+from __future__ import annotations
+
+import pytest
+
+import ltlplan
+from verify.data import Infeasible, NotCertified, Unsatisfiable, parse_mission
+
+HEAD = "format: 1\nname: asked\nvehicle: crazyflie-2.1\n"
+
+SITES = (
+    HEAD
+    + """spec: {formula: "F s0 & F s1 & F s2 & F s3"}
+regions:
+  s0: {center: [-3, 3, 1], radii: [0.3, 0.3, 0.3]}
+  s1: {center: [3, 3, 1], radii: [0.3, 0.3, 0.3]}
+  s2: {center: [3, -3, 1], radii: [0.3, 0.3, 0.3]}
+  s3: {center: [-3, -3, 1], radii: [0.3, 0.3, 0.3]}
+agents: {a: {start: [-2.5, 0, 1]}, b: {start: [0, -0.5, 1]}}
+limits: {speed: 0.8, endurance: 32}
+workspace: {min: [-4, -4, 0.2], max: [4, 4, 2]}
+"""
+)
+
+# Schillinger et al. 2018, second mission, as two robots read it by themselves
+DELIVERIES = (
+    HEAD
+    + """spec:
+  formula: >-
+    F(p & carry & (carry U (d10 & !carry))) & F(p & carry & (carry U (d7 & !carry))) & F(p & carry & (carry U (d5 & !carry)))
+    & G(carry -> !public)
+  trace: finite
+  team: own
+regions:
+  p: {center: [0, 3, 1], radii: [0.3, 0.3, 0.3]}
+  d10: {center: [3, 3, 1], radii: [0.3, 0.3, 0.3]}
+  d7: {center: [3, -3, 1], radii: [0.3, 0.3, 0.3]}
+  d5: {center: [-3, -3, 1], radii: [0.3, 0.3, 0.3]}
+  public: {center: [0, 0, 1], radii: [0.8, 0.8, 0.8]}
+robot:
+  initial: free_hands
+  states: {free_hands: [], c: [carry]}
+  actions: [{from: free_hands, to: c, at: p}, {from: c, to: free_hands, at: d10}, {from: c, to: free_hands, at: d7}, {from: c, to: free_hands, at: d5}]
+agents: {r0: {start: [-2.5, -1.5, 1]}, r1: {start: [-1.5, -1.5, 1]}}
+limits: {speed: 1.0}
+workspace: {min: [-4, -4, 0.2], max: [4, 4, 2]}
+"""
+)
+
+MOAT = (
+    HEAD
+    + """spec: {formula: "F goal & G !moat"}
+regions: {goal: {center: [1, 0, 1], radii: [0.2, 0.2, 0.2]}, moat: {center: [1, 0, 1], radii: [0.6, 0.6, 0.6]}}
+agents: {q: {start: [-1, 0, 1]}}
+workspace: {min: [-2, -2, 0.2], max: [2, 2, 2]}
+"""
+)
+
+
+def test_a_region_inside_a_forbidden_one_cannot_be_reached() -> None:
+    with pytest.raises(
+        Unsatisfiable, match="goal lies inside moat: goal cannot be reached, or left again, without entering moat"
+    ):
+        ltlplan.plan(parse_mission(MOAT))
+
+
+def test_a_faster_plan_is_tried_where_endurance_is_short() -> None:
+    made = ltlplan.plan(parse_mission(SITES))
+    assert made.mission.planner.speed == 0.45
+    assert any("instead of 0.45 m/s" in note for note in made.notes)
+    assert max(robot.times[-1] for robot in made.robots.values()) <= 21.0
+
+
+def test_the_least_time_is_said_where_no_speed_keeps_the_endurance() -> None:
+    with pytest.raises(Infeasible, match=r"Faster flights.*were tried: the least time .* is \d+\.\d+ s, against 11 s"):
+        ltlplan.plan(parse_mission(SITES.replace("endurance: 32", "endurance: 22")))
+
+
+@pytest.mark.slow
+def test_flights_within_a_short_endurance_are_certified_as_fast_as_limits_allow() -> None:
+    run = ltlplan.run(parse_mission(SITES))
+    assert run.certificate.holds
+    assert max(flight.duration for flight in run.team.values()) <= 21.0
+
+
+@pytest.mark.slow
+def test_a_refusal_under_own_names_the_letter_and_the_reading_that_has_a_plan() -> None:
+    with pytest.raises(NotCertified, match=r"r\d's letter \{.*\} breaks `F .*Under `team: joint`.*a plan exists") as caught:
+        ltlplan.run(parse_mission(DELIVERIES))
+    assert "Whatever robots wait for" in str(caught.value)

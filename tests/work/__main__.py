@@ -1,0 +1,9 @@
+"""Write the counts of all shipped missions; once on each kind of processor."""
+
+from __future__ import annotations
+
+from ltlplan.missions import shipped_missions
+from tests.work import write
+
+if __name__ == "__main__":
+    write(sorted(shipped_missions()))
