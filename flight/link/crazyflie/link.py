@@ -151,7 +151,7 @@ class CrazyflieLink:
         flying, why = None, {"battery": "its charge is not reported" if battery is None else "its vehicle has no `endurance`"}
         if state is not None:
             blocked = state & (State.TUMBLED | State.LOCKED | State.CRASHED)
-            ready = not blocked and bool(state & (State.CAN_FLY | State.CAN_ARM | State.ARMED))
+            ready = not blocked and bool(state & (State.CAN_FLY | State.CAN_ARM))
             flying = State.FLYING in state
         if self._watch is not None and vehicle.pose is not None and vehicle.reports.estimate is not None:
             near = math.dist(vehicle.pose.position, vehicle.reports.estimate.position) < _ASTRAY

@@ -131,6 +131,7 @@ def test_it_climbs_only_if_every_robot_is_within_half_a_margin(world_and_script,
         (lambda w: w.volts.update(quad0=3.5), "quad0's battery has 3.50 V: charge or change it"),
         (lambda w: w.supervisors.update(quad1=32), "quad1 is not ready: put it level"),
         (lambda w: w.supervisors.update(quad1=0), "quad1 is not ready: put it level"),
+        (lambda w: w.supervisors.update(quad1=2), "quad1 is not ready: put it level"),
         (
             lambda w: w.stubborn.update({("quad1", "ctrlMel.mass"): 0.029}),
             "quad1: ctrlMel.mass is 0.029, not 0.033: look whether crazyswarm2 was started with the exported crazyflies.yaml",

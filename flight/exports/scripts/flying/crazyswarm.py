@@ -176,7 +176,7 @@ class Swarm:
         ready = None
         if status:
             state = int(status["supervisor"])
-            ready = not state & (TUMBLED | LOCKED | CRASHED) and bool(state & (CAN_ARM | CAN_FLY | ARMED))
+            ready = not state & (TUMBLED | LOCKED | CRASHED) and bool(state & (CAN_ARM | CAN_FLY))
         else:
             why["ready"] = "no `status` is reported of it"
         variances, settled = [row[:3] for row in self.estimates[name] if len(row) >= 3], None
