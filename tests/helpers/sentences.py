@@ -256,6 +256,15 @@ def _airborne(flown: Flown, claim: dict[str, Any], robot: str, seconds: str, ext
     return "" if total - 1e-6 <= float(seconds) <= float(limit) else f"sampled are {total} s"
 
 
+def _parts(flown: Flown, claim: dict[str, Any], robot: str, count: str) -> str:
+    """Look at the cuts of the prefix and the first lap: so many, each at rest."""
+    del claim
+    flight, cuts = flown.flights[robot], flown.certificate["trajectories"][robot]["cuts"]
+    speeds = [float(np.linalg.norm(flight.at(flight.knots[[cut]], 1)[0, :3])) for cut in cuts]
+    right = int(count) == len(cuts) + (0 not in cuts)
+    return "" if right and max(speeds) < 1e-3 else f"there are cuts at {cuts}, flown at {speeds} m/s"
+
+
 _NUMBER = r"(\d+(?:\.\d+)?(?:e-?\d+)?)"
 _CHECKS: tuple[tuple[str, Callable[..., str]], ...] = (
     (r"Every team word satisfies `.*`\.", _nothing),
@@ -268,6 +277,7 @@ _CHECKS: tuple[tuple[str, Callable[..., str]], ...] = (
         rf"(, in each lap)?, by (?:at least )?{_NUMBER} s(, of which clocks that differ may take {_NUMBER} s)?\.",
         _precedence,
     ),
+    (r"(\w+) flies in (\d+) parts of at most \d+ pieces \(its vehicle holds \w+\)\. At each cut .*\.", _parts),
     (r"(\w+) never does what would have to wait: .*\.", _nothing),
     (rf"(\w+) stays {_NUMBER} m from obstacle '(\w+)' and from every other\.", _obstacle),
     (rf"(\w+) stays {_NUMBER} m from the wall ([xyz]) (min|max)\.", _wall),
