@@ -36,9 +36,10 @@ class SampledFlight:
 
     @classmethod
     def of_csv(cls, file: Path) -> SampledFlight:
-        """Read a robot's file."""
+        """Read a robot's file, whose numbers are those of single precision."""
         with file.open(newline="", encoding="utf-8") as opened:
             rows = np.array([[float(cell) for cell in row] for row in list(csv.reader(opened))[1:] if row])
+        rows = rows.astype(np.float32).astype(np.float64)
         return cls(rows[:, 0], rows[:, 1:].reshape(-1, 4, 8))
 
     @property

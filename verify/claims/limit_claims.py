@@ -131,7 +131,9 @@ def continuity_claims(jumps: Iterable[Jump]) -> Iterable[Claim]:
     """Jumps between pieces, at the start and at the end."""
     for jump in jumps:
         verdict: Outcome = "holds" if jump.share <= 1 else "fails" if jump.sure > 1 else "undecided"
-        sentence = f"{jump.robot}: the {jump.what} jumps by at most {figures(jump.size, 3, up=True)}; {jump.allowed:g} is allowed."
+        sentence = (
+            f"{jump.robot}: the {jump.what} jumps by at most {figures(jump.size, 3, up=True)}; {jump.allowed:g} is allowed."
+        )
         yield claim_of(
             "continuity", verdict, sentence, robot=jump.robot, bound=jump.size, limit=jump.allowed,
             margin=jump.allowed - jump.size, time=float(jump.time), what=jump.what,

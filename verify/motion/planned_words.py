@@ -1,9 +1,9 @@
-"""What a plan says of its words, held against its visits and against what the flight shows.
+"""A plan's words, checked against its visits and against what the flight shows.
 
-The judge proves visits. Where all regions are disjoint a word is what they come to: it must enter the regions of the visits in
-their order, change internal propositions as the visits' actions do, and be one that the certified tube can show. Where regions
-meet, another word of the same visits may be flown than was planned, and a single empty letter states no word: of those nothing
-is said. Waypoints (but the start), nominal times, costs and notes say how a plan came about and are not judged.
+The judge proves visits. A word holds no letter twice in succession and is one that the certified tube can show. Where all regions are
+disjoint, it is also what the visits come to: it enters their regions in order and changes internal propositions as their actions do.
+A single empty letter states no word. A letter that lasts over the beginning of a cycle may stand on both sides of it. Waypoints (but
+the start), nominal times, costs and notes say how a plan came about and are not judged.
 """
 
 from __future__ import annotations

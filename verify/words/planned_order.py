@@ -116,6 +116,8 @@ def _actions(plan: Plan, name: str, robot: RobotPlan, internal: list[Letter]) ->
     """Return for each visit the letters that its actions make; one that changes no proposition makes none."""
     changes = [index for index in range(1, len(internal)) if internal[index] != internal[index - 1]]
     states = plan.mission.robot_of(name).states
+    if any(state not in states for visit in robot.visits for act in visit.actions for state in (act.source, act.target)):
+        return None  # the claim `visits` says which action is none of its robot's
     found: list[tuple[int, ...]] = []
     for visit in robot.visits:
         seen = sum(set(states[action.source]) != set(states[action.target]) for action in visit.actions)
