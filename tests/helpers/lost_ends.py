@@ -251,7 +251,7 @@ def draw_flown(rng: np.random.Generator) -> Flown:
 # -- recordings ------------------------------------------------------------------------------------------------------
 
 
-def draw_tape(motion: Motion | Flown, begin: float, error: float, rng: np.random.Generator) -> Tape:
+def draw_tape(motion: Motion | Flown, begin: float, error: float, rng: np.random.Generator, *, ends: bool = True) -> Tape:
     """Return what a receiver has that listens from `begin` to the motion's end, and loses robots at either end or in between.
 
     Args:
@@ -259,6 +259,7 @@ def draw_tape(motion: Motion | Flown, begin: float, error: float, rng: np.random
         begin: s, a multiple of a frame.
         error: By which a place is off at the most, m.
         rng: Draws the faults.
+        ends: Whether robots may be lost at an end, which a format cannot show whose rows hold all robots and nothing else.
     """
     frames = np.arange(round(begin * RATE), round(motion.end * RATE) + 1) / RATE
     frames = frames[:: int(rng.choice([1, 1, 1, 2]))]
@@ -267,6 +268,7 @@ def draw_tape(motion: Motion | Flown, begin: float, error: float, rng: np.random
     noise *= error * (1 - 1e-6) / np.linalg.norm(noise, axis=1, keepdims=True)
     seen = {name: path + noise for name, path in seen.items()}
     loses = rng.choice(["nothing", "end", "beginning", "both", "middle"], p=[0.4, 0.25, 0.15, 0.1, 0.1])
+    loses = "middle" if not ends and loses != "nothing" else loses
     together = bool(rng.random() < 0.5)
     cut = [int(rng.uniform(0.1, 0.6) * len(frames)) for _ in range(2)]
     for name in seen:
@@ -449,6 +451,10 @@ WRITERS: dict[str, Writer] = {
 
 OURS = frozenset(name for name in WRITERS if name.startswith("our log"))
 """In the mission's frame, on the flight's clock, without anything that is not known."""
+
+
+WHOLE = frozenset({"our log, csv", "our log, parquet"})
+"""With a row for all robots or none."""
 
 
 def write_asked(folder: Path, motion: Motion) -> Path:

@@ -17,6 +17,7 @@ from ltlplan import judge_flight
 from tests.helpers.lost_ends import (
     OURS,
     RATE,
+    WHOLE,
     WRITERS,
     Flown,
     Motion,
@@ -88,7 +89,7 @@ def judged(
         rng: Draws the faults.
     """
     error, known = float(rng.choice([0.0, 0.0, 0.002, 0.01])), kind in OURS
-    tape = draw_tape(motion, begin, error, rng)
+    tape = draw_tape(motion, begin, error, rng, ends=kind not in WHOLE)
     folder = asked.parent / "recorded" if asked.is_dir() else asked.parents[1] / "recorded"
     folder.mkdir()
     path, clocks, told = WRITERS[kind](folder, tape if known else in_laboratory(tape, motion.mission), rng)
