@@ -34,7 +34,12 @@ from verify.foreign.distances import Breach, Closest, Nearest, Separation, judge
 SPACING = 3.0
 """m between drones of one layer, and between layers."""
 ASKED = verify.AuditLimits(
-    separation=2.0, speed=8.0, acceleration=8.0, min_height=0.0, workspace=(-500.0, -500.0, 0.0, 500.0, 500.0, 200.0)
+    columns=False,
+    separation=2.0,
+    speed=8.0,
+    acceleration=8.0,
+    min_height=0.0,
+    workspace=(-500.0, -500.0, 0.0, 500.0, 500.0, 200.0),
 )
 STAGES = ("reading", "how pieces join", "the workspace", "speeds", "accelerations", "distances")
 

@@ -23,10 +23,11 @@ SAMPLES = 2500
 
 def across(axis: Floats) -> Floats:
     """Two unit vectors across an axis. Shape (2, 3)."""
-    one: Floats = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
-    one /= np.linalg.norm(one)
-    other: Floats = np.cross(axis, one)
-    return np.stack([one, other])
+    found = np.zeros((2, 3))
+    found[0] = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))]).real
+    found[0] /= np.linalg.norm(found[0])
+    found[1] = np.cross(axis, found[0]).real
+    return found
 
 
 def off_axis(points: Floats, axis: Floats) -> Floats:
