@@ -158,7 +158,7 @@ def compare(teams: int) -> None:
         limit = float(rng.uniform(0.01, 1.0))
         asked = Separation(
             lambda one, other, limit=limit: np.full(np.broadcast(one, other).shape, limit),
-            limit, Fraction(1), np.zeros(len(fleet)),
+            limit, Fraction(1), np.zeros(len(fleet)), limit,
         )  # fmt: skip
         found: list[tuple[Nearest, list[Breach]]] = []
         for name in spent:
