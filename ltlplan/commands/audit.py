@@ -54,6 +54,9 @@ def command(
     margin: Annotated[
         float | None, typer.Option("--margin", help="How far drones may be from their paths, m (default: the mission's, or 0).")
     ] = None,
+    columns: Annotated[
+        bool, typer.Option(help="Judge take-off and landing that a show leaves to the autopilot; not of a show's excerpts.")
+    ] = True,
     own_limits: Annotated[
         bool,
         typer.Option(
@@ -78,7 +81,7 @@ def command(
     limits = AuditLimits(
         vehicle=vehicle, workspace=None if workspace is None else workspace.split(","), separation=separation,
         separation_above=separation_above, speed=speed, acceleration=acceleration, yaw_rate=yaw_rate, min_height=min_height, margin=margin,
-        own_limits=own_limits,
+        columns=columns, own_limits=own_limits,
     )  # fmt: skip
     if report is not None:
         check_page(report)

@@ -35,7 +35,12 @@ from verify.foreign.distances import Breach, Closest, Nearest, Separation, judge
 SPACING = 3.0
 """m between drones of one layer, and between layers."""
 ASKED = verify.AuditLimits(
-    separation=2.0, speed=8.0, acceleration=8.0, min_height=0.0, workspace=(-500.0, -500.0, 0.0, 500.0, 500.0, 200.0)
+    columns=False,
+    separation=2.0,
+    speed=8.0,
+    acceleration=8.0,
+    min_height=0.0,
+    workspace=(-500.0, -500.0, 0.0, 500.0, 500.0, 200.0),
 )
 STAGES = ("reading", "how pieces join", "the workspace", "speeds", "accelerations", "distances")
 
@@ -154,7 +159,7 @@ def compare(teams: int) -> None:
         limit = float(rng.uniform(0.01, 1.0))
         asked = Separation(
             lambda one, other, limit=limit: np.full(np.broadcast(one, other).shape, limit),
-            limit, Fraction(1), np.zeros(len(fleet)),
+            limit, Fraction(1), np.zeros(len(fleet)), limit,
         )  # fmt: skip
         found: list[tuple[Nearest, list[Breach]]] = []
         for name in spent:

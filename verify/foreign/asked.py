@@ -45,6 +45,7 @@ class AuditLimits:
         min_height: Least z, in m, take-off and landing included.
         margin: How far the drones may be from their paths, in m; None for the mission's, or 0.
         velocity_jump: How far velocities may jump between pieces where acceleration is asked, in m/s.
+        columns: Whether take-off and landing are judged that a show leaves to the autopilot; not of a show's excerpts.
         own_limits: Whether limits and fences that the files themselves hold are asked, where neither these nor a mission or vehicle say them.
     """
 
@@ -58,6 +59,7 @@ class AuditLimits:
     min_height: float | None = None
     margin: float | None = None
     velocity_jump: float = 0.1
+    columns: bool = True
     own_limits: bool = True
 
 

@@ -134,6 +134,8 @@ def audit(
         check_words(mission)
     progress("reading", 0.0)
     fleet = read_fleet(files)
+    if fleet.columns and not limits.columns:
+        fleet = replace(fleet, columns=(), assumed=("Take-off and landing outside the paths are not judged: as asked.",))
     if mission is not None:
         require_agents(fleet, mission)
         starts = (
@@ -200,7 +202,7 @@ def judge_fleet(fleet: Fleet, asked: Asked, progress: Progress = silent) -> Audi
     return Audit(
         source=fleet.source, digest=fleet.digest, drones=len(fleet), pieces=len(fleet.values), duration=float(fleet.end),
         asked=MappingProxyType(asked.said), claims=tuple(claims), tightest=MappingProxyType(tightest),
-        versions=MappingProxyType(versions()), notes=(*fleet.notes, *asked.notes), fleet=fleet,
+        versions=MappingProxyType(versions()), notes=(*fleet.assumed, *fleet.notes, *asked.notes), fleet=fleet,
     )  # fmt: skip
 
 

@@ -103,6 +103,7 @@ class Fleet:
         notes: What the files hold and nobody judges, in sentences.
         yaws: Of drones whose file says it, by index: times in s and headings in deg, between which they turn evenly. Shape (setpoints, 2).
         columns: Where drones take off and land outside their paths.
+        assumed: What is assumed of `columns`, in sentences.
         rests: For each drone whether its first and its last row are rests that only fill the show.
     """
 
@@ -119,6 +120,7 @@ class Fleet:
     notes: tuple[str, ...] = ()
     yaws: Mapping[int, Floats] = field(default_factory=lambda: MappingProxyType[int, Floats]({}))
     columns: tuple[Column, ...] = ()
+    assumed: tuple[str, ...] = ()
     rests: tuple[tuple[bool, bool], ...] = ()
 
     def __len__(self) -> int:

@@ -30,7 +30,7 @@ def test_the_page_has_the_answer_and_fits_a_letter(found: verify.Audit) -> None:
     page = audit_html(found)
     assert page == audit_html(found)
     assert len(page) < MOST_BYTES
-    assert "4 of 5 claims are not proved: geofence, separation." in page
+    assert "4 of 6 claims are not proved: geofence, separation." in page
     for words in (
         "a and b are nearer than 1.0000 m",
         "settings.validation.minDistance",

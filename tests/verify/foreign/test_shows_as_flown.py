@@ -78,6 +78,15 @@ def test_paths_that_end_in_the_air_are_landed(tmp_path: Path) -> None:
     assert not any("climb straight up" in note for note in found.notes)
 
 
+def test_an_excerpt_of_a_show_may_be_judged_without_columns(tmp_path: Path) -> None:
+    """Two drones above each other in the air, whose columns are one."""
+    drones = {f"d{k}": {"trajectory": trajectory_of([[0, [0, 0, 3 + 3 * k]], [5, [4, 0, 3 + 3 * k]]])} for k in range(2)}
+    assert "fails" in outcomes(audited(tmp_path, drones))
+    found = audited(tmp_path, drones, columns=False)
+    assert found.holds
+    assert "Take-off and landing outside the paths are not judged: as asked." in found.notes
+
+
 @pytest.mark.parametrize("height", [0.0, 2.0])
 def test_a_drone_that_parks_under_a_landing_column_is_found(tmp_path: Path, height: float) -> None:
     """b rests at (3, 0.4), on the ground, from 12 s on; a ends its path 5 m above (3, 0) at 30 s."""
@@ -116,7 +125,7 @@ def test_a_landing_before_the_end_of_a_path_adds_a_column(tmp_path: Path) -> Non
     path = write_show(tmp_path / "show.skyc", exported_show({"a": {"home": [0, 0, 0], "trajectory": trajectory}}))
     fleet = read_fleet(path)
     assert [(c.place, c.high, c.since) for c in fleet.columns] == [((4, 0), 4.0, 7), ((8, 0), 4.0, 9)]
-    assert any("landingTime before their path ends" in note for note in fleet.notes)
+    assert any("landingTime before their path ends" in note for note in fleet.assumed)
     trajectory["landingTime"] = 0.5
     with pytest.raises(BadInput, match=r"landingTime 0\.5 s is before its path begins at 1 s"):
         read_fleet(write_show(tmp_path / "show.skyc", exported_show({"a": {"trajectory": trajectory}})))

@@ -63,7 +63,7 @@ def read_show(path: Path) -> Fleet:
     notes += [f"{_UNJUDGED[key]} of {count} drones are not judged." for key, count in sorted(seen.unjudged.items())]
     fleet = assemble(str(path), "bernstein", [flight for flight, _ in read])
     columns, homes, assumed = columns_of(fleet, [ends for _, ends in read])
-    return replace(fleet, own=own, homes=homes, columns=columns, notes=(*assumed, *notes))
+    return replace(fleet, own=own, homes=homes, columns=columns, assumed=assumed, notes=tuple(notes))
 
 
 @dataclass(slots=True)

@@ -23,10 +23,11 @@ SAMPLES = 2500
 
 def across(axis: Floats) -> Floats:
     """Two unit vectors across an axis. Shape (2, 3)."""
-    one: Floats = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
-    one /= np.linalg.norm(one)
-    other: Floats = np.cross(axis, one)
-    return np.stack([one, other])
+    found = np.zeros((2, 3))
+    found[0] = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))]).real
+    found[0] /= np.linalg.norm(found[0])
+    found[1] = np.cross(axis, found[0]).real
+    return found
 
 
 def off_axis(points: Floats, axis: Floats) -> Floats:
@@ -58,7 +59,7 @@ def column_distances(points: Floats, axis: Floats, radius: float, wide: float) -
     angles, heights = np.meshgrid(np.linspace(0, 2 * np.pi, 700), np.linspace(-1.5, 1.5, 500))
     skin = CENTRE + np.stack([wide * np.cos(angles), wide * np.sin(angles), heights], -1).reshape(-1, 3)
     skin = skin[off_axis(skin, axis) >= radius]
-    angles, steps = np.meshgrid(np.linspace(0, 2 * np.pi, 900), np.linspace(-3, 3, 2500))
+    angles, steps = np.meshgrid(np.linspace(0, 2 * np.pi, 500), np.linspace(-2, 2, 900))
     ring = np.stack([np.cos(angles).ravel(), np.sin(angles).ravel()], 1) @ across(axis)
     tube = CENTRE + radius * ring + steps.reshape(-1, 1) * axis
     tube = tube[(np.hypot(tube[:, 0], tube[:, 1]) <= wide) & (np.abs(tube[:, 2] - 1) <= 1.5)]
@@ -124,8 +125,8 @@ def test_flights_through_oblique_openings_are_proved_to_a_millimetre(seed: int, 
 @pytest.mark.slow
 @pytest.mark.parametrize("curved", [False, True])
 @pytest.mark.parametrize("seed", range(100, 104))
-def test_thousands_of_flights_through_oblique_openings(seed: int, curved: bool) -> None:
-    assert_proved_to_a_millimetre(np.random.default_rng(seed), 250, curved=curved)
+def test_a_thousand_flights_through_oblique_openings(seed: int, curved: bool) -> None:
+    assert_proved_to_a_millimetre(np.random.default_rng(seed), 120, curved=curved)
 
 
 @pytest.mark.slow
@@ -133,8 +134,8 @@ def test_thousands_of_flights_through_oblique_openings(seed: int, curved: bool) 
 def test_openings_through_round_bodies_are_never_wider_than_they_are(seed: int) -> None:
     """Clouds are coarse: what is solid may be some 0.1 mm nearer than they say. Of 1 cm of room most flights are proved."""
     rng, proved = np.random.default_rng(seed), 0
-    for k in range(12):
+    for k in range(8):
         mission, flight, least = drawn(rng, curved=bool(k % 2), column=True)
         assert outcome(mission, flight, least + 0.001) != "holds"
         proved += outcome(mission, flight, least - 0.01) == "holds"
-    assert proved >= 8
+    assert proved >= 7
