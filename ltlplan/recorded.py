@@ -6,7 +6,7 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, TypedDict
+from typing import TYPE_CHECKING
 
 from verify.data.progress import Progress, silent
 
@@ -16,23 +16,6 @@ if TYPE_CHECKING:
     from verify.data import Mission
     from verify.recordings.asked import Asked
     from verify.recordings.flight_log import Samples
-
-
-class Bounds(TypedDict, total=False):
-    """What is known of a recording, as keywords of `judge_flight`."""
-
-    max_speed: float
-    error: float
-    start: float
-
-
-def bounds_of(values: Mapping[str, float | None]) -> Bounds:
-    """Return the bounds that are given: `max_speed` (m/s), `error` (m) and `start` (s)."""
-    found: Bounds = {}
-    for name in ("max_speed", "error", "start"):
-        if (value := values.get(name)) is not None:
-            found[name] = value
-    return found
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,8 +18,9 @@ from tests.helpers.services import ONE_HOOP, Served, serving
 
 pytestmark = pytest.mark.slow
 
-HALVES = (b"", b"GET / HTTP/1.1\r\nHost: x\r\n", b"GET /health HTTP/1.1\r\nHost: localhost\r\n\r\n")
-"""Nothing, half a head, and a whole request after which nothing follows."""
+ANSWERED = b"GET /health HTTP/1.1\r\nHost: localhost\r\n\r\n"
+HALVES = (b"", b"GET / HTTP/1.1\r\nHost: x\r\n", ANSWERED)
+"""Nothing, half a head, and a whole request that is answered and after which nothing follows."""
 HALF_A_BODY = b"POST /api/missions/check HTTP/1.1\r\nHost: localhost\r\nContent-Type: text/plain\r\nContent-Length: 1000\r\n\r\nname: half"
 
 
@@ -43,6 +44,8 @@ def _held(served: Served, sent: bytes, count: int, source: str = "127.0.0.1") ->
             held.enter_context(connection)
             with contextlib.suppress(OSError):  # it may have given its place already
                 connection.sendall(sent)
+                if sent == ANSWERED:
+                    assert connection.recv(65536).startswith(b"HTTP/1.1 200")
             found.append(connection)
         yield found
 
