@@ -49,7 +49,7 @@ def test_where_the_cheapest_hoop_is_behind_a_blocked_one_the_next_is_flown():
     assert not found.allocation.complete
     assert found.allocation.lower_bound == pytest.approx(1.7)  # of the cheapest words, flown or not
     assert any("passed over" in note and "'wall' stands in the way" in note for note in found.allocation.notes)
-    assert make_plan(mission).notes[-1] == found.allocation.notes[-1]
+    assert set(found.allocation.notes) <= set(make_plan(mission).notes)
 
 
 def test_a_lasso_takes_the_next_cycle_too():

@@ -323,7 +323,7 @@ def test_robots_that_cost_differently_are_told_apart_wherever_they_are(method):
     }
     made = plan(mission.model_copy(update={"agents": agents}), method=method)
     assert [[visit.region for visit in robot.visits] for robot in made.robots.values()] == [[], ["a", "b"]]
-    assert made.lower_bound == pytest.approx(3.5, abs=1e-5)
+    assert made.lower_bound == pytest.approx(3.5 - 2 * 0.3, abs=1e-5)  # from edge to edge of regions, where paths may turn
 
 
 @pytest.mark.parametrize("method", ["exact", "mtac-e"])
