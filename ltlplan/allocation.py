@@ -16,6 +16,7 @@ from typing import Protocol
 import numpy as np
 from numpy.random import Generator
 
+from ltlplan.logic.budget import DEFAULT_BUDGET, Budget
 from verify.data import Mission, RobotPlan, Visit, Word
 from verify.data.plan import Meeting, Precedence
 from verify.data.progress import Progress, silent
@@ -23,6 +24,9 @@ from verify.data.shapes.inequalities import Point
 
 Leg = tuple[str, "Point | str", str]
 """Robot, from a position (m) or a region, to a region."""
+
+Key = tuple[str, tuple[str, ...]]
+"""A mission's formula and its robots."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,6 +91,26 @@ class Allocation:
 
 
 @dataclass(frozen=True, slots=True)
+class Known:
+    """What was found before a method is asked, for the searches to come.
+
+    Attributes:
+        found: Allocations of missions that differ in their formulas alone, by `key_of`; they need not be searched for again.
+        budget: Bounds on the searches for all others.
+        capacities: Robots that regions hold, where refinement found no places for more. That there is then no plan proves nothing.
+    """
+
+    found: Mapping[Key, Allocation] = field(default_factory=dict[Key, Allocation])
+    budget: Budget = DEFAULT_BUDGET
+    capacities: Mapping[str, int] = field(default_factory=dict[str, int])
+
+
+def key_of(mission: Mission) -> Key:
+    """Return what tells missions apart that differ in their formulas alone."""
+    return mission.spec.formula or "", tuple(mission.agents)
+
+
+@dataclass(frozen=True, slots=True)
 class Context:
     """What a planning method is given beside the mission.
 
@@ -95,11 +119,13 @@ class Context:
         progress: Told a sentence and the share done, 0 to 1.
         blocked: Legs along which no path could be laid. A method that knows nothing of them may return the same allocation
             again; the mission is then said to be infeasible.
+        known: What earlier searches and refinements found; a method may leave it aside.
     """
 
     rng: Generator
     progress: Progress = silent
     blocked: frozenset[Leg] = field(default=frozenset())
+    known: Known = field(default_factory=Known)
 
 
 class PlanningMethod(Protocol):

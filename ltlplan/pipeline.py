@@ -2,8 +2,9 @@
 
     mission - plan - trajectories - certificate - flight - files
 
-Every arrow is a function from one frozen value to the next. A refused certificate goes back to refinement with
-its witnesses, a handful of times at most. `checked_plan` makes plans, `drafts` holds what is on its way, `mending` says what is tried next.
+Every arrow is a function from one frozen value to the next. Between plan and certificate stands one counterexample-guided loop
+(`certified_team`): a candidate is refined and judged (`attempted`), and what is refused of it becomes a cut that the next candidate keeps
+(`following`), a handful of times at most.
 """
 
 from __future__ import annotations
@@ -14,9 +15,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ltlplan.attempts.checked_plan import Asked, as_mission, plan
-from ltlplan.attempts.drafts import MAX_ROUNDS, Certified, Draft, Refused
-from ltlplan.attempts.flyable_words import no_other_words
-from ltlplan.attempts.mending import elsewhere_for_soft_parts, keeping_soft_parts, mended, without_this_flight
+from ltlplan.attempts.drafts import MAX_ROUNDS, Candidate, Certified, Conflict, Cut, Flight
+from ltlplan.attempts.mending import following
 from ltlplan.result import Result
 from verify.data import DoesNotFit, Infeasible, Plan, Trajectory, check_plan
 from verify.data.progress import Progress, part_of, silent
@@ -28,13 +28,15 @@ if TYPE_CHECKING:
 __all__ = [
     "MAX_ROUNDS",
     "Asked",
+    "Candidate",
     "Certified",
-    "Draft",
-    "Refused",
+    "Conflict",
+    "Cut",
+    "Flight",
     "as_mission",
+    "attempted",
     "certified_team",
-    "mended",
-    "next_round",
+    "following",
     "plan",
     "run",
 ]
@@ -53,79 +55,57 @@ def certified_team(made: Plan, *, margin: float | None = None, progress: Progres
         Infeasible: Refinement found no trajectory within the limits.
         NotCertified: The last of a handful of rounds was still refused; carries the witnesses.
     """
-    draft = Draft(check_plan(made))
+    candidate = Candidate(check_plan(made))
     while True:
-        number = draft.rounds
-        step = min(number, MAX_ROUNDS - 1) / MAX_ROUNDS  # more rounds are rare: see `Draft.fewer`
-        found = next_round(draft, margin=margin, progress=part_of(progress, step, step + 1 / MAX_ROUNDS))
-        if isinstance(found, Certified):
-            return found
-        draft = mended(found)
+        step = min(candidate.rounds, MAX_ROUNDS - 1) / MAX_ROUNDS  # more rounds are rare
+        say = part_of(progress, step, step + 1 / MAX_ROUNDS)
+        after = following(candidate, attempted(candidate, margin=margin, progress=say))
+        if isinstance(after, Certified):
+            return after
+        candidate = after
 
 
-def next_round(draft: Draft, *, margin: float | None = None, progress: Progress | None = None) -> Certified | Refused:
+def attempted(candidate: Candidate, *, margin: float | None = None, progress: Progress | None = None) -> Flight | Conflict:
     """Refine once and judge.
 
     Args:
-        draft: The plan, and what was refused before.
+        candidate: The plan, and what was refused before.
         margin: Margin to prove, in m, instead of the mission's.
         progress: Told a sentence and the share of this round done, 0 to 1.
 
     Raises:
         BadInput: The plan or its mission is not sound.
-        Infeasible: Refinement found no trajectory within the limits.
     """
     import verify
 
-    say, number = progress or silent, draft.rounds + 1
+    say, number = progress or silent, candidate.rounds + 1
     again = "" if number == 1 else f", round {number}"
 
     def refining(sentence: str, share: float) -> None:
         say(f"refining{again}: {sentence}", share / 2)
 
-    before = None if draft.certified is None else replace(draft.certified, rounds=number)
     refining("one flight for each robot", 0.0)
     try:
-        draft, team = _refined(draft, refining)
+        plan, team = _refined(candidate, refining)
     except (Infeasible, DoesNotFit) as error:
-        if before is not None:
-            other = None if number >= draft.last_round else elsewhere_for_soft_parts(draft, ())
-            if other is None:
-                return before
-        else:
-            other = without_this_flight(replace(draft, rounds=number), error)
-        if other is None:
-            raise no_other_words(draft, error) from error
-        return next_round(replace(other, rounds=draft.rounds), margin=margin, progress=progress)
+        return Conflict(error)
     say(f"proving{again}", 0.5)
-    certificate = verify.judge(draft.plan, team, margin=margin)
-    if not certificate.holds:
-        other = None if before is None or number >= draft.last_round else elsewhere_for_soft_parts(draft, ())
-        if before is not None and other is None:
-            return before
-        return Refused(draft, team, certificate, None if other is None else replace(other, rounds=number))
-    done = Certified(draft.plan, team, certificate, number)
-    if before is not None and before.certificate.soft_weight >= certificate.soft_weight:
-        done = before
-    refused = Refused(replace(draft, certified=done), team, certificate)
-    instead = None if number >= draft.last_round else keeping_soft_parts(refused)
-    return done if instead is None else replace(refused, instead=instead)
+    return Flight(plan, team, verify.judge(plan, team, margin=margin))
 
 
-def _refined(draft: Draft, refining: Progress) -> tuple[Draft, dict[str, Trajectory]]:
-    """Return one trajectory a robot, and the draft with a note on flights that are cut into parts for a vehicle's memory."""
+def _refined(candidate: Candidate, refining: Progress) -> tuple[Plan, dict[str, Trajectory]]:
+    """Return one trajectory a robot, and the plan with a note on flights that are cut into parts for a vehicle's memory."""
     import refine
 
-    pace = "time" if draft.hurried else "nominal"
+    plan, witnesses, pace = candidate.plan, candidate.witnesses, "time" if candidate.hurried else "nominal"
     try:
-        team = refine.refine(draft.plan, witnesses=draft.witnesses, pace=pace, too_long="rest", progress=refining)
-        return replace(draft, plan=_with_parts(draft.plan, team)), team
+        team = refine.refine(plan, witnesses=witnesses, pace=pace, too_long="rest", progress=refining)
+        return _with_parts(plan, team), team
     except DoesNotFit as error:
         refining("leaving the flight whole, to be streamed", 0.0)
-        team = refine.refine(draft.plan, witnesses=draft.witnesses, pace=pace, max_pieces=MAX_PIECES, progress=refining)
+        team = refine.refine(plan, witnesses=witnesses, pace=pace, max_pieces=MAX_PIECES, progress=refining)
         said = f"The flight is longer than its vehicles hold, and no parts of it were found: stream it (px4, ros2). {error}"
-        notes = tuple(dict.fromkeys((*draft.plan.notes, said)))
-        return replace(draft, plan=draft.plan.model_copy(update={"notes": notes})), team
+        return plan.model_copy(update={"notes": tuple(dict.fromkeys((*plan.notes, said)))}), team
 
 
 def _with_parts(made: Plan, team: Mapping[str, Trajectory]) -> Plan:

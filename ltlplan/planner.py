@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, SupportsIndex
 
 import numpy as np
 
-from ltlplan.allocation import Allocation, Context, Leg, PlanningMethod
+from ltlplan.allocation import Allocation, Context, Known, Leg, PlanningMethod
 from ltlplan.logic.budget import Budget
 from ltlplan.systems.objective import is_counted_by_legs, objective_text
 from verify.data import BadInput, Infeasible, Mission, Plan, RobotPlan
@@ -42,6 +42,7 @@ def make_plan(
     seed: int | None = None,
     progress: Progress | None = None,
     workers: Workers | None = None,
+    known: Known | None = None,
 ) -> Plan:
     """Plan a mission.
 
@@ -51,6 +52,7 @@ def make_plan(
         seed: Source of every draw, instead of the mission's own `planner.seed`.
         progress: Told a sentence and the share done, 0 to 1.
         workers: Who improves robots' paths side by side; None does it here. The plan does not depend on it.
+        known: What earlier searches and refinements found.
 
     Raises:
         BadInput: There is no such method, or what it returned is no allocation of this mission. Robots start, or are to end,
@@ -77,7 +79,7 @@ def make_plan(
     name = named if isinstance(named, str) else getattr(named, "__name__", type(named).__name__)
 
     def allocation(blocked: frozenset[Leg] = frozenset()) -> Allocation:
-        return _checked(allocate(mission, Context(rng, say, blocked)), mission, name)
+        return _checked(allocate(mission, Context(rng, say, blocked, known or Known())), mission, name)
 
     if mission.obstacles:
         from ltlplan.systems.flyable_edges import require_flyable_edges

@@ -14,7 +14,7 @@ from verify.data.progress import Progress, silent
 
 if TYPE_CHECKING:
     from flight.processes import Workers
-    from ltlplan.allocation import PlanningMethod
+    from ltlplan.allocation import Known, PlanningMethod
 
 Asked = Mission | str | os.PathLike[str]
 
@@ -26,6 +26,7 @@ def plan(
     seed: int | None = None,
     progress: Progress | None = None,
     workers: Workers | None = None,
+    known: Known | None = None,
 ) -> Plan:
     """Plan a mission and check the planned words, as words.
 
@@ -35,6 +36,7 @@ def plan(
         seed: Source of every draw, instead of the mission's own.
         progress: Told a sentence and the share done, 0 to 1.
         workers: Who improves robots' paths side by side; None does it here. The plan does not depend on it.
+        known: What earlier searches and refinements found, where this is not the first plan that is asked for.
 
     Raises:
         BadInput: There is no such mission, or its file is at fault.
@@ -50,13 +52,13 @@ def plan(
     if mission.soft_parts and mission.passages is None:
         from ltlplan.attempts.soft_parts import plan_with_soft_parts
 
-        def planned(asked: Mission, say: Progress) -> Plan:
-            return plan(asked, method=method, seed=seed, progress=say)
+        def planned(asked: Mission, say: Progress, known: Known) -> Plan:
+            return plan(asked, method=method, seed=seed, progress=say, known=known)
 
         return plan_with_soft_parts(mission, planned, progress or silent)
 
     def made_at(speed: Mission) -> Plan:
-        return make_plan(speed, method=method, seed=seed, progress=progress, workers=workers)
+        return make_plan(speed, method=method, seed=seed, progress=progress, workers=workers, known=known)
 
     try:
         made = made_at(mission)

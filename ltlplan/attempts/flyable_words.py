@@ -8,21 +8,18 @@ that nobody rests where another one comes to, the cheapest ones first.
 
 from __future__ import annotations
 
-import hashlib
-import json
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
 
-from ltlplan.allocation import Context, Itinerary, Leg
+from ltlplan.allocation import Context, Itinerary, Known, Leg
 from ltlplan.attempts.checked_plan import plan
-from ltlplan.attempts.drafts import Draft
+from ltlplan.attempts.drafts import Candidate, Cut, digest
 from ltlplan.logic.budget import Budget
 from ltlplan.planner import SEQUENCE
 from ltlplan.precedences import with_planned_waits
-from ltlplan.search.counts.capacities import holding
-from ltlplan.search.method import knowing, without_legs
+from ltlplan.search.method import without_legs
 from verify.data import BadInput, Infeasible, InternalError, LtlplanError, Mission, NotCertified, Plan, Unsatisfiable, Witness
 from verify.data.choices import PLANNING_METHODS
 
@@ -36,33 +33,31 @@ NO_WAITS = "Whatever robots wait for, these words do not satisfy the formula."
 _NONE = (BadInput, Unsatisfiable, Infeasible, NotCertified, InternalError)
 
 
-def flown_otherwise(draft: Draft, error: LtlplanError) -> Draft | None:
+def flown_otherwise(candidate: Candidate, error: LtlplanError) -> Candidate | None:
     """Return a plan of other words, in the place of one that robots cannot fly beside each other; None where there is none, or enough of them were tried.
 
     Args:
-        draft: The plan, and what was tried before.
+        candidate: The plan, and what was tried before.
         error: What refinement or the judge said of it.
     """
     from refine.coordination.team_flights import has_an_order
 
-    made, witness = draft.plan, _conflict(error)
-    if witness is None or draft.others >= _OTHERS or len(made.robots) < 2:
+    made, witness = candidate.plan, _conflict(error)
+    if witness is None or candidate.others >= _OTHERS or len(made.robots) < 2:
         return None
     if made.method == SEQUENCE or made.method not in PLANNING_METHODS.built_in:
         return None
-    draft = replace(draft, tried=(*draft.tried, _digest(made)))
-    others = list(_with_fewer_in_a_region(draft, witness))
+    refused = Cut("legs", str(error), candidate.rounds, anew=True, plan=digest(made))
+    others = list(_with_fewer_in_a_region(candidate, refused, witness))
     if not others and not (made.mission.written.counts and witness.region is not None):  # a leg leaves no more room in it
-        others = list(_without_a_leg(draft, witness))
+        others = list(_without_a_leg(candidate, refused, witness))
     found = next((other for other in others if has_an_order(other.plan)), others[0] if others else None)
     if found is None:
         return None
-    why = draft.given_up or str(error)
-    note = f"The words planned first were given up for others, as no flight of theirs was found. {why}"
+    note = f"The words planned first were given up for others, as no flight of theirs was found. {_given_up(found)}"
     bound = None if made.lower_bound is None else min(made.lower_bound, found.plan.cost)
     changes = {"lower_bound": bound, "complete": False, "method": made.method, "notes": (*found.plan.notes, note)}
-    other = found.plan.model_copy(update=changes)
-    return replace(found, plan=other, witnesses=(), begun=draft.rounds, others=draft.others + 1, given_up=why)
+    return replace(found, plan=found.plan.model_copy(update=changes))
 
 
 def hold_under_precedences(made: Plan) -> bool:
@@ -74,24 +69,23 @@ def hold_under_precedences(made: Plan) -> bool:
     return True
 
 
-def no_other_words(draft: Draft, error: LtlplanError) -> LtlplanError:
+def no_other_words(candidate: Candidate, error: LtlplanError) -> LtlplanError:
     """Return the error for a plan that was given up, with what became of other words.
 
     Args:
-        draft: The last plan that was tried.
+        candidate: The last plan that was tried.
         error: What was said of it.
     """
-    witness = _conflict(error)
-    if witness is None or draft.plan.mission.soft_parts or len(draft.plan.robots) < 2 or draft.plan.method == SEQUENCE:
+    made, witness = candidate.plan, _conflict(error)
+    if witness is None or made.mission.soft_parts or len(made.robots) < 2 or made.method == SEQUENCE:
         return error
     tried = (
         "No other words were found that would mend it."
-        if draft.others == 0
-        else f"Of {draft.others} other {'plan' if draft.others == 1 else 'plans'}, with other words, no flight was found either."
+        if candidate.others == 0
+        else f"Of {candidate.others} other {'plan' if candidate.others == 1 else 'plans'}, with other words, no flight was found either."
     )
-    sentence = " ".join(
-        [draft.given_up or str(error), tried, *(_held_letter(draft.plan) if witness.claim == "formula" else ())]
-    )
+    held = _held_letter(made) if witness.claim == "formula" else []
+    sentence = " ".join([_given_up(candidate) or str(error), tried, *held])
     return NotCertified(sentence, error.witnesses) if isinstance(error, NotCertified) else Infeasible(sentence, witness)
 
 
@@ -114,6 +108,11 @@ def _can_be_planned(mission: Mission) -> bool:
     return True
 
 
+def _given_up(candidate: Candidate) -> str | None:
+    """Return why the words planned first were given up; None before that."""
+    return next((cut.why for cut in candidate.since("legs", "capacity")), None)
+
+
 def _conflict(error: LtlplanError) -> Witness | None:
     """Return what robots are refused for that others may have room for: they come too near each other, or wait in a circle."""
     witnesses = (
@@ -122,18 +121,21 @@ def _conflict(error: LtlplanError) -> Witness | None:
     return next((each for each in witnesses if each is not None and each.claim in ("separation", "formula")), None)
 
 
-def _with_fewer_in_a_region(draft: Draft, witness: Witness) -> Iterator[Draft]:
+def _with_fewer_in_a_region(candidate: Candidate, refused: Cut, witness: Witness) -> Iterator[Candidate]:
     """Yield plans in which regions that are too full hold fewer robots."""
-    made, known = draft.plan, dict(draft.rooms)
+    made, known = candidate.plan, candidate.capacities
     for region, most in _too_full(made, witness, known) if made.mission.written.counts else ():
-        rooms = {**known, region: most}
+        given = Known(budget=_budget(made), capacities={**known, region: most})
         try:
-            with holding(rooms), knowing((), _budget(made)):
-                other = plan(made.mission, method=made.method)
+            other = plan(made.mission, method=made.method, known=given)
         except _NONE:
             continue
-        if _digest(other) not in draft.tried:
-            yield replace(draft, plan=other, rooms=tuple(rooms.items()))
+        yield from _unless_tried(candidate, replace(refused, kind="capacity", capacity=(region, most)), other)
+
+
+def _unless_tried(candidate: Candidate, cut: Cut, other: Plan) -> Iterator[Candidate]:
+    if digest(other) not in {cut.plan, *(before.plan for before in candidate.cuts)}:
+        yield candidate.cut(cut, other)
 
 
 def _too_full(made: Plan, witness: Witness, known: Mapping[str, int]) -> Iterator[tuple[str, int]]:
@@ -150,26 +152,25 @@ def _too_full(made: Plan, witness: Witness, known: Mapping[str, int]) -> Iterato
             yield region, most
 
 
-def _without_a_leg(draft: Draft, witness: Witness) -> Iterator[Draft]:
+def _without_a_leg(candidate: Candidate, refused: Cut, witness: Witness) -> Iterator[Candidate]:
     """Yield plans that do without a leg of the robots in conflict, the cheapest one first."""
-    made, costs = draft.plan, list[tuple[float, frozenset[Leg]]]()
+    made, costs = candidate.plan, list[tuple[float, frozenset[Leg]]]()
+    known = Known(budget=_budget(made), capacities=candidate.capacities)
     for legs in _legs(made, witness):
-        shut = draft.shut | legs
+        shut = candidate.legs | legs
         try:
-            with holding(dict(draft.rooms)), knowing((), _budget(made)):
-                found = without_legs(shut)(made.mission, Context(np.random.default_rng(made.seed)))
+            found = without_legs(shut)(made.mission, Context(np.random.default_rng(made.seed), known=known))
         except _NONE:
             continue
         if not any(does.legs(made.mission, name) & shut for name, does in found.robots.items()):
             costs.append((found.cost, shut))
     for _, shut in sorted(costs, key=lambda each: each[0]):
         try:
-            with holding(dict(draft.rooms)), knowing((), _budget(made)):
-                other = plan(made.mission, method=without_legs(shut))
+            other = plan(made.mission, method=without_legs(shut), known=known)
         except _NONE:
             continue
-        if _digest(other) not in draft.tried and (witness.claim != "formula" or hold_under_precedences(other)):
-            yield replace(draft, plan=other, shut=shut)
+        if witness.claim != "formula" or hold_under_precedences(other):
+            yield from _unless_tried(candidate, replace(refused, legs=shut), other)
 
 
 def _legs(made: Plan, witness: Witness) -> Iterator[frozenset[Leg]]:
@@ -188,10 +189,3 @@ def _legs(made: Plan, witness: Witness) -> Iterator[frozenset[Leg]]:
 
 def _budget(made: Plan) -> Budget:
     return _COUNTED if made.mission.written.counts else _BUDGET
-
-
-def _digest(made: Plan) -> str:
-    """Return what tells plans apart: words, visits, and who waits for whom."""
-    does = {name: (str(robot.word), [visit.model_dump() for visit in robot.visits]) for name, robot in made.robots.items()}
-    waits = [wait.model_dump() for wait in (*made.precedences, *made.meetings)]
-    return hashlib.sha256(json.dumps([does, waits], sort_keys=True).encode()).hexdigest()

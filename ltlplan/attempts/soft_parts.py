@@ -10,15 +10,16 @@ from __future__ import annotations
 import contextlib
 import itertools
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from ltlplan.allocation import Known, key_of
 from ltlplan.attempts.soft_searches import Searches, asking
 from ltlplan.logic.budget import DEFAULT_BUDGET, TooLarge
 from ltlplan.precedences import with_planned_waits
 from ltlplan.search.exact import assign
-from ltlplan.search.method import knowing
+from ltlplan.search.method import allocation_of
 from ltlplan.search.refusals.most_weight import Kept, MostWeight, Parts
 from verify.data import BadInput, Infeasible, Mission, NotCertified, Plan, Unsatisfiable, Word
 from verify.data.plan import Meeting
@@ -27,17 +28,19 @@ from verify.data.progress import Progress, part_of, silent
 if TYPE_CHECKING:
     from verify.data.sections import SoftPart
 
+Planner = Callable[[Mission, Progress, Known], Plan]
+"""Plans a mission without soft parts."""
 _KEPT = "Planned words keep weight"
 _RELIEFS = 3  # soft parts without which a plan is tried that no flight kept
 _EXPLAINED = 8  # parts that are given up of which it is said what keeping them would have cost
 
 
-def plan_with_soft_parts(mission: Mission, planned: Callable[[Mission, Progress], Plan], progress: Progress = silent) -> Plan:
+def plan_with_soft_parts(mission: Mission, planned: Planner, progress: Progress = silent) -> Plan:
     """Plan a mission so that the most weight of its soft parts is kept.
 
     Args:
         mission: With soft parts.
-        planned: Plans a mission without soft parts.
+        planned: Plans a mission without soft parts, given what searches found before.
         progress: Told a sentence and the share done, 0 to 1.
 
     Raises:
@@ -58,9 +61,7 @@ def plan_with_soft_parts(mission: Mission, planned: Callable[[Mission, Progress]
     return made.model_copy(update={"mission": made.mission.model_copy(update={"spec": mission.spec}), "notes": notes})
 
 
-def _planned(
-    mission: Mission, parts: Parts, searches: Searches, planned: Callable[[Mission, Progress], Plan], progress: Progress
-) -> Plan:
+def _planned(mission: Mission, parts: Parts, searches: Searches, planned: Planner, progress: Progress) -> Plan:
     """Plan so that some parts are kept; those that the formula's cheapest words keep anyway are demanded only if they are lost then."""
     demanded, known = parts, list(searches.found_for(parts))
     if parts:
@@ -72,28 +73,38 @@ def _planned(
             demanded = (
                 parts if found.precedences or _is_timed(mission, found.meetings) else parts - kept_by_words(mission, words)
             )
-    with knowing(known, searches.budget if parts else DEFAULT_BUDGET):
-        made = planned(asking(mission, demanded), progress)
-        if demanded != parts and (_is_timed(mission, made.meetings) or not parts <= kept_by_plan(mission, made)):
-            made = planned(asking(mission, parts), progress)
+    found_before = {key_of(asked): allocation_of(assignment) for asked, assignment in known}
+    given = Known(found=found_before, budget=searches.budget if parts else DEFAULT_BUDGET)
+    made = planned(asking(mission, demanded), progress, given)
+    if demanded != parts and (_is_timed(mission, made.meetings) or not parts <= kept_by_plan(mission, made)):
+        made = planned(asking(mission, parts), progress, given)
     return made
 
 
-def less_wished(made: Plan) -> Iterator[Mission]:
+def less_wished(mission: Mission, kept: Collection[int]) -> Iterator[Mission]:
     """Yield the mission with fewer soft parts, for plans that no flight keeps: without one, lightest first, at last without any.
 
     Args:
-        made: The plan.
+        mission: Whose parts.
+        kept: The soft parts, by index, that the plan was meant to keep.
     """
-    parts = made.mission.soft_parts
-    kept = _meant(made)
+    parts = mission.soft_parts
     lightest = sorted(kept, key=lambda index: (parts[index].weight, index))
-    for index in lightest[:_RELIEFS] if len(lightest) > 1 else ():
+    for index in lightest[: how_many_wish_less(kept) - 1]:
         fewer = tuple(part for i, part in enumerate(parts) if i != index)
-        spec = made.mission.spec.model_copy(update={"soft": fewer})
-        yield made.mission.model_copy(update={"spec": spec})
+        spec = mission.spec.model_copy(update={"soft": fewer})
+        yield mission.model_copy(update={"spec": spec})
     if kept:
-        yield made.mission.asking(made.mission.spec.formula)
+        yield mission.asking(mission.spec.formula)
+
+
+def how_many_wish_less(kept: Collection[int]) -> int:
+    """Return how many missions `less_wished` yields.
+
+    Args:
+        kept: The soft parts that the plan was meant to keep.
+    """
+    return min(len(kept), _RELIEFS) + 1 if len(kept) > 1 else len(kept)
 
 
 def same_words_under_precedences(made: Plan) -> Plan | None:
@@ -106,7 +117,7 @@ def same_words_under_precedences(made: Plan) -> Plan | None:
         None where there are no such precedences, or the plan has them.
     """
     try:
-        found = with_planned_waits(made.model_copy(update={"mission": asking(made.mission, _meant(made))}))
+        found = with_planned_waits(made.model_copy(update={"mission": asking(made.mission, meant(made))}))
     except Unsatisfiable:
         return None
     return None if found is None else found.model_copy(update={"mission": made.mission})
@@ -126,7 +137,7 @@ def other_words_under_precedences(made: Plan, planned: Callable[[Mission], Plan]
     if mission.spec.trace == "infinite" or len(made.robots) < 2:
         return None
     try:
-        other = planned(asking(mission, _meant(made)))
+        other = planned(asking(mission, meant(made)))
     except (BadInput, Unsatisfiable, Infeasible, NotCertified):
         return None
     if other.words == made.words and set(other.precedences) <= set(made.precedences):
@@ -152,7 +163,7 @@ def reworded(made: Plan, other: Plan, why: str) -> Plan:
     )
 
 
-def _meant(made: Plan) -> Parts:
+def meant(made: Plan) -> Parts:
     """Return the soft parts that a plan's words keep; all of them where that depends on the times of laps."""
     if _is_timed(made.mission, ()):
         return frozenset(range(len(made.mission.soft_parts)))

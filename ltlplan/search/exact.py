@@ -10,8 +10,9 @@ from __future__ import annotations
 import contextlib
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from decimal import Decimal
+from types import MappingProxyType
 
 from ltlplan.logic.automaton import Automaton
 from ltlplan.logic.budget import DEFAULT_BUDGET, Budget, TooLarge
@@ -50,6 +51,7 @@ def assign(
     cost: Cost | None = None,
     metre: Mapping[str, float] | None = None,
     budget: Budget = DEFAULT_BUDGET,
+    capacities: Mapping[str, int] = MappingProxyType({}),
     explained: bool = True,
 ) -> Assignment:
     """Share a mission among its robots at the smallest cost.
@@ -60,6 +62,7 @@ def assign(
             weights of length and time (by metres, where some robot has neither).
         metre: What a metre costs each robot on the way to its end, where `cost` counts more than metres; endurance is not kept then.
         budget: Bounds on the search.
+        capacities: Robots that regions hold, where refinement found no places for more; kept by formulas that count.
         explained: Whether it is found out why there is no plan, which takes many more searches.
 
     Raises:
@@ -69,7 +72,7 @@ def assign(
         TooLarge: A budget was used up before an answer was found.
     """
     try:
-        found = _assign(mission, cost, metre, budget)
+        found = _assign(mission, cost, metre, _Bounds(budget, capacities))
     except NoWords as error:
         raise (error.why() if explained else error) from None
     return in_units_of(mission, found) if cost is None else found
@@ -112,7 +115,21 @@ def _cheapest(mission: Mission) -> float | None:
         return None
 
 
-def _assign(mission: Mission, cost: Cost | None, metre: Mapping[str, float] | None, budget: Budget) -> Assignment:
+@dataclass(frozen=True, slots=True)
+class _Bounds:
+    """What a search may take, and what its plans have to keep beyond the mission.
+
+    Attributes:
+        budget: Bounds on the search.
+        capacities: Robots that regions hold, where refinement found no places for more.
+    """
+
+    budget: Budget
+    capacities: Mapping[str, int]
+
+
+def _assign(mission: Mission, cost: Cost | None, metre: Mapping[str, float] | None, bounds: _Bounds) -> Assignment:
+    budget = bounds.budget
     layout = Layout(mission)
     systems = Systems(mission, cost, places=places_that_matter(mission, layout), layout=layout, metre=metre)
     each = [systems.of(name) for name in mission.agents]
@@ -126,7 +143,7 @@ def _assign(mission: Mission, cost: Cost | None, metre: Mapping[str, float] | No
         return lasso
     asked = asked_of(mission, each)
     if len(each) > 1 and mission.written.counts:
-        counted = _assign_counted(mission, systems, each, asked, atoms(asked), budget)
+        counted = _assign_counted(mission, systems, each, asked, bounds)
         require_endurance(mission, systems, counted.robots)
         return counted
     automata = conjunct_automata(asked, "finite", budget=budget)
@@ -154,7 +171,7 @@ def _assign(mission: Mission, cost: Cost | None, metre: Mapping[str, float] | No
         else:
             found = plan_team(team, task, budget)
     if found.run is None:
-        ordered = None if len(each) == 1 else _assign_in_order(mission, systems, each, automata, asked, budget)
+        ordered = None if len(each) == 1 else _assign_in_order(mission, systems, each, automata, asked, bounds)
         if ordered is not None:
             require_endurance(mission, systems, ordered.robots)
             return ordered
@@ -169,21 +186,21 @@ def _assign_counted(
     systems: Systems,
     each: list[TransitionSystem],
     asked: Formula,
-    known: dict[str, Atom],
-    budget: Budget,
+    bounds: _Bounds,
 ) -> Assignment:
     """Plan a formula that counts robots or names them: words, and who waits for whom."""
-    kinds = list(interchangeable(mission).values())
+    kinds, known, budget = list(interchangeable(mission).values()), atoms(asked), bounds.budget
+    rooms = small_rooms(mission, each, bounds.capacities)
     automata = conjunct_automata(asked, "finite", budget=budget)
     longest = mission.planner.objective == "longest" and len(each) > 1
-    found = plan_counts(each, kinds, automata, known, budget, rooms=small_rooms(mission, each), longest=longest)
+    found = plan_counts(each, kinds, automata, known, budget, rooms=rooms, longest=longest)
     if found is None:
-        hovering = _assign_hovering(mission, systems, each, automata, known)
+        hovering = _assign_hovering(mission, systems, each, automata, known, rooms)
         if hovering is not None:
             return hovering
         from ltlplan.search.refusals.relaxation import relaxed
 
-        raise NoWords(lambda: relaxed(mission, no_counted_plan(mission, each, kinds, asked), _cheapest))
+        raise NoWords(lambda: relaxed(mission, no_counted_plan(mission, each, kinds, asked, rooms), _cheapest))
     try:
         waits, precedences = waits_of(each, found)
     except HoversOutside:  # but flights may be timed so that nobody has to, or it waits there
@@ -213,10 +230,15 @@ def _assign_counted(
 
 
 def _assign_hovering(
-    mission: Mission, systems: Systems, each: list[TransitionSystem], automata: Sequence[Automaton], known: dict[str, Atom]
+    mission: Mission,
+    systems: Systems,
+    each: list[TransitionSystem],
+    automata: Sequence[Automaton],
+    known: dict[str, Atom],
+    small: Mapping[str, int],
 ) -> Assignment | None:
     """Plan counts with robots that also wait just outside regions; None where no such plan is found."""
-    budget, rooms = Budget(states=_HOVERING_STATES), Rooms(small_rooms(mission, each), passing=True)
+    budget, rooms = Budget(states=_HOVERING_STATES), Rooms(small, passing=True)
     kinds = tuple(interchangeable(mission).values())
     with contextlib.suppress(TooLarge):
         team = CountedTeam(tuple(each), kinds, Marks(automata, known), rooms, skips=True)
@@ -243,15 +265,15 @@ def _assign_in_order(
     each: list[TransitionSystem],
     automata: Sequence[Automaton],
     asked: Formula,
-    budget: Budget,
+    bounds: _Bounds,
 ) -> Assignment | None:
     """Plan words that hold under precedences, or where these would wait for actions that nobody can wait for, stage by stage."""
     try:
-        return assign_ordered(mission, systems, each, automata, atoms(asked), budget)
+        return assign_ordered(mission, systems, each, automata, atoms(asked), bounds.budget)
     except Infeasible:
         if mission.spec.team == "joint":
             with contextlib.suppress(TooLarge, NoWords, HoversOutside):
-                return _assign_counted(mission, systems, each, asked, atoms(asked), budget)
+                return _assign_counted(mission, systems, each, asked, bounds)
         raise
 
 

@@ -5,25 +5,16 @@ That is the exact method for costs of length and time; what it makes of other te
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterable, Mapping
-from contextlib import contextmanager
-from contextvars import ContextVar
 from dataclasses import replace
-from types import MappingProxyType
 from typing import TYPE_CHECKING
 
-from ltlplan.allocation import Allocation, Context, Leg, PlanningMethod
-from ltlplan.logic.budget import DEFAULT_BUDGET, Budget
+from ltlplan.allocation import Allocation, Context, Leg, PlanningMethod, key_of
 from ltlplan.search.exact import Assignment, assign, assign_under_precedences, in_units_of
 from ltlplan.systems.robot_systems import Systems
 from verify.data import Mission, Unsatisfiable
 
 if TYPE_CHECKING:
     from ltlplan.systems.transition_systems import Cost, Point
-
-_Found = Mapping[tuple[str, tuple[str, ...]], Assignment]  # by formula and robots
-_FOUND: ContextVar[_Found] = ContextVar("found", default=MappingProxyType({}))
-_BUDGET: ContextVar[Budget] = ContextVar("budget", default=DEFAULT_BUDGET)
 
 SHUT = 1e5
 """m; longer than any plan, so that a shut leg is taken only where no word does without."""
@@ -43,32 +34,13 @@ def exact(mission: Mission, context: Context) -> Allocation:
     """
     if not context.blocked:
         context.progress("searching words and robots", 0.05)
+    known = context.known
     if context.blocked:
-        found = in_units_of(mission, assign(mission, cost=_avoiding(mission, context.blocked), budget=_BUDGET.get()))
-    else:
-        found = _FOUND.get().get(_asked(mission)) or assign(mission, budget=_BUDGET.get())
-    return _allocation(found)
-
-
-@contextmanager
-def knowing(found: Iterable[tuple[Mission, Assignment]], budget: Budget = DEFAULT_BUDGET) -> Generator[None]:
-    """Let the exact method take what was found already, instead of searching for it again.
-
-    Args:
-        found: Missions that differ in their formulas alone, and their assignments.
-        budget: Bounds on its searches for all others.
-    """
-    token = _FOUND.set({_asked(mission): assignment for mission, assignment in found})
-    bounds = _BUDGET.set(budget)
-    try:
-        yield
-    finally:
-        _FOUND.reset(token)
-        _BUDGET.reset(bounds)
-
-
-def _asked(mission: Mission) -> tuple[str, tuple[str, ...]]:
-    return mission.spec.formula or "", tuple(mission.agents)
+        cost = _avoiding(mission, context.blocked)
+        found = assign(mission, cost=cost, budget=known.budget, capacities=known.capacities)
+        return allocation_of(in_units_of(mission, found))
+    before = known.found.get(key_of(mission))
+    return before or allocation_of(assign(mission, budget=known.budget, capacities=known.capacities))
 
 
 def under_precedences(mission: Mission, context: Context) -> Allocation:
@@ -85,10 +57,10 @@ def under_precedences(mission: Mission, context: Context) -> Allocation:
     """
     context.progress("searching words and who waits for whom", 0.05)
     cost = _avoiding(mission, context.blocked) if context.blocked else None
-    found = assign_under_precedences(mission, cost=cost, budget=_BUDGET.get())
+    found = assign_under_precedences(mission, cost=cost, budget=context.known.budget)
     if found is None:
         raise Unsatisfiable("No words satisfy the formula under any precedences between the robots' events.")
-    return _allocation(in_units_of(mission, found) if context.blocked else found)
+    return allocation_of(in_units_of(mission, found) if context.blocked else found)
 
 
 def without_legs(shut: frozenset[Leg]) -> PlanningMethod:
@@ -104,7 +76,8 @@ def without_legs(shut: frozenset[Leg]) -> PlanningMethod:
     return shut_out
 
 
-def _allocation(found: Assignment) -> Allocation:
+def allocation_of(found: Assignment) -> Allocation:
+    """Return what a search found as what a planning method returns."""
     return Allocation(
         robots=found.robots,
         cost=found.cost,

@@ -15,7 +15,7 @@ take, shown by the same letters, and the cheapest assignment of parts to robots,
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 
 from numpy.random import Generator
@@ -83,7 +83,7 @@ def share_counted(mission: Mission, context: Context) -> Allocation | None:
         None where no plan was found in which robots wait in regions only; the exact method then says more.
     """
     context.progress("MTAC-E: who is where, by numbers of robots", 0.1)
-    counted = _Counted(mission)
+    counted = _Counted(mission, context.known.capacities)
     found = [plan for plan in (counted.whole(), counted.in_parts(context.rng)) if plan is not None]
     context.progress("MTAC-E: pricing parts by their paths", 0.5)
     taken = [
@@ -97,7 +97,7 @@ def share_counted(mission: Mission, context: Context) -> Allocation | None:
 class _Counted:
     """A mission's robots, and its conjuncts."""
 
-    def __init__(self, mission: Mission) -> None:
+    def __init__(self, mission: Mission, capacities: Mapping[str, int]) -> None:
         layout = Layout(mission)
         self.mission = mission
         self._systems = Systems(mission, places=places_that_matter(mission, layout), layout=layout)
@@ -105,7 +105,7 @@ class _Counted:
         self._asked = tuple(dict.fromkeys(conjuncts(asked_of(mission, self.systems))))
         self._atoms = {text: atom for part in self._asked for text, atom in atoms(part).items()}
         self.kinds = self._told_apart()
-        self._rooms = small_rooms(mission, self.systems)
+        self._rooms = small_rooms(mission, self.systems, capacities)
         self._prices: dict[tuple[str, Itinerary], float] = {}
         self.longest = mission.planner.objective == "longest"
         self._least = 0.0

@@ -5,17 +5,14 @@ within a radius R of some point, squared distances to each other add up to at mo
 d^2 / (d^2 - 2 R^2) where R is below d / sqrt(2). A region that is longer than that is cut into boxes, and holds no more than they do together.
 With `separation_z` all of it is said of a world in which z is stretched.
 
-Where fewer fit than that, refinement says so of a plan, and planning is asked again with what was found (`holding`).
+Where fewer fit than that, refinement says so of a plan, and planning is asked again with these capacities.
 """
 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
-from contextvars import ContextVar
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,7 +29,6 @@ _ROUNDING = 1e-6
 _MANY = 1_000_000
 _LARGEST = 20.0
 """How many times as large a region is thought to be made, to say what would do."""
-_FOUND: ContextVar[Mapping[str, int]] = ContextVar("found", default=MappingProxyType({}))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -122,26 +118,13 @@ def _parts(most: int) -> Iterator[tuple[int, int, int]]:
                 yield x, y, z
 
 
-@contextmanager
-def holding(rooms: Mapping[str, int]) -> Generator[None]:
-    """Let regions hold no more robots than places for them were found; that there is then no plan proves nothing.
-
-    Args:
-        rooms: How many robots, by region.
-    """
-    token = _FOUND.set(rooms)
-    try:
-        yield
-    finally:
-        _FOUND.reset(token)
-
-
-def small_rooms(mission: Mission, systems: Sequence[TransitionSystem]) -> dict[str, int]:
-    """Return the regions that hold fewer robots than there are, surely or by what was found (`holding`), with how many at most.
+def small_rooms(mission: Mission, systems: Sequence[TransitionSystem], capacities: Mapping[str, int]) -> dict[str, int]:
+    """Return the regions that hold fewer robots than there are, with how many at most.
 
     Args:
         mission: Of several robots.
         systems: What they can do.
+        capacities: Robots that regions hold, where refinement found no places for more.
     """
     robots = len(mission.agents)
     visited = {region for system in systems for node in system.nodes for region in node.regions}
@@ -151,7 +134,7 @@ def small_rooms(mission: Mission, systems: Sequence[TransitionSystem]) -> dict[s
         body = mission.all_regions[name].body
         if body not in known:
             known[body] = Room.of(mission, name).most(robots)
-        most = min(known[body], _FOUND.get().get(name, robots))
+        most = min(known[body], capacities.get(name, robots))
         if most < robots:
             found[name] = most
     return found

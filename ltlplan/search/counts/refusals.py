@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from ltlplan.logic.budget import Budget, TooLarge
 from ltlplan.logic.conjunction import conjunct_automata, conjuncts
-from ltlplan.search.counts.capacities import Room, most_that_show, small_rooms
+from ltlplan.search.counts.capacities import Room, most_that_show
 from ltlplan.search.counts.planning import plan_counts
 from ltlplan.search.refusals.unsatisfiable_cores import NoPlan
 from ltlplan.systems.transition_systems import TransitionSystem
@@ -19,7 +19,9 @@ from verify.data.language.free import in_no_region
 _STATES = 20_000
 
 
-def no_counted_plan(mission: Mission, systems: Sequence[TransitionSystem], kinds: Sequence[str], asked: Formula) -> NoPlan:
+def no_counted_plan(
+    mission: Mission, systems: Sequence[TransitionSystem], kinds: Sequence[str], asked: Formula, rooms: Mapping[str, int]
+) -> NoPlan:
     """Return the error that says which parts of the formula cannot hold together.
 
     Args:
@@ -27,8 +29,8 @@ def no_counted_plan(mission: Mission, systems: Sequence[TransitionSystem], kinds
         systems: One for each robot.
         kinds: As for `plan_counts`.
         asked: The formula, written out.
+        rooms: How many robots small regions hold.
     """
-    rooms = small_rooms(mission, systems)
     core = list(dict.fromkeys(conjuncts(asked)))
     for part in list(core):
         others = [other for other in core if other != part]

@@ -138,6 +138,17 @@ def _read_plan(parts: dict[str, Any], arrays: list[Array]) -> Plan:
     return Plan(**{name: _value(part, arrays) for name, part in parts["fields"].items()})
 
 
+def _read_draft(parts: dict[str, Any], arrays: list[Array]) -> Any:
+    """Return the candidate that ltlplan 0.2.0 stored as a draft, whose jobs go on: its plan, and the counterexamples to it."""
+    from ltlplan.pipeline import Candidate, Cut
+
+    plan, rounds, witnesses, certified = (
+        _value(parts["fields"][name], arrays) for name in ("plan", "rounds", "witnesses", "certified")
+    )
+    cut = Cut("waits", "Refused by an earlier version.", rounds, witnesses=witnesses)
+    return Candidate(plan, (cut,) if witnesses else (), rounds, certified)
+
+
 _READERS: dict[str, Callable[[dict[str, Any], list[Array]], Any]] = {
     "dict": lambda parts, arrays: {_value(key, arrays): _value(item, arrays) for key, item in parts["items"]},
     "tuple": lambda parts, arrays: tuple(_items(parts, arrays)),
@@ -146,6 +157,7 @@ _READERS: dict[str, Callable[[dict[str, Any], list[Array]], Any]] = {
     "array": lambda parts, arrays: arrays[parts["index"]],
     "Mission": lambda parts, _arrays: Mission.model_validate(parts["data"]),
     "Plan": _read_plan,
+    "Draft": _read_draft,
 }
 
 
@@ -154,7 +166,7 @@ def stored_classes() -> dict[str, type[Any]]:
     """Return the classes whose values may be stored besides missions, by name."""
     from flight import FlightLog
     from flight.logs.log import Event
-    from ltlplan.pipeline import Certified, Draft
+    from ltlplan.pipeline import Candidate, Certified, Cut
     from verify import Certificate, Claim
     from verify.behaviour.timeline import Change, Enclosure, InternalChange, Timeline
     from verify.certificate import ActionInstant
@@ -164,7 +176,7 @@ def stored_classes() -> dict[str, type[Any]]:
     from verify.data.sections import Action
 
     known = (
-        Action, ActionInstant, Certificate, Certified, Change, Claim, Draft, Enclosure, Event, FlightLog, InternalChange, Meeting,
+        Action, ActionInstant, Candidate, Certificate, Certified, Change, Claim, Cut, Enclosure, Event, FlightLog, InternalChange, Meeting,
         Plan, Precedence, RobotPlan, SoftClaim, Timeline, Trajectory, Visit, Waypoint, Witness, Word,
     )  # fmt: skip
     return {kind.__name__: kind for kind in known}

@@ -23,9 +23,9 @@ from verify.data import InternalError, Mission, NotCertified, Plan
 from verify.data.progress import Progress, part_of
 
 if TYPE_CHECKING:
-    from ltlplan.pipeline import Draft
+    from ltlplan.pipeline import Candidate
     from ltlplan.result import Result
-    from verify import Claim
+    from verify import Certificate, Claim
 
 PLAN = "plan"
 ROUND = "round"
@@ -130,34 +130,46 @@ def _plan(mission: Mission, progress: Progress) -> Outcome:
         "notes": list(made.notes),
         "lines": plan_lines(made),
     }
-    return Outcome(to_bytes(pipeline.Draft(made)), found, f"{ROUND} 1")
+    return Outcome(to_bytes(pipeline.Candidate(made)), found, f"{ROUND} 1")
 
 
-def _round(draft: Draft, progress: Progress) -> Outcome:
-    from ltlplan.pipeline import Certified, mended, next_round
-    from ltlplan.report.summary import soft_sentences
+def _round(candidate: Candidate, progress: Progress) -> Outcome:
+    from ltlplan.pipeline import Certified, Conflict, attempted, following
     from ltlplan.service.views.watching import NAME, watch_json
 
-    low, width, number = _PLANNED, (_CERTIFIED - _PLANNED) / MAX_ROUNDS, min(draft.rounds, MAX_ROUNDS - 1)
-    after = next_round(draft, progress=part_of(progress, low + number * width, low + (number + 1) * width))
-    certificate = after.certificate
-    found: dict[str, Any] = {
-        "certified": isinstance(after, Certified),
+    low, width, number = _PLANNED, (_CERTIFIED - _PLANNED) / MAX_ROUNDS, min(candidate.rounds, MAX_ROUNDS - 1)
+    say = part_of(progress, low + number * width, low + (number + 1) * width)
+    tried = attempted(candidate, progress=say)
+    while isinstance(tried, Conflict):  # other words, until a flight can be judged
+        after = following(candidate, tried)
+        if isinstance(after, Certified):
+            return Outcome(to_bytes(after), _round_data(after.certificate, certified=True), FLIGHT)
+        candidate, tried = after, attempted(after, progress=say)
+    try:
+        after = following(candidate, tried)
+    except NotCertified as error:
+        seen = watch_json(tried.plan, tried.team, tried.certificate)
+        found = _round_data(tried.certificate, certified=False)
+        return Outcome(b"", found, files=((NAME, seen),), problem=problem_of(error))
+    if isinstance(after, Certified):
+        return Outcome(to_bytes(after), _round_data(after.certificate, certified=True), FLIGHT)
+    waits = [wait.sentence(after.plan.robots) for wait in after.plan.precedences]
+    found = {**_round_data(tried.certificate, certified=False), "precedences": waits}
+    return Outcome(to_bytes(after), found, f"{ROUND} {after.rounds + 1}")
+
+
+def _round_data(certificate: Certificate, *, certified: bool) -> dict[str, Any]:
+    """Return what a round found, as plain data for people."""
+    from ltlplan.report.summary import soft_sentences
+
+    return {
+        "certified": certified,
         "claims": [_claim_data(claim) for claim in certificate.claims],
         "margin": certificate.margin,
         "largest_margin": certificate.largest_margin,
         "duration": certificate.duration,
         "soft": soft_sentences(certificate),
     }
-    if isinstance(after, Certified):
-        return Outcome(to_bytes(after), found, FLIGHT)
-    try:
-        following = mended(after)
-    except NotCertified as error:
-        seen = watch_json(draft.plan, after.team, certificate)
-        return Outcome(b"", found, files=((NAME, seen),), problem=problem_of(error))
-    found["precedences"] = [wait.sentence(following.plan.robots) for wait in following.plan.precedences]
-    return Outcome(to_bytes(following), found, f"{ROUND} {following.rounds + 1}")
 
 
 def _flight(certified: Any, progress: Progress) -> Outcome:  # a Certified; the pipeline is loaded by then

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 import ltlplan
-from ltlplan.attempts.drafts import Draft
+from ltlplan.attempts.drafts import Candidate
 from ltlplan.attempts.flyable_words import flown_otherwise, no_other_words
 from ltlplan.pipeline import certified_team
 from tests.helpers.worlds import world
@@ -38,10 +38,10 @@ def first() -> Plan:
 
 def test_a_region_without_room_holds_fewer_robots_in_the_next_words(first: Plan) -> None:
     why = "'base' is too small."
-    other = flown_otherwise(Draft(first), Infeasible(why, Witness(claim="separation", sentence=why, region="base")))
+    other = flown_otherwise(Candidate(first), Infeasible(why, Witness(claim="separation", sentence=why, region="base")))
     assert other is not None
     assert ends(other.plan) == ["base", "far", "home"]
-    assert dict(other.rooms) == {"base": 1}
+    assert other.capacities == {"base": 1}
     assert other.plan.notes[-1].endswith(why)
     assert not other.plan.complete
     assert other.plan.method == first.method
@@ -51,7 +51,7 @@ def test_two_robots_in_conflict_are_parted_where_both_end(first: Plan) -> None:
     names = [name for name, robot in first.robots.items() if robot.visits[-1].region == "base"]
     why = "They come too near each other."
     other = flown_otherwise(
-        Draft(first), Infeasible(why, Witness(claim="separation", sentence=why, robot=names[0], other=names[1]))
+        Candidate(first), Infeasible(why, Witness(claim="separation", sentence=why, robot=names[0], other=names[1]))
     )
     assert other is not None
     assert ends(other.plan) == ["base", "far", "home"]
@@ -61,18 +61,19 @@ def test_words_without_counts_do_without_a_leg_of_the_robots_in_conflict() -> No
     made = ltlplan.plan(world("F(a & F b)", robots=2, team="own"))
     why = "They come too near each other."
     error = Infeasible(why, Witness(claim="separation", sentence=why, robot="quad0", other="quad1"))
-    other = flown_otherwise(Draft(made), error)
+    other = flown_otherwise(Candidate(made), error)
     assert other is not None
     assert other.plan.words != made.words
-    assert other.shut
-    assert other.given_up == why
+    assert other.legs
+    assert other.cuts[-1].why == why
+    assert not other.cuts[-1].proved
 
 
 @pytest.mark.parametrize("claim", ["limits.speed", "obstacles"])
 def test_what_is_no_matter_of_room_asks_for_no_other_words(first: Plan, claim: str) -> None:
     error = Infeasible("It is too fast.", Witness(claim=claim, sentence="It is too fast.", robot="quad0"))
-    assert flown_otherwise(Draft(first), error) is None
-    assert no_other_words(Draft(first), error) is error
+    assert flown_otherwise(Candidate(first), error) is None
+    assert no_other_words(Candidate(first), error) is error
 
 
 @pytest.mark.slow  # a second and a half: planned twice, refined and proved

@@ -13,7 +13,7 @@ from typing import Any, get_args, get_type_hints
 import numpy as np
 import pytest
 
-from ltlplan.attempts.drafts import Certified, Draft
+from ltlplan.attempts.drafts import Candidate, Certified, Cut
 from ltlplan.missions import load_mission
 from ltlplan.service.computing import stages
 from ltlplan.service.computing.exact import fields_of, from_bytes, stored_classes, to_bytes
@@ -102,20 +102,48 @@ def test_all_that_a_stored_class_can_hold_can_be_stored() -> None:
                 assert not ours or held is Mission or stored_classes().get(held.__name__) is held, f"{kind.__name__}.{name}"
 
 
-def test_a_draft_with_everything_in_it_comes_back() -> None:
+def test_a_candidate_with_everything_in_it_comes_back() -> None:
     mission = small_mission("F a", margin=0.05)
     planned = importlib.import_module("ltlplan").plan(mission)
     waits = (Precedence(first=("r0", 0), then=("r0", 0), done="entered", due="leaves"),)
     plan: Plan = planned.model_copy(update={"precedences": waits, "lower_bound": 1.5, "notes": ("a note",)})
     witness = Witness(claim="formula", sentence="no", word=(("r0", frozenset({"b", "a"})),), times=((0.5, float("inf")),))
-    shut = frozenset({("r0", (0.0, 0.0, 1.0), "a"), ("r0", "a", "b")})  # of kinds that have no order
+    legs = frozenset({("r0", (0.0, 0.0, 1.0), "a"), ("r0", "a", "b")})  # of kinds that have no order
     team = {"r0": Trajectory([1.0, 2.0], np.ones((2, 4, 8)), cycle=1, cuts=(1,))}
     certified = Certified(plan, team, None, 2)  # type: ignore[arg-type]  # the certificate is looked at elsewhere
-    draft = Draft(plan, 1, (witness,), certified, 3, (mission,), 4, 5, shut, (("a", 2),), ("digest",), "why")
-    assert all(getattr(draft, field.name) != field.default for field in dataclasses.fields(Draft))
-    again = from_bytes(to_bytes(draft))
-    assert_same(draft, again)
-    assert to_bytes(again) == to_bytes(draft)
+    cut = Cut("legs", "why", 3, True, True, (witness,), legs, ("a", 2), (0, 4), "digest")
+    candidate = Candidate(plan, (cut,), 1, certified)
+    for value in (cut, candidate):
+        assert all(getattr(value, field.name) != field.default for field in dataclasses.fields(value))
+    again = from_bytes(to_bytes(candidate))
+    assert_same(candidate, again)
+    assert to_bytes(again) == to_bytes(candidate)
+
+
+def test_a_draft_of_an_earlier_version_goes_on() -> None:
+    plan = importlib.import_module("ltlplan").plan(small_mission("F a", margin=0.05))
+    witness = Witness(claim="formula", sentence="no", robot="r0")
+    stored_now = to_bytes(Candidate(plan, (Cut("waits", "why", 1, witnesses=(witness,)),), 1))
+    found = draft_of(stored_now, witnesses=(witness,))
+    assert (found.plan, found.rounds, found.witnesses, found.certified) == (plan, 1, (witness,), None)
+
+
+def draft_of(stored_now: bytes, witnesses: tuple[Witness, ...]) -> Candidate:
+    """Return what is read of a candidate, written as the draft that 0.2.0 would have stored."""
+    with zipfile.ZipFile(BytesIO(stored_now)) as archive:
+        held = {name: archive.read(name) for name in archive.namelist()}
+    with zipfile.ZipFile(BytesIO(to_bytes(witnesses))) as archive:
+        told = json.loads(archive.read(next(name for name in archive.namelist() if name.endswith(".json"))))
+    name = next(name for name in held if name.endswith(".json"))
+    data = json.loads(held[name])
+    kind = next(key for key, value in data.items() if value == "Candidate")
+    fields = data["fields"]
+    held[name] = json.dumps({kind: "Draft", "fields": {**fields, "witnesses": told}}).encode()
+    written = BytesIO()
+    with zipfile.ZipFile(written, "w") as archive:
+        for each, content in held.items():
+            archive.writestr(each, content)
+    return from_bytes(written.getvalue())
 
 
 @pytest.mark.parametrize(("cycle", "cuts"), [(None, ()), (None, (1, 2)), (0, ()), (0, (0, 2)), (1, (1,))])

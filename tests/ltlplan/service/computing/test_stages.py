@@ -82,8 +82,10 @@ def test_what_a_refused_round_found_goes_into_the_next(monkeypatch: pytest.Monke
     assert refused.following == "round 2"
     monkeypatch.setattr(verify, "judge", judge)
     again = run_stage("round 2", refused.value, silent)
-    draft = pipeline.mended(pipeline.Refused(pipeline.Draft(ltlplan.plan(with_margin())), *_refused(with_margin())))
-    expected = pipeline.next_round(draft)
+    first = pipeline.Candidate(ltlplan.plan(with_margin()))
+    second = pipeline.following(first, pipeline.Flight(first.plan, *_refused(with_margin())))
+    assert isinstance(second, pipeline.Candidate)
+    expected = pipeline.following(second, pipeline.attempted(second))
     assert isinstance(expected, pipeline.Certified)
     assert again.value == to_bytes(expected)
 
