@@ -82,12 +82,22 @@ class Layout:
 
     def at(self, point: Point) -> Location:
         """Return which regions hold a point."""
+        levels = self._levels(point)
+        clear = bool(np.all(np.abs(levels - 1) * self._least > self.slack))
+        return Location(point, self.outermost_first(self._names[k] for k in np.flatnonzero(levels <= 1)), clear)
+
+    def near_borders(self, point: Point) -> dict[str, float]:
+        """Return the regions whose borders are too near a point for it to be clear, and how far away, in m, they are for sure."""
+        sure = np.abs(self._levels(point) - 1) * self._least
+        return {self._names[k]: float(sure[k]) for k in np.flatnonzero(sure <= self.slack)}
+
+    def _levels(self, point: Point) -> Floats:
+        """Return the root of each region's level at a point. Shape (regions,)."""
         offsets = np.array(point) - self._centres
         levels = np.sqrt(np.maximum(np.einsum("ni,nij,nj->n", offsets, self._shapes, offsets), 0.0))
         for k in self._others:
             levels[k] = math.sqrt(float(self.regions[self._names[k]].level(np.array(point))))
-        clear = bool(np.all(np.abs(levels - 1) * self._least > self.slack))
-        return Location(point, self.outermost_first(self._names[k] for k in np.flatnonzero(levels <= 1)), clear)
+        return levels
 
     def outermost_first(self, regions: Iterable[str]) -> tuple[str, ...]:
         """Return regions in the order of their sizes, the largest first."""

@@ -13,6 +13,7 @@ from ltlplan.systems.region_graph import RegionGraph, RestPoint, Transition
 from ltlplan.systems.region_labels import Layout, Location
 from ltlplan.systems.shared_walls import Walls
 from ltlplan.systems.transition_systems import Cost, Node, TransitionSystem
+from ltlplan.systems.unclear_places import unclear_middle, unclear_point
 from verify.data import BadInput, Letter, Mission
 from verify.data.sections import Agent
 from verify.data.shapes.inequalities import Point
@@ -119,13 +120,8 @@ class Systems:
         )
 
     def unclear(self) -> tuple[str, ...]:
-        """Return a sentence for each region that no plan can visit, because its middle lies on the border of another."""
-        return tuple(
-            f"The middle of '{name}' lies within the margin {self.layout.slack:g} m of another region's border, so it cannot "
-            "be visited for sure."
-            for name, location in self.layout.middles.items()
-            if not location.clear
-        )
+        """Return what is said of each region that no plan can visit: which borders are too near its middle, its own or others', and the remedy."""
+        return tuple(unclear_middle(self.layout, name) for name, location in self.layout.middles.items() if not location.clear)
 
     def leg(self, robot: str, start: Point | str, region: str) -> float:
         """Return the cost of one leg to a region.
@@ -161,7 +157,7 @@ class Systems:
     def _add_start(self, builder: _Builder, robot: str, agent: Agent) -> int:
         location = self.layout.at(agent.start)
         if not location.clear:
-            raise BadInput(f"{robot} starts within the margin {self.layout.slack:g} m of a region's border.")
+            raise BadInput(unclear_point(self.layout, f"{robot} starts", agent.start))
         point = builder.graph.standing(location, agent.visited)
         self._grow(builder, robot, [point])
         return builder.index[self._here(point, self.mission.initial_internal(robot))]
@@ -233,7 +229,7 @@ class Systems:
         """Make the end point the only place to finish at; the way there is a straight line."""
         location = self.layout.at(end)
         if not location.clear:
-            raise BadInput(f"{robot} should end within the margin {self.layout.slack:g} m of a region's border.")
+            raise BadInput(unclear_point(self.layout, f"{robot} should end", end))
         builder.final.clear()
         for node in list(builder.nodes):
             if node.leg is not None:

@@ -234,8 +234,8 @@ def _deep_enough(mission: Mission, name: str, region_name: str, region: Region, 
     scale = 1.0 - (mission.margin + CLEARANCE) / region.inner_radius
     if scale <= 0.0:
         raise Infeasible(
-            f"'{region_name}' has a least radius of {region.inner_radius:g} m: no point of it is {mission.margin:g} m inside. "
-            "Ask for a smaller margin or a larger region.",
+            f"'{region_name}' has a least radius of {region.inner_radius:g} m, and a visit needs more than {mission.margin + CLEARANCE:g} m: "
+            f"the margin, {mission.margin:g} m, and {1000 * CLEARANCE:g} mm. Ask for a smaller `margin`, or make '{region_name}' wider.",
             Witness(claim="visits", sentence="region smaller than the margin", robot=name, region=region_name),
         )
     level = float(np.sqrt(region.level(position)))

@@ -18,7 +18,7 @@ from verify.data.shapes.region import Hoop, Region
 def test_a_region_smaller_than_the_margin_is_refused() -> None:
     mission = room({"a": ball(0, 0, 0.04)}, {"q": Agent(start=(-1.5, 0.0, 1.0))})
     plan = Plan(mission=mission, robots={"q": straight((-1.5, 0, 1), (0, 0, 1), visits={1: "a"})})
-    with pytest.raises(Infeasible, match=r"no point of it is 0\.05 m inside"):
+    with pytest.raises(Infeasible, match=r"a visit needs more than 0\.051 m: the margin, 0\.05 m, and 1 mm"):
         refine(plan)
 
 

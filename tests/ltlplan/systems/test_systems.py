@@ -12,7 +12,7 @@ from ltlplan.systems.robot_systems import Systems
 from ltlplan.systems.transition_systems import TransitionSystem, environment_of, robot_graph
 from ltlplan.systems.visit_words import word_of
 from tests.helpers.worlds import world
-from verify.data import BadInput, Visit, parse_mission
+from verify.data import BadInput, Mission, Visit, parse_mission
 from verify.data.shapes.region import Region
 
 
@@ -130,9 +130,92 @@ def test_a_region_whose_middle_is_on_a_border_is_not_visited() -> None:
     places = {"a": (0.0, 0.0), "b": (1.0, 0.0)}
     systems = Systems(world("true", regions=places, radii={"a": 1.0, "b": 0.2}))
     assert systems.unclear() == (
-        "The middle of 'b' lies within the margin 0.05 m of another region's border, so it cannot be visited for sure.",
+        "The middle of 'b' lies on the border of 'a', and more than the margin, 0.05 m, is needed to visit it for sure: "
+        "move `regions.b` farther than 0.05 m from the border of 'a'.",
     )
     assert all(node.place != "b" for node in systems.of("quad0").nodes)
+
+
+DOOR = """
+format: 1
+name: door
+spec: {{formula: F door}}
+regions: {{{rooms}{region}}}
+hoops: {{{hoop}}}
+agents: {{quad0: {{start: [-1, 1, 1]}}}}
+vehicle: crazyflie-2.1
+workspace: {{min: [-4, -4, 0.2], max: [4, 4, 3]}}
+margin: {margin}
+"""
+ROOMS = "west: {center: [-1, 0, 1], size: [2, 3, 1]}, east: {center: [1, 0, 1], size: [2, 3, 1]}, "
+THIN = {
+    "box": "door: {{center: [0.5, 0, 1], size: [{width}, 0.6, 0.6]}}",
+    "turned box": "door: {{center: [0.5, 0, 1], yaw_deg: 30, size: [{width}, 0.6, 0.6]}}",
+    "ellipsoid": "door: {{center: [0.5, 0, 1], radii: [{half}, 0.3, 0.3]}}",
+    "hoop": "door: {{center: [0.5, 0, 1], radii: [{half}, 0.3, 0.3], opening: 0.3, rim: 0.02}}",
+    "union": "door: {{union: [{{center: [0.5, 0, 1], size: [{width}, 0.6, 0.6]}}, {{center: [0.5, 0.6, 1], size: [{width}, 0.6, 0.6]}}]}}",
+}
+
+
+def door(shape: str, *, width: float = 0.08, margin: float = 0.05, rooms: str = ROOMS) -> Mission:
+    text = THIN[shape].format(width=width, half=width / 2)
+    region, hoop = ("", text) if shape == "hoop" else (text, "")
+    return parse_mission(DOOR.format(rooms=rooms, region=region, hoop=hoop, margin=margin))
+
+
+@pytest.mark.parametrize("rooms", [ROOMS, ""], ids=["between rooms", "alone"])
+@pytest.mark.parametrize("shape", THIN)
+def test_a_region_too_thin_for_the_margin_is_told_its_own_width(shape: str, rooms: str) -> None:
+    table = "hoops" if shape == "hoop" else "regions"
+    (said,) = Systems(door(shape, rooms=rooms)).unclear()
+    assert said == (
+        "The middle of 'door' lies 0.04 m inside its own border, and more than the margin, 0.05 m, is needed to visit it for sure: "
+        f"make `{table}.door` wider than 0.102 m around its middle (0.08 m now), or `margin` smaller than 0.039 m."
+    )
+    assert Systems(door(shape, width=0.1021, rooms=rooms)).unclear() == ()
+    assert Systems(door(shape, margin=0.0389, rooms=rooms)).unclear() == ()
+
+
+def test_a_thin_door_on_a_wall_that_two_rooms_share_is_told_all_borders() -> None:
+    rooms = "west: {center: [-0.5, 0, 1], size: [2, 3, 1]}, east: {center: [1.5, 0, 1], size: [2, 3, 1]}, "
+    (said,) = Systems(door("box", rooms=rooms)).unclear()
+    assert said == (
+        "The middle of 'door' lies 0.04 m inside its own border and on the border of 'west' and on the border of 'east', and "
+        "more than the margin, 0.05 m, is needed to visit it for sure: make `regions.door` wider than 0.102 m around its middle (0.08 m "
+        "now), and move `regions.door` farther than 0.05 m from the border of 'west' and 'east'."
+    )
+
+
+@pytest.mark.parametrize("key", ["start", "end"])
+def test_a_robot_on_a_border_is_told_whose(key: str) -> None:
+    mission = world("true")
+    moved = mission.agents["quad0"].model_copy(update={key: (0.23, 0.0, 1.0)})
+    systems = Systems(mission.model_copy(update={"agents": {"quad0": moved}}))
+    with pytest.raises(
+        BadInput,
+        match=r"quad0 (starts|should end) at least 0\.03 m from the border of 'a', and .* `margin` smaller than 0\.029 m",
+    ):
+        systems.of("quad0")
+
+
+def test_no_border_is_said_to_be_nearer_than_it_is() -> None:
+    import numpy as np
+
+    long = Region(center=(0.0, 0.0, 1.0), radii=(2.0, 0.1, 0.1))
+    mission = world("true", regions={"b": (1.5, 0.0)}, radii={"b": 0.2})
+    (said,) = Systems(mission.model_copy(update={"regions": {**mission.regions, "a": long}})).unclear()
+    assert "lies at least 0.025 m from the border of 'a'" in said
+    angles = np.linspace(-1.0, 1.0, 20001) * np.pi
+    nearest = np.min(np.hypot(2.0 * np.cos(angles) - 1.5, 0.1 * np.sin(angles)))
+    assert nearest >= 0.05  # it is farther away than the margin, which is not known for sure
+
+
+def test_nobody_is_told_to_start_clearly_inside_what_is_too_thin() -> None:
+    text = DOOR.format(rooms="", region=THIN["box"].format(width=0.08), hoop="", margin=0.05).replace(
+        "[-1, 1, 1]", "[0.5, 0, 1]"
+    )
+    with pytest.raises(BadInput, match=r"edge of 'door'; be clearly outside: its middle is only 0\.04 m inside"):
+        parse_mission(text)
 
 
 def test_a_system_needs_edges_for_its_labels() -> None:

@@ -71,7 +71,9 @@ def misplaced(point: Point, values: Mapping[str, Any], vehicle: Vehicle | None) 
         )
     for name, region in {**values.get("hoops", {}), **values.get("regions", {})}.items():
         if _on_edge(point, region, margin + ROUNDING):
-            yield f"{shown} is within the margin {margin:g} m of the edge of '{name}'; be clearly inside or outside."
+            thin = region.inner_radius <= margin + ROUNDING
+            where = f"outside: its middle is only {region.inner_radius:.4g} m inside" if thin else "inside or outside"
+            yield f"{shown} is within the margin {margin:g} m of the edge of '{name}'; be clearly {where}."
         if not isinstance(region, Hoop):
             continue
         rim, opening = _ring_distances(point, region)
