@@ -1,8 +1,8 @@
 """Simulate certified flights, watch them, compare them with recordings, and export them to real vehicles.
 
 `flights` flies once and `campaigns` many times (in `batches`), both in `conditions` (wind, sensors, model, controller) and by
-`closed_loop`, which lets `control` steer what `model` moves (`on_board` for what vehicles carry; `setup` and `draws` are common to both). `rehearsal` flies under everything that may be otherwise. `monitoring` judges while flying, `logs` keeps what happened,
-`comparison` holds it against a certificate, `exports` writes for real vehicles, and `pictures` draws (over `shapes`). `certified` is
+`closed_loop`, which lets `control` steer what `model` moves (`onboard_simulation` for what vehicles carry; `simulation_setup` and `random_streams` are common to both). `rehearsal` flies under everything that may be otherwise. `monitoring` judges while flying, `logs` keeps what happened,
+`comparison` holds it against a certificate, `exports` writes for real vehicles, and `pictures` draws (over `shapes`). `certificate_checks` is
 asked at every door; `processes` shares work.
 """
 
@@ -18,11 +18,11 @@ if TYPE_CHECKING:
     from flight.control.controller import Controller
     from flight.exports import Exported, ExportTarget, Product, Request, export, formats, quantised, upload, with_hovers
     from flight.flights import fly
+    from flight.logs.import_options import Told
+    from flight.logs.importers import read_flown, read_recording
     from flight.logs.log import Event, FlightLog
-    from flight.logs.reading import read_flown, read_recording
     from flight.logs.recordings import Recording
     from flight.logs.tables import read_log, write_log
-    from flight.logs.told import Told
     from flight.model.airframe import Airframe, airframe_of, shipped_airframes
     from flight.model.disturbances import Wind
     from flight.model.plant import AirframeModel
@@ -92,10 +92,10 @@ if not TYPE_CHECKING:  # which know all names from above, so that a misspelt one
             ),
             "flight.flights": ("fly",),
             "flight.logs.log": ("Event", "FlightLog"),
-            "flight.logs.reading": ("read_flown", "read_recording"),
+            "flight.logs.importers": ("read_flown", "read_recording"),
             "flight.logs.recordings": ("Recording",),
             "flight.logs.tables": ("read_log", "write_log"),
-            "flight.logs.told": ("Told",),
+            "flight.logs.import_options": ("Told",),
             "flight.model.airframe": ("Airframe", "airframe_of", "shipped_airframes"),
             "flight.model.disturbances": ("Wind",),
             "flight.model.plant": ("AirframeModel",),

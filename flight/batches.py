@@ -15,7 +15,7 @@ from flight.model.timing import FRAME_STEPS, STEP, SUBSTEPS
 from flight.monitoring.formula_state import FormulaState
 from flight.monitoring.letters import PlannedAction, RegionMasks, region_letters
 from flight.processes import Workers, shared
-from flight.setup import Setup, not_simulated
+from flight.simulation_setup import Setup, not_simulated
 from verify.data import Mission
 from verify.data.progress import Progress, silent
 

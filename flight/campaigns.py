@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.special import betaincinv
 
 from flight.batches import Job, simulate
-from flight.certified import require_certificate
+from flight.certificate_checks import require_certificate
 from flight.conditions import CALM, ConditionKeywords, Conditions
 from flight.model.airframe import airframes_of
 from flight.model.attitude import Floats
@@ -26,7 +26,7 @@ from flight.monitoring.formula_state import has_formula
 from flight.monitoring.letters import planned_actions
 from flight.monitoring.tube import stray_between_steps
 from flight.processes import Processes, Workers, count_of
-from flight.setup import Setup, is_whole, require_seed
+from flight.simulation_setup import Setup, is_whole, require_seed
 from verify.certificate import Certificate
 from verify.data import BadInput, Plan, Trajectory, check_plan, check_trajectories
 from verify.data.progress import Progress

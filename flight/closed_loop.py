@@ -11,14 +11,14 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from flight.draws import Draws
+from flight.mixed_fleet import begin, kinds_of
 from flight.model.attitude import Floats, quaternion_rate, unit
 from flight.model.plant import Motion, Plant
 from flight.model.sensing import Kalman, MotionCapture
 from flight.model.timing import CONTROL_STEP, FRAME_STEPS, STEP, SUBSTEPS
-from flight.on_board.steps import steps_on_board
-from flight.setup import Setup, Snapshot, farthest
-from flight.side_by_side import begin, kinds_of
+from flight.onboard_simulation.steps import steps_on_board
+from flight.random_streams import Draws
+from flight.simulation_setup import Setup, Snapshot, farthest
 
 
 def steps(setup: Setup, seeds: Sequence[int]) -> Iterator[Snapshot]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flight.certified import certified_mission
+from flight.certificate_checks import certified_mission
 from flight.logs.log import Event, FlightLog
 from flight.logs.own_logs import as_recording
 from flight.logs.placed import samples_of
@@ -21,8 +21,8 @@ from flight.monitoring.monitor import Monitor
 from flight.monitoring.tube import TubeVerdict, relative_acceleration
 from verify.certificate import Certificate
 from verify.data import BadInput, Letter, Mission, NotCertified, Plan, Trajectory, check_trajectories
-from verify.recordings.asked import Asked
 from verify.recordings.flight_log import Samples
+from verify.recordings.flight_reference import Asked
 from verify.recordings.flight_verdict import FlightVerdict, check_flight
 
 LONGEST_GAP = 1.0

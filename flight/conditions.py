@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Literal, TypedDict, Unpack, get_args
 
 from flight.control.controller import CONTROLLERS, Controller
-from flight.control.on_board import OnBoardController
+from flight.control.onboard_controller import OnBoardController
 from flight.control.profiles import PROFILES, controller_name, controller_of
 from flight.model.airframe import Airframe
 from flight.model.disturbances import Wind

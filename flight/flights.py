@@ -8,7 +8,7 @@ from typing import Unpack
 
 import numpy as np
 
-from flight.certified import require_certificate
+from flight.certificate_checks import require_certificate
 from flight.closed_loop import steps
 from flight.conditions import CALM, ConditionKeywords, Conditions
 from flight.logs.log import Event, FlightLog
@@ -16,11 +16,11 @@ from flight.model.airframe import Airframe, airframes_of
 from flight.model.attitude import Floats, euler
 from flight.model.reference import Reference, flown, sample_reference
 from flight.model.timing import CONTROL_STEP, FRAME_STEPS, STEP, SUBSTEPS
+from flight.monitoring.alarm_response import LANDING_TIME, Reaction, Stop
 from flight.monitoring.formula_state import has_formula
 from flight.monitoring.letters import PlannedAction, RegionMasks, internal_letters, planned_actions, region_letters
 from flight.monitoring.monitor import Monitor
-from flight.monitoring.reaction import LANDING_TIME, Reaction, Stop
-from flight.setup import Setup, Snapshot, not_simulated, require_seed
+from flight.simulation_setup import Setup, Snapshot, not_simulated, require_seed
 from verify.certificate import Certificate
 from verify.data import BadInput, Mission, Plan, Trajectory, check_plan, check_trajectories
 from verify.data.progress import Progress

@@ -2,8 +2,8 @@
 
 Names are loaded at first use, so that `import ltlplan` and `ltlplan --help` stay quick.
 
-Read `pipeline`, then `planner`, which asks a method (`search`, `mtac`, `sharing`; what one returns is in `allocation`) and lays
-`paths`; below are `systems` and `logic`. What is tried where no flight keeps a plan is in `attempts`. `online` flies while sharing, `report` and `output` show and write, `commands` ask.
+Read `pipeline`, then `planner`, which asks a method (`search`, `mtac`, `online_mtac`; what one returns is in `allocation`) and lays
+`paths`; below are `systems` and `logic`. What is tried where no flight keeps a plan is in `replanning`. `online` flies while sharing, `report` and `output` show and write, `commands` ask.
 """
 
 from __future__ import annotations

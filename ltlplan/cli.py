@@ -14,7 +14,7 @@ import typer
 from typer.core import TyperGroup
 
 import ltlplan
-from ltlplan.commands.shared.old_spellings import spelled_now
+from ltlplan.commands.support.old_spellings import spelled_now
 
 COMMANDS = {
     "run": "Plan, refine, certify, fly in simulation and export a mission.",

@@ -199,9 +199,9 @@ def make_export(
         LtlplanError: As `flight.export` and `verify.recheck`.
     """
     from flight.conditions import conditions_of
-    from flight.exports.files import make_product
     from flight.exports.flown import require_controllers, require_flight
     from flight.exports.target import EXPORT_TARGETS
+    from flight.exports.writer import make_product
     from flight.flights import fly
     from verify import certify, recheck
     from verify.run_folder import read_folder
@@ -259,7 +259,7 @@ def _names_of(folder: Path, target: ExportTarget, robots: Collection[str] | None
 
     Whatever is wrong with the folder or the flight is said later, by who proves and writes them.
     """
-    from flight.exports.files import names_of
+    from flight.exports.writer import names_of
     from verify.data import LtlplanError
     from verify.run_folder import read_folder
 

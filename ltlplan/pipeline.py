@@ -14,9 +14,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ltlplan.attempts.checked_plan import Asked, as_mission, plan
-from ltlplan.attempts.drafts import MAX_ROUNDS, Candidate, Certified, Conflict, Cut, Flight
-from ltlplan.attempts.mending import following
+from ltlplan.replanning.candidates import MAX_ROUNDS, Candidate, Certified, Conflict, Cut, Flight
+from ltlplan.replanning.checked_plan import Asked, as_mission, plan
+from ltlplan.replanning.next_candidate import following
 from ltlplan.result import Result
 from verify.data import DoesNotFit, Infeasible, Plan, Trajectory, check_plan
 from verify.data.progress import Progress, part_of, silent
@@ -147,7 +147,7 @@ def run(
         LtlplanError: Any of the stages refused; the class says which and the message why.
     """
     import flight
-    from flight.certified import require_tube
+    from flight.certificate_checks import require_tube
     from flight.conditions import conditions_of
     from ltlplan import output
     from verify.data.storage.folders import check_folder

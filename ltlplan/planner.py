@@ -124,7 +124,7 @@ def plan_of(mission: Mission, allocation: Allocation, paths: Mapping[str, RobotP
     """
     from ltlplan.paths.costs import team_cost
     from ltlplan.paths.flight_times import require_endurance
-    from ltlplan.paths.priced_words import lower_bound
+    from ltlplan.paths.k_best_words import lower_bound
 
     minimised = objective_text(mission)
     bound = None if allocation.lower_bound is None else lower_bound(mission, budget=_BOUNDING)

@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from flight import Told
     from verify import FlightVerdict
     from verify.data import Mission
-    from verify.recordings.asked import Asked
     from verify.recordings.flight_log import Samples
+    from verify.recordings.flight_reference import Asked
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +65,7 @@ def judge_flight(
     """
     from flight import Told
     from verify import check_flight
-    from verify.recordings.asked import asked_of
+    from verify.recordings.flight_reference import asked_of
 
     told = Told(start=start) if told is None else told
     asked = asked_of(Path(source), pauses)
@@ -121,7 +121,7 @@ def _others(recording: str | os.PathLike[str], asked: Asked, told: Told) -> tupl
 
 def _shows_internal_states(path: str | os.PathLike[str]) -> bool:
     """Tell a log of ours, as a table, from recordings of others."""
-    from verify.data.storage.reading import begins_with
+    from verify.data.storage.safe_reading import begins_with
     from verify.recordings.flight_log import LOG_COLUMNS
 
     if Path(path).is_dir():

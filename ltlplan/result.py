@@ -64,7 +64,7 @@ def aborts_of(mission: Mission, team: Mapping[str, Trajectory], cert: Certificat
         team: Its trajectories.
         cert: Their certificate.
     """
-    from flight.monitoring.reaction import braking_length
+    from flight.monitoring.alarm_response import braking_length
     from verify.aborts import judge_aborts
 
     return judge_aborts(mission, team, length=braking_length(mission), margin=cert.margin, clock_error=cert.clock_error)

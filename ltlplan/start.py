@@ -80,7 +80,7 @@ def _outcome(*, as_json: bool, interrupts: _Interrupts) -> int | str | None:
     except Exception as error:  # the outermost door: every error becomes a message and an exit code
         if interrupts.heard:  # whatever the interrupt became on its way here, such as an ImportError of a library
             return INTERRUPTED
-        from ltlplan.commands.shared.terminal import report
+        from ltlplan.commands.support.terminal import report
 
         try:
             return _flushed(report(error, as_json=as_json))
@@ -95,7 +95,7 @@ def _flushed(code: int | str | None) -> int | str | None:
     except BrokenPipeError:
         return _let_go()
     except OSError as error:
-        from ltlplan.commands.shared.terminal import report
+        from ltlplan.commands.support.terminal import report
 
         return report(error, as_json=False)
     return code
@@ -103,7 +103,7 @@ def _flushed(code: int | str | None) -> int | str | None:
 
 def _let_go() -> int:
     """Say nothing more to a reader that has gone."""
-    from ltlplan.commands.shared.terminal import close_output
+    from ltlplan.commands.support.terminal import close_output
 
     close_output()
     return BROKEN_PIPE

@@ -18,7 +18,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from flight.link.stages import Part, Stage
+from flight.link.phases import Part, Stage
 from flight.monitoring.thresholds import CLIMB_SPEED
 from ltlplan.pipeline import Certified, certified_team, plan
 from verify.data import BadInput, Infeasible, Mission, NotCertified, Trajectory, check_trajectories
@@ -27,7 +27,7 @@ from verify.data.mission import check_mission
 from verify.data.progress import Progress, part_of, silent
 from verify.data.sections import Agent, Box, Limits, Spec
 from verify.data.shapes.obstacle import Obstacle
-from verify.pieces import judge_stop
+from verify.flight_segments import judge_stop
 
 Place = tuple[float, float, float]
 

@@ -4,8 +4,8 @@
 (points and limits) or `retime` (a path and limits), a heading from `heading_spline` or `least_spin`, and `quantise`; `split`
 cuts a flight that is too long for the vehicle's memory.
 
-Read `team` (`laps` for teams that fly for ever, `parts` and `common_rests` for flights that no vehicle holds at once), then `single`
-(one robot as if alone) and `coordination` (all of them), over `corridor`, `solvers`, `heading`, `limits`, `spline`, `bodies` and `obstacles`; `feedback` is what the judge's witnesses ask for.
+Read `team` (`laps` for teams that fly for ever, `parts` and `team_pauses` for flights that no vehicle holds at once), then `single_robot`
+(one robot as if alone) and `coordination` (all of them), over `corridor`, `solvers`, `heading`, `limits`, `spline`, `keep_out_bodies` and `obstacles`; `feedback` is what the judge's witnesses ask for.
 """
 
 from __future__ import annotations
@@ -16,15 +16,15 @@ TYPE_CHECKING = False  # type checkers take it for True
 if TYPE_CHECKING:
     from refine.heading.spin import least_spin, with_least_spin
     from refine.heading.yaw import heading_spline
+    from refine.limits.limits import Limits, Rotors
     from refine.limits.stretching import stretch_to_limits
-    from refine.limits.values import Limits, Rotors
     from refine.solvers.fastest import time_optimal
     from refine.solvers.retiming import retime
     from refine.solvers.timeout import SolverTimeout
     from refine.spline.least_snap import minimum_snap
     from refine.spline.parts import split
     from refine.spline.rounding import jumps, on_grid, quantise
-    from refine.spline.values import Spline
+    from refine.spline.spline import Spline
     from refine.team import refine
 
 __all__ = [
@@ -53,14 +53,14 @@ if not TYPE_CHECKING:  # which know all names from above, so that a misspelt one
             "refine.heading.spin": ("least_spin", "with_least_spin"),
             "refine.heading.yaw": ("heading_spline",),
             "refine.limits.stretching": ("stretch_to_limits",),
-            "refine.limits.values": ("Limits", "Rotors"),
+            "refine.limits.limits": ("Limits", "Rotors"),
             "refine.solvers.fastest": ("time_optimal",),
             "refine.solvers.retiming": ("retime",),
             "refine.solvers.timeout": ("SolverTimeout",),
             "refine.spline.least_snap": ("minimum_snap",),
             "refine.spline.parts": ("split",),
             "refine.spline.rounding": ("jumps", "on_grid", "quantise"),
-            "refine.spline.values": ("Spline",),
+            "refine.spline.spline": ("Spline",),
             "refine.team": ("refine",),
         },
     )

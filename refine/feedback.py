@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from refine.limits.values import LIMIT_NAMES
+from refine.limits.limits import LIMIT_NAMES
 from verify.data import Plan, Witness
 from verify.data.plan import Meeting, Precedence
 

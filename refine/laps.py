@@ -1,6 +1,6 @@
 """A team's laps: the prefix and one lap, each refined as a finite flight from rest to rest, and put together on a common clock.
 
-Whoever has arrived hovers until the others have, so that laps begin and end together to the last bit (`refine.stretches`). The lap begins
+Whoever has arrived hovers until the others have, so that laps begin and end together to the last bit (`refine.rest_to_rest`). The lap begins
 where the prefix has come to rest, in the vehicle's own numbers, and leads back there. One robot whose laps do not fit its vehicle at once
 flies them in the same way: the lap is uploaded once and started again.
 """
@@ -19,8 +19,8 @@ from refine.corridor.legs import HOVERING
 from refine.corridor.meeting_places import moved_to_meet
 from refine.feedback import Feedback, feedback_of
 from refine.parts import from_rest_to_rest, longer_than_held
-from refine.single.values import RefinementOptions
-from refine.stretches import end_of
+from refine.rest_to_rest import end_of
+from refine.single_robot.task import RefinementOptions
 from verify.data import Infeasible, Mission, Plan, RobotPlan, Trajectory, Visit, Witness
 from verify.data.laps import Rest, before_laps, one_lap, rest_after
 from verify.data.plan import Meeting

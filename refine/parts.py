@@ -1,7 +1,7 @@
 """A team's flight from rest to rest, in as many parts as its vehicles' memories ask for.
 
 A flight that some vehicle cannot hold at once is refined as if all could, and slowed down to rests of the whole team where memories end
-(`refine.common_rests`). Nobody flies another way or in another order for that.
+(`refine.team_pauses`). Nobody flies another way or in another order for that.
 """
 
 from __future__ import annotations
@@ -10,13 +10,13 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from refine.common_rests import resting
 from refine.coordination.team_flights import Together, together
 from refine.feedback import feedback_of
-from refine.single.values import RefinementOptions
+from refine.rest_to_rest import LONGEST, SHORTEST, TICK, Pieces, Stretch, as_flown, from_rest, waiting
+from refine.single_robot.task import RefinementOptions
 from refine.spline.rounding import quantise
-from refine.spline.values import Spline
-from refine.stretches import LONGEST, SHORTEST, TICK, Pieces, Stretch, as_flown, from_rest, waiting
+from refine.spline.spline import Spline
+from refine.team_pauses import resting
 from verify.data import BadInput, Mission, Plan, Trajectory, Witness
 from verify.data.progress import Progress
 from verify.data.trajectory import MAX_PIECES

@@ -16,10 +16,10 @@ from refine.coordination.team_flights import together
 from refine.feedback import feedback_of
 from refine.laps import team_laps
 from refine.parts import in_parts, longer_than_held
-from refine.single.values import Pace, RefinementOptions, RobotFlight, TooLong
+from refine.rest_to_rest import as_flown
+from refine.single_robot.task import Pace, RefinementOptions, RobotFlight, TooLong
 from refine.spline.rounding import quantise
-from refine.spline.values import Spline
-from refine.stretches import as_flown
+from refine.spline.spline import Spline
 from verify.data import BadInput, DoesNotFit, Infeasible, Plan, Trajectory, Witness, check_plan
 from verify.data.progress import Progress, silent
 from verify.data.trajectory import HOVER

@@ -98,7 +98,7 @@ def shipped_page(once: Once, shipped_run: Callable[[str], ltlplan.Result]) -> Ca
 
     def made(name: str) -> str:  # most runs of a few tests need none of these libraries
         from flight.campaigns import campaign
-        from ltlplan.online.flight import fly_online
+        from ltlplan.online.simulated_online_flight import fly_online
         from ltlplan.report.campaign import campaign_html
         from ltlplan.report.online import online_html
         from ltlplan.report.pictures import pictures_html

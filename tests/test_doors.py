@@ -14,7 +14,7 @@ import flight
 import ltlplan
 import refine
 import verify
-from ltlplan.online.flight import fly_online
+from ltlplan.online.simulated_online_flight import fly_online
 from ltlplan.pipeline import certified_team
 from tests.helpers.flights import legs, plan_of, small_mission
 from verify.data import BadInput, Formula, Mission, Plan, Trajectory, Word, check_mission

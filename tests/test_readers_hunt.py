@@ -138,7 +138,7 @@ BY_HAND = "".join(line for line in GOOD.splitlines(keepends=True) if not line.st
 
 def _text(data: bytes) -> str:
     """As files are decoded; what is no UTF-8 is refused before any reader sees it."""
-    from verify.data.storage.reading import decoded
+    from verify.data.storage.safe_reading import decoded
 
     return decoded(data, "mutant", "file")
 

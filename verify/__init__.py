@@ -3,9 +3,9 @@
 `verify` imports nothing of the planner, of refinement or of flight, and shares with them only the plain data of
 `verify.data`.
 
-Read `certification` (the door; `certificate` is the value) and `claims`, then `motion` (polynomials), `behaviour` (words over time)
-and `logic` (what a formula says), over `arithmetic`. `words` judges words alone, `recordings` flights that were flown, `foreign` what
-other programs planned, `pieces` flights in changing worlds; `run_folder` proves again from files (`certificate_file`), `testing` is for other people's tests.
+Read `certification` (the door; `certificate` is the value) and `claims`, then `motion` (polynomials), `model_checking` (words over time)
+and `logic` (what a formula says), over `arithmetic`. `trace_checking` judges words alone, `recordings` flights that were flown, `third_party` what
+other programs planned, `flight_segments` flights in changing worlds; `run_folder` proves again from files (`certificate_file`), `testing` is for other people's tests.
 """
 
 from __future__ import annotations
@@ -19,17 +19,17 @@ if TYPE_CHECKING:
     from verify.claims.claim import Claim
     from verify.claims.soft_claims import SoftClaim
     from verify.data import NotCertified, Trajectory, Witness
-    from verify.foreign.asked import AuditLimits
-    from verify.foreign.auditing import Audit, audit
     from verify.logic.verdict import TeamVerdict, Verdict
-    from verify.recordings.asked import Asked, asked_of
     from verify.recordings.flight_log import Samples, load_flight_log
+    from verify.recordings.flight_reference import Asked, asked_of
     from verify.recordings.flight_verdict import FlightVerdict, check_flight
     from verify.recordings.samples import check_recording, check_samples
     from verify.run_folder import recheck
-    from verify.words.ordered_verdict import check_ordered
-    from verify.words.team_verdict import check_team
-    from verify.words.word_verdict import check_word
+    from verify.third_party.audit_requirements import AuditLimits
+    from verify.third_party.auditing import Audit, audit
+    from verify.trace_checking.ordered_verdict import check_ordered
+    from verify.trace_checking.team_verdict import check_team
+    from verify.trace_checking.word_verdict import check_word
 
 __all__ = [
     "ActionInstant",
@@ -69,16 +69,16 @@ if not TYPE_CHECKING:  # which know all names from above, so that a misspelt one
             "verify.claims.claim": ("Claim",),
             "verify.claims.soft_claims": ("SoftClaim",),
             "verify.data": ("NotCertified", "Trajectory", "Witness"),
-            "verify.foreign.asked": ("AuditLimits",),
-            "verify.foreign.auditing": ("Audit", "audit"),
+            "verify.third_party.audit_requirements": ("AuditLimits",),
+            "verify.third_party.auditing": ("Audit", "audit"),
             "verify.logic.verdict": ("TeamVerdict", "Verdict"),
-            "verify.recordings.asked": ("Asked", "asked_of"),
+            "verify.recordings.flight_reference": ("Asked", "asked_of"),
             "verify.recordings.flight_log": ("Samples", "load_flight_log"),
             "verify.recordings.flight_verdict": ("FlightVerdict", "check_flight"),
             "verify.recordings.samples": ("check_recording", "check_samples"),
             "verify.run_folder": ("recheck",),
-            "verify.words.ordered_verdict": ("check_ordered",),
-            "verify.words.team_verdict": ("check_team",),
-            "verify.words.word_verdict": ("check_word",),
+            "verify.trace_checking.ordered_verdict": ("check_ordered",),
+            "verify.trace_checking.team_verdict": ("check_team",),
+            "verify.trace_checking.word_verdict": ("check_word",),
         },
     )

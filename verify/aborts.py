@@ -24,7 +24,7 @@ from verify.data.errors import BadInput
 from verify.data.mission import Mission
 from verify.data.trajectory import Trajectory, check_trajectories
 from verify.data.vehicle import GRAVITY
-from verify.motion.braking.courses import braking_motion, greatest, weights
+from verify.motion.braking.braking_polynomials import braking_motion, greatest, weights
 from verify.motion.braking.surroundings import Braking
 from verify.motion.paths import read_team
 from verify.motion.rotors import turning_bounds

@@ -11,11 +11,11 @@ from functools import cache
 from importlib import metadata
 from typing import Any
 
-from verify.behaviour.timeline import Timeline
 from verify.claims.claim import Claim
 from verify.claims.soft_claims import SoftClaim
 from verify.data.mission import Mission
 from verify.data.trajectory import Trajectory
+from verify.model_checking.timeline import Timeline
 
 CERTIFICATE_FORMAT = 2
 """Raised whenever a claim's sentence changes its meaning, so that no sentence is read with another meaning than it was proved with."""

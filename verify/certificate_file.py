@@ -10,7 +10,7 @@ from typing import Any
 
 from verify.certificate import CERTIFICATE_FORMAT, payload_digest
 from verify.data.errors import BadInput
-from verify.data.storage.reading import parse_json, read_bytes
+from verify.data.storage.safe_reading import parse_json, read_bytes
 
 MAX_BYTES = 20_000_000
 

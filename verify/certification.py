@@ -14,9 +14,6 @@ from fractions import Fraction
 
 import numpy as np
 
-from verify.behaviour.timeline import Timeline
-from verify.behaviour.transitions import judge_transitions
-from verify.behaviour.word_claims import judge_formula
 from verify.certificate import ActionInstant, Certificate, versions
 from verify.claims.claim import Claim
 from verify.claims.distance_claims import Clocks, rim_claims, separation_claims, separation_holds, workspace_claims
@@ -31,9 +28,12 @@ from verify.claims.visit_claims import passage_claim, visit_claim
 from verify.data.errors import BadInput, NotCertified
 from verify.data.mission import Mission
 from verify.data.plan import Plan, check_plan
-from verify.data.rules.clocks import clock_error_of, since_common_start
 from verify.data.trajectory import Trajectory, check_trajectories
+from verify.data.validation.clocks import clock_error_of, since_common_start
 from verify.logic.verdict import Verdict
+from verify.model_checking.timeline import Timeline
+from verify.model_checking.transitions import judge_transitions
+from verify.model_checking.word_claims import judge_formula
 from verify.motion.membership.statuses import changes, statuses
 from verify.motion.passages import crossings
 from verify.motion.planned_words import false_statement

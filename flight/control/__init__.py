@@ -1,6 +1,6 @@
 """Controllers: from a plan and what is known of the vehicles to commands.
 
 `controller` says what a controller is and lists them; each has a file of its own. `flatness` turns a plan into thrust, attitude and
-rates for those on the ground; `on_board` is what those on board have in common, `profiles` what a
+rates for those on the ground; `onboard_controller` is what those on board have in common, `profiles` what a
 vehicle's profile says of them.
 """

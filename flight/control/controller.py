@@ -55,7 +55,7 @@ CONTROLLERS: Registry[Controller] = Registry(
         "mellinger": "flight.control.mellinger:MELLINGER",
         "pid": "flight.control.pid:PID",
         "lee": "flight.control.lee:LEE",
-        "profile": "flight.on_board.commanded:PROFILE",
+        "profile": "flight.onboard_simulation.commanded:PROFILE",
     },
     kind=Controller,
 )

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flight.control.on_board import (
+from flight.control.onboard_controller import (
     ACCELERATION,
     ATTITUDE,
     COSINE,

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flight.control.on_board import (
+from flight.control.onboard_controller import (
     ATTITUDE,
     FULL_SCALE,
     GYRO,

@@ -1,10 +1,10 @@
 """Export of certified flights to real vehicles. What is not certified, or does not fit, is refused.
 
-`files` is the door; `target` says what a target is and lists them. Each has a file of its own that turns a team into the contents of
+`writer` is the door; `target` says what a target is and lists them. Each has a file of its own that turns a team into the contents of
 files; nothing is written before all of them are made. Every export carries the certificate's digest and a note (`notes`) of what
 would void it.
 Those for Crazyflies are in the room `crazyflies`; `parts` and `braking` are what is uploaded of flights that vehicles do not hold at once and
-behind last laps, `flown` is who flew it in simulation before. `columns` proves climb and landing, and `carried` has the scripts in the room `scripts`
+behind last laps, `flown` is who flew it in simulation before. `vertical_corridors` proves climb and landing, and `bundled_scripts` has the scripts in the room `scripts`
 and the numbers that they fly by.
 """
 
@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from flight.exports.crazyflies.compressed import quantised
     from flight.exports.crazyflies.crazyflie import upload
     from flight.exports.crazyflies.crazyswarm import with_hovers
-    from flight.exports.files import Exported, export, formats
     from flight.exports.target import ExportTarget, Product, Request
+    from flight.exports.writer import Exported, export, formats
 
 __all__ = ["ExportTarget", "Exported", "Product", "Request", "export", "formats", "quantised", "upload", "with_hovers"]
 
@@ -29,7 +29,7 @@ if not TYPE_CHECKING:  # which know all names from above, so that a misspelt one
             "flight.exports.crazyflies.compressed": ("quantised",),
             "flight.exports.crazyflies.crazyflie": ("upload",),
             "flight.exports.crazyflies.crazyswarm": ("with_hovers",),
-            "flight.exports.files": ("Exported", "export", "formats"),
+            "flight.exports.writer": ("Exported", "export", "formats"),
             "flight.exports.target": ("ExportTarget", "Product", "Request"),
         },
     )

@@ -16,10 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from verify.data import BadInput, Mission, Trajectory
-from verify.data.rules.agents import misplaced
 from verify.data.trajectory import PIECES
+from verify.data.validation.agents import misplaced
+from verify.flight_segments import judge_braking
 from verify.motion.continuity import JUMPS
-from verify.pieces import judge_braking
 
 Floats = NDArray[np.float64]
 

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from flight.exports.carried import STREAM, about, batteries_said, climb_and_landing, scripts, written
+from flight.exports.bundled_scripts import STREAM, about, batteries_said, climb_and_landing, scripts, written
 from flight.exports.crazyflies.inventory import read_inventory, system_ids
 from flight.exports.target import ExportTarget, Product, Request
 from flight.model.attitude import Floats

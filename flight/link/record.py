@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 from flight.link.link import Link
-from flight.link.stages import FLIGHT
+from flight.link.phases import FLIGHT
 from flight.logs.log import Event
 from flight.monitoring.thresholds import FRESH
 from verify.data.frame import Frame

@@ -14,12 +14,12 @@ import numpy as np
 from flight.closed_loop import steps
 from flight.conditions import CALM, Conditions
 from flight.link.link import Health, LinkLost, Pose
-from flight.link.on_board import Commander, Fleet
+from flight.link.simulated_commander import Commander, Fleet
 from flight.model.airframe import airframes_of
 from flight.model.attitude import euler
 from flight.model.timing import CONTROL_STEP, FRAME_STEPS, STEP
-from flight.monitoring.reaction import LANDING_HEIGHT, LANDING_SPEED, braking_length
-from flight.setup import Setup, Snapshot
+from flight.monitoring.alarm_response import LANDING_HEIGHT, LANDING_SPEED, braking_length
+from flight.simulation_setup import Setup, Snapshot
 from verify.data import BadInput, Mission, Trajectory
 
 _FRAME = FRAME_STEPS * STEP

@@ -15,8 +15,8 @@ import numpy as np
 
 from flight.logs.chunks import require_small
 from flight.logs.clocks import Seen, on_one_clock
+from flight.logs.import_options import Told
 from flight.logs.recordings import Recording
-from flight.logs.told import Told
 from verify.data import BadInput, MissingEngine
 from verify.data.errors import did_you_mean
 

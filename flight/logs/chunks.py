@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from verify.data import BadInput, MissingEngine
-from verify.data.storage.reading import read_text
+from verify.data.storage.safe_reading import read_text
 
 MAX_FILES = 4_000_000_000
 """Bytes of a bag on disk."""

@@ -12,8 +12,8 @@ from fractions import Fraction
 
 import numpy as np
 
+from flight.logs.import_options import Told
 from flight.logs.recordings import Recording
-from flight.logs.told import Told
 from flight.model.attitude import Floats
 from verify.data import BadInput
 from verify.data.storage.tables import since

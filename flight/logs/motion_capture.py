@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
-from flight.logs.told import SAME, Axes
+from flight.logs.import_options import SAME, Axes
 from verify.data import BadInput
 from verify.data.errors import did_you_mean
 from verify.data.storage.tables import MAX_LINE, MAX_ROWS, Decimal, Table, decimal

@@ -11,13 +11,13 @@ import numpy as np
 
 from flight.logs.chunks import require_small
 from flight.logs.clocks import Seen, on_one_clock
+from flight.logs.import_options import Told
 from flight.logs.log import FlightLog
 from flight.logs.recordings import Recording
 from flight.logs.tables import read_log
-from flight.logs.told import Told
 from verify.data import BadInput, MissingEngine
 from verify.data.errors import did_you_mean
-from verify.data.storage.reading import parse_json
+from verify.data.storage.safe_reading import parse_json
 
 _ROUNDED = 0.5e-4 * 3**0.5 * (1 + 1e-9)
 """m; how far positions may be off that `large_logs` keeps to 0.1 mm."""

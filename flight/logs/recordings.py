@@ -16,8 +16,8 @@ from typing import Literal
 
 import numpy as np
 
+from flight.logs.import_options import exact_time
 from flight.logs.tables import require_forward
-from flight.logs.told import exact_time
 from flight.model.attitude import Floats
 from verify.data import BadInput
 from verify.data.errors import did_you_mean

@@ -11,12 +11,12 @@ from pathlib import Path
 import numpy as np
 
 from flight.logs.clocks import Seen, on_one_clock, require_common_start
+from flight.logs.import_options import Told
 from flight.logs.recordings import Recording, read_table_recording
-from flight.logs.told import Told
 from flight.logs.ulog import read_ulog
 from verify.data import BadInput
 from verify.data.errors import did_you_mean
-from verify.data.storage.reading import read_text
+from verify.data.storage.safe_reading import read_text
 from verify.data.storage.tables import MAX_BYTES, Table, counted, decimal, read_table
 
 ENDINGS = (".csv", ".ulg")

@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 
 from flight.logs.clocks import Seen
-from flight.logs.told import Axes
+from flight.logs.import_options import Axes
 from verify.data import BadInput, MissingEngine
-from verify.data.storage.reading import read_bytes
+from verify.data.storage.safe_reading import read_bytes
 
 MAX_BYTES = 2_000_000_000
 ENU: Axes = ((1, 1.0), (0, 1.0), (2, -1.0))

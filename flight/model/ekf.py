@@ -3,7 +3,7 @@
 After Mueller, Hamer and D'Andrea (ICRA 2015) and Mueller, Hehn and D'Andrea (JGCD 2017), as the Crazyflie has it: predicted 100 times a
 second from gyroscopes and the accelerometer along the body's z, corrected by motion capture's position and attitude one number after
 the other; no variance is taken for less than a least one, and turns below a least one are dropped. Sines of the small turns of one
-step are the first terms of their series. Rows of arrays as on board, see `flight/control/on_board.py`.
+step are the first terms of their series. Rows of arrays as on board, see `flight/control/onboard_controller.py`.
 """
 
 from __future__ import annotations

@@ -9,16 +9,16 @@ import numpy as np
 
 from flight.conditions import Conditions
 from flight.control.controller import CONTROLLERS
-from flight.draws import Draws
+from flight.mixed_fleet import kinds_of
 from flight.model.airframe import Airframe, Drag
 from flight.model.attitude import Floats
 from flight.model.disturbances import Wind
 from flight.model.reference import Reference
 from flight.model.sensing import MotionCapture
 from flight.model.timing import CONTROL_STEP, FRAME_STEPS, SUBSTEPS
-from flight.on_board.fleet import Fleet, Sight
-from flight.on_board.steps import seen
-from flight.side_by_side import kinds_of
+from flight.onboard_simulation.fleet import Fleet, Sight
+from flight.onboard_simulation.steps import seen
+from flight.random_streams import Draws
 from verify.data.progress import Progress
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flight.certified import require_certificate
+from flight.certificate_checks import require_certificate
 from flight.control.controller import CONTROLLERS
 from flight.model.airframe import DRAGS, Airframe, Drag, airframes_of
 from flight.model.attitude import Floats
@@ -21,7 +21,7 @@ from flight.monitoring.tube import stray_between_steps
 from flight.processes import Processes, Workers, count_of, shared
 from flight.rehearsal.batches import Job, worst_errors
 from flight.rehearsal.table import Cell, Rehearsal
-from flight.setup import is_whole, require_seed
+from flight.simulation_setup import is_whole, require_seed
 from verify.certificate import Certificate
 from verify.data import BadInput, Plan, Trajectory, check_plan, check_trajectories
 from verify.data.errors import did_you_mean

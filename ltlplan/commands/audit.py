@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, cast
 
 import typer
 
-from ltlplan.commands.shared.options import FormulaOption, JsonOption, missions_like, read_mission
+from ltlplan.commands.support.options import FormulaOption, JsonOption, missions_like, read_mission
 
 if TYPE_CHECKING:
     from verify import Audit
@@ -72,8 +72,8 @@ def command(
     json: JsonOption = False,
 ) -> None:
     """Judge flights of other programs for all times, not for samples; exit code 5 where a claim is not proved."""
-    from ltlplan.commands.shared.progress import progress_bar
-    from ltlplan.commands.shared.terminal import print_json
+    from ltlplan.commands.support.progress import progress_bar
+    from ltlplan.commands.support.terminal import print_json
     from verify import AuditLimits, audit
     from verify.data import BadInput, NotCertified
     from verify.data.storage.single_files import check_page, replace_page, write_single
@@ -93,7 +93,7 @@ def command(
     if out is not None:
         write_single(out, found.to_json().encode())
     if report is not None:
-        from ltlplan.report.audits.audit_page import audit_html
+        from ltlplan.report.audit_report.audit_page import audit_html
 
         replace_page(report, audit_html(found))
     if json:

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from ltlplan.logic.conjunction import Conjunction
     from verify.data import Mission
 
-from ltlplan.commands.shared.options import JsonOption
+from ltlplan.commands.support.options import JsonOption
 
 Format = Literal["hoa", "dot", "svg", "json"]
 View = Literal["formula", "robot", "environment", "agent", "planning"]
@@ -41,7 +41,7 @@ def command(
     json: JsonOption = False,
 ) -> None:
     """Print the automaton that accepts just what a formula allows, or draw a mission's transition systems."""
-    from ltlplan.commands.shared.terminal import print_json
+    from ltlplan.commands.support.terminal import print_json
 
     kind = "json" if json else kind
     mission = _mission(source)
@@ -77,7 +77,7 @@ def _mission(source: str) -> Mission | None:
 
 
 def _show_formula(source: str | Mission, kind: Format, trace: Any, form: Any) -> None:
-    from ltlplan.commands.shared.terminal import print_json
+    from ltlplan.commands.support.terminal import print_json
     from ltlplan.logic.translation import translate
     from verify.data import parse_formula
 

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ltlplan.commands.shared import machines, options
-from ltlplan.commands.shared.processors import processors
+from ltlplan.commands.support import machines, options
+from ltlplan.commands.support.processors import processors
 
 if TYPE_CHECKING:
-    from ltlplan.service.computing.batches import Entry
+    from ltlplan.service.execution.batches import Entry
 
 _HEADER = ("mission", "outcome", "cost", "seconds", "exit code")
 
@@ -29,10 +29,10 @@ def command(
     json: options.JsonOption = False,
 ) -> None:
     """Run every mission of a folder, each into a folder of its own; what was done before and is unchanged is not done again."""
-    from ltlplan.commands.shared.progress import progress_bar
-    from ltlplan.commands.shared.terminal import print_json
-    from ltlplan.service.computing.batches import exit_code, run_batch
-    from ltlplan.service.computing.workers import LocalWorkers
+    from ltlplan.commands.support.progress import progress_bar
+    from ltlplan.commands.support.terminal import print_json
+    from ltlplan.service.execution.batches import exit_code, run_batch
+    from ltlplan.service.execution.workers import LocalWorkers
 
     target = out or Path("out") / folder.resolve().name
     with progress_bar(quiet=json) as progress:
@@ -70,7 +70,7 @@ def _row(entry: Entry) -> tuple[str, ...]:
 
 
 def _outcome(entry: Entry) -> str:
-    from ltlplan.commands.shared.terminal import kind
+    from ltlplan.commands.support.terminal import kind
 
     outcome = kind(entry.exit_code) if entry.exit_code else "certified"
     return f"{outcome} before" if entry.found else outcome

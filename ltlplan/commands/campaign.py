@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ltlplan.commands.shared import flight_options, machines, options
-from ltlplan.commands.shared.simulation import Outcome, certified, simulating, written
+from ltlplan.commands.support import flight_options, machines, options
+from ltlplan.commands.support.simulation import Outcome, certified, simulating, written
 from verify.data.progress import part_of
 
 if TYPE_CHECKING:

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ltlplan.commands.shared.options import FolderArgument, JsonOption, MarginOption
-from ltlplan.told import told_of
+from ltlplan.commands.support.options import FolderArgument, JsonOption, MarginOption
+from ltlplan.recording_options import told_of
 
 if TYPE_CHECKING:
     from flight import Told
@@ -86,8 +86,8 @@ def command(
         return
     import json as json_text
 
-    from ltlplan.commands.shared.progress import progress_bar
-    from ltlplan.commands.shared.terminal import print_json
+    from ltlplan.commands.support.progress import progress_bar
+    from ltlplan.commands.support.terminal import print_json
     from ltlplan.report.summary import claim_lines, soft_sentences, with_clocks
     from verify import certify
     from verify.data.storage.folders import PROOF
@@ -150,8 +150,8 @@ def _judge_recording(
     as_json: bool,
 ) -> None:
     """Judge a recorded flight of the folder's mission, claim by claim, for all times between its samples too."""
-    from ltlplan.commands.shared.progress import progress_bar
-    from ltlplan.commands.shared.terminal import print_json
+    from ltlplan.commands.support.progress import progress_bar
+    from ltlplan.commands.support.terminal import print_json
     from ltlplan.recorded import judge_flight
     from ltlplan.report.summary import recorded_lines
     from verify.data import NotCertified

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 import typer
 
-from ltlplan.commands.shared.options import JsonOption
+from ltlplan.commands.support.options import JsonOption
 
 NOT_PROVED = 5
 
@@ -26,9 +26,9 @@ def command(
     json: JsonOption = False,
 ) -> None:
     """Check one word, or the words of a team one after another and interleaved; exit code 5 where a claim is not proved."""
-    from ltlplan.commands.shared.terminal import print_json
-    from verify.words.team_verdict import check_team
-    from verify.words.word_verdict import check_word, parse_word
+    from ltlplan.commands.support.terminal import print_json
+    from verify.trace_checking.team_verdict import check_team
+    from verify.trace_checking.word_verdict import check_word, parse_word
 
     given = [parse_word(word) for word in words]
     if len(given) == 1:

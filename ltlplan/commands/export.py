@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from flight.exports.target import EXPORT_TARGETS
-from ltlplan.commands.shared.choices import choices
-from ltlplan.commands.shared.options import FolderArgument, JsonOption
+from ltlplan.commands.support.choices import choices
+from ltlplan.commands.support.options import FolderArgument, JsonOption
 
 if TYPE_CHECKING:
     TargetName = str
@@ -61,8 +61,8 @@ def command(
     The compressed format rounds to whole millimetres: its path is fitted to that grid, certified as it is then, and
     written with a certificate of its own. So are flights of one piece for crazyswarm2, whose loader needs a second.
     """
-    from ltlplan.commands.shared.progress import progress_bar
-    from ltlplan.commands.shared.terminal import print_json
+    from ltlplan.commands.support.progress import progress_bar
+    from ltlplan.commands.support.terminal import print_json
     from ltlplan.output import make_export
     from verify.data import BadInput
     from verify.data.storage.folders import check_folder, put_files, write_folder

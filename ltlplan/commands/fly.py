@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Annotated, get_args
 
 import typer
 
-from flight.monitoring.reaction import Reaction
-from ltlplan.commands.shared import flight_options, options
-from ltlplan.commands.shared.choices import choices
-from ltlplan.commands.shared.simulation import Outcome, certified, simulating, written
+from flight.monitoring.alarm_response import Reaction
+from ltlplan.commands.support import flight_options, options
+from ltlplan.commands.support.choices import choices
+from ltlplan.commands.support.simulation import Outcome, certified, simulating, written
 from verify.data import BadInput
 from verify.data.progress import part_of
 
@@ -60,8 +60,8 @@ def command(
     said = flight_options.Said(wind, noise, model, controller, estimator, latency, mass)
     said.require_sense()
     if link is not None:
-        from ltlplan.commands.shared.links import Asked
-        from ltlplan.commands.shared.live_flight import fly_over_link
+        from ltlplan.commands.support.links import Asked
+        from ltlplan.commands.support.live_flight import fly_over_link
 
         kind = Asked(
             str(link), tuple(place or ()), tuple(address or ()), inventory, real_time, tuple(map(str, unchecked or ()))

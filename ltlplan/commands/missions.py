@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from ltlplan.commands.shared.options import JsonOption
+from ltlplan.commands.support.options import JsonOption
 
 
 def command(
@@ -21,7 +21,7 @@ def command(
     json: JsonOption = False,
 ) -> None:
     """List the shipped missions."""
-    from ltlplan.commands.shared.terminal import print_json
+    from ltlplan.commands.support.terminal import print_json
     from ltlplan.missions import load_mission, shipped_mission_text, shipped_missions
 
     if new is not None:

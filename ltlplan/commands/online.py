@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ltlplan.commands.shared import flight_options, options
-from ltlplan.commands.shared.simulation import Outcome, simulating, written
+from ltlplan.commands.support import flight_options, options
+from ltlplan.commands.support.simulation import Outcome, simulating, written
 from verify.data import BadInput
 
 if TYPE_CHECKING:
@@ -67,11 +67,11 @@ def command(
     With --certified each piece is certified before it is flown, and with --link it is flown over a link: computing takes the time that it
     takes, while robots fly on or hover. There is nothing to export.
     """
-    from ltlplan.online.told.lines import parse_events
+    from ltlplan.online.event_sources.lines import parse_events
 
     if link is not None:
-        from ltlplan.commands.shared.links import Asked
-        from ltlplan.commands.shared.live_online import Happening, online_over_link
+        from ltlplan.commands.support.links import Asked
+        from ltlplan.commands.support.live_online import Happening, online_over_link
         from ltlplan.planner import with_seed
 
         if not certified:
@@ -88,7 +88,7 @@ def command(
         raise BadInput("--place, --address, --inventory, --unchecked, --follow and --standby go with --link.")
     from flight import Conditions
     from ltlplan.online.files import ONLINE_FILES, write_online
-    from ltlplan.online.flight import fly_online
+    from ltlplan.online.simulated_online_flight import fly_online
 
     conditions = Conditions(wind, noise, model, controller)
     with simulating(out, ONLINE_FILES, quiet=json) as progress:

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from ltlplan.commands.shared import options
+from ltlplan.commands.support import options
 
 
 # a parameter for each of the command's options
@@ -23,8 +23,8 @@ def command(
     """Plan a mission: each robot's word, visits and cost."""
     import json as json_text
 
-    from ltlplan.commands.shared.progress import progress_bar
-    from ltlplan.commands.shared.terminal import print_json
+    from ltlplan.commands.support.progress import progress_bar
+    from ltlplan.commands.support.terminal import print_json
     from ltlplan.output import PLAN_FILES, write_plan_files
     from ltlplan.pipeline import plan
     from ltlplan.report.summary import plan_lines

@@ -5,15 +5,15 @@ from __future__ import annotations
 import typer
 
 from ltlplan.commands.certify import below_asked
-from ltlplan.commands.shared.options import FolderArgument, JsonOption
+from ltlplan.commands.support.options import FolderArgument, JsonOption
 
 
 def command(folder: FolderArgument, json: JsonOption = False) -> None:
     """Prove the certificate of a folder again from its files, and say which file was changed."""
     import json as json_text
 
-    from ltlplan.commands.shared.progress import progress_bar
-    from ltlplan.commands.shared.terminal import print_json
+    from ltlplan.commands.support.progress import progress_bar
+    from ltlplan.commands.support.terminal import print_json
     from ltlplan.report.summary import claim_lines, soft_sentences, with_clocks
     from verify import recheck
 

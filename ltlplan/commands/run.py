@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from ltlplan.commands.shared import options
+from ltlplan.commands.support import options
 
 
 # a parameter for each of the command's options
@@ -22,9 +22,9 @@ def command(
     json: options.JsonOption = False,
 ) -> None:
     """Plan, refine, certify, fly in simulation and export a mission."""
-    from ltlplan.commands.shared.processors import processes_for
-    from ltlplan.commands.shared.progress import progress_bar
-    from ltlplan.commands.shared.terminal import print_json
+    from ltlplan.commands.support.processors import processes_for
+    from ltlplan.commands.support.progress import progress_bar
+    from ltlplan.commands.support.terminal import print_json
     from ltlplan.pipeline import run
     from ltlplan.report.summary import holds, shortfall, summary_data, summary_lines
 

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from ltlplan.commands.shared.options import JsonOption
+from ltlplan.commands.support.options import JsonOption
 from ltlplan.service.settings import LOOPBACK, PORT
 
 
@@ -44,7 +44,7 @@ def command(
     json: JsonOption = False,
 ) -> None:
     """Serve the HTTP API and the page. Jobs that were accepted go on after a restart."""
-    from ltlplan.commands.shared.terminal import print_json
+    from ltlplan.commands.support.terminal import print_json
     from ltlplan.service.data_folder import default_data, make_private
     from ltlplan.service.database_url import database_url
     from ltlplan.service.security.tokens import Tokens

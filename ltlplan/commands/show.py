@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from ltlplan.commands.shared import options
+from ltlplan.commands.support import options
 
 
 # a parameter for each of the command's options
@@ -25,8 +25,8 @@ def command(
     json: options.JsonOption = False,
 ) -> None:
     """Draw the mission from above and from two sides, control points, primitives, the sampled paths of a round, the optimised path."""
-    from ltlplan.commands.shared.progress import progress_bar
-    from ltlplan.commands.shared.terminal import print_json
+    from ltlplan.commands.support.progress import progress_bar
+    from ltlplan.commands.support.terminal import print_json
     from ltlplan.report.pictures import mission_html, pictures_html
     from verify.data import BadInput, Infeasible, Unsatisfiable
     from verify.data.storage.single_files import check_page, replace_page

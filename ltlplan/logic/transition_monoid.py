@@ -12,8 +12,8 @@ from collections.abc import Hashable, Iterable, Sequence
 
 from ltlplan.logic.automaton import DEAD
 from ltlplan.logic.budget import TooLarge
-from ltlplan.logic.conjunct_readers import Part
-from ltlplan.logic.task import Task
+from ltlplan.logic.conjunct_automata import Part
+from ltlplan.logic.product_automaton import Task
 
 Element = tuple[tuple[int, ...], ...]
 """What a word does, for each conjunct: the state (or set of states, as bits) that each state is taken to."""

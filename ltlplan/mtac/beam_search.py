@@ -13,8 +13,8 @@ from dataclasses import dataclass, field, replace
 
 from ltlplan.mtac.admissible_heuristic import AdmissibleHeuristic, TeamModel
 from ltlplan.mtac.agent_states import Key
+from ltlplan.mtac.decomposable_task import States
 from ltlplan.mtac.robot_tasks import RobotTask
-from ltlplan.mtac.task_reader import States
 from verify.data import BadInput
 from verify.data.progress import Progress
 from verify.data.shapes.region import Hoop

@@ -30,11 +30,11 @@ from ltlplan.allocation import Allocation, Context, Itinerary
 from ltlplan.mtac.admissible_heuristic import TeamModel
 from ltlplan.mtac.agent_moves import World
 from ltlplan.mtac.beam_search import BeamSearch, Options
-from ltlplan.mtac.counted.tasks import is_shared_at_once, share_counted
+from ltlplan.mtac.counting.tasks import is_shared_at_once, share_counted
+from ltlplan.mtac.decomposable_task import Reader
 from ltlplan.mtac.optimality_gap import BestKnown, best_known, straight_cost, straight_line_costs
 from ltlplan.mtac.priced_paths import PricedPaths
 from ltlplan.mtac.robot_tasks import RobotTask
-from ltlplan.mtac.task_reader import Reader
 from ltlplan.mtac.tours.many_tasks import many_tasks, share_many
 from ltlplan.paths.costs import team_cost
 from ltlplan.paths.improvement import ImprovedPath
@@ -110,7 +110,7 @@ def mtac_e(mission: Mission, context: Context, *, options: Options | None = None
 
 def _exact(mission: Mission, context: Context) -> Allocation:
     """Return the exact method's allocation, with a note that it is not MTAC-E's."""
-    from ltlplan.paths.priced_words import exact
+    from ltlplan.paths.k_best_words import exact
 
     answer = exact(mission, context)
     return replace(answer, notes=("MTAC-E finished no words; these are the exact search's.", *answer.notes))

@@ -127,7 +127,7 @@ def best_known(mission: Mission, *, least: float | None = None) -> BestKnown:
     """
     budget = DEFAULT_BUDGET if least is None else Budget(states=_states_for(len(conjunct_automata(mission.formula, "finite"))))
     if not is_counted_by_legs(mission):
-        from ltlplan.paths.priced_words import lower_bound
+        from ltlplan.paths.k_best_words import lower_bound
 
         return BestKnown(mission, None, lower_bound(mission, budget=budget))
     from ltlplan.search.exact import assign

@@ -2,16 +2,16 @@
 
 | module | what it holds |
 |---|---|
-| `flight`, `online_flight` | a mission flown online in simulation, judged afterwards; what came of it |
-| `certified`, `team_in_pieces`, `braking`, `next_piece` | the same team flying certified pieces only, how it comes to rest, and what it flies next |
-| `live`, `in_air` | that team over a link in real time: the course of its flight, and what is flown and asked meanwhile |
-| `stopping`, `what_follows` | how it comes to rest when something happens, and its next piece |
+| `simulated_online_flight`, `online_flight` | a mission flown online in simulation, judged afterwards; what came of it |
+| `certified_team`, `segmented_flight`, `braking`, `segment_planning` | the same team flying certified pieces only, how it comes to rest, and what it flies next |
+| `live_online_flight`, `flight_session` | that team over a link in real time: the course of its flight, and what is flown and asked meanwhile |
+| `stopping`, `segment_handover` | how it comes to rest when something happens, and its next piece |
 | `standby`, `joining`, `leaving` | robots that wait on the ground, join it and leave it |
-| `happenings`, `watching`, `asking` | what happens, its watch, and who computes answers |
-| `told` | where events are told: lines of files, of a ROS 2 topic |
-| `flown_live`, `seen`, `files` | what measurements show of such a flight, timelines of what was seen, and what is written |
+| `event_queue`, `segment_monitor`, `executors` | what happens, its watch, and who computes answers |
+| `event_sources` | where events are told: lines of files, of a ROS 2 topic |
+| `measured_result`, `observed_timelines`, `files` | what measurements show of such a flight, timelines of what was seen, and what is written |
 
-The method itself is in `ltlplan.sharing`. Names are loaded at first use, so that a part of the package can be used by what the
+The method itself is in `ltlplan.online_mtac`. Names are loaded at first use, so that a part of the package can be used by what the
 other parts stand on.
 """
 
@@ -21,11 +21,11 @@ from verify.data.loading import loaded_at_first_use
 
 TYPE_CHECKING = False  # type checkers take it for True
 if TYPE_CHECKING:
-    from ltlplan.online.certified import CertifiedTeam
-    from ltlplan.online.flight import fly_online
+    from ltlplan.online.certified_team import CertifiedTeam
     from ltlplan.online.online_flight import OnlineFlight
-    from ltlplan.sharing.team import OnlineTeam
-    from ltlplan.sharing.team_in_flight import PERIOD, Desired
+    from ltlplan.online.simulated_online_flight import fly_online
+    from ltlplan.online_mtac.online_team import OnlineTeam
+    from ltlplan.online_mtac.team_in_flight import PERIOD, Desired
     from verify.data.events import HoopMoves, NewFormula, ObstacleAppears, RobotJoins, RobotLeaves, WorldEvent
 
 __all__ = [
@@ -47,11 +47,11 @@ if not TYPE_CHECKING:  # which know all names from above, so that a misspelt one
     __getattr__, __dir__ = loaded_at_first_use(
         __name__,
         {
-            "ltlplan.online.certified": ("CertifiedTeam",),
-            "ltlplan.online.flight": ("fly_online",),
+            "ltlplan.online.certified_team": ("CertifiedTeam",),
+            "ltlplan.online.simulated_online_flight": ("fly_online",),
             "ltlplan.online.online_flight": ("OnlineFlight",),
-            "ltlplan.sharing.team": ("OnlineTeam",),
-            "ltlplan.sharing.team_in_flight": ("PERIOD", "Desired"),
+            "ltlplan.online_mtac.online_team": ("OnlineTeam",),
+            "ltlplan.online_mtac.team_in_flight": ("PERIOD", "Desired"),
             "verify.data.events": ("HoopMoves", "NewFormula", "ObstacleAppears", "RobotJoins", "RobotLeaves", "WorldEvent"),
         },
     )

@@ -17,14 +17,14 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
-from ltlplan.sharing.events import rim_distance
-from refine.bodies import within
+from ltlplan.online_mtac.events import rim_distance
+from refine.keep_out_bodies import within
 from refine.obstacles import SolidBody, solid_bodies
 from verify.claims.claim import Claim
 from verify.data import Mission, Trajectory
-from verify.data.rules.spacing import ROUNDING
 from verify.data.sections import LegLimits
-from verify.pieces import judge_stop
+from verify.data.validation.spacing import ROUNDING
+from verify.flight_segments import judge_stop
 
 Floats = NDArray[np.float64]
 

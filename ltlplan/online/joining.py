@@ -26,21 +26,21 @@ from fractions import Fraction
 from typing import Literal
 
 from flight.exports.scripts.flying.checks import refusals
-from flight.link.checks import at_start
 from flight.link.link import LinkLost
-from flight.link.live import SETTLE
-from flight.link.stages import Part
-from ltlplan.online.asking import Answer, way_up
-from ltlplan.online.happenings import TOO_LATE, Told
-from ltlplan.online.in_air import InAir, result_of
+from flight.link.live_executive import SETTLE
+from flight.link.phases import Part
+from flight.link.preflight_checks import at_start
+from ltlplan.online.event_queue import TOO_LATE, Told
+from ltlplan.online.executors import Answer, way_up
+from ltlplan.online.flight_session import InAir, result_of
 from ltlplan.online.leaving import Leaving
+from ltlplan.online.segmented_flight import point_of
 from ltlplan.online.standby import Lookout, Standby
-from ltlplan.online.team_in_pieces import point_of
 from ltlplan.transfers import Place, Solo
 from verify.data import LtlplanError, Mission
 from verify.data.events import HoopMoves, ObstacleAppears, RobotJoins, RobotLeaves, WorldEvent
 from verify.data.sections import Agent
-from verify.pieces import Piece
+from verify.flight_segments import Piece
 
 PATIENCE = 5.0
 """s that a newcomer has to be ready, and that the others have to hover quietly enough."""

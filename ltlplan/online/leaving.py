@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 from flight.exports.scripts.flying.standing import Standing
 from flight.link.link import Link
-from flight.link.live import Alarm
-from flight.link.reaction import AGAIN, PATIENCE, see_down, time_to_land
+from flight.link.live_executive import Alarm
 from flight.link.record import Record
-from flight.monitoring.reaction import LANDING_HEIGHT
+from flight.link.safe_termination import AGAIN, PATIENCE, see_down, time_to_land
+from flight.monitoring.alarm_response import LANDING_HEIGHT
 from flight.monitoring.thresholds import LANDED, limits
 
 

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from flight.logs.log import FlightLog
 from verify.data import Letter, Mission, NotCertified
 from verify.data.events import WorldEvent
+from verify.flight_segments import Piece
 from verify.logic.verdict import Verdict
-from verify.pieces import Piece
 
 Floats = NDArray[np.float64]
 

@@ -13,10 +13,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from flight.exports.scripts.flying.checks import Check
-from flight.link.checks import on_ground, one_body_each
 from flight.link.link import Link, Pose
+from flight.link.phases import Part
+from flight.link.preflight_checks import on_ground, one_body_each
 from flight.link.record import Record
-from flight.link.stages import Part
 from flight.monitoring.thresholds import FRESH, SHARE, WATCHED
 from ltlplan.transfers import Place
 from verify.data import BadInput, Mission, Trajectory

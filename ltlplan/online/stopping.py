@@ -6,10 +6,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from math import inf
 
-from flight.link.live import STEP, Alarm
-from ltlplan.online.asking import Answer, way_to_stop
+from flight.link.live_executive import STEP, Alarm
 from ltlplan.online.braking import StoppingManoeuvre
-from ltlplan.online.in_air import InAir, result_of
+from ltlplan.online.executors import Answer, way_to_stop
+from ltlplan.online.flight_session import InAir, result_of
 from verify.data import Trajectory
 
 REACTION = 0.3

@@ -1,7 +1,7 @@
 """Nominal paths and their improvement: where a robot flies to show its word, and cheaper ways to do so.
 
 Read `nominal` (a path for each robot of an allocation) and `hoops` (control points, primitives, avoidance). Then `improvement`,
-which joins the rest: `sampling` (a path as a search problem, its candidates as arrays), `optimiser` (cross-entropy) and `path_result`
-(back to waypoints). Many paths at once cost what `costs` says (its terms are in `cost_terms`); `priced_words` and `leg_prices` are what
+which joins the rest: `sampling` (a path as a search problem, its candidates as arrays), `cross_entropy` (cross-entropy) and `path_result`
+(back to waypoints). Many paths at once cost what `costs` says (its terms are in `cost_terms`); `k_best_words` and `leg_cost_bounds` are what
 words cost before there are paths, `flight_times` what they take, and `final_hover` sets a closing hover aside.
 """

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.random import Generator
 
 from ltlplan.paths.costs import WeightedCost, cost_of, plan_cost
+from ltlplan.paths.cross_entropy.cross_entropy import SPREAD, Search, Watch, improve, minimise, options_of
 from ltlplan.paths.final_hover import then_hovering, until_hover
 from ltlplan.paths.flight_times import lasts_too_long
-from ltlplan.paths.optimiser.cross_entropy import SPREAD, Search, Watch, improve, minimise, options_of
 from ltlplan.paths.path_result import candidate_plans, keeps
 from ltlplan.paths.sampling.path_problem import path_problem
 from verify.data import Mission, RobotPlan, Word

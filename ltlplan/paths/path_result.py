@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from ltlplan.paths.costs import Sampling
 from ltlplan.paths.hoops.clearance import conflicts
-from ltlplan.paths.hoops.kept_clear import KeptRegion, Room, room
+from ltlplan.paths.hoops.keep_out import KeptRegion, Room, room
 from ltlplan.paths.sampling.least_snap_spline import LeastSnapSpline
 from ltlplan.paths.sampling.path_problem import PathProblem
 from verify.data import Mission, RobotPlan, Waypoint

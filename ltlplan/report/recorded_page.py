@@ -14,13 +14,13 @@ from ltlplan.report.crowds import CROWD, lightened
 from ltlplan.report.over_time import Line, over_time
 from ltlplan.report.page import figure_place, folded, listed, page_html, section, table
 from ltlplan.report.summary import HEADER, claim_rows
+from verify.recordings.geometric_claims import TELLS
 from verify.recordings.planned_paths import planned_paths
-from verify.recordings.space import TELLS
 
 if TYPE_CHECKING:
     from verify import FlightVerdict
-    from verify.recordings.asked import Asked
     from verify.recordings.flight_log import Samples
+    from verify.recordings.flight_reference import Asked
 
 MOST_POINTS = 2000
 """Of each robot that are drawn; the judge looked at all samples."""

@@ -102,7 +102,7 @@ def claim_lines(certificate: Certificate) -> list[str]:
 
 def recorded_lines(verdict: FlightVerdict) -> list[str]:
     """Return what a recording shows of a flight: the verdict, every claim, what does not hold, and what all rests on."""
-    from verify.recordings.space import TELLS
+    from verify.recordings.geometric_claims import TELLS
 
     words = {"holds": "satisfied", "fails": "violated", "undecided": "cannot tell"}
     rows = [_row(claim) for claim in verdict.claims]

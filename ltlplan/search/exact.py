@@ -17,21 +17,21 @@ from types import MappingProxyType
 from ltlplan.logic.automaton import Automaton
 from ltlplan.logic.budget import DEFAULT_BUDGET, Budget, TooLarge
 from ltlplan.logic.conjunction import conjunct_automata
-from ltlplan.logic.task import Task
+from ltlplan.logic.product_automaton import Task
 from ltlplan.search.assignment import TIES, Assignment, NoWords, asked_of, in_units_of
-from ltlplan.search.counts.capacities import small_rooms
-from ltlplan.search.counts.marks import Marks
-from ltlplan.search.counts.meetings import HoversOutside, precedences_of, waits_of
-from ltlplan.search.counts.planning import plan_counts, plan_hovering, roomy_marks
-from ltlplan.search.counts.refusals import no_counted_plan
-from ltlplan.search.counts.team_classes import CountedTeam, Rooms
+from ltlplan.search.counting.capacities import small_rooms
+from ltlplan.search.counting.conflicting_conjuncts import no_counted_plan
+from ltlplan.search.counting.counting_propositions import Marks
+from ltlplan.search.counting.planning import plan_counts, plan_hovering, roomy_marks
+from ltlplan.search.counting.symmetry_classes import CountedTeam, Rooms
+from ltlplan.search.counting.synchronisation import HoversOutside, precedences_of, waits_of
 from ltlplan.search.endurance import over_endurance, require_endurance
-from ltlplan.search.interleavings.ordered_assignment import assign_ordered
 from ltlplan.search.itineraries import itinerary, word_along
 from ltlplan.search.joint.team_words import plan_joint, plan_joint_makespan
 from ltlplan.search.lassos.laps import assign_lasso
 from ltlplan.search.lassos.team_laps import assign_team_laps
 from ltlplan.search.makespan import Rule, plan_makespan
+from ltlplan.search.partial_orders.ordered_assignment import assign_ordered
 from ltlplan.search.reduced_graph import Team
 from ltlplan.search.relevant_places import places_that_matter
 from ltlplan.search.team_search import PlanningOutcome, plan_team
@@ -198,7 +198,7 @@ def _assign_counted(
         hovering = _assign_hovering(mission, systems, each, automata, known, rooms)
         if hovering is not None:
             return hovering
-        from ltlplan.search.refusals.relaxation import relaxed
+        from ltlplan.search.explanations.relaxation import relaxed
 
         raise NoWords(lambda: relaxed(mission, no_counted_plan(mission, each, kinds, asked, rooms), _cheapest))
     try:
@@ -313,7 +313,7 @@ def _no_plan(
     mission: Mission, systems: Systems, each: list[TransitionSystem], asked: Formula, found: PlanningOutcome
 ) -> Unsatisfiable:
     """Return the error that says why there is no plan."""
-    from ltlplan.search.refusals.no_plan import no_plan
+    from ltlplan.search.explanations.no_plan import no_plan
 
     order: list[tuple[str, Word]] = []
     if found.first is not None:

@@ -21,8 +21,8 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import maximum_bipartite_matching
 
 from ltlplan.logic.automaton import DEAD
-from ltlplan.logic.conjunct_readers import Deterministic, Part
-from ltlplan.logic.task import Task
+from ltlplan.logic.conjunct_automata import Deterministic, Part
+from ltlplan.logic.product_automaton import Task
 from ltlplan.search.reduced_graph import ReducedGraph
 from ltlplan.search.task_paths import GRAIN, Steps, TaskPaths
 

@@ -14,9 +14,9 @@ from itertools import pairwise
 
 from ltlplan.logic.automaton import DEAD
 from ltlplan.logic.budget import Budget, TooLarge
-from ltlplan.logic.task import Task
+from ltlplan.logic.product_automaton import Task
 from ltlplan.logic.transition_monoid import Element, OrderCheck, TransitionMonoid
-from ltlplan.search.bounds.heuristic import UNREACHABLE
+from ltlplan.search.heuristics.heuristic import UNREACHABLE
 from ltlplan.search.insertion import share_by_insertion
 from ltlplan.search.reduced_graph import ReducedGraph, Team, letter_classes
 from ltlplan.search.team_search import PlanningOutcome, TeamRun, moves, plan_team

@@ -1,6 +1,6 @@
 """The cheapest words by straight lines between regions, or where ways are blocked, by the ways that are not.
 
-That is the exact method for costs of length and time; what it makes of other terms is in `ltlplan.paths.priced_words`.
+That is the exact method for costs of length and time; what it makes of other terms is in `ltlplan.paths.k_best_words`.
 """
 
 from __future__ import annotations

@@ -13,7 +13,7 @@ import heapq
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, replace
 
-from ltlplan.logic.task import Task
+from ltlplan.logic.product_automaton import Task
 from ltlplan.logic.transition_monoid import Element, TransitionMonoid
 from ltlplan.systems.transition_systems import TransitionSystem
 from verify.data import Letter

@@ -8,8 +8,8 @@ other regions.
 
 from __future__ import annotations
 
+from ltlplan.free_space.free_space import FreeSpace, Place
 from ltlplan.systems.region_labels import Layout
-from ltlplan.ways.free_space import FreeSpace, Place
 from verify.data import Formula, Mission, parse_formula
 from verify.data.language.formula import FREE
 

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from ltlplan.logic.automaton import Automaton
 from ltlplan.logic.budget import TooLarge
 from ltlplan.logic.conjunction import conjunct_automata, conjuncts
-from ltlplan.logic.task import Task
+from ltlplan.logic.product_automaton import Task
 from ltlplan.logic.transition_monoid import OrderCheck, TransitionMonoid
 from ltlplan.search.joint.conjuncts import JointConjunct, WordEffects
 from ltlplan.systems.shared_walls import Crossing, Walls, wall_sentence

@@ -14,8 +14,8 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
 from ltlplan.logic.automaton import DEAD
-from ltlplan.logic.conjunct_readers import Deterministic
-from ltlplan.logic.task import Task
+from ltlplan.logic.conjunct_automata import Deterministic
+from ltlplan.logic.product_automaton import Task
 from ltlplan.search.best_first import BestFirst
 from ltlplan.search.reduced_graph import ReducedGraph
 

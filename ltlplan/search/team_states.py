@@ -9,12 +9,12 @@ from collections.abc import Sequence
 from typing import Protocol
 
 from ltlplan.logic.automaton import DEAD
-from ltlplan.logic.conjunct_readers import Deterministic
-from ltlplan.logic.task import Task
+from ltlplan.logic.conjunct_automata import Deterministic
+from ltlplan.logic.product_automaton import Task
 from ltlplan.logic.transition_monoid import Element, OrderCheck, TransitionMonoid
-from ltlplan.search.bounds.heuristic import UNREACHABLE, TaskHeuristic
-from ltlplan.search.bounds.landmarks import Landmarks
-from ltlplan.search.bounds.order_bounds import OrderBounds
+from ltlplan.search.heuristics.heuristic import UNREACHABLE, TaskHeuristic
+from ltlplan.search.heuristics.landmarks import Landmarks
+from ltlplan.search.heuristics.order_bounds import OrderBounds
 from ltlplan.search.reduced_graph import ReducedGraph
 
 

@@ -1,9 +1,9 @@
 """The planning service: missions in over HTTP, jobs that survive, a page to write, watch and trust them; `ltlplan serve` starts it.
 
 Read `server` (what is put together and how it starts and stops), `settings` (every limit) and `data_folder`, then the rooms:
-`job_queue` (what was accepted is finished), `computing` (where it is computed: never in the serving process), `api` (routes),
-`live` (what flights in the air are told), `security` (who may ask, how much and how often), `page` (what a browser shows) and `views`
-(pictures and sentences for it). Between them stand `questions` (what is answered at once; `asking`: where), `problems` (errors over
-HTTP and back), `models` (what is sent) and `service` (what the routes and the page share); `client` with `remote` speaks to all that
+`job_queue` (what was accepted is finished), `execution` (where it is computed: never in the serving process), `api` (routes),
+`event_inbox` (what flights in the air are told), `security` (who may ask, how much and how often), `page` (what a browser shows) and `views`
+(pictures and sentences for it). Between them stand `queries` (what is answered at once; `query_pool`: where), `problems` (errors over
+HTTP and back), `models` (what is sent) and `service` (what the routes and the page share); `client` with `client_parts` speaks to all that
 under the library's names.
 """

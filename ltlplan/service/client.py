@@ -12,15 +12,15 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ltlplan.recording_options import in_words
+from ltlplan.service.client_parts.job_handle import Submitted
+from ltlplan.service.client_parts.transport import Wire, checked, job_of, segment, unpacked
 from ltlplan.service.models import Health, Job, LiveEvent, LiveFlight, LiveTold, State
-from ltlplan.service.questions import zipped
+from ltlplan.service.queries import zipped
 from ltlplan.service.recordings import ENDINGS
-from ltlplan.service.remote.submitted import Submitted
-from ltlplan.service.remote.wire import Wire, checked, job_of, segment, unpacked
-from ltlplan.told import in_words
 from verify.data import BadInput, Mission, Plan, mission_to_yaml, parse_mission
 from verify.data.progress import Progress
-from verify.data.storage.reading import read_bytes
+from verify.data.storage.safe_reading import read_bytes
 
 if TYPE_CHECKING:
     from flight import Told
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from ltlplan.result import Result
     from verify import Certificate, TeamVerdict, Verdict
     from verify.data.sections import TeamReading
-    from verify.words.word_verdict import Letters
+    from verify.trace_checking.word_verdict import Letters
 
 PATIENCE = 60.0
 """s that an answer is waited for."""
@@ -119,7 +119,7 @@ class Client:
         Raises:
             BadInput: Formula or word cannot be read.
         """
-        from ltlplan.service.remote.words import notation, verdict_of
+        from ltlplan.service.client_parts.words import notation, verdict_of
 
         told = self._wire.ask("POST", "/api/words/check", json={"formula": formula, "words": [notation(word, cycle)]}).json()
         return verdict_of(told["word"])
@@ -135,7 +135,7 @@ class Client:
         Raises:
             BadInput: The formula or a word cannot be read.
         """
-        from ltlplan.service.remote.words import notation, verdict_of
+        from ltlplan.service.client_parts.words import notation, verdict_of
         from verify import TeamVerdict
 
         asked = {name: notation(word) for name, word in words.items()}
@@ -261,7 +261,7 @@ class Client:
             DoesNotFit: The vehicle or its format cannot hold the flight.
             LtlplanError: There is no such job or format, or the folder cannot be written.
         """
-        from ltlplan.service.remote.exported import exported
+        from ltlplan.service.client_parts.exported import exported
         from verify.data.storage.folders import write_files
 
         options = {

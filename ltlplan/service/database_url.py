@@ -8,7 +8,7 @@ from pathlib import Path
 from urllib.parse import parse_qs, urlsplit
 
 from verify.data.errors import BadInput
-from verify.data.storage.reading import read_text
+from verify.data.storage.safe_reading import read_text
 
 VARIABLE = "LTLPLAN_DB"
 """Environment variable that holds the URL."""

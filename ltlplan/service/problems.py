@@ -23,7 +23,7 @@ from verify.data.errors import (
     NotCertified,
     Unsatisfiable,
 )
-from verify.data.rules.faults import Fault, MissionError
+from verify.data.validation.faults import Fault, MissionError
 from verify.data.witness import Witness
 
 MEDIA_TYPE = "application/problem+json"
@@ -141,14 +141,14 @@ _ELSEWHERE = {
     "formula-error": "verify.data.language.formula_error:FormulaError",
     "sequence-error": "verify.data.language.sequence:SequenceError",
     "too-large": "ltlplan.logic.budget:TooLarge",
-    "no-plan": "ltlplan.search.refusals.unsatisfiable_cores:NoPlan",
+    "no-plan": "ltlplan.search.explanations.unsatisfiable_cores:NoPlan",
     "blocked": "ltlplan.paths.hoops.avoidance:Blocked",
     "spline-blocked": "ltlplan.paths.hoops.spline_blocked:SplineBlocked",
     "cost-error": "ltlplan.paths.costs:CostError",
     "solver-timeout": "refine.solvers.timeout:SolverTimeout",
-    "out-of-time": "ltlplan.service.computing.bounds:OutOfTime",
-    "out-of-memory": "ltlplan.service.computing.bounds:OutOfMemory",
-    "worker-died": "ltlplan.service.computing.bounds:WorkerDied",
+    "out-of-time": "ltlplan.service.execution.resource_limits:OutOfTime",
+    "out-of-memory": "ltlplan.service.execution.resource_limits:OutOfMemory",
+    "worker-died": "ltlplan.service.execution.resource_limits:WorkerDied",
     "damaged": "ltlplan.service.job_queue.store:Damaged",
     "no-room": "ltlplan.service.job_queue.store:NoRoom",
     "out-of-budget": "verify.logic.progression:OutOfBudget",

@@ -21,8 +21,8 @@ from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, Any
 
-from ltlplan.service.computing.scratch import drop_scratch, fresh_scratch
 from ltlplan.service.data_folder import own_folder
+from ltlplan.service.execution.scratch import drop_scratch, fresh_scratch
 from ltlplan.service.log import begin_log, note
 from ltlplan.service.security.origins import is_loopback, own_names
 from ltlplan.service.security.tokens import Tokens
@@ -32,7 +32,7 @@ from verify.data.errors import BadInput, MissingEngine
 if TYPE_CHECKING:
     from fastapi import FastAPI
 
-    from ltlplan.service.security.gate import Gate
+    from ltlplan.service.security.middleware import Gate
     from ltlplan.service.service import Service
 
 GRACE = 5
@@ -92,13 +92,13 @@ def put_together(settings: Settings, tokens: Tokens, *, page: bool) -> tuple[Gat
     """
     try:
         from ltlplan.service.api.application import application, end_routes
-        from ltlplan.service.asking import Questions
-        from ltlplan.service.computing.turns import SharedPool
-        from ltlplan.service.computing.workers import LocalWorkers
+        from ltlplan.service.event_inbox.flights import LiveFlights
+        from ltlplan.service.execution.turns import SharedPool
+        from ltlplan.service.execution.workers import LocalWorkers
         from ltlplan.service.job_queue.jobs import Jobs
-        from ltlplan.service.live.flights import LiveFlights
+        from ltlplan.service.query_pool import Questions
         from ltlplan.service.security.admission import Rules
-        from ltlplan.service.security.gate import Gate
+        from ltlplan.service.security.middleware import Gate
         from ltlplan.service.security.sessions import Sessions
         from ltlplan.service.service import Service
     except ModuleNotFoundError as error:
@@ -145,10 +145,10 @@ def _workers(settings: Settings, scratch: Path | None) -> Any:  # what has the s
     """Return where stages are computed: on a Dask cluster, or here."""
     limits = settings.limits
     if settings.dask is not None:
-        from ltlplan.service.computing.clusters import Cluster
+        from ltlplan.service.execution.clusters import Cluster
 
         return Cluster(settings.dask, patient=True, seconds=limits.stage_seconds, megabytes=limits.stage_megabytes)
-    from ltlplan.service.computing.workers import LocalWorkers
+    from ltlplan.service.execution.workers import LocalWorkers
 
     processors = len(os.sched_getaffinity(0)) if sys.platform == "linux" else os.cpu_count()
     count = settings.workers or processors
@@ -180,7 +180,7 @@ def _load_beside() -> None:
     """Begin to load what workers are forked from, where a processor has nothing else to do; where none has, the first page comes first."""
     processors = len(os.sched_getaffinity(0)) if sys.platform == "linux" else os.cpu_count() or 1
     if processors > 1 and os.getloadavg()[0] < processors / 2:
-        from ltlplan.service.computing.children import warm_up
+        from ltlplan.service.execution.worker_process import warm_up
 
         warm_up()
 

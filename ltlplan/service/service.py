@@ -7,12 +7,12 @@ from collections import OrderedDict
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from ltlplan.service import questions as asked
-from ltlplan.service.asking import Questions
+from ltlplan.service import queries as asked
 from ltlplan.service.drafts import Drafts
-from ltlplan.service.live.flights import LiveFlights
+from ltlplan.service.event_inbox.flights import LiveFlights
 from ltlplan.service.problems import Conflict
-from ltlplan.service.questions import Place
+from ltlplan.service.queries import Place
+from ltlplan.service.query_pool import Questions
 from ltlplan.service.security.sessions import Sessions
 from ltlplan.service.settings import Settings
 

@@ -6,10 +6,10 @@ import itertools
 
 import numpy as np
 
+from ltlplan.free_space.bottlenecks import what_shuts
 from ltlplan.systems.region_graph import RegionGraph, RestPoint
 from ltlplan.systems.region_labels import Layout
 from ltlplan.systems.unreachable import joined_names, said_of
-from ltlplan.ways.bottlenecks import what_shuts
 from verify.data import BadInput, Mission
 
 

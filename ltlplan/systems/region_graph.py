@@ -15,9 +15,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ltlplan.free_space.free_space import FreeSpace, Place
 from ltlplan.systems.region_labels import Layout, Location
 from ltlplan.systems.transition_systems import environment_of
-from ltlplan.ways.free_space import FreeSpace, Place
 from verify.data import Letter, Mission
 from verify.data.language.sequence import Direction
 from verify.data.sections import Action

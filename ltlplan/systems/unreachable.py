@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
+from ltlplan.free_space.bottlenecks import WALL, Gap, Shut, TooNear, what_shuts
 from ltlplan.systems.region_graph import RegionGraph
-from ltlplan.ways.bottlenecks import WALL, Gap, Shut, TooNear, what_shuts
 from verify.data import Mission
 from verify.data.shapes.inequalities import Point
 

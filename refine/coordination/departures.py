@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d
 
-from refine.spline.values import Spline
+from refine.spline.spline import Spline
 from verify.data.plan import Meeting, Precedence
 
 Wait = Precedence | Meeting

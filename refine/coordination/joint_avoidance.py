@@ -14,15 +14,15 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
+from refine.coordination.conflict_intervals import Mover, cut_legs
+from refine.coordination.conflict_resolution import along, among, mover_of, paced
 from refine.coordination.departures import DepartureConflict, departures
-from refine.coordination.encounters import along, among, mover_of, paced
 from refine.coordination.joint_bending import Beginning, bend_apart
-from refine.coordination.meetings import Mover, cut_legs
 from refine.coordination.spacing import flight_of
 from refine.corridor.fitting import fit
 from refine.corridor.sampled_stays import violations
-from refine.single.values import Problem, RobotFlight
-from refine.spline.values import Spline
+from refine.single_robot.task import Problem, RobotFlight
+from refine.spline.spline import Spline
 from verify.data import Infeasible
 
 Floats = NDArray[np.float64]

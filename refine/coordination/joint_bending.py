@@ -20,10 +20,10 @@ from scipy import sparse
 from scipy.optimize import minimize
 from scipy.spatial import KDTree
 
-from refine.bodies import Obstacle, within
-from refine.coordination.meetings import Mover
+from refine.coordination.conflict_intervals import Mover
+from refine.keep_out_bodies import Obstacle, within
 from refine.spline.least_snap import banded_problem, solve_banded
-from verify.data.rules.spacing import Spacing
+from verify.data.validation.spacing import Spacing
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]

@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from refine.bodies import Ball
 from refine.coordination.departures import GRID, STEP
 from refine.coordination.spacing import flight_of, idle_others
-from refine.single.flight import robot_flight
-from refine.single.values import NOWHERE, Problem, RefinementOptions, RobotFlight
-from refine.spline.values import Spline
+from refine.keep_out_bodies import Ball
+from refine.single_robot.flight import robot_flight
+from refine.single_robot.task import NOWHERE, Problem, RefinementOptions, RobotFlight
+from refine.spline.spline import Spline
 from verify.data import Infeasible, Plan, Witness
 from verify.data.plan import Meeting, Precedence
 

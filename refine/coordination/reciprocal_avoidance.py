@@ -16,11 +16,20 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from refine.coordination.meetings import NEAR, Meeting, Mover, cut_where_near, gaps_of, least_gaps, part_flown, points_of
+from refine.coordination.conflict_intervals import (
+    NEAR,
+    Meeting,
+    Mover,
+    cut_where_near,
+    gaps_of,
+    least_gaps,
+    part_flown,
+    points_of,
+)
 from refine.corridor.fitting import BUFFER, Rules, fixed_states, rows_of, until_kept
 from refine.solvers.qp import Programme, Row, solve
 from refine.spline.basis import bernstein_matrix
-from refine.spline.values import Spline
+from refine.spline.spline import Spline
 from verify.data import Infeasible
 
 Floats = NDArray[np.float64]

@@ -30,10 +30,10 @@ from refine.coordination.midway_waits import with_hovers
 from refine.coordination.spacing import flight_of
 from refine.heading.yaw import heading_spline
 from refine.limits.stretching import stretch_to_limits
-from refine.single.values import RobotFlight
-from refine.spline.values import Spline
+from refine.single_robot.task import RobotFlight
+from refine.spline.spline import Spline
 from verify.data import Mission, Plan
-from verify.data.rules.spacing import Spacing
+from verify.data.validation.spacing import Spacing
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]

@@ -8,18 +8,18 @@ from dataclasses import replace
 
 import numpy as np
 
-from refine.bodies import Ball, keep_out
 from refine.coordination.departures import ScheduledPath
 from refine.corridor.legs import HOVERING
 from refine.corridor.relocation import movable
 from refine.corridor.sampled_stays import SampledStay, stays
 from refine.feedback import Feedback
-from refine.single.values import Problem, RobotFlight
+from refine.keep_out_bodies import Ball, keep_out
+from refine.single_robot.task import Problem, RobotFlight
 from verify.data import Plan
 from verify.data.plan import Meeting
-from verify.data.rules.clocks import clock_error_of
-from verify.data.rules.spacing import Spacing, spacing_of
 from verify.data.shapes.inequalities import Point
+from verify.data.validation.clocks import clock_error_of
+from verify.data.validation.spacing import Spacing, spacing_of
 
 _SLOWER = 2.0
 """How many times longer than planned a flight may get, for the drift of clocks until its end."""

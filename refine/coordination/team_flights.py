@@ -13,25 +13,25 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from refine.bodies import Ball
+from refine.coordination.conflict_resolution import departures_of, resolve_encounters, too_near
 from refine.coordination.departures import DepartureConflict
-from refine.coordination.encounters import departures_of, resolve_encounters, too_near
 from refine.coordination.joint_avoidance import avoid_jointly
+from refine.coordination.meeting_orders import in_turn, one_at_a_time
 from refine.coordination.midway_waits import with_waits
-from refine.coordination.orders import in_turn, one_at_a_time
-from refine.coordination.other_places import resting_teams, with_visits_relocated
 from refine.coordination.safe_intervals import schedule_safe_intervals
 from refine.coordination.spacing import firm_pairs, hovers_of, idle_others, spacing_for
-from refine.coordination.turns import Turns
+from refine.coordination.visit_ordering import Turns
+from refine.coordination.visit_relocation import resting_teams, with_visits_relocated
 from refine.corridor.legs import HOVERING
 from refine.corridor.meeting_places import moved_apart, moved_to_meet
 from refine.feedback import Feedback, feedback_of
-from refine.single.flight import robot_flight
-from refine.single.values import Problem, RefinementOptions, RobotFlight
+from refine.keep_out_bodies import Ball
+from refine.single_robot.flight import robot_flight
+from refine.single_robot.task import Problem, RefinementOptions, RobotFlight
 from verify.data import Infeasible, Plan, Witness
 from verify.data.plan import Meeting, Precedence
 from verify.data.progress import Progress
-from verify.data.rules.spacing import Spacing, needed, spacing_of
+from verify.data.validation.spacing import Spacing, needed, spacing_of
 
 Together = tuple[dict[str, RobotFlight], dict[str, float]]
 """Robots with their paths, and departures in s by robot."""

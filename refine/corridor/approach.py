@@ -12,13 +12,13 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from refine.bodies import Disc, blocking, opening
 from refine.corridor.detours import Barriers, detour
 from refine.corridor.legs import Cylinder, Leg, Space, TimedWaypoint, in_opening, refused, show, trimmed
+from refine.keep_out_bodies import Disc, blocking, opening
 from refine.obstacles import SolidBody
 from verify.data import Mission
-from verify.data.rules.spacing import ROUNDING
 from verify.data.shapes.region import Hoop
+from verify.data.validation.spacing import ROUNDING
 
 Floats = NDArray[np.float64]
 Around = dict[str, tuple[Disc | SolidBody, ...]]

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from refine.bodies import Ball, GrownRegion, Obstacle, blocking, convex_parts, within
+from refine.corridor.halton_roadmap import way_around
 from refine.corridor.legs import Space, TimedWaypoint, refused, show
-from refine.corridor.roadmap import way_around
+from refine.keep_out_bodies import Ball, GrownRegion, Obstacle, blocking, convex_parts, within
 from refine.obstacles import SolidBody
 
 Floats = NDArray[np.float64]

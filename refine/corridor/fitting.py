@@ -11,13 +11,13 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from refine.bodies import within
+from refine.corridor.corridor import Corridor
 from refine.corridor.legs import Cylinder
-from refine.corridor.values import Corridor
+from refine.keep_out_bodies import within
 from refine.planes import Plane
 from refine.solvers.qp import Programme, Row, rest_to_rest, solve
 from refine.spline.basis import bernstein_matrix
-from refine.spline.values import Spline
+from refine.spline.spline import Spline
 from verify.data import Infeasible
 
 Floats = NDArray[np.float64]

@@ -11,12 +11,12 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
+from refine.corridor.corridor import Corridor
 from refine.corridor.sampled_stays import SampledStay, stays
-from refine.corridor.values import Corridor
+from refine.limits.limits import Limits
 from refine.limits.stretching import SAFETY
 from refine.limits.usage import shares_used
-from refine.limits.values import Limits
-from refine.spline.values import Spline
+from refine.spline.spline import Spline
 from verify.data import Mission, RobotPlan
 from verify.data.shapes.gaps import widest_gap
 from verify.data.shapes.region import Region

@@ -8,8 +8,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from refine.bodies import Ball, keep_out
 from refine.corridor.legs import CLEARANCE, bodies_of
+from refine.keep_out_bodies import Ball, keep_out
 from verify.data import Mission, Plan, RobotPlan, Waypoint
 
 Floats = NDArray[np.float64]

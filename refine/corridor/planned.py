@@ -13,8 +13,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from refine.bodies import Ball, convex_parts, grown_ellipsoid
 from refine.corridor.approach import through_approach_corridors
+from refine.corridor.corridor import Corridor
 from refine.corridor.legs import (
     CLEARANCE,
     PASSAGE,
@@ -29,7 +29,7 @@ from refine.corridor.legs import (
     trimmed,
 )
 from refine.corridor.points import without_crowding
-from refine.corridor.values import Corridor
+from refine.keep_out_bodies import Ball, convex_parts, grown_ellipsoid
 from verify.data import BadInput, Infeasible, Mission, RobotPlan, Witness
 from verify.data.shapes.region import Region
 

@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from refine.bodies import blocking
+from refine.corridor.corridor import Corridor
 from refine.corridor.legs import CLEARANCE, Leg, bodies_of
-from refine.corridor.values import Corridor
+from refine.keep_out_bodies import blocking
 from verify.data import Mission
 from verify.data.shapes.region import Region
 

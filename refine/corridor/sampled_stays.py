@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from refine.spline.values import Spline
+from refine.spline.spline import Spline
 from verify.data import Mission, RobotPlan, Witness
 from verify.data.shapes.region import Region
 

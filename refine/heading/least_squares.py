@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refine.spline.basis import HERMITE, ORDER, derivative_weights
-from refine.spline.values import Spline
+from refine.spline.spline import Spline
 
 Floats = NDArray[np.float64]
 

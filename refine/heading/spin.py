@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from refine.heading.least_squares import bases, fitted
 from refine.limits.flatness import flat_samples
+from refine.limits.limits import Limits
 from refine.limits.stretching import stretch_to_limits
-from refine.limits.values import Limits
 from refine.spline.basis import ORDER
-from refine.spline.values import Spline
+from refine.spline.spline import Spline
 from verify.data import GRAVITY
 
 Floats = NDArray[np.float64]

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from refine.heading.least_squares import bases, fitted
 from refine.spline.basis import ORDER
-from refine.spline.values import Spline
+from refine.spline.spline import Spline
 
 Floats = NDArray[np.float64]
 

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from verify.data import GRAVITY
 
 if TYPE_CHECKING:
-    from refine.limits.values import Rotors
+    from refine.limits.limits import Rotors
 
 Floats = NDArray[np.float64]
 

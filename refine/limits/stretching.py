@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from refine.limits.limits import Limits
 from refine.limits.usage import Peak, peaks, worst
-from refine.limits.values import Limits
-from refine.spline.values import Spline
+from refine.spline.spline import Spline
 from verify.data import Infeasible, Witness
 
 SAFETY = 2e-3

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refine.limits.flatness import flat_samples
-from refine.limits.values import LIMIT_NAMES, Limits
-from refine.spline.values import Spline
+from refine.limits.limits import LIMIT_NAMES, Limits
+from refine.spline.spline import Spline
 from verify.data import GRAVITY
 
 Floats = NDArray[np.float64]

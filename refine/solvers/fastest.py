@@ -16,15 +16,15 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from refine.bodies import Ball
+from refine.keep_out_bodies import Ball
+from refine.limits.limits import Limits
 from refine.limits.stretching import stretch_to_limits
-from refine.limits.values import Limits
 from refine.planes import Plane
 from refine.solvers.nlp import INSTANTS, Timing, optimise
 from refine.solvers.programme import Objective
 from refine.solvers.retiming import retime
 from refine.spline.least_snap import minimum_snap
-from refine.spline.values import Spline
+from refine.spline.spline import Spline
 from verify.data import BadInput, Infeasible
 
 Floats = NDArray[np.float64]

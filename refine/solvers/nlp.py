@@ -17,14 +17,14 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from refine.bodies import Ball
-from refine.limits.values import Limits
+from refine.keep_out_bodies import Ball
+from refine.limits.limits import Limits
 from refine.planes import Plane
 from refine.solvers.ipopt_engine import solve
 from refine.solvers.programme import UNIT, Objective, Shape, Steps, Unknowns
 from refine.solvers.timeout import SolverTimeout
 from refine.spline.basis import ORDER
-from refine.spline.values import Spline
+from refine.spline.spline import Spline
 from verify.data import BadInput, Infeasible
 
 Floats = NDArray[np.float64]

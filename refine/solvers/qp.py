@@ -23,7 +23,7 @@ from scipy.optimize import nnls
 
 from refine.solvers.timeout import SolverTimeout
 from refine.spline.basis import HERMITE, ORDER, SNAP
-from refine.spline.values import Spline
+from refine.spline.spline import Spline
 from verify.data import Infeasible, InternalError
 
 Floats = NDArray[np.float64]

@@ -16,11 +16,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from refine.limits.limits import Limits
 from refine.limits.stretching import stretch_to_limits
-from refine.limits.values import Limits
 from refine.solvers.timeout import SolverTimeout
 from refine.spline.least_snap import minimum_snap
-from refine.spline.values import Spline
+from refine.spline.spline import Spline
 from verify.data import GRAVITY, BadInput, Infeasible, MissingEngine
 
 Floats = NDArray[np.float64]

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.linalg.lapack import dpbsv  # pyright: ignore[reportAttributeAccessIssue]  (made at import time)
 
 from refine.spline.basis import ORDER, SNAP
-from refine.spline.values import Spline
+from refine.spline.spline import Spline
 from verify.data import BadInput, InternalError
 
 Floats = NDArray[np.float64]

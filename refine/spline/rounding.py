@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refine.spline.basis import HERMITE, ORDER, SIZE, bernstein_matrix, derivative_weights
-from refine.spline.values import Spline
+from refine.spline.spline import Spline
 from verify.data import BadInput, DoesNotFit, InternalError, Trajectory
 
 Floats = NDArray[np.float64]

@@ -29,8 +29,8 @@ import verify
 from tests.helpers.benchmarks import run_benchmark
 from tests.helpers.fleets import wandering
 from verify.arithmetic.balls import Floats
-from verify.foreign import near_pieces
-from verify.foreign.distances import Breach, Closest, Nearest, Separation, judge_distances
+from verify.third_party import near_pieces
+from verify.third_party.distances import Breach, Closest, Nearest, Separation, judge_distances
 
 SPACING = 3.0
 """m between drones of one layer, and between layers."""

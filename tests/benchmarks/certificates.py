@@ -24,8 +24,6 @@ from tests.helpers.second_reading import compare
 from verify.arithmetic.balls import dot
 from verify.arithmetic.bounds import peaks
 from verify.arithmetic.exact import nonnegative, polynomial
-from verify.behaviour.timeline import Timeline
-from verify.behaviour.word_claims import judge_formula
 from verify.certification import judge
 from verify.claims.distance_claims import Clocks, rim_claims, separation_claims, workspace_claims
 from verify.claims.evidence import Evidence
@@ -35,6 +33,8 @@ from verify.data.mission import Mission
 from verify.data.trajectory import Trajectory
 from verify.data.vehicle import GRAVITY
 from verify.logic.semantics import satisfies
+from verify.model_checking.timeline import Timeline
+from verify.model_checking.word_claims import judge_formula
 from verify.motion.continuity import jumps
 from verify.motion.membership.polynomials import membership_polynomials
 from verify.motion.membership.statuses import changes, statuses

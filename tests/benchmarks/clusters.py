@@ -19,9 +19,9 @@ import flight
 import ltlplan
 from flight.processes import Workers
 from ltlplan.pipeline import certified_team
-from ltlplan.service.computing.batches import run_batch
-from ltlplan.service.computing.clusters import Cluster
-from ltlplan.service.computing.workers import LocalWorkers
+from ltlplan.service.execution.batches import run_batch
+from ltlplan.service.execution.clusters import Cluster
+from ltlplan.service.execution.workers import LocalWorkers
 from tests.helpers import work_for_workers
 from tests.helpers.benchmarks import is_smallest, run_benchmark
 from tests.helpers.clusters import local_cluster

@@ -131,7 +131,7 @@ def flown(mission: Any, seconds: float) -> Callable[[], Any]:
     """Return the steps of an online team whose robots are where they should be."""
     import numpy as np
 
-    from ltlplan.sharing.team import OnlineTeam
+    from ltlplan.online_mtac.online_team import OnlineTeam
 
     period, starts = 0.02, {name: agent.start for name, agent in mission.agents.items()}
 

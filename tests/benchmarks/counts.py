@@ -18,9 +18,9 @@ from ltlplan.logic.conjunction import conjunct_automaton
 from ltlplan.search.exact import assign
 from tests.helpers.benchmarks import run_benchmark
 from tests.helpers.worlds import world
-from verify.behaviour.timeline import Change, Enclosure, Relations, Timeline
-from verify.behaviour.word_claims import judge_formula
 from verify.data import Mission
+from verify.model_checking.timeline import Change, Enclosure, Relations, Timeline
+from verify.model_checking.word_claims import judge_formula
 
 PLACES = {"a": (0.0, 0.0), "b": (6.0, 0.0), "home": (0.0, 8.0)}
 RADII = dict.fromkeys(PLACES, 2.0)

@@ -23,8 +23,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 import numpy as np
 
 from ltlplan.paths.costs import WeightedCost
-from ltlplan.paths.optimiser.cross_entropy import minimise, searches
-from ltlplan.paths.optimiser.gaussian import Options
+from ltlplan.paths.cross_entropy.cross_entropy import minimise, searches
+from ltlplan.paths.cross_entropy.gaussian import Options
 from ltlplan.paths.sampling.path_problem import PathProblem, path_problem
 from tests.helpers.benchmarks import installed, run_benchmark
 from tests.helpers.courses import courses

@@ -19,7 +19,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 from ltlplan.logic.budget import DEFAULT_BUDGET, Budget, TooLarge
 from ltlplan.logic.conjunction import conjunct_automata
-from ltlplan.logic.task import Task
+from ltlplan.logic.product_automaton import Task
 from ltlplan.logic.translation import translate
 from ltlplan.missions import load_mission
 from ltlplan.search.exact import assign

@@ -20,8 +20,8 @@ import numpy as np
 
 from ltlplan.missions import load_mission
 from ltlplan.paths.costs import Cost, SampledPaths, WeightedCost
+from ltlplan.paths.cross_entropy.cross_entropy import Improvement, Options, improve
 from ltlplan.paths.hoops import route, route_sequence
-from ltlplan.paths.optimiser.cross_entropy import Improvement, Options, improve
 from ltlplan.paths.sampling.least_snap_spline import LeastSnapSpline
 from ltlplan.search.exact import assign
 from tests.helpers.benchmarks import run_benchmark

@@ -22,9 +22,9 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 import ltlplan
 from flight.exports.scripts.flying.checks import NAMES
 from flight.link.link import Health, Pose
-from flight.link.live import fly_live
+from flight.link.live_executive import fly_live
 from flight.link.mavlink import RATE, MavlinkLink
-from flight.link.stages import Stage
+from flight.link.phases import Stage
 from ltlplan.pipeline import certified_team
 from tests.helpers.benchmarks import run_benchmark
 from tests.helpers.px4_peer import Manner, Px4Peer, free_port

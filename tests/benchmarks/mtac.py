@@ -22,10 +22,10 @@ from ltlplan.logic.budget import Budget
 from ltlplan.mtac.beam_search import Options
 from ltlplan.mtac.offline import share_tasks
 from ltlplan.mtac.optimality_gap import straight_cost
+from ltlplan.online_mtac.online_team import OnlineTeam
+from ltlplan.online_mtac.team_in_flight import PERIOD
 from ltlplan.planner import make_plan
 from ltlplan.search.exact import assign
-from ltlplan.sharing.team import OnlineTeam
-from ltlplan.sharing.team_in_flight import PERIOD
 from tests.helpers.benchmarks import is_smallest, run_benchmark
 from tests.helpers.random_missions import MANY_TASKS, mission_of_many_tasks, random_mission
 from verify.data import Mission

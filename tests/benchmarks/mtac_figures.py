@@ -14,13 +14,13 @@ import numpy as np
 import ltlplan
 from ltlplan.mtac.agent_moves import World
 from ltlplan.mtac.beam_search import Options
+from ltlplan.mtac.decomposable_task import Reader
 from ltlplan.mtac.offline import share_tasks
-from ltlplan.mtac.task_reader import Reader
+from ltlplan.online_mtac import cross_entropy as online
+from ltlplan.paths.cross_entropy.quantile import quantile_samples
 from ltlplan.paths.hoops import route
 from ltlplan.paths.improvement import improved_path
-from ltlplan.paths.optimiser.quantile import quantile_samples
 from ltlplan.paths.sampling.least_snap_spline import LeastSnapSpline
-from ltlplan.sharing import cross_entropy as online
 from tests.benchmarks.mtac import LENGTH, PRINTED, firefighting, race
 from tests.helpers.benchmarks import run_benchmark
 from verify import check_team
@@ -134,7 +134,7 @@ def fig15() -> None:
 
 def fig16() -> None:
     """The experiment of Section 7 in simulation: words, time, tracking."""
-    from ltlplan.online.flight import fly_online
+    from ltlplan.online.simulated_online_flight import fly_online
 
     flight = fly_online(ltlplan.load_mission("firefighting"), seed=0, noise=0.001)
     for name, word in flight.words.items():

@@ -13,8 +13,8 @@ from tests.helpers.benchmarks import run_benchmark
 from verify.data import Mission, Trajectory, load_vehicle
 from verify.data.sections import Agent, Box, Spec
 from verify.data.shapes.obstacle import Obstacle
+from verify.motion.obstacles.approaches import SolidWorld
 from verify.motion.paths import read_team
-from verify.motion.solids.approaches import SolidWorld
 
 PIECES = 500
 SMOOTH = np.array([0, 0, 0, 0, 35, -84, 70, -20])

@@ -19,12 +19,12 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import ltlplan
 from flight import Conditions
-from flight.link.live import fly_live
+from flight.link.live_executive import fly_live
 from flight.link.simulated import SimulatedLink
-from ltlplan.online.certified import CertifiedTeam
-from ltlplan.online.happenings import Happenings, no_news
-from ltlplan.online.live import Answered, OnlineCourse
-from ltlplan.service.computing.beside import Beside
+from ltlplan.online.certified_team import CertifiedTeam
+from ltlplan.online.event_queue import Happenings, no_news
+from ltlplan.online.live_online_flight import Answered, OnlineCourse
+from ltlplan.service.execution.background_executor import Beside
 from ltlplan.transfers import to_starts
 from tests.helpers.benchmarks import run_benchmark
 from verify.data.events import HoopMoves, NewFormula, RobotLeaves, WorldEvent

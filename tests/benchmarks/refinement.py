@@ -26,9 +26,9 @@ import ltlplan
 import verify
 from refine import Limits, minimum_snap, refine, time_optimal
 from refine.heading.spin import with_least_spin
-from refine.limits.values import rotors_of
+from refine.limits.limits import rotors_of
 from refine.planes import Plane
-from refine.single.values import Pace
+from refine.single_robot.task import Pace
 from refine.solvers.ipopt_engine import forget
 from refine.spline.least_snap import banded_problem
 from tests.helpers.benchmarks import installed, is_smallest, require_time, run_benchmark

@@ -29,9 +29,9 @@ from ltlplan.pipeline import certified_team
 from tests.helpers.benchmarks import run_benchmark
 from tests.helpers.flights import small_mission, wandering
 from tests.helpers.timelines import APART, mission, timeline
-from verify.behaviour.apart import team_answers
-from verify.behaviour.word_claims import judge_formula
 from verify.data import Mission, parse_mission
+from verify.model_checking.compositional import team_answers
+from verify.model_checking.word_claims import judge_formula
 from verify.motion.paths import read_team
 from verify.motion.separation import minimum_distances, pairwise_distances
 

@@ -19,7 +19,7 @@ if __name__ == "__main__":
     sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import ltlplan
-from ltlplan.service.computing.workers import LocalWorkers
+from ltlplan.service.execution.workers import LocalWorkers
 from ltlplan.service.job_queue.jobs import Jobs
 from ltlplan.service.settings import Settings
 from tests.helpers import work_for_workers as work

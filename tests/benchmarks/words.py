@@ -24,11 +24,11 @@ from tests.helpers.benchmarks import run_benchmark
 from tests.helpers.spot_reading import spot_accepts
 from tests.helpers.timelines import mission
 from verify import check_samples, check_team, check_word
-from verify.behaviour import inclusion
-from verify.behaviour.timeline import Change, Enclosure, InternalChange, Relations, Status, Timeline
-from verify.behaviour.word_claims import judge_formula
 from verify.data import Formula, Word, parse_formula
 from verify.logic.semantics import satisfies
+from verify.model_checking import inclusion
+from verify.model_checking.timeline import Change, Enclosure, InternalChange, Relations, Status, Timeline
+from verify.model_checking.word_claims import judge_formula
 
 FIREFIGHTING = "F loc1 & F loc2 & G(smoke -> carrying)"
 

@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from ltlplan.online.happenings import Told
-from ltlplan.service.remote.followed import FollowedService
+from ltlplan.online.event_queue import Told
+from ltlplan.service.client_parts.long_polling import FollowedService
 from ltlplan.service.views.watching import watch_json
 from tests.browser.devtools import CHROMIUM
 from tests.browser.visitor import OPTIONS, Visitor, served

@@ -14,10 +14,10 @@ import flight
 import ltlplan
 from flight.frames import in_laboratory
 from flight.link.framed import FramedLink
-from flight.link.live import fly_live
+from flight.link.live_executive import fly_live
 from flight.link.simulated import SimulatedLink
 from flight.logs.placed import in_mission
-from ltlplan.live import stages
+from ltlplan.live_phases import stages
 from ltlplan.pipeline import certified_team
 from ltlplan.recorded import judge_flight
 from tests.helpers.live_missions import pair

@@ -8,8 +8,8 @@ from random import Random
 
 import spot
 
-from verify.behaviour.timeline import Timeline
 from verify.data import Formula, Letter, Word
+from verify.model_checking.timeline import Timeline
 
 buddy = importlib.import_module("buddy")  # Spot brings it, so it comes second
 

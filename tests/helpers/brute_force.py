@@ -16,8 +16,8 @@ from random import Random
 from typing import Protocol
 
 from tests.helpers.plain_team_words import holds
-from verify.behaviour.timeline import Change, Timeline
 from verify.data import Formula, Letter
+from verify.model_checking.timeline import Change, Timeline
 
 Held = Mapping[str, Letter]
 Edge = tuple[Held | None, Hashable]

@@ -21,7 +21,7 @@ PATIENCE = 600
 """s."""
 _SERVER = """
 import gc, json, os, sys
-import ltlplan.cli, ltlplan.online.flight, ltlplan.service.computing.nursery  # a worker's libraries are those of commands
+import ltlplan.cli, ltlplan.online.simulated_online_flight, ltlplan.service.execution.forkserver_preload  # a worker's libraries are those of commands
 from ltlplan.start import main
 
 gc.freeze()  # what is loaded stays shared

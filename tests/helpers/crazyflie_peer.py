@@ -18,12 +18,12 @@ from cflib.crtp.exceptions import WrongUriType
 import flight
 from flight.closed_loop import steps
 from flight.link.crazyflie.vehicle import cflib_drivers
-from flight.link.on_board import Fleet
+from flight.link.simulated_commander import Fleet
+from flight.mixed_fleet import kinds_of
 from flight.model.airframe import airframes_of
 from flight.model.timing import CONTROL_STEP, FRAME_STEPS, STEP
-from flight.on_board.fleet import Fleet as OnBoard
-from flight.setup import Setup
-from flight.side_by_side import kinds_of
+from flight.onboard_simulation.fleet import Fleet as OnBoard
+from flight.simulation_setup import Setup
 from tests.helpers.crazyflie_firmware import Firmware, Manner
 
 ONCE = (13, 15)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from flight.control.on_board import axes_towards
+from flight.control.onboard_controller import axes_towards
 from verify.data import GRAVITY
 
 LEVEL, SHUT = 0.5, 2.0

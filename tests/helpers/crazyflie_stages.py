@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from flight.link.stages import Stage
+from flight.link.phases import Stage
 from tests.helpers.flights import legs, plan_of, small_mission
 from verify import certify
 from verify.data import Visit

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flight.monitoring.reaction import smooth_step
+from flight.monitoring.alarm_response import smooth_step
 from tests.helpers.supervisor import Supervisor
 from verify.data import GRAVITY
 

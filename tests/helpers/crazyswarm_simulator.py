@@ -16,9 +16,9 @@ import numpy as np
 from rosbags.typesys import Stores, get_typestore
 
 from flight.control.mellinger import Mellinger
+from flight.mixed_fleet import kinds_of
 from flight.model.airframe import airframes_of
-from flight.on_board.fleet import Fleet
-from flight.side_by_side import kinds_of
+from flight.onboard_simulation.fleet import Fleet
 from tests.helpers.crazyswarm_peer import Position, Robot, World
 
 STEP, FRAME = 0.0005, 0.01

@@ -14,8 +14,8 @@ from multiprocessing import get_context
 
 import numpy as np
 
-from flight.link.live import LiveFlight
-from flight.link.stages import Stage
+from flight.link.live_executive import LiveFlight
+from flight.link.phases import Stage
 from tests.helpers.failure_draws import Draw, Failing
 from tests.helpers.live_failures import require_whole_logs
 from tests.helpers.patience import be_patient

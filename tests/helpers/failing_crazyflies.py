@@ -11,8 +11,8 @@ import numpy as np
 from flight.link.crazyflie.link import CrazyflieLink
 from flight.link.crazyflie.streamed import StreamedCrazyflies
 from flight.link.link import LinkLost
-from flight.link.live import LiveFlight, fly_live
-from ltlplan.commands.shared.live_view import interrupts_land
+from flight.link.live_executive import LiveFlight, fly_live
+from ltlplan.commands.support.live_view import interrupts_land
 from tests.helpers.crazyflie_firmware import Firmware
 from tests.helpers.crazyflie_peer import Air, in_the_air
 from tests.helpers.crazyflie_stages import GROUNDS, PLACES, UNCHECKED, short_flight

@@ -10,9 +10,9 @@ from contextlib import contextmanager
 
 import numpy as np
 
-from flight.link.live import LiveFlight, fly_live
+from flight.link.live_executive import LiveFlight, fly_live
 from flight.link.mavlink import MavlinkLink
-from ltlplan.commands.shared.live_view import interrupts_land
+from ltlplan.commands.support.live_view import interrupts_land
 from tests.helpers.crazyflie_stages import GROUNDS, PLACES, UNCHECKED, wide_flight
 from tests.helpers.failed_flights import NEAR, End, Ended, Stalls, Truth, faults_of, lies_of, outcome_of, was_late
 from tests.helpers.failure_draws import HOST, Draw, Failing, Host, drawn, interrupt

@@ -15,8 +15,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flight.link.live import SETTLE
-from flight.link.stages import Stage
+from flight.link.live_executive import SETTLE
+from flight.link.phases import Stage
 
 BEFORE = -1
 HOST = ("interrupted", "terminated", "error", "hangs", "outage", "unplugged")

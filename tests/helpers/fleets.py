@@ -14,7 +14,7 @@ import numpy as np
 
 from verify.arithmetic.balls import Floats
 from verify.data.files.trajectory_csv import HEADER
-from verify.foreign.fleet import Fleet, Flight, assemble
+from verify.third_party.fleet import Fleet, Flight, assemble
 
 
 def wandering(drones: int, pieces: int, rng: np.random.Generator, *, size: float = 6.0, common: bool = True) -> Fleet:

@@ -8,7 +8,7 @@ from contextlib import asynccontextmanager
 from pathlib import Path
 from typing import Any, TypeVar
 
-from ltlplan.service.computing.workers import LocalWorkers
+from ltlplan.service.execution.workers import LocalWorkers
 from ltlplan.service.job_queue.jobs import Jobs
 from ltlplan.service.models import Event, Job
 from ltlplan.service.settings import Settings

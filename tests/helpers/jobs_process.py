@@ -12,7 +12,7 @@ import os
 import sys
 from pathlib import Path
 
-from ltlplan.service.computing.workers import LocalWorkers
+from ltlplan.service.execution.workers import LocalWorkers
 from ltlplan.service.job_queue.jobs import Jobs
 from ltlplan.service.models import ENDED
 from ltlplan.service.settings import Settings

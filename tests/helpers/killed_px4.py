@@ -13,7 +13,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from flight.link.live import INTERRUPTED
+from flight.link.live_executive import INTERRUPTED
 from tests.helpers.commands import ROOT
 from tests.helpers.failed_flights import FASTEST, NEAR, Ended
 from tests.helpers.failing_px4 import fastest_asked, settle, state_of

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections import deque
 
-from flight.link.live import LiveFlight
+from flight.link.live_executive import LiveFlight
 from flight.link.simulated import Faults, SimulatedLink
 
 KINDS = ("unseen", "pushed", "flat", "deaf", "lost", "both")

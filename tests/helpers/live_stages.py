@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from flight.exports.braking import AtMost, braked
-from flight.link.stages import Stage
+from flight.link.phases import Stage
 from tests.helpers.crazyflie_stages import stage
 from tests.helpers.flights import legs, plan_of, small_mission
 from tests.helpers.patrols import patrol

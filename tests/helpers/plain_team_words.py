@@ -7,8 +7,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from random import Random
 
-from verify.behaviour.timeline import Timeline
 from verify.data import Formula, Letter
+from verify.model_checking.timeline import Timeline
 
 Held = Mapping[str, Letter]
 """What each robot shows at one position."""

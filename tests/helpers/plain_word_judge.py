@@ -6,13 +6,13 @@ from collections.abc import Sequence
 from fractions import Fraction
 from typing import Literal
 
-from verify.behaviour.inclusion import find_broken, holds_for_all
-from verify.behaviour.robot_letters import RobotBehaviour, from_timeline
-from verify.behaviour.team_graph import JointGraph, OwnGraph
-from verify.behaviour.timeline import Relations, Timeline
 from verify.data import Formula
 from verify.logic.normal_form import Normal, conjuncts, normal_form
 from verify.logic.progression import OutOfBudget
+from verify.model_checking.inclusion import find_broken, holds_for_all
+from verify.model_checking.robot_letters import RobotBehaviour, from_timeline
+from verify.model_checking.team_graph import JointGraph, OwnGraph
+from verify.model_checking.timeline import Relations, Timeline
 
 
 def plainly(

@@ -6,8 +6,8 @@ from fractions import Fraction
 from random import Random
 
 from tests.helpers.timelines import fill
-from verify.behaviour.timeline import Change, Enclosure, Status, Timeline
 from verify.data import Formula
+from verify.model_checking.timeline import Change, Enclosure, Status, Timeline
 
 NAMES = ("a", "b", "c")
 _END = 12

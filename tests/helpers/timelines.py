@@ -6,8 +6,8 @@ from fractions import Fraction
 from random import Random
 from typing import Any
 
-from verify.behaviour.timeline import Change, Enclosure, InternalChange, Relations, Status, Timeline
 from verify.data import Letter, Mission
+from verify.model_checking.timeline import Change, Enclosure, InternalChange, Relations, Status, Timeline
 
 END = 20
 

@@ -10,11 +10,11 @@ import tempfile
 import time
 from pathlib import Path
 
-from ltlplan.service.computing.exact import from_bytes
-from ltlplan.service.computing.stages import Outcome
+from ltlplan.service.execution.serialization import from_bytes
+from ltlplan.service.execution.stages import Outcome
 from verify.data import MissionError
 from verify.data.progress import Progress
-from verify.data.rules.faults import Fault
+from verify.data.validation.faults import Fault
 
 
 def add(first: int, second: int, report: Progress) -> tuple[int, int]:

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import ltlplan
-import ltlplan.live
-from flight.link.live import fly_live
+import ltlplan.live_phases
+from flight.link.live_executive import fly_live
 from flight.link.simulated import SimulatedLink
-from ltlplan.live import stages
+from ltlplan.live_phases import stages
 from tests.helpers.patrols import patrol
 from verify import certify
 from verify.data import Infeasible, NotCertified
@@ -37,7 +37,7 @@ def test_a_patrol_lands_where_it_has_braked(certified) -> None:
 
 def test_another_braking_is_flown_where_nobody_can_land_behind_the_first(certified, monkeypatch) -> None:
     plan, team, cert = certified
-    real, tried = ltlplan.live.to_ground, []
+    real, tried = ltlplan.live_phases.to_ground, []
 
     def to_ground(mission, flown, places, **more):
         tried.append(flown["r0"])
@@ -45,7 +45,7 @@ def test_another_braking_is_flown_where_nobody_can_land_behind_the_first(certifi
             raise Infeasible("there is a column")
         return real(mission, flown, places, **more)
 
-    monkeypatch.setattr(ltlplan.live, "to_ground", to_ground)
+    monkeypatch.setattr(ltlplan.live_phases, "to_ground", to_ground)
     flown = stages(plan, team, cert, PLACES)[2]
     assert len(tried) == 3
     assert flown.paths["r0"] == tried[2]
@@ -58,7 +58,7 @@ def test_a_patrol_behind_which_nobody_lands_is_refused(certified, monkeypatch) -
     def to_ground(*_args, **_more):
         raise Infeasible("there is a column")
 
-    monkeypatch.setattr(ltlplan.live, "to_ground", to_ground)
+    monkeypatch.setattr(ltlplan.live_phases, "to_ground", to_ground)
     with pytest.raises(
         NotCertified, match=r"r0 ends its last lap at 1\.00 m/s, and no braking behind it was proved from which it can land"
     ):

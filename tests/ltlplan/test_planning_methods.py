@@ -19,7 +19,7 @@ from verify.data import BadInput, Mission, NotCertified, Plan, mission_to_yaml, 
 from verify.data.choices import COST_TERMS, PLANNING_METHODS
 from verify.data.files.mission_file import load_mission_file
 from verify.data.mission import check_mission
-from verify.data.rules.faults import MissionError
+from verify.data.validation.faults import MissionError
 
 MODULE = '''
 import numpy as np

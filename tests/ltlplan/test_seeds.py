@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import ltlplan
-from ltlplan.online.flight import fly_online
+from ltlplan.online.simulated_online_flight import fly_online
 from ltlplan.pipeline import plan, run
 from verify.data import BadInput, Mission, load_plan, parse_mission
 from verify.data.files.mission_file import load_mission_file

@@ -13,9 +13,9 @@ from refine import refine
 from refine.corridor import planned
 from refine.corridor.planned import corridor_of
 from refine.corridor.points import thinned
-from refine.single import time_optimised
+from refine.single_robot import time_optimised
 from refine.solvers.nlp import Timing, optimise
-from refine.spline.values import Spline
+from refine.spline.spline import Spline
 from tests.helpers.plans_by_hand import ball, fire_plan, patrol_plan, robot_plan, room, sequence_plan, straight
 from tests.helpers.random_missions import random_mission
 from verify.data import DoesNotFit, Infeasible, Mission, Plan, RobotPlan, Visit, Waypoint, Witness, Word

@@ -6,8 +6,8 @@ from fractions import Fraction
 
 from hypothesis import strategies as st
 
-from verify.behaviour.timeline import Change, Enclosure, Timeline
 from verify.data import Word
+from verify.model_checking.timeline import Change, Enclosure, Timeline
 from verify.testing import formulas, lassos, letters
 from verify.testing import words as finite_words
 

@@ -8,8 +8,8 @@ import re
 import numpy as np
 import pytest
 
-from flight.link.on_board import Commander
-from flight.monitoring.reaction import braking_length
+from flight.link.simulated_commander import Commander
+from flight.monitoring.alarm_response import braking_length
 from tests.helpers.braking import brakes, closest
 from tests.helpers.dense_motion import SampledFlight, body_rates, rotor_thrusts
 from tests.helpers.stand_ins import hover, minimum_snap, rest_to_rest

@@ -20,7 +20,7 @@ from verify.data.events import HoopMoves, NewFormula, ObstacleAppears, RobotJoin
 from verify.data.plan import Visit
 from verify.data.sections import Agent
 from verify.data.shapes.obstacle import Obstacle
-from verify.recordings.asked import Joined, World, of_events
+from verify.recordings.flight_reference import Joined, World, of_events
 
 ELSEWHERE = (0.0, 3.0, 1.0)
 CORNERS = np.array([(0.0, 0.0, 1.0), (2.0, 0.0, 1.0), (2.0, 2.0, 1.0)])

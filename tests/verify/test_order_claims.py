@@ -19,7 +19,7 @@ from verify.data import BadInput, LtlplanError, NotCertified, Plan, Trajectory, 
 from verify.data.files.mission_file import mission_to_yaml
 from verify.data.files.trajectory_csv import write_csv
 from verify.data.plan import Meeting, Precedence, Visit
-from verify.words.planned_order import check_planned_order
+from verify.trace_checking.planned_order import check_planned_order
 
 REGIONS = "a: {center: [1.0, 0.0, 1.0], radii: [0.2, 0.2, 0.2]}\nb: {center: [1.0, 2.0, 1.0], radii: [0.2, 0.2, 0.2]}"
 TASK = """

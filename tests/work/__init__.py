@@ -18,7 +18,7 @@ from unittest import mock
 from ltlplan import load_mission, plan
 from ltlplan.pipeline import certified_team
 from refine.coordination import joint_avoidance
-from refine.single import time_optimised
+from refine.single_robot import time_optimised
 from refine.solvers import qp
 
 COUNTS = Path(__file__).parent / "counts.json"

@@ -7,22 +7,22 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 
-from verify.behaviour.timeline import Relations
 from verify.data.language.word import Word
 from verify.data.mission import Mission
 from verify.data.plan import Plan, RobotPlan, Waypoint
 from verify.data.trajectory import Trajectory
+from verify.model_checking.timeline import Relations
 from verify.motion.continuity import Jump, jumps
 from verify.motion.limits import Extreme, extremes
 from verify.motion.membership.bodies import Span
 from verify.motion.membership.polynomials import MembershipPolynomials, membership_polynomials
 from verify.motion.membership.statuses import statuses
+from verify.motion.obstacles.approaches import Approach, SolidWorld
 from verify.motion.passages import Clearance, HoopFrames, clearances, hoop_frames
 from verify.motion.paths import TeamPaths, read_team
 from verify.motion.regions import relations
 from verify.motion.separation import MinimumDistance, PairwiseDistances, minimum_distances, pairwise_distances, walls
 from verify.motion.shifted_distances import ShiftedDistances
-from verify.motion.solids.approaches import Approach, SolidWorld
 
 
 @dataclass(frozen=True, eq=False)

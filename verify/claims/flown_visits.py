@@ -13,9 +13,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
-from verify.behaviour.timeline import Enclosure, Timeline
 from verify.data.plan import Meeting, Precedence
 from verify.data.trajectory import Trajectory
+from verify.model_checking.timeline import Enclosure, Timeline
 from verify.motion.standing import Standstill, first_motion, standstills
 from verify.motion.visits import Matching, Stay
 

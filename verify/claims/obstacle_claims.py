@@ -8,8 +8,8 @@ from fractions import Fraction
 
 from verify.claims.claim import Claim, Outcome, at_least, claim_of
 from verify.claims.evidence import Evidence
-from verify.motion.solids.approaches import Approach
-from verify.motion.solids.points import meets
+from verify.motion.obstacles.approaches import Approach
+from verify.motion.obstacles.points import meets
 
 
 def obstacle_claims(evidence: Evidence, margin: Fraction) -> Iterable[Claim]:

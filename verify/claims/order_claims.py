@@ -10,14 +10,14 @@ import math
 from collections.abc import Iterator, Mapping
 from fractions import Fraction
 
-from verify.behaviour.timeline import Enclosure, Timeline
 from verify.claims.claim import Claim, at_least, claim_of
 from verify.claims.evidence import Evidence
 from verify.claims.flown_visits import FlownVisits, Wait
 from verify.data.plan import Plan
+from verify.model_checking.timeline import Enclosure, Timeline
 from verify.motion.visits import Matching
-from verify.words.planned_order import check_planned_order
-from verify.words.team_verdict import check_team
+from verify.trace_checking.planned_order import check_planned_order
+from verify.trace_checking.team_verdict import check_team
 
 
 def ordered_claims(plan: Plan) -> tuple[Claim, ...]:

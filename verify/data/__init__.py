@@ -1,6 +1,6 @@
 """The plain data that planner, refinement, flight and checker share, and the vocabulary of the claim.
 
-Read `mission` (of `sections`, `shapes` and `language`, under `rules`), `plan`, `trajectory` and `witness`: what travels between
+Read `mission` (of `sections`, `shapes` and `language`, under `validation`), `plan`, `trajectory` and `witness`: what travels between
 the packages; `files` and `storage` are how it is kept. `value`, `errors` and `progress` are what all are made with; `registry` and
 `choices` are the names that other packages may bring, `events` what may change in flight, `vehicle` what flies.
 """
@@ -29,8 +29,8 @@ if TYPE_CHECKING:
     from verify.data.language.word import Letter, Word
     from verify.data.mission import Mission, check_mission
     from verify.data.plan import Plan, RobotPlan, Visit, Waypoint, check_plan, load_plan
-    from verify.data.rules.faults import MissionError
     from verify.data.trajectory import Trajectory, check_trajectories
+    from verify.data.validation.faults import MissionError
     from verify.data.vehicle import GRAVITY, Vehicle, load_vehicle, shipped_vehicles
     from verify.data.witness import Witness
 
@@ -95,7 +95,7 @@ if not TYPE_CHECKING:  # which know all names from above, so that a misspelt one
             "verify.data.mission": ("Mission", "check_mission"),
             "verify.data.files.mission_file": ("load_mission_file", "mission_to_yaml", "parse_mission"),
             "verify.data.plan": ("Plan", "RobotPlan", "Visit", "Waypoint", "check_plan", "load_plan"),
-            "verify.data.rules.faults": ("MissionError",),
+            "verify.data.validation.faults": ("MissionError",),
             "verify.data.trajectory": ("Trajectory", "check_trajectories"),
             "verify.data.vehicle": ("GRAVITY", "Vehicle", "load_vehicle", "shipped_vehicles"),
             "verify.data.witness": ("Witness",),

@@ -18,9 +18,9 @@ PLANNING_METHODS: Registry[Function] = Registry(
     "a planning method",
     "ltlplan.planning_methods",
     {
-        "exact": "ltlplan.paths.priced_words:exact",
+        "exact": "ltlplan.paths.k_best_words:exact",
         "mtac-e": "ltlplan.mtac.offline:mtac_e",
-        "online-mtac-e": "ltlplan.sharing.simulated:online_mtac_e",
+        "online-mtac-e": "ltlplan.online_mtac.planning_method:online_mtac_e",
     },
     Callable,  # type: ignore[arg-type]  # a class for `isinstance`, though no class for type checkers
 )

@@ -23,7 +23,7 @@ from verify.data.sections import Agent
 from verify.data.shapes.inequalities import Point
 from verify.data.shapes.obstacle import Obstacle
 from verify.data.shapes.placed_body import PlacedBody
-from verify.data.storage.reading import parse_json, read_bytes
+from verify.data.storage.safe_reading import parse_json, read_bytes
 
 EVENTS_FILE = "events.json"
 EVENTS_FORMAT = 1

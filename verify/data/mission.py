@@ -22,8 +22,6 @@ from verify.data.language.formula_reader import parse_formula
 from verify.data.language.free import in_no_region
 from verify.data.language.sequence import Sequence, parse_sequence
 from verify.data.language.word import Letter
-from verify.data.rules.faults import Fault, MissionError, sound_sections
-from verify.data.rules.missions import broken_rules
 from verify.data.sections import (
     Agent,
     Box,
@@ -44,6 +42,8 @@ from verify.data.sections import (
 from verify.data.shapes.obstacle import Obstacle
 from verify.data.shapes.region import Hoop, Region
 from verify.data.storage.file_names import MAX_LENGTH, name_fault
+from verify.data.validation.faults import Fault, MissionError, sound_sections
+from verify.data.validation.missions import broken_rules
 from verify.data.value import Remembered, Value, plain
 from verify.data.vehicle import CLIMB_AND_LANDING, NamedVehicle, NotNegative, Vehicle
 

@@ -19,7 +19,7 @@ from verify.data.language.word import Word
 from verify.data.mission import Mission, check_mission
 from verify.data.sections import Action
 from verify.data.shapes.inequalities import Point
-from verify.data.storage.reading import parse_json, read_text
+from verify.data.storage.safe_reading import parse_json, read_text
 from verify.data.value import Remembered, Value, faults_of, plain
 from verify.data.vehicle import NotNegative, Number
 

@@ -1,7 +1,7 @@
 """The sections of a mission, each a frozen value that is sound by itself: the schema of format 1 of the mission file.
 
 Lengths are m, times s, angles rad; keys of the file that end in `_deg` are degrees, with a property beside them that gives
-radians. What spans several sections is checked by `verify.data.rules`; `verify.data.mission` puts them together.
+radians. What spans several sections is checked by `verify.data.validation`; `verify.data.mission` puts them together.
 """
 
 from __future__ import annotations

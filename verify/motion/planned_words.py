@@ -13,11 +13,11 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 
-from verify.behaviour.timeline import Status, Timeline
 from verify.data.language.word import Letter, Word, stutter_free
 from verify.data.mission import Mission
 from verify.data.plan import Plan, RobotPlan
 from verify.data.sections import Robot
+from verify.model_checking.timeline import Status, Timeline
 from verify.motion.regions import relations
 
 

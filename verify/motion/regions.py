@@ -16,12 +16,12 @@ import numpy as np
 from flint import fmpq, fmpq_mat
 
 from verify.arithmetic.exact import rational
-from verify.behaviour.timeline import Relations
 from verify.data.errors import BadInput
 from verify.data.mission import Mission
 from verify.data.shapes.covers import covers
 from verify.data.shapes.inequalities import Matrix, Point
 from verify.data.shapes.region import Region
+from verify.model_checking.timeline import Relations
 from verify.motion.convex_bodies import ConvexPart, are_apart, farthest, is_inside
 
 

@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
-from verify.behaviour.timeline import InternalChange
 from verify.data.plan import RobotPlan
 from verify.data.sections import Robot
+from verify.model_checking.timeline import InternalChange
 from verify.motion.membership.bodies import Span
 
 _GRID = 2**20

@@ -10,14 +10,14 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
-from verify.behaviour.timeline import InternalChange
 from verify.claims.claim import Claim, Outcome
 from verify.data.mission import Mission
+from verify.model_checking.timeline import InternalChange
 from verify.recordings.alignment import Alignment
-from verify.recordings.asked import Asked, lap_times
-from verify.recordings.space import recorded_claim
-from verify.recordings.tracks import Floats
-from verify.recordings.words import Row, statuses_within
+from verify.recordings.flight_reference import Asked, lap_times
+from verify.recordings.geometric_claims import recorded_claim
+from verify.recordings.reachable_sets import Floats
+from verify.recordings.temporal_claims import Row, statuses_within
 
 
 @dataclass(frozen=True, slots=True)

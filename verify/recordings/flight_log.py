@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from verify.data.errors import BadInput, did_you_mean
 from verify.data.language.formula import FREE
 from verify.data.mission import Mission
-from verify.data.storage.reading import read_text
+from verify.data.storage.safe_reading import read_text
 from verify.data.storage.tables import MAX_BYTES, Decimal, Table, counted, decimal, half_place, read_table, rounding, since
 
 LOG_COLUMNS = (

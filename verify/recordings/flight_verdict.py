@@ -12,17 +12,17 @@ from typing import Any
 
 import numpy as np
 
-from verify.behaviour.inclusion import DEFAULT_BUDGET
 from verify.claims.claim import Claim, Outcome
 from verify.data.errors import BadInput
+from verify.model_checking.inclusion import DEFAULT_BUDGET
 from verify.recordings.alignment import Alignment
-from verify.recordings.asked import Asked
 from verify.recordings.flight_log import Samples
+from verify.recordings.flight_reference import Asked
+from verify.recordings.geometric_claims import TELLS
 from verify.recordings.measurement import LARGEST, require_error, require_speed, with_rounding
+from verify.recordings.reachable_sets import Bounds
 from verify.recordings.recorded_flight import RecordedFlight
 from verify.recordings.samples import MAX_SAMPLES
-from verify.recordings.space import TELLS
-from verify.recordings.tracks import Bounds
 
 
 @dataclass(frozen=True, eq=False)

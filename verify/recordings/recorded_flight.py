@@ -14,22 +14,22 @@ from verify.data.errors import BadInput
 from verify.data.plan import RobotPlan
 from verify.recordings.actions import Action, action_claim, internal_changes, logged_actions, planned_actions, unplanned
 from verify.recordings.alignment import Alignment, fitted, given, with_the_recording
-from verify.recordings.asked import Asked, World
 from verify.recordings.flight_log import Samples
+from verify.recordings.flight_reference import Asked, World
+from verify.recordings.geometric_claims import obstacle_claim, recorded_claim, rim_claim, separation_claims, workspace_claim
 from verify.recordings.measurement import unseen_sentence
-from verify.recordings.open_starts import OpenEnds, change_within, for_every_start
 from verify.recordings.planned_paths import PlannedPath, planned_paths
+from verify.recordings.reachable_sets import Bounds, Track, track
 from verify.recordings.recorded_visits import passage_claim, visit_claim, widened
-from verify.recordings.space import obstacle_claim, recorded_claim, rim_claim, separation_claims, workspace_claim
-from verify.recordings.tracks import Bounds, Track, track
-from verify.recordings.tube import tube_claim
-from verify.recordings.words import (
+from verify.recordings.temporal_claims import (
     formula_claim,
     recorded_timeline,
     region_rows,
     transition_claim,
     within,
 )
+from verify.recordings.tube import tube_claim
+from verify.recordings.uncertain_start import OpenEnds, change_within, for_every_start
 
 _TOLD = 1e-4
 """m; what times that are off add to the error is named from here on."""

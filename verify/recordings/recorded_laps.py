@@ -13,14 +13,14 @@ from collections.abc import Mapping
 from dataclasses import replace
 from fractions import Fraction
 
-from verify.behaviour.bad_prefixes import first_never_kept, never_kept
-from verify.behaviour.timeline import Relations, Status, Timeline
-from verify.behaviour.word_claims import judge_formula
 from verify.claims.claim import Claim
 from verify.data.mission import Mission
 from verify.data.witness import Witness
 from verify.logic.explanation import show
-from verify.recordings.space import recorded_claim
+from verify.model_checking.bad_prefixes import first_never_kept, never_kept
+from verify.model_checking.timeline import Relations, Status, Timeline
+from verify.model_checking.word_claims import judge_formula
+from verify.recordings.geometric_claims import recorded_claim
 
 _ENDS = "A recorded flight ends, and what follows may keep the formula or break it"
 

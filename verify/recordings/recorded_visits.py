@@ -16,16 +16,16 @@ from fractions import Fraction
 import numpy as np
 
 from verify.arithmetic.intervals import Interval
-from verify.behaviour.timeline import Status
 from verify.claims.claim import Claim, Outcome
 from verify.data.mission import Mission
 from verify.data.plan import RobotPlan
 from verify.data.shapes.region import Hoop
+from verify.model_checking.timeline import Status
 from verify.motion.visits import match, stays
-from verify.recordings.asked import World
-from verify.recordings.space import recorded_claim, seen_from
-from verify.recordings.tracks import Cells, Track
-from verify.recordings.words import Row, spans_of, statuses_within
+from verify.recordings.flight_reference import World
+from verify.recordings.geometric_claims import recorded_claim, seen_from
+from verify.recordings.reachable_sets import Cells, Track
+from verify.recordings.temporal_claims import Row, spans_of, statuses_within
 
 _FINE = 4
 """How often cells at an opening are halved, so that a crossing's ends are known well."""

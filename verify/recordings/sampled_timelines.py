@@ -14,9 +14,9 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
-from verify.behaviour.timeline import Change, Enclosure, Status, Timeline
 from verify.data.shapes.conditions import HalfSpace, Quadric
 from verify.data.shapes.region import Region
+from verify.model_checking.timeline import Change, Enclosure, Status, Timeline
 from verify.motion.membership.bodies import Body, Mark
 from verify.recordings.measurement import longest_gaps
 

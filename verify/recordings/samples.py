@@ -15,14 +15,14 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from verify.behaviour.inclusion import DEFAULT_BUDGET
-from verify.behaviour.refutation import every_behaviour_breaks
-from verify.behaviour.timeline import InternalChange, Relations, Timeline
-from verify.behaviour.word_claims import judge_formula
 from verify.data.errors import BadInput
 from verify.data.mission import Mission, check_mission
 from verify.logic.progression import OutOfBudget
 from verify.logic.verdict import Verdict
+from verify.model_checking.inclusion import DEFAULT_BUDGET
+from verify.model_checking.refutation import every_behaviour_breaks
+from verify.model_checking.timeline import InternalChange, Relations, Timeline
+from verify.model_checking.word_claims import judge_formula
 from verify.motion.regions import relations
 from verify.recordings.flight_log import load_flight_log
 from verify.recordings.measurement import LARGEST, longest_gaps, require_error, require_speed, with_rounding

@@ -9,9 +9,9 @@ import numpy as np
 from verify.arithmetic.intervals import Interval
 from verify.claims.claim import Claim
 from verify.recordings.alignment import Alignment
+from verify.recordings.geometric_claims import recorded_claim
 from verify.recordings.planned_paths import Floats, PlannedPath
-from verify.recordings.space import recorded_claim
-from verify.recordings.tracks import Cells, Track, least
+from verify.recordings.reachable_sets import Cells, Track, least
 
 _SHARE = 8
 """A sample that is to show that the robot was outside is held against shifts that move the plan by this part of the margin."""

@@ -11,19 +11,19 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic import ValidationError
 
-from verify.behaviour.timeline import Timeline
-from verify.behaviour.word_claims import judge_formula
 from verify.claims.evidence import Evidence
 from verify.claims.limit_claims import limit_claims
 from verify.data.errors import BadInput
 from verify.data.language.word import Word
 from verify.data.mission import Mission, check_mission
 from verify.data.plan import Plan, RobotPlan, Waypoint
-from verify.data.rules.faults import MissionError
 from verify.data.sections import Agent, Box, Limits, Spec
 from verify.data.shapes.region import Region
 from verify.data.trajectory import Trajectory
+from verify.data.validation.faults import MissionError
 from verify.logic.verdict import Verdict, show_readings
+from verify.model_checking.timeline import Timeline
+from verify.model_checking.word_claims import judge_formula
 from verify.motion.continuity import jumps
 from verify.motion.membership.polynomials import membership_polynomials
 from verify.motion.membership.statuses import changes, statuses

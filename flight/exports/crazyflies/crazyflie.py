@@ -22,7 +22,7 @@ from flight.exports.crazyflies.parameters import NUMBERS
 from flight.exports.parts import notes_on, order_of, parts_of
 from flight.exports.target import ExportTarget, Product, Request
 from verify.data import BadInput, DoesNotFit, LtlplanError, MissingEngine, Trajectory
-from verify.data.storage.reading import parse_json, read_bytes
+from verify.data.storage.safe_reading import parse_json, read_bytes
 from verify.data.trajectory import PAUSE, PIECES
 
 KINDS = ("poly4d", "poly4d_compressed")

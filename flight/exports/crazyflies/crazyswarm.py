@@ -14,7 +14,7 @@ import numpy as np
 
 from flight.control.profiles import controller_name
 from flight.exports.braking import AtMost
-from flight.exports.carried import DATA, SWARM, about, batteries_said, climb_and_landing, scripts, written
+from flight.exports.bundled_scripts import DATA, SWARM, about, batteries_said, climb_and_landing, scripts, written
 from flight.exports.crazyflies.fits import crazyflies, require_crazyflie, require_float32, require_held
 from flight.exports.crazyflies.inventory import Item, checked_weight, read_inventory, require_radios
 from flight.exports.crazyflies.parameters import NUMBERS, parameters_read, sentence

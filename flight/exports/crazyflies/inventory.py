@@ -21,7 +21,7 @@ from flight.exports.crazyflies.radio_addresses import heard_by
 from verify.data import BadInput, DoesNotFit, Mission, Vehicle
 from verify.data.errors import did_you_mean
 from verify.data.events import unknown
-from verify.data.storage.reading import read_text
+from verify.data.storage.safe_reading import read_text
 
 _OFF = 0.1
 """Share by which a robot's weight may differ from the certificate's before it is another airframe."""

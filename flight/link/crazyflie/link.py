@@ -20,9 +20,9 @@ from flight.link.crazyflie.setting import wanted
 from flight.link.crazyflie.steps import arm, armed, connect, store, until
 from flight.link.crazyflie.vehicle import Vehicle
 from flight.link.link import Health, Pose
-from flight.link.on_board import Commander
+from flight.link.simulated_commander import Commander
 from flight.model.attitude import euler
-from flight.monitoring.reaction import braking_length
+from flight.monitoring.alarm_response import braking_length
 from flight.monitoring.thresholds import CRAZYFLIE_ACCURACY
 from verify.data import InternalError, Mission, Trajectory
 

@@ -7,7 +7,7 @@ import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
-from ltlplan.logic.conjunct_readers import Part
+from ltlplan.logic.conjunct_automata import Part
 from ltlplan.search.reduced_graph import ReducedGraph
 
 Watched = tuple[tuple[int, ...], ...]

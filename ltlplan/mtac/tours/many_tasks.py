@@ -19,7 +19,7 @@ from ltlplan.allocation import Itinerary
 from ltlplan.logic.automaton import DEAD
 from ltlplan.logic.budget import TooLarge
 from ltlplan.logic.conjunction import conjunct_automata
-from ltlplan.logic.task import Task
+from ltlplan.logic.product_automaton import Task
 from ltlplan.logic.transition_monoid import OrderCheck, TransitionMonoid
 from ltlplan.mtac.priced_paths import PricedPaths
 from ltlplan.mtac.tours.shared_tours import Objective, Share, Sharing

@@ -13,8 +13,8 @@ from collections.abc import Sequence
 from copy import copy
 
 from ltlplan.logic.automaton import DEAD
-from ltlplan.logic.conjunct_readers import Part
-from ltlplan.logic.task import Task
+from ltlplan.logic.conjunct_automata import Part
+from ltlplan.logic.product_automaton import Task
 
 MOST_STATES = 64
 """Of a conjunct's automaton, up to which all its states are looked at."""

@@ -12,8 +12,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from ltlplan.logic.automaton import DEAD
-from ltlplan.logic.conjunct_readers import Part
-from ltlplan.logic.task import Task
+from ltlplan.logic.conjunct_automata import Part
+from ltlplan.logic.product_automaton import Task
 from ltlplan.mtac.tours.cheapest_legs import Key, Leg, Place, Walk, Watched
 from ltlplan.mtac.tours.task_kinds import TaskKinds
 from ltlplan.search.best_first import BestFirst

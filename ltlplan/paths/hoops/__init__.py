@@ -1,7 +1,7 @@
 """Hoops: control points, motion primitives, avoidance, and the sequence-of-hoops planner.
 
-Read `sequencer` (the door), then what it asks: `sides` (from which side a hoop is flown), `legs` (stop by stop, as `stops` has them),
-`avoidance` (past hoops in the way) and `primitives`, over the control points in `hoop_frame`. `kept_clear` says what a path must keep
+Read `sequencer` (the door), then what it asks: `passage_directions` (from which side a hoop is flown), `legs` (stop by stop, as `stops` has them),
+`avoidance` (past hoops in the way) and `primitives`, over the control points in `hoop_frame`. `keep_out` says what a path must keep
 clear of, `clearance` for all times whether it does; `pictures` draws the 2019 paper's figures.
 """
 

@@ -5,7 +5,7 @@ one after another. Where the straight line to an avoid point would itself cross 
 to its own side, the way first goes out to the height of the avoid point, `reach` before or behind it. Where hoop by hoop
 leads nowhere, as between two hoops that stand in each other's way, the shortest way by the avoid points of all hoops is taken.
 
-In a world with obstacles a shortest way through free space is taken instead (`ltlplan.ways`), around hoops and regions as well.
+In a world with obstacles a shortest way through free space is taken instead (`ltlplan.free_space`), around hoops and regions as well.
 """
 
 from __future__ import annotations
@@ -17,13 +17,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ltlplan.free_space.bottlenecks import narrowest
+from ltlplan.free_space.free_space import FreeSpace
 from ltlplan.paths.hoops.clearance import blocked, conflicts
 from ltlplan.paths.hoops.hoop_frame import control_points
-from ltlplan.paths.hoops.kept_clear import Room
+from ltlplan.paths.hoops.keep_out import Room
 from ltlplan.search.best_first import BestFirst
 from ltlplan.systems.unreachable import joined_names
-from ltlplan.ways.bottlenecks import narrowest
-from ltlplan.ways.free_space import FreeSpace
 from verify.data import Infeasible
 from verify.data.mission import Mission
 from verify.data.plan import Role

@@ -14,8 +14,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ltlplan.paths.hoops.kept_clear import KeptRegion, Room
-from ltlplan.ways.solids import Solid, Solids
+from ltlplan.free_space.inflated_obstacles import Solid, Solids
+from ltlplan.paths.hoops.keep_out import KeptRegion, Room
 from verify.data.shapes.convex_parts import ConvexBody
 
 Floats = NDArray[np.float64]

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ltlplan.paths.hoops.kept_clear import KeptRegion, Room
+from ltlplan.paths.hoops.keep_out import KeptRegion, Room
 from ltlplan.systems.region_labels import apart
 from verify.data import Mission
 

@@ -17,7 +17,7 @@ from ltlplan.paths.hoops.avoidance import Blocked, Detour, avoid
 from ltlplan.paths.hoops.clearance import blocked
 from ltlplan.paths.hoops.held_points import HeldPoints
 from ltlplan.paths.hoops.hoop_frame import control_points
-from ltlplan.paths.hoops.kept_clear import Room
+from ltlplan.paths.hoops.keep_out import Room
 from ltlplan.paths.hoops.passage_ends import PassageEnds, passage_ends
 from ltlplan.paths.hoops.stops import Side, Stop, before_opening, holds, hoop_axes, primitives_between
 from verify.data import BadInput, Mission, Visit

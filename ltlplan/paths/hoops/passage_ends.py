@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from ltlplan.paths.hoops.clearance import blocked, conflicts
 from ltlplan.paths.hoops.hoop_frame import ControlPoints, control_points
-from ltlplan.paths.hoops.kept_clear import KeptRegion, Room
+from ltlplan.paths.hoops.keep_out import KeptRegion, Room
 from verify.data.language.sequence import Direction
 from verify.data.shapes.region import Hoop
 

@@ -19,18 +19,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ltlplan.allocation import Itinerary
+from ltlplan.free_space.free_space import FreeSpace
 from ltlplan.paths.costs import cost_of, plan_cost
 from ltlplan.paths.final_hover import then_hovering
 from ltlplan.paths.hoops.clearance import Conflict, conflicts
-from ltlplan.paths.hoops.kept_clear import Room, room
+from ltlplan.paths.hoops.keep_out import Room, room
 from ltlplan.paths.hoops.legs import Legs
+from ltlplan.paths.hoops.passage_directions import Directions, choose_sides
 from ltlplan.paths.hoops.primitives import Primitive
-from ltlplan.paths.hoops.sides import Directions, choose_sides
 from ltlplan.paths.hoops.spline_blocked import SplineBlocked
 from ltlplan.paths.hoops.stops import Stop, holds, hoop_axes, primitives_between
 from ltlplan.paths.sampling.least_snap_spline import LeastSnapSpline
 from ltlplan.systems.visit_words import word_of
-from ltlplan.ways.free_space import FreeSpace
 from verify.data import BadInput, Infeasible, Mission, RobotPlan, Visit, Waypoint, Word
 from verify.data.errors import did_you_mean
 

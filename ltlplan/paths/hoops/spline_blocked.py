@@ -6,11 +6,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ltlplan.free_space.bottlenecks import Gap, narrowest
+from ltlplan.free_space.free_space import FreeSpace
 from ltlplan.paths.hoops.clearance import Conflict
 from ltlplan.paths.hoops.stops import Stop
 from ltlplan.systems.unreachable import joined_names
-from ltlplan.ways.bottlenecks import Gap, narrowest
-from ltlplan.ways.free_space import FreeSpace
 from verify.data import Infeasible, Mission
 
 _POINT = 1e-6

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ltlplan.paths.hoops.kept_clear import KeptRegion, room
+from ltlplan.free_space.inflated_obstacles import NO_SOLIDS, Solids
+from ltlplan.paths.hoops.keep_out import KeptRegion, room
 from ltlplan.paths.sampling.sampled_paths import ellipsoid_level, final_states, samples_near, scaled_level
-from ltlplan.ways.solids import NO_SOLIDS, Solids
 from verify.data import Mission, RobotPlan
 
 Floats = NDArray[np.float64]

@@ -14,7 +14,7 @@ from operator import or_
 
 from ltlplan.logic.automaton import DEAD, Automaton
 from ltlplan.logic.budget import TooLarge
-from ltlplan.logic.conjunct_readers import bits
+from ltlplan.logic.conjunct_automata import bits
 from ltlplan.logic.decision_diagrams import TRUE
 from ltlplan.logic.transition_monoid import robots_in_order
 

@@ -3,7 +3,7 @@
 While one robot flies, what all of them show together changes in one way: the flying robot's letter is taken out and its next
 one put in. So a conjunct's state and the propositions that it sees held now are walked as a small graph: from what is held, any
 part may stay, and one robot's letter is added, at no less than the shortest leg into such a place. As in
-`ltlplan.search.bounds.heuristic`, that price is shared out among the conjuncts that the letter concerns, and the conjuncts' amounts
+`ltlplan.search.heuristics.heuristic`, that price is shared out among the conjuncts that the letter concerns, and the conjuncts' amounts
 add up to a lower bound.
 """
 
@@ -12,10 +12,10 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping, Sequence
 
 from ltlplan.logic.automaton import DEAD
-from ltlplan.logic.conjunct_readers import bits
+from ltlplan.logic.conjunct_automata import bits
 from ltlplan.search.best_first import distances
-from ltlplan.search.bounds.heuristic import UNREACHABLE
-from ltlplan.search.bounds.spanning_tree import SpanningTreeBound
+from ltlplan.search.heuristics.heuristic import UNREACHABLE
+from ltlplan.search.heuristics.spanning_tree import SpanningTreeBound
 from ltlplan.search.joint.conjuncts import JointConjunct
 from ltlplan.search.reduced_graph import ReducedGraph
 

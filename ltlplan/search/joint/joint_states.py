@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from ltlplan.logic.automaton import DEAD, Automaton
 from ltlplan.logic.budget import TooLarge
-from ltlplan.search.bounds.heuristic import UNREACHABLE
+from ltlplan.search.heuristics.heuristic import UNREACHABLE
 from ltlplan.search.joint.conjuncts import JointConjunct, WordEffects
 from ltlplan.search.joint.heuristic import JointHeuristic
 from ltlplan.search.joint.order_bounds import JointOrderBounds

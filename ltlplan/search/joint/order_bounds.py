@@ -2,7 +2,7 @@
 
 The search follows robots in one order. In others, those that have flown come before what is still to be flown, or after it: what each
 of them holds meanwhile is known but for where robots come to rest that are still to fly, and there anything that may be held counts as
-held. As in `ltlplan.search.bounds.order_bounds`.
+held. As in `ltlplan.search.heuristics.order_bounds`.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from functools import reduce
 from operator import or_
 
 from ltlplan.logic.automaton import DEAD
-from ltlplan.search.bounds.heuristic import UNREACHABLE
+from ltlplan.search.heuristics.heuristic import UNREACHABLE
 from ltlplan.search.joint.conjuncts import WordEffects
 from ltlplan.search.joint.heuristic import JointHeuristic, Seen, subsets
 

@@ -8,12 +8,12 @@ from ltlplan.logic.automaton import Automaton
 from ltlplan.logic.budget import Budget, TooLarge
 from ltlplan.logic.conjunction import conjunct_automata
 from ltlplan.search.assignment import TIES, Assignment, Cheapest, NoWords, asked_of
+from ltlplan.search.explanations.requirements import all_of
 from ltlplan.search.itineraries import lasso_itinerary
-from ltlplan.search.lassos.forgetful import closes_at_once
 from ltlplan.search.lassos.lasso import LassoRun, cheapest_lasso
+from ltlplan.search.lassos.memoryless_automata import closes_at_once
 from ltlplan.search.lassos.resting_actions import acts_at_rest, comes_anew
 from ltlplan.search.lassos.word_lasso import improve_lasso
-from ltlplan.search.refusals.requirements import all_of
 from ltlplan.systems.robot_systems import Systems
 from ltlplan.systems.transition_systems import TransitionSystem
 from verify.data import Formula, Mission, Unsatisfiable
@@ -41,8 +41,8 @@ def assign_lasso(
     automata = conjunct_automata(asked_of(mission, [system]), "infinite", budget=budget)
     run = cheapest_lasso(system, automata, weight=mission.spec.repeat, budget=budget)
     if run is None:
-        from ltlplan.search.refusals.relaxation import relaxed
-        from ltlplan.search.refusals.unsatisfiable_cores import explain
+        from ltlplan.search.explanations.relaxation import relaxed
+        from ltlplan.search.explanations.unsatisfiable_cores import explain
 
         def possible(parts: Sequence[Formula], worlds: Sequence[TransitionSystem]) -> bool:
             return _lasso_exists(parts, worlds[0], budget)

@@ -6,8 +6,8 @@ import itertools
 from collections.abc import Iterator, Mapping, Sequence
 
 from ltlplan.allocation import Itinerary
+from ltlplan.search.lassos.concurrent_cycle_steps import Stage
 from ltlplan.search.lassos.team_lassos import TeamLasso
-from ltlplan.search.lassos.team_stages import Stage
 from ltlplan.systems.transition_systems import TransitionSystem
 from ltlplan.systems.visit_log import VisitLog
 from verify.data import Infeasible, Visit, Word

@@ -13,13 +13,13 @@ from dataclasses import dataclass, replace
 from ltlplan.allocation import Itinerary
 from ltlplan.logic.budget import Budget, TooLarge
 from ltlplan.search.assignment import TIES, Assignment, Cheapest, NoWords, asked_of
-from ltlplan.search.lassos.labels.cheapest_laps import laps_below, least_of_all_laps
-from ltlplan.search.lassos.shared_parts import Parts, parts_of, share_out
+from ltlplan.search.explanations.requirements import all_of
+from ltlplan.search.lagrangian_bounds import BY_WEIGHTED_SUMS, LeastSum, lower_the_dearest
+from ltlplan.search.lassos.conjunct_assignment import Parts, parts_of, share_out
+from ltlplan.search.lassos.label_setting.cheapest_laps import laps_below, least_of_all_laps
 from ltlplan.search.lassos.team_itineraries import team_itineraries, team_meetings
 from ltlplan.search.lassos.team_lassos import TeamLasso, plan_team_lasso, team_lasso_exists
 from ltlplan.search.lassos.team_readers import reads_letters
-from ltlplan.search.refusals.requirements import all_of
-from ltlplan.search.weighted_sums import BY_WEIGHTED_SUMS, LeastSum, lower_the_dearest
 from ltlplan.systems.robot_systems import Systems
 from ltlplan.systems.transition_systems import TransitionSystem
 from verify.data import Formula, Infeasible, Mission, Unsatisfiable
@@ -181,8 +181,8 @@ def _no_team_laps(
     mission: Mission, systems: Systems, each: list[TransitionSystem], budget: Budget, cheapest: Cheapest
 ) -> Unsatisfiable | Infeasible:
     """Return the error that says why there are no laps."""
-    from ltlplan.search.refusals.relaxation import relaxed
-    from ltlplan.search.refusals.unsatisfiable_cores import explain
+    from ltlplan.search.explanations.relaxation import relaxed
+    from ltlplan.search.explanations.unsatisfiable_cores import explain
 
     def possible(parts: Sequence[Formula], worlds: Sequence[TransitionSystem]) -> bool:
         if len(worlds) < len(each) and any(part.counts for part in parts):

@@ -11,15 +11,15 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from ltlplan.logic.budget import Budget, TooLarge
-from ltlplan.search.lassos.few_flying import cheapest_team_lasso
+from ltlplan.search.lassos.concurrent_cycle_steps import Course, Move, Stage, staged
+from ltlplan.search.lassos.incremental_teams import cheapest_team_lasso
 from ltlplan.search.lassos.lasso import LassoRun, begun_soonest, cheapest_lasso, lasso_exists
 from ltlplan.search.lassos.team_readers import reads_letters, team_readers
-from ltlplan.search.lassos.team_stages import Course, Move, Stage, staged
 from ltlplan.search.lassos.team_system import Nodes, TeamSystem
 from ltlplan.systems.transition_systems import TransitionSystem
 from verify.data import Formula, Infeasible, Mission
-from verify.data.rules.spacing import spacing_of
 from verify.data.shapes.inequalities import Point
+from verify.data.validation.spacing import spacing_of
 
 MOST_TOGETHER = 20_000
 """Places of the product of robots that fly at the same time, which only a bound needs."""

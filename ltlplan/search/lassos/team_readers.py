@@ -16,8 +16,8 @@ from ltlplan.logic.automaton import Automaton
 from ltlplan.logic.budget import Budget
 from ltlplan.logic.conjunction import conjuncts
 from ltlplan.logic.small_automata import small_automaton
-from ltlplan.search.counts.marks import shows
-from ltlplan.search.lassos.forgetful import closes_at_once
+from ltlplan.search.counting.counting_propositions import shows
+from ltlplan.search.lassos.memoryless_automata import closes_at_once
 from ltlplan.search.lassos.team_system import SEAM, TeamLetters
 from verify.data import BadInput, Formula, Letter, Mission
 from verify.data.language.counting import atoms

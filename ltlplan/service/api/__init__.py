@@ -1,6 +1,6 @@
 """The HTTP API: thin routes over jobs and questions; `/docs` is made of what stands here.
 
 Read `application` (everything put on one app), then the routes by subject: `missions`, `jobs`, `flights` (words and recorded flights),
-`about` (health, documentation, login). `reading` takes requests apart, `answers` holds the values that only HTTP knows, `schema` says all
+`about` (health, documentation, login). `request_parsing` takes requests apart, `answers` holds the values that only HTTP knows, `schema` says all
 of it as OpenAPI.
 """

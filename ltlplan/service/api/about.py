@@ -12,7 +12,7 @@ from fastapi import APIRouter, FastAPI, Request, Response
 from fastapi.responses import FileResponse, HTMLResponse, RedirectResponse
 
 from ltlplan.service.api.answers import HealthAnswer
-from ltlplan.service.api.reading import JSON, service_of
+from ltlplan.service.api.request_parsing import JSON, service_of
 from ltlplan.service.api.schema import content, problems
 from ltlplan.service.problems import NotAuthenticated, NotFound, TooManyRequests, kinds
 from ltlplan.service.security.asker import COOKIE, LOGIN

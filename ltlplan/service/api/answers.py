@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from ltlplan.service.live.names import FLIGHT
+from ltlplan.service.event_inbox.names import FLIGHT
 from ltlplan.service.models import FlightAnswered, ProblemFault
 from verify.data.sections import TeamReading, Trace
 

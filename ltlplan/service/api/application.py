@@ -21,10 +21,10 @@ from ltlplan.service.api.schema import with_schema
 from ltlplan.service.log import note, note_bug
 from ltlplan.service.models import Event
 from ltlplan.service.problems import BodyTooLarge, Forbidden, MethodNotAllowed, NotFound, UnsupportedMedia
+from ltlplan.service.provenance import software
 from ltlplan.service.security.plain_pages import PLAIN_POLICY
 from ltlplan.service.security.refusals import HTML, refusal
 from ltlplan.service.service import Service
-from ltlplan.service.versions import software
 from verify.data.errors import BadInput, InternalError, LtlplanError
 
 _TAGS = [

@@ -6,9 +6,9 @@ from typing import Annotated
 
 from fastapi import APIRouter, File, Form, Request, Response, UploadFile
 
-from ltlplan.service import questions as asked
+from ltlplan.service import queries as asked
 from ltlplan.service.api.answers import FlightAnswer, WordsCheck, WordsRequest
-from ltlplan.service.api.reading import JSON, read_json, service_of, who_of
+from ltlplan.service.api.request_parsing import JSON, read_json, service_of, who_of
 from ltlplan.service.api.schema import json_body, problems
 from ltlplan.service.recordings import RecordingAsked
 from ltlplan.service.service import places

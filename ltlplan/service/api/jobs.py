@@ -8,12 +8,12 @@ from typing import Annotated, Literal
 from fastapi import APIRouter, Depends, Header, Path, Query, Request, Response
 from fastapi.responses import FileResponse, StreamingResponse
 
-from ltlplan.service import questions as asked
+from ltlplan.service import queries as asked
 from ltlplan.service.api import events
 from ltlplan.service.api.answers import ExportFormat, PlanAnswer
-from ltlplan.service.api.reading import JSON, read_mission_text, service_of, who_of
+from ltlplan.service.api.request_parsing import JSON, read_mission_text, service_of, who_of
 from ltlplan.service.api.schema import content, mission_body, problems
-from ltlplan.service.computing.exporting import ExportAsked
+from ltlplan.service.execution.exporting import ExportAsked
 from ltlplan.service.models import FileEntry, Job, State
 from ltlplan.service.problems import Conflict, error_of
 from ltlplan.service.security.origins import require_own_page

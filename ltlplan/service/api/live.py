@@ -8,9 +8,9 @@ from typing import Annotated
 from fastapi import APIRouter, Path, Query, Request, Response
 
 from ltlplan.service.api.answers import LiveAnswers, LiveBegin, LiveEnd
-from ltlplan.service.api.reading import JSON, read_json, read_text, service_of
+from ltlplan.service.api.request_parsing import JSON, read_json, read_text, service_of
 from ltlplan.service.api.schema import json_body, problems
-from ltlplan.service.live.names import FLIGHT, NAME
+from ltlplan.service.event_inbox.names import FLIGHT, NAME
 from ltlplan.service.models import LiveEvent, LiveFlight, LiveTold
 
 router = APIRouter(prefix="/api/live", tags=["live"])

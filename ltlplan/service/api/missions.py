@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from fastapi import APIRouter, Request, Response
 
-from ltlplan.service import questions as asked
+from ltlplan.service import queries as asked
 from ltlplan.service.api.answers import MissionCheck, ShippedMission
-from ltlplan.service.api.reading import JSON, read_mission_text, service_of, who_of
+from ltlplan.service.api.request_parsing import JSON, read_mission_text, service_of, who_of
 from ltlplan.service.api.schema import mission_body, problems
 
 router = APIRouter(prefix="/api/missions", tags=["missions"])

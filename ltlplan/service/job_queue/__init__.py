@@ -1,6 +1,6 @@
 """What was accepted is finished, whatever is killed: jobs, what is known of each, and where all that is kept.
 
-Read `jobs` (what is asked of them), `runner` (how one is done) and `results` (what was found), then `entries` (what is known of one
-job), `register` (of all) and `events` (what their listeners hear); `engine` is the door to the library that goes on after a kill,
-`database` what is looked at before it begins, `store` where bytes are, `recent` what is still in memory.
+Read `jobs` (what is asked of them), `runner` (how one is done) and `results` (what was found), then `job_records` (what is known of one
+job), `job_index` (of all) and `events` (what their listeners hear); `engine` is the door to the library that goes on after a kill,
+`database` what is looked at before it begins, `store` where bytes are, `lru_cache` what is still in memory.
 """

@@ -15,21 +15,21 @@ from collections.abc import AsyncIterator, Callable
 from contextlib import suppress
 from typing import Any, TypeVar
 
-from ltlplan.service.computing.exporting import ExportAsked
-from ltlplan.service.computing.turns import SharedPool
+from ltlplan.service.execution.exporting import ExportAsked
+from ltlplan.service.execution.turns import SharedPool
 from ltlplan.service.job_queue.database import folder_name, prepare, url_of, why
 from ltlplan.service.job_queue.engine import TRIES, Data, Engine, Step, tables
-from ltlplan.service.job_queue.entries import Entry, entry_of, export_record, job_of, record_of, told_again
 from ltlplan.service.job_queue.events import state_event
-from ltlplan.service.job_queue.recent import Recent
-from ltlplan.service.job_queue.register import Register
+from ltlplan.service.job_queue.job_index import Register
+from ltlplan.service.job_queue.job_records import Entry, entry_of, export_record, job_of, record_of, told_again
+from ltlplan.service.job_queue.lru_cache import Recent
 from ltlplan.service.job_queue.results import RESERVE, Results, StoredFile
 from ltlplan.service.job_queue.runner import Pool, Runner, end
 from ltlplan.service.job_queue.store import Damaged
 from ltlplan.service.models import ENDED, Event, Health, Job, State
 from ltlplan.service.problems import Busy, Conflict, TooManyRequests
+from ltlplan.service.provenance import key_of, key_of_asked, software
 from ltlplan.service.settings import Settings
-from ltlplan.service.versions import key_of, key_of_asked, software
 from verify.data import LtlplanError, Mission, check_mission
 from verify.data.errors import InternalError
 
@@ -412,7 +412,7 @@ class Jobs:
 
 def _asked(mission: Mission, seed: int | None) -> tuple[str, Mission]:
     """Return the key of what is asked, and the mission with its seed, held against all rules."""
-    from flight.certified import require_tube
+    from flight.certificate_checks import require_tube
     from ltlplan.planner import with_seed
 
     mission = with_seed(check_mission(mission), seed)

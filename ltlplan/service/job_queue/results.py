@@ -9,11 +9,11 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
-from ltlplan.service.computing.exporting import ExportAsked, export_bytes
-from ltlplan.service.computing.stages import PLAN, Outcome, mission_bytes, mission_of, plan_of
+from ltlplan.service.execution.exporting import ExportAsked, export_bytes
+from ltlplan.service.execution.stages import PLAN, Outcome, mission_bytes, mission_of, plan_of
 from ltlplan.service.job_queue.engine import Data
-from ltlplan.service.job_queue.entries import Entry, digests, told_of
-from ltlplan.service.job_queue.recent import Recent
+from ltlplan.service.job_queue.job_records import Entry, digests, told_of
+from ltlplan.service.job_queue.lru_cache import Recent
 from ltlplan.service.job_queue.store import NoRoom, Store
 from ltlplan.service.models import FileEntry, Job
 from ltlplan.service.problems import Conflict, NotFound

@@ -7,12 +7,12 @@ import itertools
 import logging
 from typing import Any, Protocol
 
-from ltlplan.service.computing.stages import EXPORT, PLAN, Outcome, run_stage
-from ltlplan.service.computing.turns import SharedPool
-from ltlplan.service.computing.workers import WorkFuture
+from ltlplan.service.execution.stages import EXPORT, PLAN, Outcome, run_stage
+from ltlplan.service.execution.turns import SharedPool
+from ltlplan.service.execution.workers import WorkFuture
 from ltlplan.service.job_queue.engine import Data, Step, Unwritten
-from ltlplan.service.job_queue.entries import Entry, utc_now, with_records
 from ltlplan.service.job_queue.events import claim_events, stage_event, state_event
+from ltlplan.service.job_queue.job_records import Entry, utc_now, with_records
 from ltlplan.service.job_queue.results import Results
 from ltlplan.service.job_queue.store import Damaged, NoRoom
 from ltlplan.service.models import ENDED, Problem, Stage, State

@@ -1,7 +1,7 @@
 """What a browser shows of the service: missions written with help, plans followed, flights watched, trusted, judged, taken away.
 
-Begin with `frame`, which puts one module a tab together (`write`, `plan`, `trust`, `judge`, `take_away`, `live`; a flight is watched in
-`assets/flight.js`); `desk` is what one person has open, `drafted` what they write, `elements` are the page's own parts over NiceGUI, whose scripts are in `assets`.
+Begin with `frame`, which puts one module a tab together (`write`, `plan`, `certificate_tab`, `recording_tab`, `downloads_tab`, `live`; a flight is watched in
+`assets/flight.js`); `session_state` is what one person has open, `drafted` what they write, `elements` are the page's own parts over NiceGUI, whose scripts are in `assets`.
 `checking` and `judging` run in workers, as all that computes. NiceGUI is loaded only where pages are served.
 """
 

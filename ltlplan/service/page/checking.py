@@ -43,7 +43,7 @@ def mission_view(mission: Mission) -> Json:
     from flight.pictures import scene
     from ltlplan.service.views.formulas import OPERATORS, in_words, known_names
     from ltlplan.service.views.watching import automata_data, drawn, radii
-    from verify.data.rules.notes import notes_of
+    from verify.data.validation.notes import notes_of
 
     return {
         "name": mission.name,

@@ -22,7 +22,7 @@ from verify.data import BadInput
 if TYPE_CHECKING:
     from nicegui.events import GenericEventArguments
 
-    from ltlplan.service.page.desk import Desk
+    from ltlplan.service.page.session_state import Desk
 
 _LISTED = 12
 _PATIENCE = 10.0

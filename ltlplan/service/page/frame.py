@@ -12,15 +12,15 @@ from nicegui.element import Element
 
 from ltlplan.report.inline import package_text
 from ltlplan.service.api.application import answer_of
-from ltlplan.service.live.names import NAME
+from ltlplan.service.event_inbox.names import NAME
 from ltlplan.service.log import note_bug
-from ltlplan.service.page.desk import ADDRESS, TABS, Desk
+from ltlplan.service.page.certificate_tab import trust_tab
+from ltlplan.service.page.downloads_tab import take_away_tab
 from ltlplan.service.page.elements import Flight, Words, box, button, say
-from ltlplan.service.page.judge import judge_tab
 from ltlplan.service.page.live import live_tab
 from ltlplan.service.page.plan import plan_tab
-from ltlplan.service.page.take_away import take_away_tab
-from ltlplan.service.page.trust import trust_tab
+from ltlplan.service.page.recording_tab import judge_tab
+from ltlplan.service.page.session_state import ADDRESS, TABS, Desk
 from ltlplan.service.page.write import write_tab
 from ltlplan.service.problems import NotFound
 from verify.data import LtlplanError

@@ -79,9 +79,9 @@ def judged(
         BadInput: The recording cannot be judged.
     """
     from ltlplan.recorded import judge_flight
-    from ltlplan.service.questions import without_places
+    from ltlplan.recording_options import told_of
+    from ltlplan.service.queries import without_places
     from ltlplan.service.views.watching import claims_data
-    from ltlplan.told import told_of
 
     told = told_of(said.start, said.start_error, said.called, said.axes, said.origin)
     run = folder / "run"

@@ -11,7 +11,7 @@ from verify.data import LtlplanError
 
 if TYPE_CHECKING:
     from ltlplan.service.models import LiveEvent, LiveFlight
-    from ltlplan.service.page.desk import Desk
+    from ltlplan.service.page.session_state import Desk
 
 _REFRESH = 1.0
 """s between looks while the tab is seen."""

@@ -13,7 +13,7 @@ from ltlplan.service.page.elements import Part, Words, box, button, say, table
 
 if TYPE_CHECKING:
     from ltlplan.service.models import Job, Stage, State
-    from ltlplan.service.page.desk import Desk
+    from ltlplan.service.page.session_state import Desk
 
 Found = Mapping[str, Any]  # of any type: what stages found is JSON
 

@@ -13,7 +13,7 @@ from ltlplan.service.page.elements import Editor, Words, World, box, button, say
 from verify.data import LtlplanError, MissionError
 
 if TYPE_CHECKING:
-    from ltlplan.service.page.desk import Desk
+    from ltlplan.service.page.session_state import Desk
 
 FIRST = "firefighting"
 _BLANK = "a blank mission"

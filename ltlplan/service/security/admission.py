@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 from ltlplan.service.problems import NotAuthenticated
 from ltlplan.service.security.asker import ASSETS, LOGIN, Asker, is_open
-from ltlplan.service.security.bodies import Bodies, Body, Receive
+from ltlplan.service.security.body_limits import Bodies, Body, Receive
 from ltlplan.service.security.open_requests import OpenRequests
 from ltlplan.service.security.origins import SAFE, require_own_host, require_own_page
 from ltlplan.service.security.rates import Rates

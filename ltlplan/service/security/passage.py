@@ -11,7 +11,7 @@ from ltlplan.service.log import note, note_bug
 from ltlplan.service.problems import NotAuthenticated, WrongHost
 from ltlplan.service.security.admission import Admission
 from ltlplan.service.security.asker import ASSETS, LOGIN, Asker, is_open
-from ltlplan.service.security.bodies import Body, Message, Receive
+from ltlplan.service.security.body_limits import Body, Message, Receive
 from ltlplan.service.security.open_requests import gone
 from ltlplan.service.security.origins import SAFE
 from ltlplan.service.security.plain_pages import PLAIN_POLICY

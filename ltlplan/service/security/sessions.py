@@ -18,7 +18,7 @@ from typing import Any
 from ltlplan.service.log import note
 from ltlplan.service.security.tokens import Tokens, digest_of, write_private
 from verify.data.errors import BadInput
-from verify.data.storage.reading import parse_json, read_bytes
+from verify.data.storage.safe_reading import parse_json, read_bytes
 
 FILE = "sessions.json"
 SESSION_SECONDS = 30 * 24 * 3600

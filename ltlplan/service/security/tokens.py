@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from verify.data.errors import BadInput, did_you_mean
-from verify.data.storage.reading import parse_json, read_bytes
+from verify.data.storage.safe_reading import parse_json, read_bytes
 
 FILE = "tokens.json"
 _FORMAT = 1

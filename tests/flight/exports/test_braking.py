@@ -17,7 +17,7 @@ from tests.helpers.patrols import EAST, NORTH, circle, hermite, patrol
 from verify import certify
 from verify.data import Trajectory
 from verify.data.files.trajectory_csv import read_csv
-from verify.pieces import judge_braking
+from verify.flight_segments import judge_braking
 
 
 @pytest.fixture(scope="module")

@@ -17,7 +17,7 @@ from tests.helpers.crazyswarm_peer import Robot, World
 from tests.helpers.flights import legs, plan_of, small_mission
 from verify import certify, check_flight, load_flight_log
 from verify.data.plan import Visit
-from verify.recordings.asked import Asked
+from verify.recordings.flight_reference import Asked
 
 BALL = "a: {center: [1.5, 0.0, 0.6], radii: [0.2, 0.2, 0.2]}"
 

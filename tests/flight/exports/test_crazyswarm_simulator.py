@@ -12,7 +12,7 @@ from tests.helpers.crazyswarm_simulator import BELIEVED, MASS, SimulatedRobot, S
 from tests.helpers.flights import legs, plan_of, small_mission
 from verify import certify, check_flight, load_flight_log
 from verify.data.plan import Visit
-from verify.recordings.asked import Asked
+from verify.recordings.flight_reference import Asked
 
 pytestmark = pytest.mark.slow
 

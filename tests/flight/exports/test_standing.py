@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from flight.exports.scripts.flying.standing import Standing
-from flight.monitoring.reaction import LANDING_HEIGHT, LANDING_SPEED, smooth_step
+from flight.monitoring.alarm_response import LANDING_HEIGHT, LANDING_SPEED, smooth_step
 from flight.monitoring.thresholds import FRESH, LANDED, NEAR, WATCHED, limits
 from verify.data import GRAVITY
 

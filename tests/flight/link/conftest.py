@@ -2,7 +2,7 @@
 
 import pytest
 
-from flight.link.stages import Stage
+from flight.link.phases import Stage
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,7 @@ import pytest
 from flight.exports.crazyflies.compressed import compressed_trajectory, quantised
 from flight.exports.crazyflies.memory import PIECE
 from flight.link.link import LinkLost
-from flight.link.live import fly_live
+from flight.link.live_executive import fly_live
 from verify.data import BadInput, DoesNotFit, Trajectory, load_vehicle
 
 pytest.importorskip("cflib", reason="cflib is not installed")

@@ -8,8 +8,8 @@ import time
 import numpy as np
 import pytest
 
-from flight.link.live import LiveFlight, fly_live
-from flight.link.stages import Stage
+from flight.link.live_executive import LiveFlight, fly_live
+from flight.link.phases import Stage
 
 pytest.importorskip("cflib", reason="cflib is not installed")
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from flight.link.link import LinkLost
-from flight.link.live import LiveFlight, fly_live
+from flight.link.live_executive import LiveFlight, fly_live
 
 pytest.importorskip("cflib", reason="cflib is not installed")
 

@@ -10,10 +10,10 @@ import pytest
 
 import ltlplan
 from flight.link.link import LinkLost
-from flight.link.live import fly_live
+from flight.link.live_executive import fly_live
 from flight.link.mavlink import MavlinkLink
-from flight.link.stages import Stage
-from ltlplan.live import stages
+from flight.link.phases import Stage
+from ltlplan.live_phases import stages
 from ltlplan.pipeline import certified_team
 from tests.helpers.live_missions import HOP
 from tests.helpers.live_stages import laps_stages, patrol_stages, places_of

@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 
 import flight
-from flight.link.live import SETTLE, LiveFlight, fly_live
+from flight.link.live_executive import SETTLE, LiveFlight, fly_live
+from flight.link.phases import Stage
 from flight.link.simulated import Faults, SimulatedLink
-from flight.link.stages import Stage
 from tests.helpers.live_failures import KINDS, disturb, on_the_ground, require_whole_logs
 from tests.helpers.live_stages import laps_stages, parts_stages, patrol_stages, places_of
 from verify import check_flight
 from verify.data import BadInput, NotCertified, Trajectory
-from verify.recordings.asked import Asked
 from verify.recordings.flight_log import Samples
+from verify.recordings.flight_reference import Asked
 
 
 @pytest.fixture(scope="module")

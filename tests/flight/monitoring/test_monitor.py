@@ -13,19 +13,19 @@ from hypothesis import strategies as st
 
 import flight
 from flight.logs.log import FlightLog
+from flight.monitoring.alarm_response import LANDING_HEIGHT, Stop
 from flight.monitoring.formula_state import FormulaState
 from flight.monitoring.letters import PlannedAction, certified_actions, planned_actions
 from flight.monitoring.monitor import Monitor
-from flight.monitoring.reaction import LANDING_HEIGHT, Stop
 from flight.monitoring.tube import Tube, relative_acceleration
 from tests.helpers.flights import legs, small_mission
 from tests.helpers.stand_ins import flight as made_flight
 from tests.helpers.stand_ins import mission, rest_to_rest, stand_in
-from verify.behaviour.timeline import Change, Enclosure, InternalChange, Relations, Timeline
-from verify.behaviour.word_claims import judge_formula
 from verify.data import BadInput, Trajectory, load_vehicle, parse_formula
 from verify.data.language.counting import written_out
 from verify.data.sections import Spec
+from verify.model_checking.timeline import Change, Enclosure, InternalChange, Relations, Timeline
+from verify.model_checking.word_claims import judge_formula
 from verify.recordings.planned_paths import planned_paths
 
 FORMULAS = (

@@ -6,7 +6,7 @@ import pytest
 
 from flight.control.lee import Lee
 from flight.control.mellinger import Mellinger
-from ltlplan.commands.shared.flight_options import Said
+from ltlplan.commands.support.flight_options import Said
 from verify.data import BadInput
 
 

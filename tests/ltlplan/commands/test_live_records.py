@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from ltlplan.commands.shared.live_flight import flown_over, keep_record
+from ltlplan.commands.support.live_flight import flown_over, keep_record
 from verify.data import BadInput
 from verify.data.storage.folders import write_files
 

@@ -7,9 +7,9 @@ import sys
 
 import pytest
 
-from flight.link.watch import Look
+from flight.link.tracking_monitor import Look
 from flight.logs.log import Event
-from ltlplan.commands.shared.live_view import View
+from ltlplan.commands.support.live_view import View
 
 
 def look(time: float, *, to_do: tuple[str, ...] = (), events: tuple[Event, ...] = ()) -> Look:

@@ -9,7 +9,7 @@ import pytest
 from typer.testing import CliRunner
 
 from ltlplan.cli import app
-from ltlplan.commands.shared.old_spellings import spelled_now
+from ltlplan.commands.support.old_spellings import spelled_now
 from tests.ltlplan.commands.test_commands import SMALL
 
 

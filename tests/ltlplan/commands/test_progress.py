@@ -8,7 +8,7 @@ import time
 
 import pytest
 
-from ltlplan.commands.shared.progress import Lines, progress_bar
+from ltlplan.commands.support.progress import Lines, progress_bar
 
 
 class Log:

@@ -3,7 +3,7 @@
 import pytest
 
 import ltlplan
-from ltlplan.commands.shared.links import Asked, require_batteries
+from ltlplan.commands.support.links import Asked, require_batteries
 from tests.helpers.live_missions import pair
 from verify.data import BadInput
 

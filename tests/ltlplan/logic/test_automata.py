@@ -11,8 +11,8 @@ from ltlplan.logic.automaton import DEAD, Automaton
 from ltlplan.logic.budget import Budget, TooLarge
 from ltlplan.logic.conjunction import Conjunction, conjunct_automata
 from ltlplan.logic.determinisation import determinise, determinised, intersection, minimise
+from ltlplan.logic.product_automaton import Task
 from ltlplan.logic.small_automata import read_hoa
-from ltlplan.logic.task import Task
 from ltlplan.logic.translation import translate
 from tests.strategies import finite_words, formulas, lassos
 from verify.data import BadInput, Formula, FormulaError, Word

@@ -5,7 +5,7 @@ from random import Random
 import pytest
 
 import ltlplan
-from ltlplan.mtac.counted.bounds import gathering
+from ltlplan.mtac.counting.bounds import gathering
 from ltlplan.pipeline import certified_team
 from ltlplan.search.exact import assign
 from ltlplan.systems.robot_systems import Systems
@@ -13,7 +13,7 @@ from tests.helpers.random_counts import random_counting_formula
 from tests.helpers.worlds import world
 from verify.data import BadInput, Unsatisfiable
 from verify.data.language.counting import atoms
-from verify.words.planned_order import check_planned_order
+from verify.trace_checking.planned_order import check_planned_order
 
 PLACES = {"a": (0.0, 0.0), "b": (2.0, 0.0), "c": (0.0, 2.5), "d": (5.0, 0.0), "e": (-3.0, -3.0), "f": (5.0, 4.0)}
 
@@ -65,7 +65,7 @@ def test_tasks_are_put_into_the_course_that_counts_ask_for(objective, monkeypatc
         "F(count(a) >= 2) & G(count(b) <= 1) & F b & F c & F d & F e & F f & F all(a)", objective=objective, regions="abcdef"
     )
     exact = ltlplan.plan(mission, method="exact")
-    monkeypatch.setattr("ltlplan.mtac.counted.tasks._STATES_AT_ONCE", 1)
+    monkeypatch.setattr("ltlplan.mtac.counting.tasks._STATES_AT_ONCE", 1)
     plan = ltlplan.plan(mission, method="mtac-e", seed=1)
     assert holds(plan)
     assert "MTAC-E priced" in plan.notes[0]
@@ -113,7 +113,7 @@ def test_its_flight_is_certified():
 
 @pytest.mark.parametrize("objective", ["sum", pytest.param("longest", marks=pytest.mark.slow)])
 def test_many_tasks_under_joint_are_put_into_a_course_in_which_nobody_moves(objective, monkeypatch):
-    monkeypatch.setattr("ltlplan.mtac.counted.tasks._STATES_AT_ONCE", 1)
+    monkeypatch.setattr("ltlplan.mtac.counting.tasks._STATES_AT_ONCE", 1)
     mission = team("F a & F b & F c & F d & F e & F f & G !(a & b)", objective=objective, regions="abcdef")
     plan = ltlplan.plan(mission, method="mtac-e")
     assert "MTAC-E priced" in plan.notes[0]

@@ -9,10 +9,10 @@ import ltlplan
 from ltlplan.mtac.admissible_heuristic import AdmissibleHeuristic, TeamModel
 from ltlplan.mtac.agent_moves import World
 from ltlplan.mtac.beam_search import Options
+from ltlplan.mtac.decomposable_task import Reader, holds_one_at_a_time
 from ltlplan.mtac.offline import mtac_e, share_tasks
 from ltlplan.mtac.optimality_gap import straight_cost, straight_line_costs
 from ltlplan.mtac.robot_tasks import RobotTask
-from ltlplan.mtac.task_reader import Reader, holds_one_at_a_time
 from ltlplan.planner import make_plan
 from ltlplan.search.exact import assign
 from tests.helpers.random_missions import random_mission

@@ -7,10 +7,10 @@ import pytest
 
 from ltlplan.mtac.agent_moves import World
 from ltlplan.mtac.beam_search import Options
+from ltlplan.mtac.decomposable_task import Reader
 from ltlplan.mtac.offline import mtac_e, share_tasks
 from ltlplan.mtac.optimality_gap import straight_cost
 from ltlplan.mtac.robot_tasks import RobotTask
-from ltlplan.mtac.task_reader import Reader
 from ltlplan.pipeline import certified_team, plan
 from ltlplan.search.exact import assign
 from ltlplan.systems.robot_systems import Systems

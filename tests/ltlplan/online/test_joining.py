@@ -13,19 +13,19 @@ import numpy as np
 import pytest
 
 import flight
-from flight.link.live import fly_live
+from flight.link.live_executive import fly_live
 from flight.link.simulated import Faults, SimulatedLink
-from ltlplan.online.asking import way_to_stop, way_up
-from ltlplan.online.certified import CertifiedTeam
+from ltlplan.online.certified_team import CertifiedTeam
+from ltlplan.online.event_queue import Happenings, Told, checked_events, fault_of, no_news
+from ltlplan.online.executors import way_to_stop, way_up
 from ltlplan.online.files import write_online
-from ltlplan.online.flown_live import flown_live
-from ltlplan.online.happenings import Happenings, Told, checked_events, fault_of, no_news
-from ltlplan.online.live import OnlineCourse
+from ltlplan.online.live_online_flight import OnlineCourse
+from ltlplan.online.measured_result import flown_live
 from ltlplan.online.standby import Lookout, Standby, shown_at, standby_of
 from ltlplan.recorded import judge_flight
 from ltlplan.transfers import to_join, to_starts
 from tests.helpers.live_missions import PAIR, pair
-from tests.ltlplan.online.test_live import BACK, PLACES, Asked, died, nothing_flown_that_was_not_proved, sentences
+from tests.ltlplan.online.test_live_online_flight import BACK, PLACES, Asked, died, nothing_flown_that_was_not_proved, sentences
 from verify.data import BadInput, Infeasible, NotCertified, Trajectory, parse_mission
 from verify.data.events import HoopMoves, NewFormula, ObstacleAppears, RobotJoins, RobotLeaves
 from verify.data.sections import Agent

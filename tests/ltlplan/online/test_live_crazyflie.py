@@ -5,18 +5,18 @@ import time
 import numpy as np
 import pytest
 
-from flight.link.live import fly_live
-from ltlplan.commands.shared.links import below_starts
+from flight.link.live_executive import fly_live
+from ltlplan.commands.support.links import below_starts
 from ltlplan.missions import load_mission
-from ltlplan.online.certified import CertifiedTeam
+from ltlplan.online.certified_team import CertifiedTeam
+from ltlplan.online.event_queue import Happenings, checked_events, no_news
 from ltlplan.online.files import write_online
-from ltlplan.online.flown_live import flown_live
-from ltlplan.online.happenings import Happenings, checked_events, no_news
-from ltlplan.online.live import OnlineCourse
+from ltlplan.online.live_online_flight import OnlineCourse
+from ltlplan.online.measured_result import flown_live
 from ltlplan.recorded import judge_flight
-from ltlplan.service.computing.beside import Beside
+from ltlplan.service.execution.background_executor import Beside
 from ltlplan.transfers import to_starts
-from tests.ltlplan.online.test_live import BACK, PAIR, nothing_flown_that_was_not_proved
+from tests.ltlplan.online.test_live_online_flight import BACK, PAIR, nothing_flown_that_was_not_proved
 from verify.data import parse_mission
 from verify.data.events import HoopMoves, NewFormula, RobotLeaves
 

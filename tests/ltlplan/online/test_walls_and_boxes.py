@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from ltlplan.online.braking import Stop, come_to_rest
-from ltlplan.online.flight import fly_online
+from ltlplan.online.simulated_online_flight import fly_online
 from ltlplan.systems.region_labels import Layout
 from refine import refine
 from tests.helpers.rooms_by_hand import MARGIN, Box, along, from_boxes, sampled, walled

@@ -12,9 +12,9 @@ import ltlplan
 from flight import export
 from ltlplan import parse_mission
 from ltlplan.paths.costs import cost_of, plan_cost
+from ltlplan.paths.cross_entropy.cross_entropy import improve
 from ltlplan.paths.final_hover import then_hovering, until_hover
 from ltlplan.paths.hoops import route
-from ltlplan.paths.optimiser.cross_entropy import improve
 from ltlplan.paths.sampling.least_snap_spline import LeastSnapSpline
 from ltlplan.pipeline import certified_team
 from ltlplan.report.pictures import pictures_html

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import verify
-from ltlplan.report.audits.audit_page import MOST_PICTURES, audit_html
+from ltlplan.report.audit_report.audit_page import MOST_PICTURES, audit_html
 from tests.helpers.fleets import sampled, show_of, trajectory_of, wandering, write_show
 from tests.helpers.pages import MOST_BYTES, data_of
 

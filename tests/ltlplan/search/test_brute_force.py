@@ -15,7 +15,7 @@ import pytest
 
 from ltlplan.logic.budget import Budget, TooLarge
 from ltlplan.search.exact import Assignment, assign
-from ltlplan.search.refusals.unsatisfiable_cores import NoPlan
+from ltlplan.search.explanations.unsatisfiable_cores import NoPlan
 from tests.helpers.brute_force import Event, Held, Together, Vectors, for_ever, outcomes
 from tests.helpers.brute_plans import Tour, keeps, teams, words_of, worth
 from tests.helpers.random_counts import random_counting_formula

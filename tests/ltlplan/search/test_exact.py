@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from ltlplan.logic.budget import Budget, TooLarge
 from ltlplan.missions import load_mission
 from ltlplan.search.exact import Assignment, assign
-from ltlplan.search.refusals.unsatisfiable_cores import NoPlan
+from ltlplan.search.explanations.unsatisfiable_cores import NoPlan
 from ltlplan.systems.visit_words import word_of
 from tests.helpers.worlds import office_grid, world
 from tests.strategies import formulas

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from ltlplan.logic.budget import DEFAULT_BUDGET, Budget
 from ltlplan.logic.conjunction import conjunct_automata
-from ltlplan.logic.task import Task
+from ltlplan.logic.product_automaton import Task
 from ltlplan.search.exact import assign
 from ltlplan.search.insertion import share_by_insertion
 from ltlplan.search.makespan import MANY, plan_makespan

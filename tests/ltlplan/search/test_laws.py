@@ -7,10 +7,10 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import ltlplan
-from ltlplan.attempts.soft_parts import kept_by_words
 from ltlplan.logic.budget import TooLarge
+from ltlplan.replanning.soft_parts import kept_by_words
 from ltlplan.search.exact import assign
-from ltlplan.search.refusals.unsatisfiable_cores import NoPlan
+from ltlplan.search.explanations.unsatisfiable_cores import NoPlan
 from tests.helpers.worlds import STARTS, world
 from verify.data import BadInput, Formula, Mission, Unsatisfiable, parse_formula
 from verify.testing import formulas

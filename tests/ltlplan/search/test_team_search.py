@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from ltlplan.logic.automaton import DEAD
 from ltlplan.logic.budget import DEFAULT_BUDGET, Budget
 from ltlplan.logic.conjunction import Conjunction, conjunct_automata, conjuncts
-from ltlplan.logic.task import Task
+from ltlplan.logic.product_automaton import Task
 from ltlplan.search.exact import assign
 from ltlplan.search.joint.conjuncts import JointConjunct, WordEffects
 from ltlplan.search.joint.joint_states import JointTask

@@ -11,7 +11,7 @@ import httpx
 import pytest
 
 from ltlplan import Client
-from ltlplan.service.remote.submitted import Submitted
+from ltlplan.service.client_parts.job_handle import Submitted
 from tests.helpers.services import ONE_HOOP, Served, start
 
 Once = Callable[[str, Callable[[Path], Any]], Any]

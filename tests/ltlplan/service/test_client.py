@@ -15,11 +15,11 @@ from flight import Told
 from flight.exports.flown import WARNING
 from ltlplan import Client
 from ltlplan.missions import shipped_mission_text
+from ltlplan.service.client_parts.exported import exported
+from ltlplan.service.client_parts.job_handle import Submitted
+from ltlplan.service.client_parts.transport import Wire, require_success, unpacked
 from ltlplan.service.problems import NotFound, Unreachable
-from ltlplan.service.questions import zipped
-from ltlplan.service.remote.exported import exported
-from ltlplan.service.remote.submitted import Submitted
-from ltlplan.service.remote.wire import Wire, require_success, unpacked
+from ltlplan.service.queries import zipped
 from tests.helpers import foreign_logs
 from tests.helpers.services import ONE_HOOP
 from verify.data import BadInput, DoesNotFit, FormulaError, MissionError, NotCertified, Unsatisfiable, parse_mission

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from ltlplan.service.questions import zipped
+from ltlplan.service.queries import zipped
 from ltlplan.service.recordings import put_recording
 from verify.data import BadInput
 from verify.data.storage.archives import ArchiveBounds

@@ -9,14 +9,14 @@ import pytest
 
 import verify
 from refine import refine
+from refine.coordination.conflict_intervals import cut_legs, mover
 from refine.coordination.joint_bending import Beginning, bend_apart
-from refine.coordination.meetings import cut_legs, mover
 from refine.corridor.fitting import fit
 from refine.corridor.planned import corridor_of
 from tests.helpers.plans_by_hand import ball, straight
 from verify.data import Infeasible, Mission, Plan, RobotPlan, Trajectory
-from verify.data.rules.spacing import Spacing
 from verify.data.sections import Agent, Box, Spec
+from verify.data.validation.spacing import Spacing
 from verify.data.vehicle import load_vehicle
 
 Point = tuple[float, float, float]

@@ -11,13 +11,13 @@ from refine.coordination.midway_waits import with_hovers
 from refine.corridor.planned import corridor_of
 from refine.corridor.points import with_rests
 from refine.feedback import feedback_of
-from refine.single.flight import robot_flight
-from refine.single.values import Problem, RefinementOptions
+from refine.single_robot.flight import robot_flight
+from refine.single_robot.task import Problem, RefinementOptions
 from tests.helpers.plans_by_hand import ball, room, straight
 from verify.data import BadInput, Mission, Plan
 from verify.data.plan import Precedence
-from verify.data.rules.spacing import spacing_of
 from verify.data.sections import Agent
+from verify.data.validation.spacing import spacing_of
 
 A, B = (-2.0, 1.0, 1.0), (-2.0, -1.0, 1.0)
 REGIONS = {"r0": ball(-1, 1, 0.2), "r1": ball(0.5, 1, 0.2), "s0": ball(-1, -1, 0.2), "s1": ball(2, -1, 0.2)}

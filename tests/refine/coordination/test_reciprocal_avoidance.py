@@ -7,7 +7,7 @@ import pytest
 
 import verify
 from refine import refine
-from refine.coordination.meetings import mover
+from refine.coordination.conflict_intervals import mover
 from refine.coordination.reciprocal_avoidance import avoid_by_rule
 from refine.corridor.fitting import fit
 from refine.corridor.planned import corridor_of

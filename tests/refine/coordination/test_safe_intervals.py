@@ -12,14 +12,14 @@ from refine import refine, split
 from refine.coordination import safe_intervals
 from refine.coordination.departures import GRID, Orders
 from refine.feedback import feedback_of
-from refine.single.flight import robot_flight
-from refine.single.values import Problem, RefinementOptions, RobotFlight
+from refine.single_robot.flight import robot_flight
+from refine.single_robot.task import Problem, RefinementOptions, RobotFlight
 from tests.helpers.plans_by_hand import ball, robot_plan, room, straight, through
 from tests.helpers.random_plans import random_plan
 from verify.data import Infeasible, Plan, Waypoint
-from verify.data.rules.spacing import Spacing
 from verify.data.sections import Agent
 from verify.data.shapes.region import Hoop
+from verify.data.validation.spacing import Spacing
 
 SPACING = Spacing(0.4, 1.0)
 WAITS = np.arange(12) * 4 * GRID

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from refine.bodies import convex_parts, grown_region
 from refine.corridor.planned import hovering_corridor
+from refine.keep_out_bodies import convex_parts, grown_region
 from tests.helpers.flights import small_mission
 from tests.helpers.solids import random_solid
 from verify.data.shapes.region import Region

@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 from flight.control.flatness import feed_forward, lifted
 from refine import Limits, minimum_snap
 from refine.limits.flatness import flat_samples
+from refine.limits.limits import rotors_of
 from refine.limits.stretching import stretch_to_limits
 from refine.limits.usage import peaks
-from refine.limits.values import rotors_of
 from tests.helpers.refinement_courses import HOOP6, HOOP6_LIMITS, flown, hoop6_vehicle, limit_verdicts
 from verify.data import GRAVITY, BadInput, Infeasible, load_vehicle
 

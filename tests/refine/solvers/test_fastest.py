@@ -9,8 +9,8 @@ import pytest
 
 from refine import Limits, time_optimal
 from refine.heading.spin import with_least_spin
+from refine.limits.limits import rotors_of
 from refine.limits.usage import peaks
-from refine.limits.values import rotors_of
 from refine.planes import Plane
 from refine.solvers.fastest import stretched_guess
 from refine.solvers.retiming import pace, retime

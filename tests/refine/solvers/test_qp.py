@@ -37,7 +37,7 @@ def has_answer(programme: Programme, slack: float) -> bool:
     base = np.nan_to_num(programme.fixed)
 
     def values(states: np.ndarray) -> np.ndarray:
-        from refine.spline.values import Spline
+        from refine.spline.spline import Spline
 
         unit = Spline(programme.durations, states).coefficients * programme.durations[:, None, None] ** np.arange(8)
         return np.array([row.normal @ (unit[row.piece] @ row.weights) for row in programme.rows])

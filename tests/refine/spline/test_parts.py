@@ -8,7 +8,7 @@ import pytest
 import verify
 from refine import minimum_snap, quantise, refine, split
 from refine.spline.parts import rests
-from refine.spline.values import Spline
+from refine.spline.spline import Spline
 from tests.helpers.plans_by_hand import ball, room, sequence_plan, straight
 from verify.data import BadInput, DoesNotFit, Plan, Trajectory
 from verify.data.sections import Agent

@@ -4,16 +4,16 @@ import pytest
 
 from tests.helpers.timelines import APART, timeline
 from verify import check_team, check_word
-from verify.behaviour import inclusion
-from verify.behaviour.inclusion import letter_graph
-from verify.behaviour.robot_letters import from_timeline
-from verify.behaviour.team_graph import OwnGraph
 from verify.data import MissingEngine, parse_formula
 from verify.data.errors import InternalError
 from verify.logic import spot_opinion
 from verify.logic.normal_form import normal_form
 from verify.logic.progression import OutOfBudget
 from verify.logic.spot_opinion import some_word_breaks
+from verify.model_checking import inclusion
+from verify.model_checking.inclusion import letter_graph
+from verify.model_checking.robot_letters import from_timeline
+from verify.model_checking.team_graph import OwnGraph
 
 
 def graph_of(names: set[str]):

@@ -12,8 +12,8 @@ from tests.helpers.flights import legs, plan_of, quantised, small_mission
 from tests.helpers.witnesses import Right, around, assert_refused, judged
 from verify.data.mission import Mission
 from verify.data.plan import Plan, Visit
-from verify.data.rules.faults import MissionError
 from verify.data.trajectory import Trajectory
+from verify.data.validation.faults import MissionError
 
 
 def limited_plan(mission: Mission, visits: str, cycle_visit: int | None = None) -> Plan:

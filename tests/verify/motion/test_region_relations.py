@@ -10,9 +10,9 @@ import pytest
 from scipy.optimize import linprog
 
 from tests.helpers.solids import Holds, random_solid
-from verify.behaviour.timeline import Relations
 from verify.data.shapes.inequalities import Inequality
 from verify.data.shapes.region import Region
+from verify.model_checking.timeline import Relations
 from verify.motion.convex_bodies import ConvexPart, are_apart
 from verify.motion.regions import relations
 

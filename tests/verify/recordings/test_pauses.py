@@ -11,8 +11,8 @@ from tests.verify.test_run_folder import write_folder
 from verify import certify, check_flight
 from verify.data import BadInput, NotCertified, Trajectory
 from verify.data.plan import Visit
-from verify.recordings.asked import asked_of, lap_times
 from verify.recordings.flight_log import Samples
+from verify.recordings.flight_reference import asked_of, lap_times
 
 
 @pytest.fixture(scope="module")

@@ -12,8 +12,8 @@ from tests.helpers.flights import legs, plan_of, small_mission
 from tests.helpers.recordings import aside, asked, claims, fires, gates, judged, recorded, refused
 from verify import Asked, Samples, certify, check_flight
 from verify.data.plan import Visit
-from verify.recordings.asked import World
-from verify.recordings.tracks import Bounds, track
+from verify.recordings.flight_reference import World
+from verify.recordings.reachable_sets import Bounds, track
 
 
 @pytest.mark.parametrize("made", [fires, gates])

@@ -17,10 +17,10 @@ from tests.helpers.recordings import aside, asked, claims, judged, recorded
 from tests.helpers.spot_reading import spot_accepts
 from tests.helpers.timelines import fill, mission
 from verify import Samples, certify, check_flight
-from verify.behaviour.timeline import Change, Enclosure, Relations, Timeline
 from verify.data import Letter, Word
 from verify.data.language.formula_reader import parse_formula
 from verify.data.plan import Visit
+from verify.model_checking.timeline import Change, Enclosure, Relations, Timeline
 from verify.recordings.recorded_laps import laps_claim
 
 BALLS = """a: {center: [1.0, 0.0, 1.0], radii: [0.2, 0.2, 0.2]}

@@ -7,8 +7,8 @@ from verify.data import Mission, load_vehicle
 from verify.data.sections import Agent, Box, Spec
 from verify.data.shapes.obstacle import Obstacle
 from verify.data.shapes.region import Hoop
-from verify.recordings.asked import Asked, World
 from verify.recordings.flight_log import Samples
+from verify.recordings.flight_reference import Asked, World
 from verify.recordings.flight_verdict import check_flight
 
 WALL = {"center": (0.0, 0.0, 1.0), "size": (0.05, 2.0, 1.9)}

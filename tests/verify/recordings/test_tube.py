@@ -6,7 +6,7 @@ import pytest
 from tests.helpers.recordings import along_x
 from verify.recordings.alignment import Alignment
 from verify.recordings.planned_paths import PlannedPath
-from verify.recordings.tracks import Bounds, track
+from verify.recordings.reachable_sets import Bounds, track
 from verify.recordings.tube import tube_claim
 
 MARGIN = 0.08

@@ -1,6 +1,6 @@
 """Mission files: YAML in, `Mission` out, with every fault at once and each at its line.
 
-Two passes, both of `verify.data.rules`: every section, and every entry of a table of entries, is validated on its own, so one
+Two passes, both of `verify.data.validation`: every section, and every entry of a table of entries, is validated on its own, so one
 mistake does not hide the next; then whatever is sound is held against the rest (names, starts, edges, limits).
 """
 
@@ -16,10 +16,10 @@ from ruamel.yaml import YAML
 from verify.data.files.mission_rooms import INCLUDE, MAX_BYTES, ROOM_KEYS, with_rooms, without_rooms
 from verify.data.files.mission_tree import MissionTree, read_tree
 from verify.data.mission import Mission
-from verify.data.rules.faults import MissionError, sound_sections
-from verify.data.rules.kinds import unused_tables
-from verify.data.rules.missions import broken_rules
-from verify.data.storage.reading import read_text
+from verify.data.storage.safe_reading import read_text
+from verify.data.validation.faults import MissionError, sound_sections
+from verify.data.validation.kinds import unused_tables
+from verify.data.validation.missions import broken_rules
 
 
 def load_mission_file(source: str | os.PathLike[str], *, installed: bool = True, alone: bool = False) -> Mission:

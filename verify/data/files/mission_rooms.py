@@ -13,9 +13,9 @@ from typing import Any
 
 from verify.data.errors import BadInput, did_you_mean
 from verify.data.files.mission_tree import MissionTree, Place, read_tree
-from verify.data.rules.faults import Fault, KeyPath, MissionError
-from verify.data.storage.reading import read_text
+from verify.data.storage.safe_reading import read_text
 from verify.data.storage.strict_yaml import MAX_NODES
+from verify.data.validation.faults import Fault, KeyPath, MissionError
 
 INCLUDE = "include"
 TABLES = ("hoops", "regions", "obstacles")

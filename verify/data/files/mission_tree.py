@@ -10,8 +10,8 @@ from ruamel.yaml.comments import CommentedMap, CommentedSeq
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
 from verify.data.errors import BadInput
-from verify.data.rules.faults import Fault, KeyPath, MissionError
 from verify.data.storage.strict_yaml import MAX_DEPTH, MAX_NODES, NotAccepted, load_tree
+from verify.data.validation.faults import Fault, KeyPath, MissionError
 
 MOST = 10**18
 """Greatest whole number that is read; nothing in a mission comes near it."""

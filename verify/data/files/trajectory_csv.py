@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from verify.data.errors import BadInput
-from verify.data.storage.reading import read_text
+from verify.data.storage.safe_reading import read_text
 from verify.data.trajectory import AXES, DEGREE, MAX_PIECES, Trajectory
 
 HEADER = ("duration", *(f"{axis}^{power}" for axis in AXES for power in range(DEGREE + 1)))

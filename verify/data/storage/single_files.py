@@ -14,7 +14,7 @@ from pathlib import Path
 
 from verify.data.errors import BadInput
 from verify.data.storage.ownership import MANIFEST, manifest_bytes, read_contents
-from verify.data.storage.reading import read_bytes
+from verify.data.storage.safe_reading import read_bytes
 
 _MAX_BYTES = 200_000_000
 _STAMP = "<!-- written by ltlplan; SHA-256 of all above: "

@@ -18,9 +18,9 @@ from verify.data.shapes.conditions import Condition, HalfSpace
 from verify.data.shapes.inequalities import Inequality
 from verify.motion.braking.patches import Patches, Point
 from verify.motion.membership.bodies import Body
-from verify.motion.membership.halving import Thresholds
+from verify.motion.membership.subdivision import Thresholds
+from verify.motion.obstacles.half_spaces import Hulls
 from verify.motion.paths import TeamPaths
-from verify.motion.solids.half_spaces import Hulls
 
 _ROUNDED = 1e-13
 """Share of coordinates' sizes, many times what a few operations on them round."""

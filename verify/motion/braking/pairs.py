@@ -19,8 +19,8 @@ import numpy as np
 from verify.arithmetic.balls import Floats
 from verify.arithmetic.bounds import Indices
 from verify.motion.braking.branching import BLOCK, Search
-from verify.motion.braking.lanes import Lanes, Stretch
 from verify.motion.braking.patches import Flags, Patches, Point, exact_place, joined
+from verify.motion.braking.swept_boxes import Lanes, Stretch
 from verify.motion.paths import TeamPaths
 from verify.motion.separation import z_weight
 

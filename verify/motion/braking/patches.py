@@ -21,7 +21,7 @@ from verify.arithmetic.bounds import Indices
 from verify.arithmetic.exact import fraction, rational
 from verify.data.errors import BadInput
 from verify.data.trajectory import DEGREE
-from verify.motion.braking.courses import weighted_sum, weights, weights_at
+from verify.motion.braking.braking_polynomials import weighted_sum, weights, weights_at
 from verify.motion.paths import TeamPaths
 
 SHARE_DEGREE = 6

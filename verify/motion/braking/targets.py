@@ -2,7 +2,7 @@
 
 A patch lies in the hull of its coefficients. From walls it stays by its greatest and least coordinates; from a hoop's rim by its distances along
 and across the axis, of which the one across is at most that of a coefficient, and at least what the hull shows along one direction; from
-obstacles by planes that part the hull from them (`verify.motion.solids`).
+obstacles by planes that part the hull from them (`verify.motion.obstacles`).
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from verify.arithmetic.balls import Floats
 from verify.arithmetic.bounds import Indices
 from verify.data.shapes.region import Hoop
 from verify.motion.braking.patches import Patches, Point
+from verify.motion.obstacles.bodies import MOST_AT_ONCE, SolidBodies
+from verify.motion.obstacles.half_spaces import Hulls
+from verify.motion.obstacles.points import is_near
 from verify.motion.passages import rim_distance, unit_normal
 from verify.motion.paths import TeamPaths
-from verify.motion.solids.bodies import MOST_AT_ONCE, SolidBodies
-from verify.motion.solids.half_spaces import Hulls
-from verify.motion.solids.points import is_near
 
 _ROUNDED = 1e-13
 """Share of coordinates' sizes, many times what a few operations on them round."""

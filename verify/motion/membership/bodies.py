@@ -14,11 +14,11 @@ from fractions import Fraction
 from functools import lru_cache
 from typing import Literal
 
-from verify.behaviour.timeline import Status
 from verify.data.shapes.conditions import Condition, condition
 from verify.data.shapes.covers import covers
 from verify.data.shapes.inequalities import Inequality, Parts, Point
 from verify.data.shapes.region import Region
+from verify.model_checking.timeline import Status
 
 Mark = Literal["no", "may", "must", "switch"]
 

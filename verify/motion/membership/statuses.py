@@ -19,12 +19,12 @@ from numpy.typing import NDArray
 
 from verify.arithmetic.balls import Balls, concatenate
 from verify.arithmetic.bounds import Indices
-from verify.behaviour.timeline import Change, Enclosure, Status
 from verify.data.shapes.conditions import Quadric
+from verify.model_checking.timeline import Change, Enclosure, Status
 from verify.motion.membership.bodies import Body, Mark, Span, append, region_spans
-from verify.motion.membership.halving import CODES, Leaf, Thresholds, classified
+from verify.motion.membership.boundary_crossings import Along, spans_without_margin
 from verify.motion.membership.polynomials import MembershipPolynomials
-from verify.motion.membership.switches import Along, spans_without_margin
+from verify.motion.membership.subdivision import CODES, Leaf, Thresholds, classified
 from verify.motion.paths import TeamPaths
 
 DEPTH_WITH_MARGIN = 20

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from ltlplan.missions import load_mission
 from ltlplan.paths.hoops import avoid, control_points, route, route_sequence, segments
 from ltlplan.paths.hoops.clearance import blocked
-from ltlplan.paths.hoops.kept_clear import room
+from ltlplan.paths.hoops.keep_out import room
 from ltlplan.paths.sampling.least_snap_spline import nominal_trajectory
 from tests.helpers.courses import courses
 from tests.helpers.hoops import REGIONS, crowded, small_mission

@@ -8,7 +8,7 @@ import pytest
 from scipy import ndimage
 
 from ltlplan.paths.hoops import avoid, route
-from ltlplan.paths.hoops.kept_clear import room
+from ltlplan.paths.hoops.keep_out import room
 from ltlplan.paths.hoops.passage_ends import passage_ends
 from ltlplan.pipeline import certified_team, plan
 from tests.helpers.hoops import small_mission

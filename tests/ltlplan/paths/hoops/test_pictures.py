@@ -5,9 +5,9 @@ import pytest
 
 from ltlplan.missions import load_mission
 from ltlplan.paths.costs import WeightedCost
+from ltlplan.paths.cross_entropy.cross_entropy import Options, improve
 from ltlplan.paths.hoops import route_sequence
 from ltlplan.paths.hoops.pictures import control_point_figure, path_figure, primitives_figure, round_figure
-from ltlplan.paths.optimiser.cross_entropy import Options, improve
 from verify.data import BadInput
 
 

@@ -11,8 +11,8 @@ from ltlplan.logic.budget import Budget, TooLarge
 from ltlplan.logic.conjunction import conjunct_automata
 from ltlplan.logic.translation import translate
 from ltlplan.search.exact import assign
+from ltlplan.search.explanations.unsatisfiable_cores import NoPlan
 from ltlplan.search.joint.team_words import joint_possible, plan_joint
-from ltlplan.search.refusals.unsatisfiable_cores import NoPlan
 from ltlplan.systems.robot_systems import Systems
 from ltlplan.systems.transition_systems import TransitionSystem
 from ltlplan.systems.visit_words import word_of

@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 
 from ltlplan.logic.budget import DEFAULT_BUDGET, Budget, TooLarge
 from ltlplan.search.exact import assign
-from ltlplan.search.lassos.shared_parts import parts_of, share_out
+from ltlplan.search.lassos.concurrent_cycle_steps import Stage
+from ltlplan.search.lassos.conjunct_assignment import parts_of, share_out
 from ltlplan.search.lassos.team_lassos import plan_team_lasso
-from ltlplan.search.lassos.team_stages import Stage
 from ltlplan.systems.transition_systems import TransitionSystem
 from tests.helpers.timelines import mission
 from tests.helpers.worlds import world

@@ -14,7 +14,7 @@ import pytest
 import verify
 from ltlplan.missions import shipped_mission_text, shipped_missions
 from ltlplan.service.api.schema import MISSION_EXAMPLE
-from ltlplan.service.remote.submitted import Submitted
+from ltlplan.service.client_parts.job_handle import Submitted
 from tests.helpers.services import ONE_HOOP
 from verify.data import parse_mission
 from verify.data.shapes.region_shapes import REGION_SHAPES

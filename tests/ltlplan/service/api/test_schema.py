@@ -8,7 +8,7 @@ import pytest
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
-from ltlplan.service.remote.submitted import Submitted
+from ltlplan.service.client_parts.job_handle import Submitted
 from tests.helpers.services import Served
 
 SAME_WORK = ("/archive", "/recheck", "/exports")

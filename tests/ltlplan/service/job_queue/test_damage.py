@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from ltlplan.service.computing.exporting import ExportAsked
+from ltlplan.service.execution.exporting import ExportAsked
 from ltlplan.service.job_queue.jobs import Jobs
 from ltlplan.service.job_queue.store import Damaged, Store
 from ltlplan.service.models import Job

@@ -10,7 +10,7 @@ import pytest
 
 import flight
 import ltlplan
-from ltlplan.service.computing.exporting import ExportAsked
+from ltlplan.service.execution.exporting import ExportAsked
 from ltlplan.service.job_queue.jobs import Jobs
 from ltlplan.service.models import Job
 from ltlplan.service.problems import Conflict, NotFound

@@ -9,9 +9,9 @@ from typing import Any
 
 import pytest
 
-from ltlplan.service.computing import workers as workers_module
-from ltlplan.service.computing.stages import run_stage
-from ltlplan.service.computing.workers import LocalWorkers, WorkFuture
+from ltlplan.service.execution import workers as workers_module
+from ltlplan.service.execution.stages import run_stage
+from ltlplan.service.execution.workers import LocalWorkers, WorkFuture
 from ltlplan.service.job_queue.jobs import Jobs
 from ltlplan.service.problems import TooManyRequests
 from ltlplan.service.settings import Limits, Settings
@@ -89,7 +89,7 @@ def test_a_long_piece_of_work_goes_on_where_it_is_when_others_wait(monkeypatch: 
     pool = LocalWorkers(1)
     mission = small_mission("F a", margin=0.05)
     from ltlplan.planner import with_seed
-    from ltlplan.service.computing.stages import mission_bytes
+    from ltlplan.service.execution.stages import mission_bytes
 
     began: list[str] = []
     value = mission_bytes(with_seed(mission, 80))

@@ -16,9 +16,9 @@ import pytest
 
 from ltlplan import Client
 from ltlplan.missions import shipped_mission_text
-from ltlplan.service.computing.bounds import WorkerDied
+from ltlplan.service.client_parts.job_handle import Submitted
+from ltlplan.service.execution.resource_limits import WorkerDied
 from ltlplan.service.models import ENDED, Health
-from ltlplan.service.remote.submitted import Submitted
 from tests.helpers.postgres import Server, postgres_server
 from tests.helpers.process_trees import FORK_SERVER, children, command_line, kill, tree
 from tests.helpers.services import ONE_HOOP, Served, start

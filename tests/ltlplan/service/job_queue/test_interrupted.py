@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from ltlplan.service.computing.workers import TRIES, LocalWorkers, WorkFuture
+from ltlplan.service.execution.workers import TRIES, LocalWorkers, WorkFuture
 from ltlplan.service.job_queue import jobs as jobs_module
 from ltlplan.service.job_queue.engine import TRIES as LOOPS
 from ltlplan.service.job_queue.jobs import Jobs

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import ltlplan
-from ltlplan.service.computing.clusters import Cluster
+from ltlplan.service.execution.clusters import Cluster
 from ltlplan.service.job_queue.jobs import Jobs
 from ltlplan.service.models import Job
 from ltlplan.service.settings import Settings

@@ -15,10 +15,10 @@ from nicegui import Client, ui  # noqa: E402
 from nicegui.element import Element  # noqa: E402
 
 from ltlplan.service.models import Job, Problem, Stage  # noqa: E402
-from ltlplan.service.page.desk import Desk  # noqa: E402
+from ltlplan.service.page.certificate_tab import trust_tab  # noqa: E402
 from ltlplan.service.page.elements import Part, Words  # noqa: E402
 from ltlplan.service.page.plan import plan_tab  # noqa: E402
-from ltlplan.service.page.trust import trust_tab  # noqa: E402
+from ltlplan.service.page.session_state import Desk  # noqa: E402
 
 QUEUED = Job(id="a-1", mission="firefighting", submitted="2026-01-01T00:00:00+00:00")
 RUNNING = QUEUED.model_copy(update={"state": "running", "started": "2026-01-01T00:00:01+00:00"})

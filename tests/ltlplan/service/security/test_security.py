@@ -26,8 +26,8 @@ from ltlplan.service.problems import (
 from ltlplan.service.security import sessions as session_module
 from ltlplan.service.security.admission import Rules
 from ltlplan.service.security.asker import COOKIE, is_open
-from ltlplan.service.security.bodies import Bodies, Body
-from ltlplan.service.security.gate import Gate
+from ltlplan.service.security.body_limits import Bodies, Body
+from ltlplan.service.security.middleware import Gate
 from ltlplan.service.security.origins import own_names, require_own_host, require_own_page
 from ltlplan.service.security.rates import MOST_CLIENTS, Rates
 from ltlplan.service.security.sessions import FILE as SESSIONS

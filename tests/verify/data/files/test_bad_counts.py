@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from verify.data import parse_mission
-from verify.data.rules.faults import MissionError
+from verify.data.validation.faults import MissionError
 
 WORLD = """
 format: 1

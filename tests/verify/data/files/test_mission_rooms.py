@@ -8,7 +8,7 @@ from typer.testing import CliRunner
 
 from ltlplan.cli import app
 from ltlplan.missions import load_mission
-from ltlplan.service.computing.batches import run_batch
+from ltlplan.service.execution.batches import run_batch
 from verify.data import BadInput, Mission, MissionError, mission_to_yaml, parse_mission
 from verify.data.files.mission_file import load_mission_file
 from verify.data.files.mission_rooms import MAX_ROOMS

@@ -11,8 +11,8 @@ import pytest
 
 from tests.helpers.solids import random_solid
 from verify.data import BadInput, MissionError, mission_to_yaml, parse_mission
-from verify.data.rules.notes import notes_of
 from verify.data.shapes.region import Region
+from verify.data.validation.notes import notes_of
 
 MISSION = """format: 1
 name: rooms

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from verify.data import BadInput
-from verify.data.storage.reading import begins_with, parse_json, read_bytes, read_text
+from verify.data.storage.safe_reading import begins_with, parse_json, read_bytes, read_text
 
 
 def read(path: Path) -> bytes:

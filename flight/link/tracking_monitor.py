@@ -1,0 +1,186 @@
+"""What is watched while a team flies over a link: each robot's distance from what it is to fly, and all that must not go on.
+
+A `Watch` is of one flight at a time: it holds measured poses against paths at the very instants of the measurements, and asks the monitor, which follows
+formula, tube and separation. What it says of a robot alone (not seen, battery) is told apart from what concerns the flight.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from flight.link.link import Link, Pose
+from flight.link.phases import Part, Watched
+from flight.link.record import Record
+from flight.logs.log import Event
+from flight.monitoring.monitor import COVERED
+from flight.monitoring.thresholds import EMPTY, FRESH
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """What a person is shown of a flight as it is flown.
+
+    Attributes:
+        stage: Its name, and which part of it.
+        time: s into it, pauses between parts left out.
+        duration: s.
+        errors: Distance of each robot from its plan, m; NaN where it is not seen.
+        margin: m.
+        events: New ones.
+        to_do: Parts of the formula that are still to be done.
+    """
+
+    stage: str
+    time: float
+    duration: float
+    errors: Mapping[str, float]
+    margin: float
+    events: tuple[Event, ...]
+    to_do: tuple[str, ...] = ()
+
+
+class Watch:
+    """Looks at all robots, and says when a stage must not go on."""
+
+    def __init__(self, link: Link, watched: Watched, begin: float, record: Record, *, since: float | None = None) -> None:
+        """Begin to watch a flight.
+
+        Args:
+            link: To the robots.
+            watched: What they fly.
+            begin: When that began, s of the link's clock.
+            record: Takes in what is seen.
+            since: From when on it is watched, s of the link's clock; None from its beginning.
+        """
+        self._link, self._watched, self._begin, self._record = link, watched, begin, record
+        self._since = begin if since is None else since
+        self._monitor, self._said = watched.monitor, 0
+        self._name, self._paths = watched.first or watched.name, watched.paths
+        self._part, self._flown, self._pauses = begin, 0.0, watched.pauses
+        worst = record.worst.setdefault(watched.name, {})
+        self._worst = worst
+        worst.update({robot: worst.get(robot, 0.0) for robot in watched.paths})
+        self._last = dict.fromkeys(watched.paths, self._since)
+        self._outside: dict[str, str] = {}
+
+    def see_before(self, poses: Sequence[Pose | None]) -> None:
+        """Show the monitor where robots were just before they are watched, that the time up to the first look is not left open.
+
+        Args:
+            poses: One a robot; nothing is shown where one is missing, stale, or of the stage itself.
+        """
+        kept = [pose for pose in poses if pose is not None and self._since - FRESH <= pose.time <= self._since]
+        if len(kept) < len(poses):
+            return
+        measured = np.array([pose.position for pose in kept]).T
+        paths = self._watched.paths.values()
+        at = [max(pose.time - self._begin, 0.0) for pose in kept]  # before it began they hovered there
+        planned = np.stack([path.evaluate(min(time, path.duration))[:3] for path, time in zip(paths, at, strict=True)], axis=1)
+        self._monitor.see(min(pose.time for pose in kept) - self._since, measured, planned)
+
+    @property
+    def begin(self) -> float:
+        """When the flight began, s of the link's clock."""
+        return self._begin
+
+    @property
+    def ended(self) -> float:
+        """When the part that is flown ends and the team hovers until another one begins, s of the link's clock; infinite where none does."""
+        return self._part + self._pauses
+
+    def go_on(self, part: Part, begin: float) -> None:
+        """Watch another part from when on it began; robots hovered until then.
+
+        Args:
+            part: It follows the one before.
+            begin: s of the link's clock.
+        """
+        self._flown += self._pauses
+        self._name, self._paths = part.name, part.paths
+        self._part, self._pauses = begin, part.duration if part.pauses else math.inf
+
+    def _on_plan(self, now: float) -> float:
+        """Return the plan's time, s since its beginning: it stands still while the team hovers between parts."""
+        return self._flown + min(now - self._part, self._pauses)
+
+    def look(self) -> Look:
+        """Take in what was measured since."""
+        now = self._link.now()
+        measured, errors = np.full((3, len(self._last)), np.nan), np.full(len(self._last), np.nan)
+        for index, (robot, path) in enumerate(self._paths.items()):
+            pose = self._link.pose(robot)
+            if pose is None or pose.time <= self._last[robot]:
+                continue
+            self._last[robot] = pose.time
+            wanted = path.evaluate(min(max(pose.time - self._part, 0.0), path.duration))[:3]
+            measured[:, index] = pose.position
+            errors[index] = np.linalg.norm(measured[:, index] - wanted)
+            self._worst[robot] = max(self._worst[robot], float(errors[index]))
+            if not errors[index] + self._link.accuracy < self._watched.margin:
+                self._outside[robot] = (
+                    f"{robot} is {errors[index]:.3f} m from its plan; the margin is {self._watched.margin:g} m, "
+                    f"and its measurement may be off by {self._link.accuracy:.3g} m."
+                )
+            self._record.poses.append((pose.time, robot, *pose.position))
+            x, y, z = wanted.tolist()
+            self._record.setpoints.append((pose.time, robot, x, y, z))
+        self._monitor.pause(now - self._begin - self._on_plan(now))
+        self._monitor.see_errors(now - self._since, measured, errors)
+        new = self._unsaid()
+        self._record.events += new
+        return Look(
+            self._name, self._on_plan(now), self._watched.duration, dict(zip(self._last, errors.tolist(), strict=True)),
+            self._watched.margin, tuple(new), self._monitor.to_do,
+        )  # fmt: skip
+
+    def finish(self, *, covered: str = COVERED) -> None:
+        """Take the flight as flown to its end, and say how it was.
+
+        Args:
+            covered: What it means that the tube was never left.
+        """
+        self._monitor.finish(self._watched.duration + self._part - self._flown - self._since, covered=covered)
+        self._record.events += self._unsaid()
+
+    def _unsaid(self) -> list[Event]:
+        """Return the monitor's events since the last time, on the link's clock."""
+        new = self._monitor.events[self._said :]
+        self._said = len(self._monitor.events)
+        return [Event(self._since + event.time, event.robot, event.kind, event.sentence) for event in new]
+
+    def lost(self) -> tuple[str, str] | None:
+        """Return a robot that cannot go on, and why; None where all can."""
+        now = self._link.now()
+        for robot, time in self._last.items():
+            when = f"{self._on_plan(now):.2f} s of the {self._watched.name}"
+            if now - time > FRESH:
+                return robot, f"{robot} was not seen for {FRESH:g} s at {when}."
+            endurance = self._link.health(robot).endurance
+            if endurance is not None and endurance < EMPTY:
+                return robot, f"{robot}'s battery lasts {max(endurance, 0.0):.0f} s more at {when}."
+        return None
+
+    def last_seen(self, robot: str) -> float:
+        """Return when a robot was measured last, s of the link's clock."""
+        return self._last[robot]
+
+    def outside(self, robot: str) -> str:
+        """Say that a robot was outside of its margin; empty where it was not.
+
+        Args:
+            robot: Name.
+        """
+        return self._outside.get(robot, "")
+
+    def alarm(self) -> str:
+        """Return why the flight must not go on, though all robots could; empty where it may."""
+        if self._outside:
+            return next(iter(self._outside.values()))
+        if self._monitor.too_close or self._monitor.formula == "violated":
+            kind = "separation" if self._monitor.too_close else "formula"
+            return [event.sentence for event in self._monitor.events if event.kind == kind][-1]
+        return ""

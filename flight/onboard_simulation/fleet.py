@@ -1,0 +1,236 @@
+"""Vehicles of several kinds with what flies them on board, moved a frame of 10 ms at a time.
+
+At the start of each frame the estimator predicts and takes what motion capture saw a while ago; the laws aim; then they fly for five
+steps on that estimate, with gyroscopes of their own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flight.control.controller import Controller
+from flight.control.onboard_controller import setpoint_of
+from flight.control.profiles import autopilot_of
+from flight.mixed_fleet import Kind, joined
+from flight.model.airframe import Drag
+from flight.model.attitude import Floats, quaternion_rate, unit
+from flight.model.ekf import SENSED, ExtendedKalman
+from flight.model.timing import FRAME_STEPS, STEP
+from flight.onboard_simulation.commanded import laws_of
+from flight.onboard_simulation.rotor_plant import RotorPlant
+
+_FRAME = FRAME_STEPS * STEP
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Sight:
+    """What chance does in one frame. Vehicles along the last axis.
+
+    Attributes:
+        position: Error of motion capture's position, m. Shape (3, n).
+        attitude: Error of its attitude, rad. Shape (3, n).
+        seen: Whether it saw a vehicle. Shape (n,).
+        gyro: Error of the gyroscopes, rad/s. Shape (3, n).
+    """
+
+    position: Floats
+    attitude: Floats
+    seen: NDArray[np.bool_]
+    gyro: Floats
+
+
+class Fleet:
+    """Vehicles side by side: each kind flies as if it were alone."""
+
+    # six parameters: what flies, and each way in which it is not what its controller takes it for
+    def __init__(
+        self,
+        kinds: Sequence[Kind],
+        controller: Controller,
+        start: Floats,
+        *,
+        delay: Floats | None,
+        mass: Floats | None = None,
+        drag: Drag = "profile",
+    ) -> None:
+        """Let vehicles hover.
+
+        Args:
+            kinds: Which vehicles are of which airframe.
+            controller: Who flies them.
+            start: x, y, z in m and heading in rad. Shape (4, n).
+            delay: s from a frame of motion capture to its use on board; None where they know the truth. Shape (n,).
+            mass: What each weighs as a share of its airframe's mass. Shape (n,).
+            drag: Which drag those have whose drag was not measured; controllers take them for having the profile's.
+        """
+        self._columns = tuple(kind.columns for kind in kinds)
+        self._crews = tuple(_Crew(kind, controller, start, delay, mass, drag) for kind in kinds)
+
+    @property
+    def state(self) -> Floats:
+        """Position, velocity, attitude, body rates and rotor speeds. Shape (17, n)."""
+        return self._joined([crew.plant.state for crew in self._crews])
+
+    @property
+    def known(self) -> Floats:
+        """Position, velocity and attitude as they are known on board. Shape (10, n)."""
+        return self._joined([crew.known for crew in self._crews])
+
+    @property
+    def rotors(self) -> Floats:
+        """Each rotor's thrust, N. Shape (4, n)."""
+        return self._joined([crew.plant.rotors for crew in self._crews])
+
+    @property
+    def charge(self) -> Floats:
+        """Battery voltage over its voltage in hover at full charge. Shape (n,)."""
+        return self._joined([crew.plant.charge for crew in self._crews])
+
+    def drain(self, dt: float) -> None:
+        """Draw from the batteries what flying for a while takes.
+
+        Args:
+            dt: s.
+        """
+        for crew in self._crews:
+            crew.plant.drain(dt)
+
+    def look(self, sight: Sight | None) -> None:
+        """Begin a frame: predict, and take motion capture's measurement; None where all know the truth.
+
+        Args:
+            sight: What chance does.
+        """
+        for crew in self._crews:
+            crew.look(sight)
+
+    def fly(self, flat: Floats, half: int, wind: Floats | float) -> Floats:
+        """Fly a frame and return where all are after each step, m. Shape (FRAME_STEPS, 3, n).
+
+        Args:
+            flat: The plan at the last control instant, as for `ControlLoop.command`.
+            half: 0 in the frame after that, 1 in the next one.
+            wind: m/s, world frame. Shape (3, n).
+        """
+        return self._joined([crew.fly(flat, half, wind) for crew in self._crews])
+
+    def _joined(self, parts: Sequence[Floats]) -> Floats:
+        return parts[0] if len(parts) == 1 else joined(parts, self._columns)
+
+
+class _Crew:
+    """Vehicles of one kind, their laws and their estimator."""
+
+    def __init__(
+        self,
+        kind: Kind,
+        controller: Controller,
+        start: Floats,
+        delay: Floats | None,
+        mass: Floats | None,
+        drag: Drag,
+    ) -> None:
+        self._own = own = kind.columns
+        laws = laws_of(controller, kind.airframe)
+        weights = None if mass is None else kind.airframe.vehicle.mass * mass[own]
+        at_rest = np.zeros((5, 4, len(own)))
+        at_rest[0] = start[:, own]
+        self.plant = RotorPlant(kind.airframe.with_drag(drag), laws, start[:, own], setpoint_of(at_rest, 0.0), weights)
+        self._gyro: Floats | float = 0.0
+        self._estimator = None if delay is None else _Estimator(self.plant, delay[own])
+
+    @property
+    def known(self) -> Floats:
+        return self.plant.state[:10] if self._estimator is None else self._estimator.known
+
+    def look(self, sight: Sight | None) -> None:
+        if sight is None or self._estimator is None:
+            return
+        own = self._own
+        self._gyro = sight.gyro[:, own]
+        self._estimator.look(Sight(sight.position[:, own], sight.attitude[:, own], sight.seen[own], self._gyro))
+
+    def fly(self, flat: Floats, half: int, wind: Floats | float) -> Floats:
+        own = self._own
+        flat = flat[..., own]
+        setpoint = setpoint_of(flat, half * _FRAME)
+        plant, estimator = self.plant, self._estimator
+        known = plant.truth().copy()
+        known[10:] += self._gyro
+        if estimator is not None:
+            known[:10] = estimator.known
+        plant.aim(None if half else flat, setpoint, known)
+        air = wind if isinstance(wind, float | int) else wind[:, own]
+        flown = plant.fly(setpoint, None if estimator is None else estimator.known, self._gyro, air, FRAME_STEPS)
+        if estimator is not None:
+            estimator.remember(flown)
+        return flown[:, :3]
+
+
+class _Estimator:
+    """The filter on board of some vehicles, and what motion capture saw of them lately."""
+
+    def __init__(self, plant: RotorPlant, delay: Floats) -> None:
+        self._plant, n = plant, len(delay)
+        self._filter = ExtendedKalman(autopilot_of(plant.airframe).ekf, _FRAME)
+        self._few = n <= _FEW
+        self._compiled = None
+        late = delay / STEP
+        self._whole = np.floor(late).astype(np.intp)
+        self._part = late - self._whole
+        self._vehicles = np.arange(n)
+        state = plant.state
+        length = FRAME_STEPS * (2 + int(np.max(self._whole)) // FRAME_STEPS)
+        self._past = np.repeat(_pose(state)[None], length, axis=0)
+        self._newest = 0
+        self._rows = self._filter.at_first(state[:3], state[6:10])
+        self.known = self._filter.known(self._rows)
+        self._begun = False
+
+    def remember(self, flown: Floats) -> None:
+        """Keep where the vehicles were after each step of a frame. Shape (FRAME_STEPS, 10, n)."""
+        length = len(self._past)
+        for k in range(len(flown)):
+            self._newest = (self._newest + 1) % length
+            self._past[self._newest] = _pose(flown[k])
+
+    def look(self, sight: Sight) -> None:
+        """Predict over the frame that is past, and take the measurement that arrives now."""
+        if not self._begun:
+            self._begun = True  # before anything was flown there is nothing to predict from
+            return
+        sensed = np.empty((SENSED, len(self._vehicles)))
+        sensed[:3], sensed[3] = self._plant.sensed(FRAME_STEPS)
+        length = len(self._past)
+        at = (self._newest - self._whole) % length
+        near = self._past[at, :, self._vehicles].T
+        far = self._past[(at - 1) % length, :, self._vehicles].T
+        pose = near + self._part * (far - near)
+        attitude = unit(pose[3:])
+        sensed[4:7] = pose[:3] + sight.position
+        sensed[7:11] = unit(attitude + quaternion_rate(attitude, sight.attitude))
+        sensed[11] = sight.seen
+        self._rows = self._after(sensed)
+        self.known = self._filter.known(self._rows)
+
+    def _after(self, sensed: Floats) -> Floats:
+        if not self._few:
+            return self._filter.after(self._rows, sensed)
+        if self._compiled is None:
+            from flight.model.compiled import Compiled
+
+            self._compiled = Compiled(self._filter.after, len(self._rows), SENSED).flight(len(self._vehicles))
+        return self._compiled.steps(self._rows, sensed, 1)[0]
+
+
+_FEW = 40
+"""So many vehicles are estimated sooner one number after the other than as arrays."""
+
+
+def _pose(rows: Floats) -> Floats:
+    """Return position and attitude of rows that begin with position, velocity and attitude. Shape (7, n)."""
+    return np.concatenate([rows[:3], rows[6:10]])

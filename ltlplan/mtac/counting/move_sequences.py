@@ -1,0 +1,247 @@
+"""Courses of a team whose formula counts robots or names them: moves one after another, into which visits are put and taken out.
+
+A course comes from the exact search over numbers of robots. A visit that one more task asks for is put between two moves of one robot,
+which then flies on from there to where it would have flown; the others do what they did, when they did it. Whether that does what is asked is
+read off the team's letters again, so nothing is lost that counts ask for. In which stages it is flown, and who waits for whom, is decided of the
+finished course.
+"""
+
+from __future__ import annotations
+
+import heapq
+import itertools
+import math
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+from ltlplan.search.counting.concurrent_steps import Turn, stages
+from ltlplan.search.counting.counting_propositions import Marks, Sums
+from ltlplan.search.counting.planning import CountedPlan
+from ltlplan.systems.transition_systems import TransitionSystem
+from verify.data import Letter
+
+_NEAREST = 3
+"""Places that are tried for a visit, between two moves of one robot."""
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """One robot's move.
+
+    Attributes:
+        robot: Which one.
+        path: Nodes of its system after the one that it leaves.
+        cost: Of the way.
+        task: The task that it was put in for, by number; None for moves that counts ask for.
+    """
+
+    robot: int
+    path: tuple[int, ...]
+    cost: float
+    task: int | None = None
+
+
+Course = tuple[Step, ...]
+
+
+class CountedCourses:
+    """The courses of a team.
+
+    Attributes:
+        systems: One for each robot.
+        marks: What the whole formula sees.
+    """
+
+    def __init__(self, systems: Sequence[TransitionSystem], marks: Marks, asked: Marks) -> None:
+        """Look at a team.
+
+        Args:
+            systems: One for each robot.
+            marks: What the whole formula sees.
+            asked: What its conjuncts see that no visit is put in for; these a course has to keep all the time.
+        """
+        self.systems, self.marks, self._asked = tuple(systems), marks, asked
+        self._known: dict[tuple[int, int], tuple[dict[int, float], dict[int, int]]] = {}
+
+    def of(self, plan: CountedPlan) -> Course:
+        """Return the course of a plan.
+
+        Args:
+            plan: From the search over numbers of robots.
+        """
+        steps: list[Step] = []
+        for robot, before, after in plan.turns:
+            path = plan.paths[robot][before:after]
+            steps.append(Step(robot, path, self._along(robot, plan.paths[robot][before - 1], path)))
+        return tuple(steps)
+
+    def costs(self, course: Course) -> list[float]:
+        """Return what each robot's moves cost."""
+        found = [0.0] * len(self.systems)
+        for step in course:
+            found[step.robot] += step.cost
+        return found
+
+    def insertions(self, course: Course, task: int, letters: frozenset[Letter]) -> Iterator[tuple[float, int, Course]]:
+        """Yield courses with one more visit: what it adds to the robot's cost, the robot, and the course, whether or not it does what is asked.
+
+        Args:
+            course: So far.
+            task: What the visit is for.
+            letters: One of which the robot is to show.
+        """
+        for robot in range(len(self.systems)):
+            own = [index for index, step in enumerate(course) if step.robot == robot]
+            at = self.systems[robot].initial
+            for index in (*own, len(course)):
+                then = course[index] if index < len(course) else None
+                for _, place in self._visits(robot, at, letters):
+                    visit = self._way(robot, at, place, task)
+                    on = None if then is None else self._way(robot, place, then.path[-1], then.task)
+                    if visit is None or (then is not None and on is None):
+                        continue
+                    if then is None or on is None:
+                        for after in dict.fromkeys(
+                            (len(course), own[-1] + 1 if own else 0)
+                        ):  # at the end, or as soon as it can
+                            yield visit.cost, robot, (*course[:after], visit, *course[after:])
+                    else:
+                        yield visit.cost + on.cost - then.cost, robot, (*course[:index], visit, on, *course[index + 1 :])
+                at = at if then is None else then.path[-1]
+
+    def without(self, course: Course, task: int) -> Course | None:
+        """Return a course without the visit of a task; None where its robot then finds no way on.
+
+        Args:
+            course: With the visit.
+            task: What it is for.
+        """
+        index = next(i for i, step in enumerate(course) if step.task == task)
+        robot = course[index].robot
+        before = [step.path[-1] for step in course[:index] if step.robot == robot]
+        at = before[-1] if before else self.systems[robot].initial
+        after = next((i for i in range(index + 1, len(course)) if course[i].robot == robot), None)
+        if after is None:
+            return (*course[:index], *course[index + 1 :])
+        on = self._way(robot, at, course[after].path[-1], course[after].task)
+        return None if on is None else (*course[:index], *course[index + 1 : after], on, *course[after + 1 :])
+
+    def keeps(self, course: Course) -> bool:
+        """Tell whether a course, one move after another, does what conjuncts ask that no visit is put in for, and ends where it may."""
+        held = [self._asked.of(system.robot, system.labels[system.initial]) for system in self.systems]
+        sums = tuple(map(sum, zip(*held, strict=True)))
+        states = self._asked.begin(sums)
+        for step in course:
+            labels = self.systems[step.robot].labels
+            for node in step.path:
+                if states is None:
+                    return False
+                shown = self._asked.of(self.systems[step.robot].robot, labels[node])
+                if shown != held[step.robot]:
+                    sums = tuple(s + new - old for s, new, old in zip(sums, shown, held[step.robot], strict=True))
+                    held[step.robot] = shown
+                    states = self._asked.read(states, sums)
+        ends = {step.robot: step.path[-1] for step in course}
+        return (
+            states is not None
+            and self._asked.accepting(states)
+            and all(self._ends(robot, ends.get(robot, system.initial)) for robot, system in enumerate(self.systems))
+        )
+
+    def plan(self, course: Course, *, bound: float, reached: int) -> CountedPlan | None:
+        """Return what each robot does, in stages; None where the course does not do all that is asked, one move after another.
+
+        Args:
+            course: With all visits.
+            bound: No plan costs less.
+            reached: States that were seen.
+        """
+        paths = [[system.initial] for system in self.systems]
+        shown = [[self.marks.of(system.robot, label) for label in system.labels] for system in self.systems]
+        turns: list[Turn] = []
+        places: list[tuple[int, int, int]] = []
+        for step in course:
+            path = paths[step.robot]
+            way = [shown[step.robot][node] for node in (path[-1], *step.path)]
+            turns.append(Turn(step.robot, _without_repetitions(way)))
+            places.append((step.robot, len(path), len(path) + len(step.path)))
+            path += step.path
+        begin = [shown[robot][system.initial] for robot, system in enumerate(self.systems)]
+        together = stages(self.marks, begin, turns)
+        if together is None:
+            return None
+        found = tuple(map(tuple, together))
+        return CountedPlan(tuple(map(tuple, paths)), tuple(places), found, sum(self.costs(course)), bound, reached)
+
+    def has_room(self, plan: CountedPlan, rooms: Mapping[str, int]) -> bool:
+        """Tell whether small regions hold all robots that rest in them between two stages, and at the end.
+
+        Args:
+            plan: In stages.
+            rooms: How many robots small regions hold.
+        """
+        at = [path[0] for path in plan.paths]
+        for stage in plan.stages:
+            for robot, _, after in (plan.turns[turn] for turn in stage):
+                at[robot] = plan.paths[robot][after - 1]
+            resting = Counter(region for robot, node in enumerate(at) for region in self.systems[robot].nodes[node].regions)
+            if any(resting[region] > most for region, most in rooms.items()):
+                return False
+        return True
+
+    def _visits(self, robot: int, at: int, letters: frozenset[Letter]) -> Iterator[tuple[float, int]]:
+        """Yield the nearest places at which a robot shows one of some letters, at rest, with what the ways cost."""
+        if not self._rests(robot, at):
+            return
+        costs, labels = self._ways(robot, at)[0], self.systems[robot].labels
+        there = ((cost, node) for node, cost in costs.items() if labels[node] in letters and self._rests(robot, node))
+        yield from heapq.nsmallest(_NEAREST, there)
+
+    def _way(self, robot: int, at: int, target: int, task: int | None) -> Step | None:
+        """Return the cheapest move from a node to another one; None where there is none."""
+        costs, before = self._ways(robot, at)
+        if target not in costs or target == at:
+            return None
+        path = [target]
+        while before[path[-1]] != at:
+            path.append(before[path[-1]])
+        return Step(robot, tuple(reversed(path)), costs[target], task)
+
+    def _ways(self, robot: int, at: int) -> tuple[dict[int, float], dict[int, int]]:
+        """Return what the ways from a node cost, and the node before each one on them."""
+        if (robot, at) not in self._known:
+            edges, before = self.systems[robot].edges, dict[int, int]()
+            costs, heap, closed = {at: 0.0}, [(0.0, at)], set[int]()
+            while heap:
+                cost, node = heapq.heappop(heap)
+                if node in closed:
+                    continue
+                closed.add(node)
+                for target, step in edges[node]:
+                    if cost + step < costs.get(target, math.inf):
+                        costs[target], before[target] = cost + step, node
+                        heapq.heappush(heap, (cost + step, target))
+            self._known[robot, at] = costs, before
+        return self._known[robot, at]
+
+    def _rests(self, robot: int, node: int) -> bool:
+        """Tell whether a robot at a node can wait there for others."""
+        found = self.systems[robot].nodes[node]
+        return node == self.systems[robot].initial or (not found.flying and found.leg is None and bool(found.regions))
+
+    def _ends(self, robot: int, node: int) -> bool:
+        final = self.systems[robot].final
+        return final is None or node in final
+
+    def _along(self, robot: int, at: int, path: Sequence[int]) -> float:
+        total = 0.0
+        for node in path:
+            total += min((cost for target, cost in self.systems[robot].edges[at] if target == node), default=math.inf)
+            at = node
+        return total
+
+
+def _without_repetitions(shown: Sequence[Sums]) -> tuple[Sums, ...]:
+    """Return marks along a way, the first ones those before it."""
+    return (shown[0], *(marks for marks, _ in itertools.groupby(shown[1:])))

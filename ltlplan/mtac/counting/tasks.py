@@ -1,0 +1,260 @@
+"""MTAC-E with counts and names, under `team: joint`: what several robots do at once by the exact search, and all else as tasks.
+
+A conjunct such as `F a` is a task: whoever shows a has done it, whatever the others show. Conjuncts that count robots or name them
+belong to several robots at one time, and no single robot's word brings them about. So two ways are tried, and what costs less by the
+robots' very paths is taken:
+
+* all conjuncts are planned by the search over numbers of robots (`ltlplan.search.counting`), as far as a small budget goes;
+* the search plans the others alone, and tasks are put into its course as visits, each where it adds least to the objective; some are then taken
+  out and put in anew, for a while. Only courses count that still do, letter by letter, what counts ask for.
+
+Of either, who takes which part is then decided by paths (Algorithm 2, line 7): the price of each robot's path for each part that it could
+take, shown by the same letters, and the cheapest assignment of parts to robots, by the sum or by the dearest.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+
+from numpy.random import Generator
+
+from ltlplan.allocation import Allocation, Context, Itinerary
+from ltlplan.logic.automaton import Automaton
+from ltlplan.logic.budget import Budget, TooLarge
+from ltlplan.logic.conjunction import conjunct_automaton, conjuncts
+from ltlplan.mtac.counting.bounds import gathering
+from ltlplan.mtac.counting.move_sequences import CountedCourses, Course
+from ltlplan.mtac.counting.role_assignment import taken_by_the_cheapest
+from ltlplan.mtac.tours.many_tasks import MANY
+from ltlplan.mtac.tours.shared_tours import Objective
+from ltlplan.paths.costs import team_cost
+from ltlplan.paths.improvement import without_swings
+from ltlplan.paths.nominal import lay_path
+from ltlplan.search.assignment import asked_of
+from ltlplan.search.counting.capacities import small_rooms
+from ltlplan.search.counting.counting_propositions import Marks
+from ltlplan.search.counting.planning import CountedPlan, plan_counts
+from ltlplan.search.counting.synchronisation import HoversOutside, waits_of
+from ltlplan.search.endurance import require_endurance
+from ltlplan.search.itineraries import itinerary
+from ltlplan.search.relevant_places import places_that_matter
+from ltlplan.systems.objective import is_counted_by_legs
+from ltlplan.systems.region_labels import Layout
+from ltlplan.systems.robot_systems import Systems, interchangeable, unit_cost
+from verify.data import Formula, Infeasible, Letter, Mission
+from verify.data.language.counting import atoms
+
+_STATES = 200_000
+"""Of the search over numbers of robots for conjuncts that are no tasks."""
+
+_STATES_AT_ONCE = 4_000
+"""Of that search for all conjuncts at once, where some are tasks, which can also be put in; of more than eight it falls with their square."""
+
+_ROUNDS = 30
+"""In which tasks are taken out of a course and put in anew."""
+
+_TIES = 1e-6
+
+_TRIED = 200
+"""Places for one visit that are held against the formula, cheapest first."""
+
+
+def is_shared_at_once(mission: Mission) -> bool:
+    """Tell whether a mission is shared by `share_counted`: one that counts robots or names them, or under `joint` one of many tasks.
+
+    Args:
+        mission: What is asked.
+    """
+    if len(mission.agents) < 2 or mission.spec.trace == "infinite" or mission.spec.team != "joint":
+        return False
+    return mission.written.counts or sum(bool(_visited(part)) for part in dict.fromkeys(conjuncts(mission.formula))) >= MANY
+
+
+def share_counted(mission: Mission, context: Context) -> Allocation | None:
+    """Share a mission whose formula counts robots or names them, or one of many tasks that are done by anybody.
+
+    Args:
+        mission: Of several robots, with a finite trace.
+        context: Source of draws, progress.
+
+    Returns:
+        None where no plan was found in which robots wait in regions only; the exact method then says more.
+    """
+    context.progress("MTAC-E: who is where, by numbers of robots", 0.1)
+    counted = _Counted(mission, context.known.capacities)
+    found = [plan for plan in (counted.whole(), counted.in_parts(context.rng)) if plan is not None]
+    context.progress("MTAC-E: pricing parts by their paths", 0.5)
+    taken = [
+        taken_by_the_cheapest(counted.systems, plan, counted.kinds, counted.price, longest=counted.longest) for plan in found
+    ]
+    allocations = [made for plan in (*taken, *found) if (made := counted.allocation(plan)) is not None]
+    best = min(allocations, key=lambda made: made.cost, default=None)
+    return best if best is not None and math.isfinite(best.cost) else None
+
+
+class _Counted:
+    """A mission's robots, and its conjuncts."""
+
+    def __init__(self, mission: Mission, capacities: Mapping[str, int]) -> None:
+        layout = Layout(mission)
+        self.mission = mission
+        self._systems = Systems(mission, places=places_that_matter(mission, layout), layout=layout)
+        self.systems = [self._systems.of(name) for name in mission.agents]
+        self._asked = tuple(dict.fromkeys(conjuncts(asked_of(mission, self.systems))))
+        self._atoms = {text: atom for part in self._asked for text, atom in atoms(part).items()}
+        self.kinds = self._told_apart()
+        self._rooms = small_rooms(mission, self.systems, capacities)
+        self._prices: dict[tuple[str, Itinerary], float] = {}
+        self.longest = mission.planner.objective == "longest"
+        self._least = 0.0
+
+    def _told_apart(self) -> list[str]:
+        """Return a key for each robot that those have in common which may take each other's parts."""
+        named = {atom.robot for atom in self._atoms.values()}
+        return [f"{self.mission.alike_as(name)} {name if name in named else ''}" for name in self.mission.agents]
+
+    def whole(self) -> CountedPlan | None:
+        """Return a plan for all conjuncts at once; None where there is none, or none within the budget."""
+        tasks = sum(bool(_visited(part)) for part in self._asked)
+        found = self._planned(self._asked, max(1, _STATES_AT_ONCE * 64 // max(8, tasks) ** 2) if tasks else _STATES)
+        self._least = 0.0 if found is None else found.bound
+        return found
+
+    def in_parts(self, rng: Generator) -> CountedPlan | None:
+        """Return a plan of those conjuncts that are no tasks, with the tasks put in as visits; None where none was found."""
+        tasks = [names for part in self._asked if (names := _visited(part))]
+        others = [part for part in self._asked if not _visited(part)]
+        if not tasks:
+            return None
+        still = tuple((system.initial,) for system in self.systems)
+        core = self._planned(others, _STATES) if others else CountedPlan(still, (), (), 0.0, 0.0, 1)
+        if core is None:
+            return None
+        self._least = max(self._least, core.bound)
+        marks, asked = (Marks([conjunct_automaton(part) for part in parts], self._atoms) for parts in (self._asked, others))
+        courses = CountedCourses(self.systems, marks, asked)
+        letters = [frozenset(label for system in self.systems for label in system.labels if label & names) for names in tasks]
+        course = _Visits(courses, letters, Objective(self.longest), rng).cheapest(courses.of(core))
+        plan = None if course is None else courses.plan(course, bound=core.bound, reached=core.reached)
+        return plan if plan is not None and courses.has_room(plan, self._rooms) else None
+
+    def _planned(self, parts: Sequence[Formula], states: int) -> CountedPlan | None:
+        automata: list[Automaton] = [conjunct_automaton(part) for part in parts]
+        kinds = list(interchangeable(self.mission).values())
+        with suppress(TooLarge):
+            return plan_counts(self.systems, kinds, automata, self._atoms, Budget(states=states), rooms=self._rooms)
+        return None
+
+    def price(self, robot: int, path: tuple[int, ...]) -> float:
+        """Return what a robot's very path costs by the mission's terms; infinite where there is none."""
+        name = self.systems[robot].robot
+        does = itinerary(self.systems[robot], path)
+        if (name, does) not in self._prices:
+            self._prices[name, does] = self._laid(name, does)
+        return self._prices[name, does]
+
+    def _laid(self, name: str, does: Itinerary) -> float:
+        try:
+            path, _ = lay_path(self.mission, name, does)
+        except Infeasible:
+            return math.inf
+        return without_swings(self.mission, name, path).cost  # as flown: nobody bends his into where another one waits
+
+    def _at_least(self) -> float:
+        """Return what no plan costs less than, by straight lines: what numbers of robots cost, or how far those are who have to come."""
+        found = [self._least / (len(self.systems) if self.longest else 1)]
+        for part in self._asked:
+            far = sorted(gathering(self.systems, part, self._atoms))
+            found.append(max(far, default=0.0) if self.longest else sum(far))
+        return max(0.0, max(found) - _TIES)
+
+    def allocation(self, plan: CountedPlan) -> Allocation | None:
+        """Return an allocation with who waits for whom; None where a robot would have to hover outside regions, or flies too long."""
+        names = tuple(self.mission.agents)
+        robots = {name: itinerary(system, path) for name, system, path in zip(names, self.systems, plan.paths, strict=True)}
+        try:
+            meetings, precedences = waits_of(self.systems, plan)
+            require_endurance(self.mission, self._systems, robots)
+        except (HoversOutside, Infeasible):
+            return None
+        priced = [self.price(robot, path) for robot, path in enumerate(plan.paths)]
+        straight = team_cost(self.mission, [does.cost for does in robots.values()]) * unit_cost(self.mission)
+        least = self._at_least() * unit_cost(self.mission) if is_counted_by_legs(self.mission) else None
+        notes = [
+            f"MTAC-E priced {len(self._prices)} paths of parts that robots could take: who is where together was planned by numbers."
+        ]
+        if least:
+            gap = max(0.0, 100.0 * (straight / least - 1.0))
+            notes.append(
+                f"By straight lines this costs {straight:.3f}, and nothing less than {least:.3f}: a gap of at most {gap:.1f} %."
+            )
+        if meetings or precedences:
+            notes.append(
+                f"Robots wait for each other: the plan has {len(plan.stages)} stages, each begun when the one before has ended."
+            )
+        order = tuple(name for name, does in robots.items() if does.visits)
+        return Allocation(
+            robots=robots, cost=team_cost(self.mission, priced), order=order, lower_bound=least or None,
+            notes=(*notes, *self._systems.unclear()), meetings=tuple(meetings), precedences=tuple(precedences),
+        )  # fmt: skip
+
+
+def _visited(part: Formula) -> frozenset[str]:
+    """Return the names of which a task asks one to be shown, by anybody and at any time; none where a conjunct is no such task."""
+    if part.operator != "F":
+        return frozenset()
+    stack, names = list(part.arguments), set[str]()
+    while stack:
+        node = stack.pop()
+        if node.operator == "|":
+            stack += node.arguments
+        elif node.operator == "name" and not node.robot:
+            names.add(node.name)
+        else:
+            return frozenset()
+    return frozenset(names)
+
+
+class _Visits:
+    """Tasks as visits in a course."""
+
+    def __init__(
+        self, courses: CountedCourses, letters: Sequence[frozenset[Letter]], objective: Objective, rng: Generator
+    ) -> None:
+        self._courses, self._letters, self._objective, self._rng = courses, letters, objective, rng
+
+    def cheapest(self, course: Course) -> Course | None:
+        """Return a course with a visit for each task that it does not do anyway; None where one cannot be put in."""
+        shown = {self._courses.systems[step.robot].labels[node] for step in course for node in step.path}
+        shown |= {system.labels[system.initial] for system in self._courses.systems}
+        tasks = [task for task, letters in enumerate(self._letters) if shown.isdisjoint(letters)]
+        best = self._filled(course, tasks)
+        for _ in range(_ROUNDS if best is not None and tasks else 0):
+            taken = self._rng.permutation(tasks)[: int(self._rng.integers(1, min(4, len(tasks)) + 1))].tolist()
+            other: Course | None = best
+            for task in taken:
+                other = None if other is None else self._courses.without(other, task)
+            other = None if other is None else self._filled(other, taken)
+            if other is not None and best is not None and self._cost(other) < self._cost(best) - 1e-9:
+                best = other
+        return best
+
+    def _filled(self, course: Course, tasks: Sequence[int]) -> Course | None:
+        """Put tasks in, each where it adds least to the objective, in the order given."""
+        for task in tasks:
+            costs = self._courses.costs(course)
+            ways = [
+                (self._objective.with_one(costs, robot, costs[robot] + more), number, made)
+                for number, (more, robot, made) in enumerate(self._courses.insertions(course, task, self._letters[task]))
+            ]
+            ways.sort(key=lambda way: way[:2])
+            found = next((made for _, _, made in ways[:_TRIED] if self._courses.keeps(made)), None)
+            if found is None:
+                return None
+            course = found
+        return course
+
+    def _cost(self, course: Course) -> float:
+        return self._objective(self._courses.costs(course))

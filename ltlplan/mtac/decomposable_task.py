@@ -1,0 +1,210 @@
+"""A mission's formula as robots read it: by the letters that they can show, with what MTAC-E asks of its states.
+
+Where a task may be divided, whether words hold in every order, and which letters may be read at any time.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable, Container, Hashable, Mapping, Sequence
+from functools import cached_property
+from typing import Any, Protocol
+
+from ltlplan.logic.automaton import DEAD
+from ltlplan.logic.conjunction import Conjunction, conjunct_automata
+from ltlplan.logic.decomposition import decomposes_from
+from ltlplan.logic.product_automaton import Task
+from ltlplan.logic.transition_monoid import OrderCheck, TransitionMonoid
+from ltlplan.logic.translation import translate
+from ltlplan.mtac.agent_moves import World
+from ltlplan.search.counting.counting_propositions import shows
+from verify.data import BadInput, Letter
+from verify.data.language.counting import atoms
+
+State = Hashable
+"""A state of the automaton, its dead state included."""
+
+States = frozenset[State]
+
+MAX_COMMUTING = 10_000
+"""States times letters up to which it is found out which letters commute."""
+
+
+class Accepting(Protocol):
+    """What sharing needs of an automaton; `ltlplan.translate` returns one."""
+
+    @property
+    def initial(self) -> Hashable: ...  # noqa: D102
+
+    @property
+    def accepting(self) -> Container[Any]: ...  # noqa: D102  # of any type: each automaton has states of its own
+
+    def successor(self, state: Any, letter: Letter, /) -> Hashable: ...  # noqa: D102  # of any type: likewise
+
+
+class Reader:
+    """A mission's formula as an automaton that reads letters by name and remembers what it has read.
+
+    Attributes:
+        initial: The state before anything was read.
+        shown: The letters that one robot can show.
+    """
+
+    def __init__(self, world: World) -> None:
+        mission = world.mission
+        self._formula, self._joint = mission.formula, mission.spec.team == "joint"
+        self._automaton = translate(mission.formula, trace="finite")
+        self._known: dict[tuple[State, Letter], State] = {}
+        self._decomposition_set: dict[tuple[States, States], bool] = {}
+        self._commutes: dict[Letter, bool] = {}
+        self._atoms = atoms(mission.formula)
+        self._letters: dict[tuple[tuple[str, Letter], ...], Letter] = {}
+        self.initial: State = self._automaton.initial
+        self.shown = tuple(sorted({f | regions for f in world.free_letters for regions in world.region_sets}, key=sorted))
+
+    @property
+    def accepting(self) -> Reader:
+        """What `state in reader.accepting` asks."""
+        return self
+
+    def __contains__(self, state: Any) -> bool:  # of any type: each automaton has states of its own
+        return state != DEAD and self._automaton.is_accepting(state)
+
+    @property
+    def size(self) -> int:
+        """How many states the automaton has, at most."""
+        parts = self._automaton.parts if isinstance(self._automaton, Conjunction) else (self._automaton,)
+        return math.prod(len(part.states) for part in parts)
+
+    def successor(self, state: Any, letter: Letter) -> Any:  # of any type: each automaton has states of its own
+        """Return the state after a letter, or `DEAD`."""
+        if state == DEAD:
+            return DEAD
+        key = (state, letter)
+        if key not in self._known:
+            self._known[key] = self._automaton.successor(state, letter)
+        return self._known[key]
+
+    def team_letter(self, held: Mapping[str, Letter]) -> Letter:
+        """Return what a team shows whose robots hold some letters: their union, and what holds of single robots and of numbers.
+
+        Args:
+            held: Each robot's letter.
+        """
+        union = union_of(held)
+        if not self._atoms:
+            return union
+        key = tuple(held.items())
+        if key not in self._letters:
+            true = (
+                text
+                for text, atom in self._atoms.items()
+                if sum(shows(atom.counted, letter) for robot, letter in held.items() if atom.robot in ("", robot)) >= atom.least
+            )
+            self._letters[key] = union.union(true)
+        return self._letters[key]
+
+    def in_decomposition_set(self, states: States, *, begun: States | None = None) -> bool:
+        """Tell whether the rest may be handed to another robot: whether the states are in the decomposition set.
+
+        The set is that of the letters that these robots can show, and of the state that the team is in now: in flight, what is
+        done is done, and only the order of what is left counts. Under `team: joint` a robot's word alone says nothing, and
+        the finished plan is the only test.
+
+        Args:
+            states: Where the rest would be handed over.
+            begun: Where the team is now; None before take-off.
+        """
+        if self._joint:
+            return DEAD not in states
+        key = (frozenset({self.initial}) if begun is None else begun, states)
+        if key not in self._decomposition_set:
+            self._decomposition_set[key] = DEAD not in states and decomposes_from(self._automaton, *key, self.shown)
+        return self._decomposition_set[key]
+
+    def commutes(self, letter: Letter) -> bool:
+        """Tell whether it does not matter when a letter is read among others: always the same state, and once is enough.
+
+        False where the automaton is too large to say so quickly.
+        """
+        if letter not in self._commutes:
+            states = self._reachable
+            self._commutes[letter] = (
+                bool(states)
+                and all(
+                    self.successor(self.successor(state, letter), other) == self.successor(self.successor(state, other), letter)
+                    for state in states
+                    for other in self.shown
+                )
+                and all(self.successor(self.successor(s, letter), letter) == self.successor(s, letter) for s in states)
+            )
+        return self._commutes[letter]
+
+    @cached_property
+    def _reachable(self) -> tuple[State, ...]:
+        """All states that the robots' letters lead to; none where there are too many to look at all pairs of letters."""
+        seen, stack = {self.initial}, [self.initial]
+        while stack:
+            at = stack.pop()
+            for letter in self.shown:
+                target = self.successor(at, letter)
+                if target not in seen:
+                    seen.add(target)
+                    stack.append(target)
+            if len(seen) * len(self.shown) > MAX_COMMUTING:
+                return ()
+        return tuple(seen)
+
+    def holds_in_every_order(self, words: Mapping[str, Sequence[Letter]]) -> bool:
+        """Tell whether the words have the sequential property (Def. 4.5)."""
+        if self._joint:
+            return holds_one_at_a_time(self, words, self.team_letter)
+        unforeseen = frozenset(letter for word in words.values() for letter in word) - frozenset(self.shown)
+        letters = (*self.shown, *sorted(unforeseen, key=sorted))  # where regions overlap, more may be flown than planned
+        numbers = {letter: i for i, letter in enumerate(letters)}
+        task = Task(conjunct_automata(self._formula, "finite"), letters)
+        monoid = TransitionMonoid(task)
+        return OrderCheck(task).failing_order([monoid.of(numbers[x] for x in word) for word in words.values()]) is None
+
+
+def union_of(held: Mapping[str, Letter]) -> Letter:
+    """Return the union of what robots hold: what a team shows where nothing asks for numbers or single robots.
+
+    Args:
+        held: Each robot's letter.
+    """
+    return frozenset[str]().union(*held.values())
+
+
+def holds_one_at_a_time(
+    automaton: Accepting,
+    words: Mapping[str, Sequence[Letter]],
+    team_letter: Callable[[Mapping[str, Letter]], Letter] = union_of,
+) -> bool:
+    """Tell whether a team's letters are accepted when robots fly one after another, in every order (`team: joint`).
+
+    Args:
+        automaton: Reads the team's letters.
+        words: Each robot's.
+        team_letter: What the team shows whose robots hold some letters.
+
+    Raises:
+        BadInput: There are too many robots to try all orders.
+    """
+    flying = [robot for robot, word in words.items() if len(word) > 1]
+    if len(flying) > 14:
+        raise BadInput(f"{len(flying)} robots with tasks under `team: joint` are too many to order; at most 14.")
+    still = {robot: word[0] for robot, word in words.items()}
+    reached: dict[frozenset[str], set[State]] = {frozenset(): {automaton.successor(automaton.initial, team_letter(still))}}
+    for size in range(len(flying)):
+        for done in map(frozenset, itertools.combinations(flying, size)):
+            for robot in flying:
+                if robot in done:
+                    continue
+                held = {**still, **{other: words[other][-1] for other in done}}
+                states = reached[done]
+                for letter in words[robot][1:]:
+                    states = {automaton.successor(state, team_letter({**held, robot: letter})) for state in states}
+                reached.setdefault(done | {robot}, set()).update(states)
+    return all(state in automaton.accepting for state in reached[frozenset(flying)])

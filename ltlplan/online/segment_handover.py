@@ -1,0 +1,126 @@
+"""What a team in the air flies next: found while it slows down and hovers, judged with all that was flown, begun at the very instant judged."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import ceil
+
+from flight.link.live_executive import STEP
+from flight.link.phases import FLIGHT, Stage, Watched
+from ltlplan.online.executors import Answer, judgement, next_piece
+from ltlplan.online.flight_session import InAir, exact_instant, result_of
+from ltlplan.online.segment_planning import Found, Left, WholeFlight
+from ltlplan.pipeline import Certified
+from verify.data import LtlplanError
+
+LEAD = 0.15
+"""s from asking for a judgement to where the piece begins, at first."""
+AHEAD = 0.06
+"""s before its beginning at which a piece is started: three looks."""
+LATEST = 10.0
+"""s after an answer is asked for at which its piece begins at the latest, as far as endurances are counted."""
+
+
+@dataclass
+class WhatFollows:
+    """How far the next piece has come.
+
+    Attributes:
+        air: The team.
+        due: A proved piece that waits for its instant.
+        refused_at: When nothing was proved of what is left, s of the link's clock; None where that was not so, or the world changed since.
+    """
+
+    air: InAir
+    due: Watched | None = None
+    refused_at: float | None = None
+    _lead: float = LEAD
+    _left: Left | None = None
+    _found: Found | None = None
+    _whole: WholeFlight | None = None
+
+    def forget(self) -> None:
+        """Give up what was found for a world that is no more."""
+        self.due = self._whole = self._found = self._left = None
+
+    def ask(self) -> None:
+        """Ask for a certified flight of what will be left when all have come to rest."""
+        try:
+            self._left = self.air.team.what_will_be_left(exact_instant(self.air.now + LATEST, ceil))
+        except LtlplanError as error:
+            self.refuse(error)
+            return
+        self.air.ask(next_piece, self._left, self._piece_found)
+
+    def go_on(self) -> None:
+        """Begin the next piece where it is time for it."""
+        if self.due is not None and self._whole is not None and self.air.now >= float(self._whole.last.start) - AHEAD:
+            self._begin(self.due, self._whole)
+
+    def refuse(self, error: LtlplanError | None) -> None:
+        """Hover, as nothing is proved of what is left.
+
+        Args:
+            error: Why; None where the team says so itself.
+        """
+        if error is not None:
+            self.air.team.refuse(error)
+        self.refused_at = self.air.link.now()
+        self.air.note(self.air.team.holding or "", None, "reaction")
+
+    def _piece_found(self, answer: Answer) -> None:
+        try:
+            self._found = result_of(answer)
+        except LtlplanError as error:
+            self.refuse(error)
+            return
+        self._ask_judgement()
+
+    def _ask_judgement(self) -> None:
+        """Ask whether all is proved if the piece begins in a moment, when all hover and nobody is on the way down."""
+        air = self.air
+        assert self._left is not None and self._found is not None, "it was found"  # noqa: PT018
+        down = max((leaving.down or 0.0 for leaving in air.leaving), default=0.0) - air.began
+        start = exact_instant(max(air.now + self._lead + AHEAD, float(air.present.end), down), ceil)
+        if start > self._left.latest:
+            self.ask()
+            return
+        self._whole = air.team.with_next(self._left, self._found, start)
+        air.ask(judgement, self._whole, self._judged)
+
+    def _judged(self, answer: Answer) -> None:
+        """Take the piece, or refuse it; where it should have begun by now, ask for a later beginning."""
+        air = self.air
+        try:
+            result_of(answer)
+        except LtlplanError as error:
+            self.refuse(error)
+            return
+        if air.answered[-1].proved is None:
+            air.took(proved=air.link.now() - air.known)
+        assert self._whole is not None and self._found is not None, "it was judged"  # noqa: PT018
+        if air.now > float(self._whole.last.start) - STEP / 2 or any(leaving.down is None for leaving in air.leaving):
+            self._lead *= 2
+            self._ask_judgement()
+            return
+        self.due = stage_of(self._found.certified).watched(air.link.accuracy)
+
+    def _begin(self, watched: Watched, whole: WholeFlight) -> None:
+        """Begin a proved piece at the very instant with which it was judged."""
+        air = self.air
+        if air.now > float(whole.last.start):
+            self.due = None
+            self._ask_judgement()
+            return
+        assert self._found is not None, "it was judged"
+        air.number = air.flying.store(watched.paths)
+        air.watch = air.flying.begin(watched, air.number, air.began + float(whole.last.start))
+        air.team.take_over(whole.last, self._found)
+        air.took(begun=air.began + float(whole.last.start) - air.known)
+        air.note(f"A certified piece for what is left begins at {float(whole.last.start):.2f} s.", None, "reaction")
+        self.forget()
+
+
+def stage_of(certified: Certified) -> Stage:
+    """Return a certified flight as a link flies it."""
+    return Stage(FLIGHT, certified.plan, certified.team, certified.certificate)

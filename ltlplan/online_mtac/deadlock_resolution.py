@@ -1,0 +1,151 @@
+"""Room to pass for robots that are stuck behind others: they are led around those that hover, or an idle one steps aside.
+
+Robots of an online team keep apart by waiting, and whoever waits behind a robot that has nothing left to do waits for ever. So a robot
+that cannot go on gets another course around all that hover; where there is none, as when somebody hovers in the very region that it
+is to visit, an idle robot in its way flies to a free place, if the team can still finish with what that one then shows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ltlplan.allocation import Itinerary
+from ltlplan.mtac.agent_moves import World
+from ltlplan.mtac.agent_states import AgentState
+from ltlplan.mtac.robot_tasks import RobotTask
+from ltlplan.online_mtac.detours import WayAhead, places_aside, way_aside
+from ltlplan.online_mtac.piloted_team import PilotedTeam
+from ltlplan.online_mtac.possible_states import admits
+from verify.data import Infeasible, Letter, Word
+from verify.data.shapes.inequalities import Point
+
+Floats = NDArray[np.float64]
+
+_NEAR = 0.05
+"""m; a robot that was led around others from a place as near as this is not led around again."""
+_PLACES = 12
+"""Places to step aside to that are tried."""
+
+
+def make_way(team: PilotedTeam, waiting: Sequence[str], now: float, tried: set[tuple[str, Point]]) -> str | None:
+    """Let one of some robots that wait for others have a way again; return a sentence that says how, or None where there is none.
+
+    Args:
+        team: All robots.
+        waiting: Those that are stuck, who is to go first first.
+        now: Flight time, s.
+        tried: Robots that were led around others, and where (m), so that none is led around in circles; grows.
+    """
+    able = [n for n in waiting if _may_turn(team, n, now)]
+    for name in able:
+        sentence = _around(team, name, now, tried)
+        if sentence is not None:
+            return sentence
+    for name in able:
+        for other in _in_the_way(team, name, now):
+            if _steps_aside(team, other, name, now):
+                return f"At {now:.2f} s {other} steps aside for {name}."
+    return None
+
+
+def _may_turn(team: PilotedTeam, name: str, now: float) -> bool:
+    pilot = team.pilots[name]
+    return team.rests(pilot, now) and not (pilot.entered or pilot.shown or pilot.detour or not pilot.moves)
+
+
+def _around(team: PilotedTeam, name: str, now: float, tried: set[tuple[str, Point]]) -> str | None:
+    """Lead a robot that rests around all others that rest."""
+    pilot = team.pilots[name]
+    here = _at(team, name, now)
+    if any(who == name and np.linalg.norm(np.array(place) - here) < _NEAR for who, place in tried):
+        return None
+    others = [other for other in team.pilots if other != name and team.rests(team.pilots[other], now)]
+    team.root(pilot, now)
+    tried.add((name, pilot.where.position))
+    moves = team.world.retraced(pilot.where, pilot.moves)
+    if moves is None:
+        return None
+    task = RobotTask(pilot.where, moves, pilot.leaves)
+    try:
+        plan = team.plan_for(pilot, task, [_point(_at(team, other, now)) for other in others])
+    except Infeasible:
+        return None
+    pilot.take(task, plan, team.rng)
+    return f"At {now:.2f} s {name} is led around {', '.join(others)}."
+
+
+def _in_the_way(team: PilotedTeam, name: str, now: float) -> list[str]:
+    """Return the idle robots that stand in a robot's way and may leave their places, the nearest to its way first."""
+    path = _ahead(team, name)
+    found = []
+    for other, pilot in team.pilots.items():
+        idle = pilot.done and pilot.way.arrived and not pilot.way.course.gliding(now)
+        if other != name and idle and team.mission.agents[other].end is None:
+            away = float(np.linalg.norm(path - _at(team, other, now), axis=1).min())
+            if away < team.distance:
+                found.append((away, other))
+    return [other for _, other in sorted(found)]
+
+
+def _steps_aside(team: PilotedTeam, name: str, passing: str, now: float) -> bool:
+    """Let an idle robot fly to a free place off another one's way, if the team can still finish then."""
+    pilot = team.pilots[name]
+    team.root(pilot, now)
+    where = pilot.where
+    free, ahead = team.world.free_letter(where.internal, where.kind), team.ahead()
+    inside = {n: p.chain for n, p in team.pilots.items() if p.entered}
+    rest = {n: p.rest if n in inside else p.ahead for n, p in team.pilots.items()}
+
+    @cache
+    def may_show(letters: tuple[Letter, ...]) -> bool:
+        return team.keeps({**ahead, name: letters}) and admits(team.belief, {**inside, name: letters}, rest)
+
+    others = [_at(team, other, now)[None] for other in team.pilots if other != name]
+    ways = [_ahead(team, other) for other, p in team.pilots.items() if other != name and not p.way.arrived]
+    for place in places_aside(team.mission, where.position, [*others, *ways, _ahead(team, passing)], team.distance)[:_PLACES]:
+        sets = _out_to(team.world, where, place)
+        letters = None if sets is None else tuple(free | regions for regions in sets)
+        if sets is None or letters is None or (letters and not may_show(letters)):
+            continue
+        log = where.log()
+        for regions in sets:
+            log.enter(regions)
+        does = Itinerary(log.visits, Word((team.world.letter(where), *letters)), stops=log.stops)
+        plan = way_aside(team.mission, WayAhead(name, where.position, does), place)
+        if plan is not None:
+            pilot.take(RobotTask(replace(where), ()), plan, team.rng)
+            pilot.detour = letters
+            return True
+    return False
+
+
+def _out_to(world: World, where: AgentState, place: Point) -> tuple[frozenset[str], ...] | None:
+    """Return the sets of regions that a robot is in on its way out to a place in free flight; None where they are not clear."""
+    if not where.inside or world.left(where) == world.free_letter(where.internal, where.kind):
+        return (frozenset(),) if where.inside else ()
+    layout = world.graph.layout
+    here = layout.at(where.position)
+    way = layout.way(here, layout.at(place)) if frozenset(here.inside) == where.inside else None
+    return None if way is None else way[1:]
+
+
+def _at(team: PilotedTeam, name: str, now: float) -> Floats:
+    """Return where a robot should be. Shape (3,)."""
+    pilot = team.pilots[name]
+    return pilot.way.course.flat(pilot.way.clock, now)[0]
+
+
+def _ahead(team: PilotedTeam, name: str) -> Floats:
+    """Return where a robot will be on its course. Shape (n, 3)."""
+    pilot = team.pilots[name]
+    return pilot.way.future(np.linspace(0.0, max(pilot.way.course.duration - pilot.way.clock.time, 0.0), 100), go=True)
+
+
+def _point(values: Floats) -> Point:
+    x, y, z = (float(value) for value in values)
+    return (x, y, z)

@@ -1,0 +1,174 @@
+"""What is left of a formula after letters were flown, as a formula of its own (progression; Bacchus and Kabanza 1998).
+
+In the air several robots move at once, so what was flown can be read in several ways (`sharing.belief`). Each way may
+leave another formula; what is left is their conjunction, so that whichever way it is read, the rest satisfies the whole.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Literal
+
+from ltlplan.logic.automaton import DEAD
+from ltlplan.mtac.decomposable_task import Reader
+from ltlplan.online_mtac.possible_states import after_events, at_start
+from verify.data import BadInput, Formula, Letter, Mission, NotCertified, Unsatisfiable
+from verify.data.events import changed
+from verify.data.language.formula import FALSE, TRUE
+from verify.data.sections import Agent, TeamReading
+
+
+@dataclass(frozen=True, slots=True)
+class _Told:
+    """A state of the automaton with a formula for it; which of its formulas does not matter."""
+
+    state: Hashable
+    formula: Formula = field(compare=False)
+
+
+class _Telling:
+    """A mission's automaton whose states also tell what is left of the formula."""
+
+    def __init__(self, reader: Reader, formula: Formula) -> None:
+        self.reader = reader
+        self.initial = _Told(reader.initial, formula)
+        self.accepting: frozenset[Hashable] = frozenset()
+
+    def successor(self, told: _Told, letter: Letter, /) -> _Told:
+        reached = self.reader.successor(told.state, letter)
+        if reached == told.state:
+            return told
+        return _Told(reached, FALSE if reached == DEAD else progressed(told.formula, [letter]))
+
+    def team_letter(self, held: Mapping[str, Letter]) -> Letter:
+        return self.reader.team_letter(held)
+
+    def commutes(self, letter: Letter) -> bool:
+        return self.reader.commutes(letter)
+
+
+def mission_left(
+    mission: Mission,
+    agents: Mapping[str, Agent],
+    reader: Reader,
+    first: Mapping[str, Letter],
+    shown: Sequence[tuple[float, Mapping[str, Letter]]],
+) -> Mission:
+    """Return what is left of a mission after letters were flown, as a mission of its own.
+
+    Args:
+        mission: What is asked of the whole.
+        agents: The robots as they are now.
+        reader: The formula's automaton.
+        first: What each robot showed first.
+        shown: Every change of a letter: (s, {robot: letter}).
+
+    Raises:
+        Unsatisfiable: Nothing that comes can make the formula true.
+    """
+    left = formula_left(mission.formula, reader, first, shown, reading=mission.spec.team)
+    if left == FALSE:
+        raise Unsatisfiable("what was flown cannot be completed to satisfy the formula.")
+    return changed(mission, agents=dict(agents), spec=mission.spec.model_copy(update={"formula": str(left)}))
+
+
+def formula_left(
+    formula: Formula,
+    reader: Reader,
+    first: Mapping[str, Letter],
+    shown: Sequence[tuple[float, Mapping[str, Letter]]],
+    *,
+    reading: TeamReading,
+) -> Formula:
+    """Return what must hold of the rest of a team's word, however the letters so far are read.
+
+    Args:
+        formula: What is asked of the whole.
+        reader: Its automaton.
+        first: What each robot showed first.
+        shown: Every change of a letter: (s, {robot: letter}).
+        reading: The mission's team reading.
+    """
+    belief = at_start(_Telling(reader, formula), first, reading=reading)
+    for _, events in shown:
+        belief = after_events(belief, events)
+    found = {str(told.formula): told.formula for told in belief.states if isinstance(told, _Told)}
+    left = TRUE
+    for text in sorted(found):
+        left = _and(left, found[text])
+    return left
+
+
+def progressed(formula: Formula, letters: Iterable[Letter]) -> Formula:
+    """Return what must hold of the rest of a trace, which is never empty, after letters were read (no X in the formula)."""
+    for letter in letters:
+        formula = _after(formula, letter)
+    return formula
+
+
+def _after(node: Formula, letter: Letter) -> Formula:
+    parts = node.arguments
+    match node.operator:
+        case "true" | "false":
+            return node
+        case "name" | "count":  # of a written-out formula: propositions of the team's letter
+            return TRUE if node.atom in letter else FALSE
+        case "!":
+            return _not(_after(parts[0], letter))
+        case "&":
+            return _and(_after(parts[0], letter), _after(parts[1], letter))
+        case "|":
+            return _or(_after(parts[0], letter), _after(parts[1], letter))
+        case "->":
+            return _or(_not(_after(parts[0], letter)), _after(parts[1], letter))
+        case "<->" | "xor":
+            left, right = _after(parts[0], letter), _after(parts[1], letter)
+            same = _or(_and(left, right), _and(_not(left), _not(right)))
+            return same if node.operator == "<->" else _not(same)
+        case "F":
+            return _or(_after(parts[0], letter), node)
+        case "G":
+            return _and(_after(parts[0], letter), node)
+        case "U" | "W":
+            return _or(_after(parts[1], letter), _and(_after(parts[0], letter), node))
+        case "R" | "M":
+            return _and(_after(parts[1], letter), _or(_after(parts[0], letter), node))
+        case "X" | "X[!]":
+            raise NotCertified("a mission's formula has no X, so none can be left.")
+        case "all" | "some" | "each":
+            raise BadInput(
+                f"`{node}` depends on how many robots there are; what is left of a formula is asked of one that is written out."
+            )
+
+
+def _not(one: Formula) -> Formula:
+    if one in (TRUE, FALSE):
+        return FALSE if one == TRUE else TRUE
+    return one.arguments[0] if one.operator == "!" else Formula("!", (one,))
+
+
+def _and(one: Formula, other: Formula) -> Formula:
+    return _joined("&", one, other, neutral=TRUE, ruling=FALSE)
+
+
+def _or(one: Formula, other: Formula) -> Formula:
+    return _joined("|", one, other, neutral=FALSE, ruling=TRUE)
+
+
+def _joined(operator: Literal["&", "|"], one: Formula, other: Formula, *, neutral: Formula, ruling: Formula) -> Formula:
+    """Join two formulas; what stands in both is written once, so that reading letters again makes nothing longer."""
+    parts = dict.fromkeys((*_parts(operator, one), *_parts(operator, other)))
+    parts.pop(neutral, None)
+    if ruling in parts:
+        return ruling
+    joined = neutral
+    for part in parts:
+        joined = part if joined == neutral else Formula(operator, (joined, part))
+    return joined
+
+
+def _parts(operator: str, formula: Formula) -> tuple[Formula, ...]:
+    if formula.operator != operator:
+        return (formula,)
+    return tuple(part for argument in formula.arguments for part in _parts(operator, argument))

@@ -1,0 +1,261 @@
+"""Cross-entropy optimisation of a nominal path (Algorithm 2 of the 2019 paper), a whole round at a time.
+
+`Search` (`ltlplan.paths.cross_entropy.gaussian`) is one Gaussian, asked for candidates and told their costs; `Tournament` is several that share
+a round, of which the best one stays. `minimise` is their loop over any cost of arrays; `improve` builds the path problem
+from one robot's plan: the Gaussian is over n equidistant points of the nominal path, and only paths whose labels show the
+planned word, through every hoop on the planned side, count. Paths that are kept are judged for all times before they are
+returned.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ltlplan.paths.costs import Cost, cost_of, plan_cost
+from ltlplan.paths.cross_entropy.gaussian import Options, Search
+from ltlplan.paths.cross_entropy.populations import Tournament
+from ltlplan.paths.final_hover import then_hovering, until_hover
+from ltlplan.paths.path_result import candidate_plans, flown_pieces
+from ltlplan.paths.sampling.least_snap_spline import LeastSnapSpline
+from ltlplan.paths.sampling.path_problem import PathProblem, path_problem
+from verify.data import BadInput, Mission, RobotPlan
+from verify.data.progress import Progress
+from verify.data.trajectory import PIECES
+
+Floats = NDArray[np.float64]
+
+SPREAD = 0.06
+"""m; standard deviation of each coordinate with which a search begins."""
+
+_SHORTLIST = 24  # at most this many of the best candidates are judged for all times
+_PIECES = PIECES - 1  # one is left for a wait
+_LARGE = 180  # coordinates
+_SAME = 5e-3  # a plan with fewer waypoints is preferred where it costs at most this share more
+
+
+@dataclass(frozen=True, eq=False)
+class Improvement:
+    """What a search made of one robot's plan.
+
+    Attributes:
+        plan: The improved plan, or the nominal one where nothing better was found.
+        cost: Its cost.
+        nominal: The nominal plan's cost.
+        history: Best cost after each round, the nominal plan's at most.
+        kept: Share of each round's paths that counted.
+    """
+
+    plan: RobotPlan
+    cost: float
+    nominal: float
+    history: tuple[float, ...]
+    kept: tuple[float, ...]
+
+
+Watch = Callable[[int, PathProblem, Floats, Floats], None]
+"""Told of a round: its number, the problem, its candidates and their costs (infinite: does not count)."""
+
+
+def minimise(
+    cost: Callable[[Floats], ArrayLike],
+    search: Search,
+    *,
+    rng: np.random.Generator,
+    others: Sequence[Search] = (),
+    progress: Progress | None = None,
+    watch: Callable[[int, Floats, Floats], bool | None] | None = None,
+) -> tuple[Search, tuple[float, ...]]:
+    """Run a search to its target or its last round.
+
+    Args:
+        cost: Takes candidates of shape (any number, size) and returns one cost each; infinite where one does not count.
+        search: Where to begin, with its options.
+        rng: Source of every draw.
+        others: Where populations beside the first one begin, if the options ask for several.
+        progress: Told a sentence and the share of rounds done.
+        watch: Told the number, candidates and costs of each round; the search ends where it says True.
+
+    Returns:
+        The search after its last round (of several populations the best one's), and the best cost after each round.
+
+    Raises:
+        BadInput: The cost returned another shape than one number a candidate.
+    """
+    history: list[float] = []
+    options, state = search.options, Tournament.start(search, others)
+    for index in range(options.rounds):
+        if state.best.best_cost <= options.target:
+            break
+        seen: list[tuple[Floats, Floats]] = []
+        for _ in options.sizes:
+            candidates = state.ask(rng)
+            costs = np.asarray(cost(candidates), dtype=np.float64)
+            if costs.shape != (len(candidates),):
+                raise BadInput(
+                    f"The cost returned shape {costs.shape} for {len(candidates)} candidates; one number each is needed."
+                )
+            state = state.tell(candidates, costs)
+            seen.append((candidates, costs))
+        history.append(state.best.best_cost)
+        enough = watch is not None and watch(
+            index, np.concatenate([candidates for candidates, _ in seen]), np.concatenate([costs for _, costs in seen])
+        )
+        if progress is not None:
+            progress(f"round {index + 1}: best cost {history[-1]:.4g}", (index + 1) / options.rounds)
+        if enough:
+            break
+    return state.best, tuple(history)
+
+
+# ten parameters: four say what is searched, the rest are settings of the search that a caller names one at a time
+def improve(
+    mission: Mission,
+    robot: str,
+    plan: RobotPlan,
+    *,
+    rng: np.random.Generator,
+    options: Options | None = None,
+    cost: Cost | None = None,
+    points: int | None = None,
+    spread: float = SPREAD,
+    progress: Progress | None = None,
+    watch: Watch | None = None,
+) -> Improvement:
+    """Make one robot's nominal path cheaper by cross-entropy; its word, passages and ends stay.
+
+    Args:
+        mission: What must be kept.
+        robot: Whose cost function counts.
+        plan: The nominal path.
+        rng: Source of every draw.
+        options: How to search; by default the mission's `planner` says.
+        cost: Named terms or any function of sampled paths; by default the robot's or the planner's own.
+        points: n, how many points of the path are moved; by default one every 0.35 m, at most 20.
+        spread: Initial standard deviation of each coordinate, m.
+        progress: Told a sentence and the share done.
+        watch: Told of each round, for pictures.
+
+    Returns:
+        A plan that is never worse than the nominal one, and that keeps its regions, rings and walls for all times by the
+        planner's own judgement.
+
+    Raises:
+        BadInput: Options out of range, or a cost that returns no number for each path.
+    """
+    function = cost_of(mission, robot) if cost is None else cost
+    chosen = options_of(mission) if options is None else options
+    if plan.hovers:  # the flight that leads to the hover is what can be improved; hovering there costs what it costs
+        found = improve(
+            mission, robot, until_hover(plan), rng=rng, options=chosen, cost=function, points=points, spread=spread,
+            progress=progress, watch=watch,
+        )  # fmt: skip
+        return _with_hover(found, plan, function)
+    nominal = plan_cost(plan, function)
+    plan = plan.model_copy(update={"cost": nominal})
+    if len(plan.waypoints) < 3 or chosen.rounds == 0 or len({w.position for w in plan.waypoints}) < 3:
+        return Improvement(plan, nominal, nominal, (), ())
+    if nominal <= chosen.target:
+        return Improvement(plan, nominal, nominal, (), ())
+    problem = path_problem(mission, plan, function, points=points)
+    # a sample below the target ends the search only if it is kept when it is judged for all times
+    search, *others = searches(problem, replace(chosen, target=-math.inf), spread=spread)
+    if not math.isfinite(search.best_cost) and len(plan.waypoints) * 3 > 2 * _LARGE:
+        return Improvement(plan, nominal, nominal, (), ())  # so few points cannot show so long a word
+    shortlist: list[tuple[float, Floats]] = [(search.best_cost, problem.mean)]
+    kept: list[float] = []
+    judged = _Judged(mission, plan, problem, function, nominal)
+
+    def look(index: int, candidates: Floats, costs: Floats) -> bool:
+        kept.append(float(np.mean(np.isfinite(costs))))
+        first = int(np.argmin(costs))
+        better = bool(costs[first] < shortlist[-1][0])
+        if better:
+            shortlist.append((float(costs[first]), candidates[first].copy()))
+        if watch is not None:
+            watch(index, problem, candidates, costs)
+        return better and shortlist[-1][0] <= chosen.target and judged(shortlist[-1][1]).cost <= chosen.target
+
+    _, history = minimise(problem.costs, search, rng=rng, others=others, progress=progress, watch=look)
+    found = next((better for _, each in shortlist[:-_SHORTLIST:-1] if (better := judged(each)).cost < nominal), plan)
+    return Improvement(found, found.cost, nominal, tuple(min(h, nominal) for h in history), tuple(kept))
+
+
+@dataclass(frozen=True, eq=False)
+class _Judged:
+    """Plans along candidates, judged for all times."""
+
+    mission: Mission
+    plan: RobotPlan
+    problem: PathProblem
+    cost: Cost
+    nominal: float
+    known: dict[bytes, RobotPlan] = field(default_factory=dict)
+
+    def __call__(self, candidate: Floats) -> RobotPlan:
+        """Return the plan along a candidate, with its cost; the nominal one where none is better and keeps clear."""
+        key = candidate.tobytes()
+        if key not in self.known:
+            self.known[key] = self._along(candidate)
+        return self.known[key]
+
+    def _along(self, candidate: Floats) -> RobotPlan:
+        problem, most = self.problem, max(_PIECES, flown_pieces(self.mission, self.plan))
+        length = float(problem.paths(candidate[None]).length[0])
+        found = candidate_plans(self.mission, self.plan, problem, problem.points(candidate[None])[0], length)
+        stretched = [_stretched(self.mission, other, length / problem.length) for other in found]
+        costs = [(plan_cost(other, self.cost), i) for i, other in enumerate(stretched)]
+        costs = [(c, i) for c, i in costs if c < self.nominal and flown_pieces(self.mission, stretched[i]) <= most]
+        if not costs:
+            return self.plan
+        least = min(costs)[0]
+        value, index = next(c for c in costs if c[0] <= least * (1 + _SAME))
+        return stretched[index].model_copy(update={"cost": value})
+
+
+def _with_hover(found: Improvement, nominal: RobotPlan, cost: Cost) -> Improvement:
+    """Return the improvement of a lasso that hovers, from that of the flight up to its hover."""
+    better = then_hovering(found.plan)
+    value = plan_cost(better, cost)
+    hover = value - found.cost
+    return Improvement(
+        better.model_copy(update={"cost": value}),
+        value,
+        plan_cost(nominal, cost),
+        tuple(each + hover for each in found.history),
+        found.kept,
+    )
+
+
+def searches(problem: PathProblem, options: Options, *, spread: float = SPREAD) -> list[Search]:
+    """Return where the populations begin, the nominal path first; no others where the options ask for one.
+
+    Args:
+        problem: The path as a search problem.
+        options: How to search, with the number of populations.
+        spread: Initial standard deviation of each coordinate, m.
+    """
+    starts = problem.starts() if options.gaussians > 1 else (problem.mean,)
+    costs = problem.costs(np.array(starts))
+    covariance = problem.covariance(spread)
+    return [Search.start(mean, covariance, options, float(cost)) for mean, cost in zip(starts, costs, strict=True)]
+
+
+def options_of(mission: Mission) -> Options:
+    """Return the mission's own settings of the search."""
+    planner = mission.planner
+    return Options(samples=planner.samples, elite=planner.elite, rounds=planner.iterations, target=planner.target)
+
+
+def _stretched(mission: Mission, plan: RobotPlan, scale: float) -> RobotPlan:
+    """Return the plan flown `scale` times longer, or as much longer as its fastest sampled instant asks for."""
+    spline = LeastSnapSpline(plan.times, plan.cycle_waypoint)
+    at = np.linspace(plan.times[0], plan.times[-1], 600)
+    velocity = spline.evaluate([w.position for w in plan.waypoints], at, 1)
+    peak = float(np.max(np.linalg.norm(velocity, axis=1)))
+    scale = max(scale, 1.02 * peak / mission.effective_limits.speed)
+    return plan.model_copy(update={"times": tuple(time * scale for time in plan.times)})

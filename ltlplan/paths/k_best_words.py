@@ -1,0 +1,242 @@
+"""The exact method: the cheapest words by the mission's own costs.
+
+Where all terms are counted leg by leg (`ltlplan.systems.objective.BY_LEGS`) that is the exact search. Other terms, effort for one, are those of a path:
+what a leg adds depends on the legs before it. Then words are listed that should cost little (as by Lawler, "A procedure for
+computing the K best solutions", Management Science 18, 1972), nominal paths are laid along them, those of the cheapest few are
+improved, and the words whose paths cost least are taken; where robots wait for each other or begin laps together, of a few that were
+planned together. A lower bound, from one more exact search over what each leg costs at the least, says how far from the best they can be.
+"""
+
+from __future__ import annotations
+
+import heapq
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from operator import itemgetter
+
+from ltlplan.allocation import Allocation, Context, Itinerary, Leg
+from ltlplan.logic.budget import DEFAULT_BUDGET, Budget, TooLarge
+from ltlplan.paths.costs import WeightedCost, cost_of, plan_cost, team_cost
+from ltlplan.paths.flight_times import lasts_too_long
+from ltlplan.paths.improvement import improved_path, own_draws, with_ramped_times
+from ltlplan.paths.leg_cost_bounds import expected_costs, least_costs, least_rates
+from ltlplan.paths.nominal import lay_path
+from ltlplan.paths.team_laps import lay_laps
+from ltlplan.search.assignment import TIES
+from ltlplan.search.exact import Assignment, assign
+from ltlplan.search.method import SHUT
+from ltlplan.search.method import exact as exact_by_legs
+from ltlplan.systems.objective import BOUNDED, is_counted_by_legs, terms_of
+from ltlplan.systems.robot_systems import Systems, weighted_metres
+from ltlplan.systems.transition_systems import Cost
+from verify.data import Infeasible, Mission, RobotPlan, Unsatisfiable
+from verify.data.shapes.inequalities import Point
+
+_PRICED = 24  # allocations along which paths are laid, about
+_IMPROVED = 4  # of these, the cheapest ones, whose paths are improved
+_BRANCHES = 30  # sets of legs without which some are looked for
+_FEW = 6  # robots up to which each is tried alone, and all without each
+
+
+def exact(mission: Mission, context: Context) -> Allocation:
+    """Share a mission among its robots at the smallest cost.
+
+    Args:
+        mission: What is asked; `planner` and agents give terms and weights, `planner.objective` whether the sum counts or the longest.
+        context: Source of draws for improved paths, progress, and legs that are blocked.
+
+    Raises:
+        Unsatisfiable: No words that these robots can fly satisfy the formula; the message says why.
+        Infeasible: No way to share it brings all back before a vehicle's endurance ends.
+        TooLarge: A budget was used up before an answer was found.
+    """
+    by_metres = exact_by_legs(mission, context)
+    if is_counted_by_legs(mission):
+        return by_metres
+    if by_metres.meetings or by_metres.precedences or (mission.spec.trace == "infinite" and len(mission.agents) > 1):
+        return _planned_together(mission, context, by_metres)
+    prices = _Prices(mission)
+    priced = _compared(mission, context, prices, by_metres)
+    last = [found for price, _, found in sorted(priced, key=itemgetter(0, 1)) if math.isfinite(price)][:_IMPROVED]
+    if not last:
+        return by_metres  # all are blocked: whoever lays the paths says why
+    seed = int(context.rng.integers(2**63))
+    flown = {(n, does): prices.improved(n, does, seed) for found in last for n, does in found.robots.items()}
+    costs = [team_cost(mission, [flown[entry].cost for entry in found.robots.items()]) for found in last]
+    best = last[costs.index(min(costs))]
+    paths = {name: flown[name, does] for name, does in best.robots.items()}
+    robots = {name: replace(does, cost=paths[name].cost) for name, does in best.robots.items()}
+    bound = lower_bound(mission) if prices.bounded else None
+    notes = (*best.notes, *_said(mission, len(priced), bounded=prices.bounded))
+    return Allocation(robots=robots, cost=min(costs), paths=paths, lower_bound=bound, notes=notes)
+
+
+def _planned_together(mission: Mission, context: Context, by_metres: Allocation) -> Allocation:
+    """Return the allocation whose nominal paths cost least, of robots that wait for each other or begin laps together.
+
+    Those are the cheapest ones by metres, by what legs cost at the least, and by what they should cost. Their words were planned
+    together, so that the paths of one robot cannot be exchanged for others.
+    """
+    prices, shut, found = _Prices(mission), _Shut(context.blocked), [by_metres]
+    for cost, metre in ((least_costs(mission), least_rates(mission)), (expected_costs(mission), weighted_metres(mission))):
+        context.progress("pricing words by their paths", 0.05 + 0.1 * len(found))
+        try:
+            other = assign(mission, cost=shut.avoided(cost), metre=metre)
+        except (TooLarge, Infeasible, Unsatisfiable):
+            continue
+        if not any(shut.forbids(leg) for name, does in other.robots.items() for leg in does.legs(mission, name)):
+            found.append(
+                Allocation(
+                    robots=other.robots,
+                    cost=other.cost,
+                    notes=other.notes,
+                    meetings=other.meetings,
+                    precedences=other.precedences,
+                )
+            )
+    priced = [prices.of(each) for each in found]
+    best = found[priced.index(min(priced))]
+    bound = lower_bound(mission) if prices.bounded else None
+    said = [*_said(mission, len({_key(each) for each in found}), bounded=prices.bounded)]
+    if prices.bounded and bound is None:
+        said[1:] = ["No bound on costs is known."]
+    notes = (*best.notes, *said)
+    return replace(best, lower_bound=bound, complete=False, notes=notes)
+
+
+def _said(mission: Mission, priced: int, *, bounded: bool) -> Iterator[str]:
+    yield f"{priced} assignments were priced by their paths, and the cheapest was taken; that it is the cheapest of all is not proved."
+    if unbounded := ", ".join(sorted(terms_of(mission) - BOUNDED)):
+        yield (
+            f"The lower bound counts {unbounded} as 0." if bounded else f"{unbounded} was below 0: no bound on costs is known."
+        )
+
+
+def lower_bound(mission: Mission, *, budget: Budget = DEFAULT_BUDGET) -> float | None:
+    """Return what no plan's path costs less than, one lap and what leads to it; None where the search for it is too large.
+
+    Args:
+        mission: What is asked. Terms that have no bound of their own are counted as 0.
+        budget: Bounds on the search.
+    """
+    once = mission if mission.spec.repeat == 1 else mission.changed(spec=mission.spec.model_copy(update={"repeat": 1}))
+    rates = least_rates(once)
+    try:
+        bound = assign(once, cost=least_costs(once), metre=rates, budget=budget, explained=False).lower_bound
+    except (TooLarge, Infeasible, Unsatisfiable):
+        return None
+    if bound is None:
+        return None
+    # Ways to ends are counted from the middles of the regions before them.
+    widest = max((region.outer_radius for region in once.all_regions.values()), default=0.0)
+    home = [rates[name] * widest for name, agent in once.agents.items() if agent.end is not None]
+    spare = max(home, default=0.0) if once.planner.objective == "longest" else sum(home)
+    return max(0.0, bound - spare - TIES)
+
+
+def _compared(mission: Mission, context: Context, prices: _Prices, first: Allocation) -> list[tuple[float, int, Allocation]]:
+    """Return allocations with what their nominal paths cost, each numbered.
+
+    These are the one that is cheapest by metres, those that should be cheapest when all, all but one, or one of the robots fly, and
+    what should be cheapest, or is shortest, without some leg of one of them, those whose paths cost least being taken apart first.
+    """
+    costs, metre = (expected_costs(mission), Systems(mission).leg), weighted_metres(mission)
+    found, branches = [(prices.of(first), 0, first)], set[_Shut]()
+    keys, waiting = {_key(first)}, [(*found[0][:2], _Shut(context.blocked))]
+
+    def compare(shut: _Shut, cost: Cost) -> None:
+        context.progress("pricing words by their paths", 0.05 + 0.1 * len(branches) / _BRANCHES)
+        try:
+            other = assign(mission, cost=shut.avoided(cost), metre=metre)
+        except (TooLarge, Infeasible, Unsatisfiable):
+            return
+        legs = (leg for name, does in other.robots.items() for leg in does.legs(mission, name))
+        key = _key(other)
+        if key not in keys and not (other.meetings or other.precedences or any(map(shut.forbids, legs))):
+            keys.add(key)
+            allocation = Allocation(robots=other.robots, cost=other.cost, notes=other.notes)
+            found.append((prices.of(allocation), len(found), allocation))
+            heapq.heappush(waiting, (*found[-1][:2], shut))
+
+    def branch(shut: _Shut) -> None:
+        if shut not in branches and len(branches) < _BRANCHES and len(found) < _PRICED:
+            branches.add(shut)
+            for cost in costs:
+                compare(shut, cost)
+
+    robots = frozenset(mission.agents) if 1 < len(mission.agents) <= _FEW else frozenset[str]()
+    for grounded in ((), *((robot,) for robot in sorted(robots)), *(robots - {robot} for robot in sorted(robots))):
+        branch(_Shut(context.blocked, frozenset(grounded)))
+    while waiting:
+        _, number, shut = heapq.heappop(waiting)
+        legs = {leg for name, does in found[number][2].robots.items() for leg in does.legs(mission, name)}
+        for leg in sorted(legs, key=str):
+            branch(_Shut(shut.legs | {leg}, shut.grounded))
+    return found
+
+
+@dataclass(frozen=True, slots=True)
+class _Shut:
+    """What allocations do without: legs, and robots that stay where they are."""
+
+    legs: frozenset[Leg]
+    grounded: frozenset[str] = frozenset()
+
+    def forbids(self, leg: Leg) -> bool:
+        return leg in self.legs or leg[0] in self.grounded
+
+    def avoided(self, cost: Cost) -> Cost:
+        def dear(robot: str, start: Point | str, region: str) -> float:
+            return cost(robot, start, region) + (SHUT if self.forbids((robot, start, region)) else 0.0)
+
+        return dear
+
+
+class _Prices:
+    """What allocations' nominal paths cost, each robot's path laid once.
+
+    Attributes:
+        bounded: Whether every term that has no bound of its own was at least 0 on all paths.
+    """
+
+    def __init__(self, mission: Mission) -> None:
+        self._mission = mission
+        self._laps = mission.spec.trace == "infinite" and len(mission.agents) > 1
+        self._others = [WeightedCost({name: 1.0}) for name in sorted(terms_of(mission) - BOUNDED)]
+        self._known: dict[tuple[str, Itinerary], float] = {}
+        self._paths: dict[tuple[str, Itinerary], RobotPlan] = {}
+        self.bounded = True
+
+    def of(self, found: Allocation) -> float:
+        """Return the objective of an allocation; infinite where a path is blocked."""
+        costs = []
+        for name, does in found.robots.items():
+            key = (name, does)
+            if key not in self._known:
+                self._known[key] = self._price(name, does)
+            costs.append(self._known[key])
+            if not math.isfinite(costs[-1]):
+                return math.inf
+        return team_cost(self._mission, costs)
+
+    def _price(self, name: str, does: Itinerary) -> float:
+        try:
+            path, _ = (lay_laps if self._laps else lay_path)(self._mission, name, does)
+        except Infeasible:
+            return math.inf
+        function = cost_of(self._mission, name)
+        self._paths[name, does] = path
+        ramped = path if path.hovers or self._laps else with_ramped_times(path, function)
+        self.bounded = self.bounded and all(plan_cost(ramped, term) >= 0 for term in self._others)
+        return path.cost if self._laps else plan_cost(ramped, function)
+
+    def improved(self, name: str, does: Itinerary, seed: int) -> RobotPlan:
+        """Return what cross-entropy makes of a path that was laid, by draws that depend on nothing but seed, robot and word."""
+        nominal = self._paths[name, does]
+        found = improved_path(self._mission, name, nominal, lambda: own_draws(seed, name, does.word)).plan
+        return nominal if lasts_too_long(self._mission, found) else found
+
+
+def _key(found: Allocation | Assignment) -> tuple[object, ...]:
+    return tuple((name, does.visits, does.word, does.cycle_visit, does.stops) for name, does in found.robots.items())

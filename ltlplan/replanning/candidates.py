@@ -1,0 +1,211 @@
+"""Values of the loop from a plan to a certificate: candidates, what became of their flights, and what these forbid of the plans to come.
+
+    candidate - refine, judge - flight or conflict - cut - next candidate
+
+The loop is counterexample-guided (Clarke et al. 2000). A candidate is a plan with the cuts that led to it; all that is known of the way
+so far is in the cuts, so that a candidate that was stored goes on in any process.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, Literal
+
+from verify.data import LtlplanError, Plan, Trajectory, Witness
+
+if TYPE_CHECKING:
+    from ltlplan.allocation import Leg
+    from verify import Certificate, Claim
+
+MAX_ROUNDS = 6
+"""How often refinement may try to keep one plan's words."""
+_SEVERAL = 2
+"""The same where the words are one choice of several."""
+
+CutKind = Literal["waits", "pace", "order", "precedences", "words", "legs", "capacity", "soft part"]
+_FORBIDS: dict[CutKind, str] = {
+    "waits": "flights without the waits that the counterexamples ask for",
+    "pace": "flights at the plan's own times",
+    "order": "flights in every order of the robots",
+    "precedences": "flights of these words without precedences",
+    "words": "words that hold in every order of the robots",
+    "legs": "words along these legs",
+    "capacity": "more robots in one region",
+    "soft part": "plans that keep all of these soft parts",
+}
+
+
+@dataclass(frozen=True)
+class Cut:
+    """What a refused flight forbids of the plans to come.
+
+    Attributes:
+        kind: What is forbidden: flights without waits, at the plan's own times, or in every order; the same words without precedences; words that need none; words along
+            legs; more robots in a region; plans that keep all soft parts.
+        why: What was said of the flight.
+        rounds: How many times refinement had run by then.
+        anew: Whether what follows may be refined as often as the first plan, as its words are others.
+        proved: Whether no flight at all can have what is forbidden; else none was found, and an empty search proves nothing.
+        witnesses: Counterexamples that the next refinement keeps clear of.
+        legs: Legs that are forbidden.
+        capacity: Region, and how many robots it may hold.
+        parts: Soft parts, by index, that the first plan to lose one of them was meant to keep.
+        plan: Digest of the refused plan; empty where it may come again.
+    """
+
+    kind: CutKind
+    why: str
+    rounds: int
+    anew: bool = False
+    proved: bool = False
+    witnesses: tuple[Witness, ...] = ()
+    legs: frozenset[Leg] = frozenset()
+    capacity: tuple[str, int] | None = None
+    parts: tuple[int, ...] = ()
+    plan: str = ""
+
+    @property
+    def sentence(self) -> str:
+        """What is forbidden, and why."""
+        what = _FORBIDS[self.kind]
+        if self.kind == "legs":
+            what += ": " + ", ".join(f"{robot} to {region}" for robot, _, region in sorted(self.legs, key=str))
+        if self.capacity is not None:
+            what = f"more than {self.capacity[1]} robots in '{self.capacity[0]}'"
+        return f"{'Proved impossible' if self.proved else 'Given up'}: {what}. {self.why}"
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A plan to be refined and judged.
+
+    Attributes:
+        plan: With the precedences that the cuts ask for.
+        cuts: What earlier flights forbid, in the order in which they were refused.
+        rounds: How many flights were judged.
+        certified: What is certified already, while refinement tries to keep more of the planned soft parts.
+    """
+
+    plan: Plan
+    cuts: tuple[Cut, ...] = ()
+    rounds: int = 0
+    certified: Certified | None = None
+
+    def cut(self, cut: Cut, plan: Plan, *, rounds: int | None = None) -> Candidate:
+        """Return the candidate that comes after this one.
+
+        Args:
+            cut: What is forbidden of it.
+            plan: The next plan.
+            rounds: How many flights were judged by then; as many as for this one where None.
+        """
+        return replace(self, plan=plan, cuts=(*self.cuts, cut), rounds=self.rounds if rounds is None else rounds)
+
+    def since(self, *kinds: CutKind) -> tuple[Cut, ...]:
+        """Return the cuts of some kinds since a soft part was given up for the last time."""
+        last = max((i + 1 for i, cut in enumerate(self.cuts) if cut.kind == "soft part"), default=0)
+        return tuple(cut for cut in self.cuts[last:] if cut.kind in kinds)
+
+    @property
+    def witnesses(self) -> tuple[Witness, ...]:
+        """Counterexamples to these words that refinement keeps clear of."""
+        found: tuple[Witness, ...] = ()
+        for cut in self.cuts:
+            if cut.kind == "waits":
+                found += cut.witnesses
+            elif cut.kind != "pace":  # other words, or an order of all events, which answers what was said of the formula
+                found = tuple(each for each in found if each.claim != "formula") if cut.kind == "order" else ()
+        return found
+
+    @property
+    def legs(self) -> frozenset[Leg]:
+        """Legs that these words do without."""
+        return frozenset[Any]().union(*(cut.legs for cut in self.since("legs")))
+
+    @property
+    def capacities(self) -> Mapping[str, int]:
+        """Robots that regions hold, where refinement found no places for more."""
+        return dict(cut.capacity for cut in self.since("capacity") if cut.capacity is not None)
+
+    @property
+    def hurried(self) -> bool:
+        """Whether it is flown as fast as limits allow, for flights at the plan's own times outlast a vehicle's endurance."""
+        return bool(self.since("pace"))
+
+    @property
+    def others(self) -> int:
+        """How many times other words were taken for the sake of room."""
+        return len(self.since("legs", "capacity"))
+
+    @property
+    def last_round(self) -> int:
+        """After how many rounds this plan is given up."""
+        begun = max((cut.rounds for cut in self.cuts if cut.anew), default=0)
+        several = self.less_wished_left or (self.others > 0 and self.certified is None)
+        return begun + (_SEVERAL if several else MAX_ROUNDS)
+
+    @property
+    def less_wished_left(self) -> bool:
+        """Whether there are plans with still fewer soft parts."""
+        from ltlplan.replanning.soft_parts import how_many_wish_less
+
+        given_up = [cut for cut in self.cuts if cut.kind == "soft part"]
+        return bool(given_up) and len(given_up) < how_many_wish_less(given_up[0].parts)
+
+
+@dataclass(frozen=True)
+class Flight:
+    """What refinement made of a candidate, and what the judge says of it.
+
+    Attributes:
+        plan: The candidate's, with notes on its flight.
+        team: One trajectory a robot.
+        certificate: The judge's answer.
+    """
+
+    plan: Plan
+    team: dict[str, Trajectory]
+    certificate: Certificate
+
+    @property
+    def refused(self) -> tuple[Claim, ...]:
+        """The claims that do not hold."""
+        return tuple(claim for claim in self.certificate.claims if claim.outcome != "holds")
+
+
+@dataclass(frozen=True)
+class Conflict:
+    """Why refinement found no flight.
+
+    Attributes:
+        error: With the witness that says where.
+    """
+
+    error: LtlplanError
+
+
+@dataclass(frozen=True)
+class Certified:
+    """A team that is certified.
+
+    Attributes:
+        plan: With the precedences that the proof asked for.
+        team: One trajectory a robot.
+        certificate: The proof.
+        rounds: How many flights were judged.
+    """
+
+    plan: Plan
+    team: dict[str, Trajectory]
+    certificate: Certificate
+    rounds: int
+
+
+def digest(made: Plan) -> str:
+    """Return what tells plans apart: words, visits, and who waits for whom."""
+    does = {name: (str(robot.word), [visit.model_dump() for visit in robot.visits]) for name, robot in made.robots.items()}
+    waits = [wait.model_dump() for wait in (*made.precedences, *made.meetings)]
+    return hashlib.sha256(json.dumps([does, waits], sort_keys=True).encode()).hexdigest()

@@ -1,0 +1,246 @@
+"""Plans that keep as much weight of a mission's soft parts as can be kept beside its formula, and then cost least.
+
+Which parts those are is found by the exact search over words, whatever method then plans: for each set of parts that is asked about, the
+formula and these parts are one formula. The method is given the formula with those parts that its cheapest words do not keep anyway, so
+that a part which holds anyway changes nothing. What is kept in the end is said by the certificate, which reads the parts from the mission.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import itertools
+import math
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from ltlplan.allocation import Known, key_of
+from ltlplan.logic.budget import DEFAULT_BUDGET, TooLarge
+from ltlplan.precedences import with_planned_waits
+from ltlplan.replanning.soft_searches import Searches, asking
+from ltlplan.search.exact import assign
+from ltlplan.search.explanations.max_weight_subset import Kept, MostWeight, Parts
+from ltlplan.search.method import allocation_of
+from verify.data import BadInput, Infeasible, Mission, NotCertified, Plan, Unsatisfiable, Word
+from verify.data.plan import Meeting
+from verify.data.progress import Progress, part_of, silent
+
+if TYPE_CHECKING:
+    from verify.data.sections import SoftPart
+
+Planner = Callable[[Mission, Progress, Known], Plan]
+"""Plans a mission without soft parts."""
+_KEPT = "Planned words keep weight"
+_RELIEFS = 3  # soft parts without which a plan is tried that no flight kept
+_EXPLAINED = 8  # parts that are given up of which it is said what keeping them would have cost
+
+
+def plan_with_soft_parts(mission: Mission, planned: Planner, progress: Progress = silent) -> Plan:
+    """Plan a mission so that the most weight of its soft parts is kept.
+
+    Args:
+        mission: With soft parts.
+        planned: Plans a mission without soft parts, given what searches found before.
+        progress: Told a sentence and the share done, 0 to 1.
+
+    Raises:
+        Unsatisfiable: Not even the formula can be kept.
+        Infeasible: A word exists, but no way between the hoops was found.
+    """
+    progress("choosing among soft parts", 0.0)
+    searches = Searches(mission)
+    choices = MostWeight([part.weight for part in mission.soft_parts], searches.cost_of)
+    best = choices.choose()
+    if best is None:  # whoever plans the formula alone says why it cannot be kept, or finds out what was too large here
+        best = Kept(frozenset(), math.inf, certain=False)
+    if best.certain and searches.stopped - {best.parts}:  # what these cost at the least is not known
+        best = replace(best, certain=False)
+    made = _planned(mission, best.parts, searches, planned, part_of(progress, 0.2, 1.0))
+    kept = best.parts if _is_timed(mission, made.meetings) else kept_by_plan(mission, made)
+    notes = (*made.notes, *_said(mission, kept, best, choices))
+    return made.model_copy(update={"mission": made.mission.model_copy(update={"spec": mission.spec}), "notes": notes})
+
+
+def _planned(mission: Mission, parts: Parts, searches: Searches, planned: Planner, progress: Progress) -> Plan:
+    """Plan so that some parts are kept; those that the formula's cheapest words keep anyway are demanded only if they are lost then."""
+    demanded, known = parts, list(searches.found_for(parts))
+    if parts:
+        with contextlib.suppress(TooLarge):  # without them; with them it was not
+            plain = asking(mission, frozenset())
+            found = assign(plain)
+            known.append((plain, found))
+            words = {name: does.word for name, does in found.robots.items()}
+            demanded = (
+                parts if found.precedences or _is_timed(mission, found.meetings) else parts - kept_by_words(mission, words)
+            )
+    found_before = {key_of(asked): allocation_of(assignment) for asked, assignment in known}
+    given = Known(found=found_before, budget=searches.budget if parts else DEFAULT_BUDGET)
+    made = planned(asking(mission, demanded), progress, given)
+    if demanded != parts and (_is_timed(mission, made.meetings) or not parts <= kept_by_plan(mission, made)):
+        made = planned(asking(mission, parts), progress, given)
+    return made
+
+
+def less_wished(mission: Mission, kept: Collection[int]) -> Iterator[Mission]:
+    """Yield the mission with fewer soft parts, for plans that no flight keeps: without one, lightest first, at last without any.
+
+    Args:
+        mission: Whose parts.
+        kept: The soft parts, by index, that the plan was meant to keep.
+    """
+    parts = mission.soft_parts
+    lightest = sorted(kept, key=lambda index: (parts[index].weight, index))
+    for index in lightest[: how_many_wish_less(kept) - 1]:
+        fewer = tuple(part for i, part in enumerate(parts) if i != index)
+        spec = mission.spec.model_copy(update={"soft": fewer})
+        yield mission.model_copy(update={"spec": spec})
+    if kept:
+        yield mission.asking(mission.spec.formula)
+
+
+def how_many_wish_less(kept: Collection[int]) -> int:
+    """Return how many missions `less_wished` yields.
+
+    Args:
+        kept: The soft parts that the plan was meant to keep.
+    """
+    return min(len(kept), _RELIEFS) + 1 if len(kept) > 1 else len(kept)
+
+
+def same_words_under_precedences(made: Plan) -> Plan | None:
+    """Return the plan with precedences under which its words keep the formula and the soft parts that they are meant to keep.
+
+    Args:
+        made: A plan whose flight does not keep one of these parts.
+
+    Returns:
+        None where there are no such precedences, or the plan has them.
+    """
+    try:
+        found = with_planned_waits(made.model_copy(update={"mission": asking(made.mission, meant(made))}))
+    except Unsatisfiable:
+        return None
+    return None if found is None else found.model_copy(update={"mission": made.mission})
+
+
+def other_words_under_precedences(made: Plan, planned: Callable[[Mission], Plan]) -> Plan | None:
+    """Return a plan of other words that keep what a plan's words keep, but under precedences, as flights ask.
+
+    Args:
+        made: A plan that no flight keeps, or whose flight does not keep a soft part.
+        planned: Plans a mission without soft parts by words that hold under precedences.
+
+    Returns:
+        None where there are no such words, or no others.
+    """
+    mission = made.mission
+    if mission.spec.trace == "infinite" or len(made.robots) < 2:
+        return None
+    try:
+        other = planned(asking(mission, meant(made)))
+    except (BadInput, Unsatisfiable, Infeasible, NotCertified):
+        return None
+    if other.words == made.words and set(other.precedences) <= set(made.precedences):
+        return None
+    why = "Words that keep these soft parts in every order of the robots were given up for words that keep them under precedences, as a flight asks."
+    return reworded(made, other, why)
+
+
+def reworded(made: Plan, other: Plan, why: str) -> Plan:
+    """Return a plan of other words that keep the same soft parts, with what was said of these.
+
+    Args:
+        made: The plan whose words are given up.
+        other: The other words, and their paths.
+        why: Why, as a sentence for its notes.
+    """
+    said = itertools.dropwhile(lambda note: not note.startswith(_KEPT), made.notes)
+    return made.model_copy(
+        update={
+            **{name: getattr(other, name) for name in ("robots", "precedences", "meetings", "cost", "lower_bound", "complete")},
+            "notes": (*other.notes, *(note for note in said if note != why), why),
+        }
+    )
+
+
+def meant(made: Plan) -> Parts:
+    """Return the soft parts that a plan's words keep; all of them where that depends on the times of laps."""
+    if _is_timed(made.mission, ()):
+        return frozenset(range(len(made.mission.soft_parts)))
+    return kept_by_plan(made.mission, made)
+
+
+def _is_timed(mission: Mission, meetings: Sequence[Meeting]) -> bool:
+    """Tell whether what planned words keep depends on their times: robots wait for each other, or fly laps together."""
+    return bool(meetings) or (mission.spec.trace == "infinite" and len(mission.agents) > 1)
+
+
+def kept_by_plan(mission: Mission, made: Plan) -> Parts:
+    """Return the soft parts, by index, that a plan's words keep in every order of the robots; or under its precedences and meetings, where the formula needs them.
+
+    Args:
+        mission: Whose parts.
+        made: A plan for it, of a finite trace where robots are several.
+    """
+    from verify import check_team
+    from verify.trace_checking.planned_order import check_planned_order
+
+    hard = mission.asking(mission.spec.formula).formula
+    waits = made.meetings or (made.precedences and not check_team(hard, made.words, reading=mission.spec.team).sequential)
+    if not waits:
+        return kept_by_words(mission, made.words)
+    asked = (mission.asking(part.formula) for part in mission.soft_parts)
+    return frozenset(i for i, part in enumerate(asked) if check_planned_order(made.model_copy(update={"mission": part})))
+
+
+def kept_by_words(mission: Mission, words: Mapping[str, Word]) -> Parts:
+    """Return the soft parts, by index, that planned words keep in every order of the robots.
+
+    Plans whose robots meet keep more, in the order of their meetings.
+
+    Args:
+        mission: Whose parts.
+        words: One for each robot.
+    """
+    from verify import check_team, check_word
+
+    found: set[int] = set()
+    for index, part in enumerate(mission.soft_parts):
+        formula = mission.asking(part.formula).formula
+        if mission.spec.trace == "infinite":
+            (word,) = words.values()
+            holds = check_word(formula, word.prefix, word.cycle)
+        else:
+            holds = check_team(formula, words, reading=mission.spec.team).sequential
+        if holds:
+            found.add(index)
+    return frozenset(found)
+
+
+def part_text(part: SoftPart) -> str:
+    """Return a soft part for a person."""
+    return f"`{part.formula}` (weight {part.weight:g})"
+
+
+def _said(mission: Mission, kept: Parts, best: Kept, choices: MostWeight) -> list[str]:
+    """Say what is kept, and of each part that is given up what keeping it would have cost."""
+    parts = mission.soft_parts
+    weight, whole = (math.fsum(parts[index].weight for index in those) for those in (kept, range(len(parts))))
+    said = [f"{_KEPT} {weight:g} of {whole:g} of the soft parts."]
+    given_up = [index for index in range(len(parts)) if index not in kept]
+    for index in given_up[:_EXPLAINED]:
+        said.append(f"Given up: {part_text(parts[index])}; {_price(mission, index, kept, choices)}.")
+    if given_up[_EXPLAINED:]:
+        said.append(f"And {len(given_up) - _EXPLAINED} more are given up.")
+    if not best.certain:
+        said.append("Not all choices could be searched; a plan that keeps more weight, or costs less, may exist.")
+    return said
+
+
+def _price(mission: Mission, index: int, kept: Parts, choices: MostWeight) -> str:
+    other = choices.choose(frozenset({index}))
+    if other is None:
+        known = choices.alone_impossible(index)
+        return "it cannot be kept beside the formula" if known else "no plan that keeps it was found"
+    lost = [part_text(mission.soft_parts[i]) for i in sorted(kept - other.parts)]
+    return f"keeping it would give up {' and '.join(lost)}" if lost else f"keeping it would cost {other.cost:.3f} in all"

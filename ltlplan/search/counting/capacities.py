@@ -1,0 +1,163 @@
+"""How many robots a region holds at most, at their separation: an upper bound that is proved, never a guess of how many fit.
+
+Robots that are surely in a region have their centres in it less the margin, and any two of them keep a least distance d. Of n points
+within a radius R of some point, squared distances to each other add up to at most n^2 R^2 (Rankin 1955), so that n is no more than
+d^2 / (d^2 - 2 R^2) where R is below d / sqrt(2). A region that is longer than that is cut into boxes, and holds no more than they do together.
+With `separation_z` all of it is said of a world in which z is stretched.
+
+Where fewer fit than that, refinement says so of a plan, and planning is asked again with these capacities.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ltlplan.search.counting.counting_propositions import shows
+from ltlplan.systems.transition_systems import TransitionSystem
+from verify.data import Formula, Mission
+from verify.data.shapes.region import Region
+
+Floats = NDArray[np.float64]
+
+_ROUNDING = 1e-6
+"""m by which robots may be nearer and regions larger than is computed, so that a bound never is too small."""
+_MANY = 1_000_000
+_LARGEST = 20.0
+"""How many times as large a region is thought to be made, to say what would do."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Room:
+    """A region as a place for several robots.
+
+    Attributes:
+        region: Its body.
+        apart: m between the centres of robots.
+        margin: m that centres are inside the region.
+        z_scale: Distances in z count this many times.
+    """
+
+    region: Region
+    apart: float
+    margin: float
+    z_scale: float
+
+    @classmethod
+    def of(cls, mission: Mission, name: str) -> Room:
+        """Return a region of a mission, for any of its robots.
+
+        Args:
+            mission: Of several robots.
+            name: The region's.
+        """
+        z_scale = mission.separation / mission.separation_z if mission.separation_z else 1.0
+        least = min(mission.least_distance(one, other) for one, other in itertools.combinations(mission.agents, 2))
+        margin = mission.margin
+        return cls(mission.all_regions[name], least + 2.0 * margin * max(1.0, z_scale), margin, z_scale)
+
+    def most(self, robots: int, *, scale: float = 1.0) -> int:
+        """Return a number of robots, at most those that are asked about, that are surely not exceeded.
+
+        Args:
+            robots: How many there are.
+            scale: How many times as large, in each direction, the region is thought to be.
+        """
+        half = np.array(self.region.half_lengths) * scale - self.margin
+        if min(half) < 0.0:
+            return 0
+        reach = (self.region.outer_radius * scale - self.margin) * max(1.0, self.z_scale)
+        best = min(robots, _within(min(reach, self._radius(half)), self.apart))
+        for parts in _parts(2 * robots) if best > 1 else ():
+            best = min(best, self._in_boxes(parts, half, scale, best))
+        return best
+
+    def scale_for(self, robots: int) -> float | None:
+        """Return how many times as large, in each direction, the region must be at the least to hold some robots; None: very many."""
+        low = high = 1.0
+        while self.most(robots, scale=high) < robots:
+            low, high = high, high * 1.5
+            if high > _LARGEST:
+                return None
+        while high - low > 1e-3:
+            middle = (low + high) / 2
+            low, high = (middle, high) if self.most(robots, scale=middle) < robots else (low, middle)
+        return low
+
+    def _radius(self, half: Floats) -> float:
+        """Return the radius of the ball around a box, as distances count."""
+        return float(np.linalg.norm(half * (1.0, 1.0, self.z_scale)))
+
+    def _in_boxes(self, parts: tuple[int, int, int], half: Floats, scale: float, best: int) -> int:
+        """Return how many the region surely does not exceed, cut into so many boxes along its axes; `best` where not fewer."""
+        each = _within(self._radius(half / parts), self.apart)
+        if each >= best:
+            return best
+        axes = [h * (2.0 * np.arange(n) + 1.0 - n) / n for h, n in zip(half, parts, strict=True)]
+        middles = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3) / scale
+        far = 1.0 + float(np.linalg.norm(half / parts)) / scale / self.region.inner_radius + _ROUNDING
+        levels = self.region.level(np.array(self.region.center) + middles)
+        return each * int(np.sum(np.sqrt(levels) <= far))
+
+
+def _within(radius: float, apart: float) -> int:
+    """Return how many points at least `apart` from each other lie within a radius, at most; very many where nothing is said."""
+    square, twice = (apart - _ROUNDING) ** 2, 2.0 * (radius + _ROUNDING) ** 2
+    return int(square / (square - twice)) if twice < 0.999 * square else _MANY
+
+
+def _parts(most: int) -> Iterator[tuple[int, int, int]]:
+    """Yield the numbers of boxes along three axes, no more than `most` in all."""
+    for x in range(1, most + 1):
+        for y in range(1, most // x + 1):
+            for z in range(1, most // (x * y) + 1):
+                yield x, y, z
+
+
+def small_rooms(mission: Mission, systems: Sequence[TransitionSystem], capacities: Mapping[str, int]) -> dict[str, int]:
+    """Return the regions that hold fewer robots than there are, with how many at most.
+
+    Args:
+        mission: Of several robots.
+        systems: What they can do.
+        capacities: Robots that regions hold, where refinement found no places for more.
+    """
+    robots = len(mission.agents)
+    visited = {region for system in systems for node in system.nodes for region in node.regions}
+    known: dict[object, int] = {}
+    found: dict[str, int] = {}
+    for name in (region for region in mission.all_regions if region in visited):
+        body = mission.all_regions[name].body
+        if body not in known:
+            known[body] = Room.of(mission, name).most(robots)
+        most = min(known[body], capacities.get(name, robots))
+        if most < robots:
+            found[name] = most
+    return found
+
+
+def most_that_show(
+    counted: Formula, systems: Iterable[TransitionSystem], rooms: Mapping[str, int]
+) -> tuple[int, tuple[str, ...]] | None:
+    """Return how many robots satisfy a Boolean combination of names at once at most, and the regions in which they are then.
+
+    Args:
+        counted: What each robot's letter is asked.
+        systems: What robots can do.
+        rooms: How many robots small regions hold.
+
+    Returns:
+        None where robots that are in no small region satisfy it.
+    """
+    within: set[str] = set()
+    for letter, regions in {(s.labels[i], node.regions) for s in systems for i, node in enumerate(s.nodes)}:
+        if shows(counted, letter):
+            small = [(rooms[region], region) for region in regions if region in rooms]
+            if not small:
+                return None
+            within.add(min(small)[1])
+    return sum(rooms[region] for region in within), tuple(sorted(within))

@@ -1,0 +1,94 @@
+"""Classes of places: robots that rest in one class can do the same and are not told apart, so they are only counted."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from ltlplan.search.counting.counting_propositions import Marks, Sums
+
+Numbers = tuple[int, ...]
+"""How many robots rest in each class of places."""
+
+
+@dataclass(frozen=True, slots=True)
+class ClassMove:
+    """A move from one class of places to another.
+
+    Attributes:
+        source: The class that a robot leaves.
+        target: The one that it comes to.
+        marks: What it shows on the way, the target last: marks of each letter.
+        cost: The least.
+        key: Tells the way from others between the same classes.
+    """
+
+    source: int
+    target: int
+    marks: tuple[Sums, ...]
+    cost: float
+    key: object
+
+
+@dataclass(frozen=True, slots=True)
+class Crowd:
+    """Classes in which robots are in one small region.
+
+    Attributes:
+        classes: Their numbers.
+        most: How many robots the region holds.
+        passing: Whether one more may come while another one leaves.
+    """
+
+    classes: frozenset[int]
+    most: int
+    passing: bool
+
+    def excess(self, numbers: Numbers) -> int:
+        """Return by how many robots the region is too small."""
+        return sum(numbers[number] for number in self.classes) - self.most
+
+
+@dataclass(frozen=True, slots=True)
+class Classes:
+    """What a team can do, over classes that are numbered.
+
+    Attributes:
+        marks: What the formula sees.
+        resting: For each class the marks that a robot makes that rests there.
+        ends: For each class whether the flight may end there.
+        moves: For each class the moves from it.
+        begin: How many robots start in each class.
+        crowds: Small regions, none of which holds too many robots at rest.
+    """
+
+    marks: Marks
+    resting: tuple[Sums, ...]
+    ends: tuple[bool, ...]
+    moves: tuple[tuple[ClassMove, ...], ...]
+    begin: Numbers
+    crowds: tuple[Crowd, ...] = ()
+
+    def sums(self, numbers: Numbers) -> Sums:
+        """Return how many robots make each mark.
+
+        Args:
+            numbers: How many rest in each class.
+        """
+        total = [0] * len(self.resting[0])
+        for marks, count in zip(self.resting, numbers, strict=True):
+            if count:
+                total = [t + count * m for t, m in zip(total, marks, strict=True)]
+        return tuple(total)
+
+
+def numbers_of(classes: Sequence[int], count: int) -> Numbers:
+    """Return how many robots are in each of some classes.
+
+    Args:
+        classes: Each robot's class.
+        count: How many classes there are.
+    """
+    found = Counter(classes)
+    return tuple(found[index] for index in range(count))

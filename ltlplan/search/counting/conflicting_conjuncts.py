@@ -1,0 +1,143 @@
+"""Why no plan keeps a formula that counts robots: the parts of it that cannot hold together."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+
+from ltlplan.logic.budget import Budget, TooLarge
+from ltlplan.logic.conjunction import conjunct_automata, conjuncts
+from ltlplan.search.counting.capacities import Room, most_that_show
+from ltlplan.search.counting.planning import plan_counts
+from ltlplan.search.explanations.unsatisfiable_cores import NoPlan
+from ltlplan.systems.transition_systems import TransitionSystem
+from verify.data import Formula, Mission
+from verify.data.language.counting import atoms, written_out
+from verify.data.language.formula import FREE
+from verify.data.language.free import in_no_region
+
+_STATES = 20_000
+
+
+def no_counted_plan(
+    mission: Mission, systems: Sequence[TransitionSystem], kinds: Sequence[str], asked: Formula, rooms: Mapping[str, int]
+) -> NoPlan:
+    """Return the error that says which parts of the formula cannot hold together.
+
+    Args:
+        mission: Whose formula cannot be met.
+        systems: One for each robot.
+        kinds: As for `plan_counts`.
+        asked: The formula, written out.
+        rooms: How many robots small regions hold.
+    """
+    core = list(dict.fromkeys(conjuncts(asked)))
+    for part in list(core):
+        others = [other for other in core if other != part]
+        if others and not _possible(others, systems, kinds, rooms):
+            core = others
+    reasons = [
+        *_too_many(mission),
+        *(_too_small(mission, systems, rooms, core) if rooms and _possible(core, systems, kinds, {}) else ()),
+        "Robots move one after another or together, and each waits in its region, or just outside one that it has left, for others where that helps.",
+    ]
+    written = _as_written(mission)
+    return NoPlan([written.get(str(part), str(part)) for part in core], reasons)
+
+
+def _as_written(mission: Mission) -> dict[str, str]:
+    """Return how parts of the formula stand in the mission, by how they are written out."""
+    found: dict[str, str] = {}
+    for part in conjuncts(mission.written.substitute({FREE: in_no_region(mission.all_regions)})):
+        out, *more = conjuncts(written_out(part, tuple(mission.agents)))
+        if not more:
+            found[str(out)] = str(part)
+    return found
+
+
+def _possible(
+    parts: Sequence[Formula], systems: Sequence[TransitionSystem], kinds: Sequence[str], rooms: Mapping[str, int]
+) -> bool:
+    formula = parts[0]
+    for part in parts[1:]:
+        formula = Formula("&", (formula, part))
+    try:
+        automata = conjunct_automata(formula, "finite")
+        return plan_counts(systems, kinds, automata, atoms(formula), Budget(states=_STATES), rooms=rooms) is not None
+    except TooLarge:
+        return True  # not known to be impossible
+
+
+def _too_many(mission: Mission) -> list[str]:
+    """Name counts that ask for more robots than there are."""
+    robots = len(mission.agents)
+    found: list[str] = []
+    for node in mission.written.nodes():
+        if node.bound is not None:
+            sign, number = node.bound
+            if number + (sign == ">") > robots and sign in (">=", ">", "=="):
+                found.append(f"`{node}` asks for more robots than the mission has: {robots}.")
+    return list(dict.fromkeys(found))
+
+
+def _too_small(
+    mission: Mission, systems: Sequence[TransitionSystem], rooms: Mapping[str, int], core: Sequence[Formula]
+) -> Iterator[str]:
+    """Name counts that ask for more robots at once than there is room for, and what would do."""
+    known: set[str] = set()
+    counts = {text: atom for part in core for text, atom in atoms(part).items() if not atom.robot}
+    signed = {pair for part in core for pair in _signed_counts(part)}
+    for text, atom in sorted(counts.items(), key=lambda item: item[1].least):
+        every_other = Formula("!", (atom.counted,)), len(systems) - atom.least + 1
+        asked_for = ((atom.counted, atom.least), True), (every_other, False)  # that fewer do is that all others do not
+        for counted, least in (asked for asked, sign in asked_for if (text, sign) in signed):
+            found = most_that_show(counted, systems, rooms)
+            if found is not None and least > found[0] and str(_plain(counted)) not in known:
+                known.add(str(_plain(counted)))
+                asked = str(Formula("count", (_plain(counted),), bound=(">=", least)))
+                places = " or ".join(f"'{name}' (room for {rooms[name] or 'none'})" for name in found[1])
+                yield f"`{asked}` asks for {least} robots in {places}: {_kept(mission)} {_what_would_do(mission, found[1], least)}"
+
+
+def _signed_counts(formula: Formula) -> set[tuple[str, bool]]:
+    """Return the counts of a written-out formula by their texts, with whether they are asked for or ruled out; of some both."""
+    found, stack = set[tuple[str, bool]](), [(formula, True)]
+    seen = set[tuple[int, bool]]()
+    while stack:
+        node, sign = stack.pop()
+        if (id(node), sign) in seen:
+            continue
+        seen.add((id(node), sign))
+        if node.operator == "count":
+            found.add((node.atom, sign))
+            continue
+        for place, argument in enumerate(node.arguments):
+            turned = node.operator == "!" or (node.operator == "->" and place == 0)
+            stack.append((argument, sign != turned))
+            if node.operator in ("xor", "<->"):
+                stack.append((argument, not sign))
+    return found
+
+
+def _plain(counted: Formula) -> Formula:
+    twice = counted.operator == "!" and counted.arguments[0].operator == "!"
+    return counted.arguments[0].arguments[0] if twice else counted
+
+
+def _kept(mission: Mission) -> str:
+    room = Room.of(mission, next(iter(mission.all_regions)))
+    stretched = f", a distance in z counting {room.z_scale:g} times" if room.z_scale != 1.0 else ""
+    return f"their centres are {room.apart:g} m apart (separation and margins{stretched}), and inside by the margin {room.margin:g} m."
+
+
+def _what_would_do(mission: Mission, regions: Sequence[str], least: int) -> str:
+    other = "ask for fewer, or in more regions"
+    if len(regions) > 1:
+        return f"Make one of them larger, or {other}."
+    scale = Room.of(mission, regions[0]).scale_for(least)
+    if scale is None:
+        return f"Make it much larger, or {other}."
+    size = " x ".join(f"{2 * half:.3g}" for half in mission.all_regions[regions[0]].half_lengths)
+    return (
+        f"Make it larger ({size} m now; at least {math.ceil(scale * 100) / 100:g} times that, in each direction), or {other}."
+    )

@@ -1,0 +1,218 @@
+"""How much is surely left, from where the robots rest: ways that between them reach every goal that is needed.
+
+What one robot pays at the least for a set of goals, in whatever order, is found once for each class from which it may begin (Held and
+Karp 1962, over moves). The goals are then shared out among robots. Where each is needed once, at the least cost of joining sets: no less
+than the spanning tree over goals, which `ltlplan.search.heuristics` uses. Where some are needed of several robots, that is a set cover, and its
+linear relaxation is looked at: a price for each goal, paid to every robot that reaches it, where no robot gets more than its way costs.
+Any prices give a lower bound, so those that are best of one state serve others.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ltlplan.search.counting.classes import Classes, Numbers
+from ltlplan.search.counting.counting_propositions import States, Sums
+from ltlplan.search.counting.landmarks import Landmarks
+from ltlplan.search.heuristics.heuristic import UNREACHABLE
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+MOST_GOALS = 8
+"""Goals that are looked at."""
+_MOST_PRICES = 4
+"""Prices by which states that need the same goals are bounded."""
+_ROUNDING = 1e-7
+"""By how much less than computed a bound is, in units of costs: sums of the same costs differ by their order."""
+
+
+class CoverBound:
+    """Lower bounds on what is left, from goals that must be reached.
+
+    Args:
+        classes: The team's.
+    """
+
+    def __init__(self, classes: Classes) -> None:
+        self._landmarks = Landmarks(classes.marks)
+        self._bits = [1 << index for index in range(len(self._landmarks.goals[:MOST_GOALS]))]
+        costs = self._costs(classes)
+        self._open = [self._missed((own,)) for own in classes.resting]
+        sets = np.arange(1 << len(self._bits))
+        self._alone = np.where(
+            sets[:, None] & ~np.array(self._open), np.inf, costs
+        )  # of sets that a robot there has not reached in part
+        self._rows: list[list[float]] = self._alone.tolist()
+        self._least: dict[frozenset[int], list[float]] = {}
+        self._joined: dict[tuple[int, frozenset[int]], float] = {}
+        self._prices: dict[int, list[_Prices]] = {}
+
+    def __call__(self, states: States, sums: Sums, numbers: Numbers) -> float:
+        """Return a lower bound; `UNREACHABLE` where a goal is out of reach.
+
+        Args:
+            states: The conjuncts' states.
+            sums: How many robots make each mark.
+            numbers: How many robots rest in each class.
+        """
+        missing = self._landmarks(states, sums)[: len(self._bits)]
+        asked = sum(bit for bit, more in zip(self._bits, missing, strict=True) if more)
+        if not asked:
+            return 0.0
+        places = frozenset(place for place, count in enumerate(numbers) if count)
+        found = self._join(asked, places)
+        if max(missing) > 1 and found < UNREACHABLE:
+            found = max(found, *(prices.bound(missing, numbers, places) for prices in self._priced(asked, missing, numbers)))
+        return max(0.0, found - _ROUNDING)
+
+    def dearest(self, states: States, sums: Sums, robots: Sequence[tuple[int, float]]) -> float:
+        """Return a lower bound on what the dearest robot pays in the end.
+
+        A goal that is needed of all robots that have not reached it adds to what each of them pays; of any other one, so many robots that
+        reach it cheaply pay at least as much as the last of them does.
+
+        Args:
+            states: The conjuncts' states.
+            sums: How many robots make each mark.
+            robots: The class of each, and what it has paid.
+        """
+        missing = self._landmarks(states, sums)[: len(self._bits)]
+        left = [self._open[place] for place, _ in robots]
+        forced, some = 0, list[tuple[int, int]]()
+        for bit, more in zip(self._bits, missing, strict=True):
+            able = sum(1 for own in left if own & bit) if more else 0
+            if more > able:
+                return UNREACHABLE
+            if more and more == able:
+                forced |= bit
+            elif more:
+                some.append((bit, more))
+        begun = [(place, paid, own & forced) for (place, paid), own in zip(robots, left, strict=True)]
+        found = max(paid + self._rows[own][place] for place, paid, own in begun)
+        for bit, more in some:
+            reached = sorted(paid + self._rows[own | bit][place] for place, paid, own in begun if self._open[place] & bit)
+            found = max(found, reached[more - 1])
+        return found - _ROUNDING
+
+    def _missed(self, letters: Sequence[Sums]) -> int:
+        """Return the goals, as bits, that none of a robot's letters reaches."""
+        goals = zip(self._bits, self._landmarks.goals, strict=False)
+        return sum(bit for bit, goal in goals if not any(map(goal.shown, letters)))
+
+    def _costs(self, classes: Classes) -> Floats:
+        """Return what one robot pays at the least for each set of goals, as bits, from each class. Shape (sets, classes)."""
+        count, everything = len(classes.moves), sum(self._bits)
+        far = np.full((count, count), np.inf)
+        np.fill_diagonal(far, 0.0)
+        helpful: dict[tuple[int, int, int], float] = {}  # source, target, goals
+        for move in (move for found in classes.moves for move in found):
+            far[move.source, move.target] = min(far[move.source, move.target], move.cost)
+            reached = everything ^ self._missed(move.marks)
+            if reached:
+                key = move.source, move.target, reached
+                helpful[key] = min(move.cost, helpful.get(key, np.inf))
+        for middle in range(count):
+            np.minimum(far, far[:, middle, None] + far[middle], out=far)
+        sources, targets, reached = np.array(list(helpful), dtype=np.int64).reshape(-1, 3).T
+        costs = np.array(list(helpful.values()))
+        found = np.zeros((everything + 1, count))
+        for wanted in range(1, everything + 1):
+            helps = (reached & wanted) > 0
+            left = costs[helps] + found[wanted & ~reached[helps], targets[helps]]
+            begun = np.full(count, np.inf)
+            np.minimum.at(begun, sources[helps], left)
+            found[wanted] = (far + begun).min(axis=1)
+        return found
+
+    def _join(self, asked: int, places: frozenset[int]) -> float:
+        """Return the least sum of what robots from these classes, as many as are wanted, pay for the goals."""
+        if not asked:
+            return 0.0
+        found = self._joined.get((asked, places))
+        if found is None:
+            least = self._least.get(places)
+            if least is None:
+                least = self._least[places] = self._alone[:, sorted(places)].min(axis=1).tolist()
+            lowest = asked & -asked
+            found, more = UNREACHABLE, asked ^ lowest
+            while True:
+                first = least[more | lowest]
+                if first < found:
+                    found = min(found, first + self._join(asked ^ (more | lowest), places))
+                if not more:
+                    break
+                more = (more - 1) & (asked ^ lowest)
+            self._joined[asked, places] = found
+        return found
+
+    def _priced(self, asked: int, missing: Sequence[int], numbers: Numbers) -> list[_Prices]:
+        """Return prices for states that need these goals: those of states that need more, and the best of this one."""
+        found = self._prices.get(asked)
+        if found is None:
+            within = np.array([own for own in range(1, len(self._alone)) if not own & ~asked])
+            offers = _Offers(within, self._alone[within], len(self._bits))
+            others = [prices for known, group in self._prices.items() if not asked & ~known for prices in group]
+            kept = [prices.of * [bool(bit & asked) for bit in self._bits] for prices in others[-_MOST_PRICES + 1 :]]
+            found = self._prices[asked] = [offers.at(prices) for prices in (*kept, offers.best(missing, numbers))]
+        return found
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Prices:
+    """What is paid for each goal, and by how much at most a robot is then paid more than its way costs.
+
+    Attributes:
+        of: For each goal. Shape (goals,).
+        gains: For each class, not below 0.
+    """
+
+    of: Floats
+    gains: list[float]
+
+    def bound(self, missing: Sequence[int], numbers: Numbers, places: frozenset[int]) -> float:
+        """Return a lower bound on what all pay."""
+        paid = float(self.of @ np.array(missing))
+        return paid - sum(self.gains[place] * numbers[place] for place in places)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Offers:
+    """Sets of goals, and what a robot pays for each.
+
+    Attributes:
+        sets: As bits. Shape (sets,).
+        costs: From each class. Shape (sets, classes).
+        goals: How many there are.
+    """
+
+    sets: Integers
+    costs: Floats
+    goals: int
+
+    def at(self, prices: Floats) -> _Prices:
+        """Return these prices with what robots gain by them."""
+        return _Prices(prices, np.maximum(0.0, (self._paid() @ prices)[:, None] - self.costs).max(axis=0).tolist())
+
+    def best(self, missing: Sequence[int], numbers: Numbers) -> Floats:
+        """Return the prices that give the largest bound: the dual of the cover's linear relaxation."""
+        from scipy.optimize import linprog  # here: it takes long to load, and few plans need it
+
+        places = [place for place, count in enumerate(numbers) if count]
+        rows, limits = list[Floats](), list[Floats]()
+        for column, place in enumerate(places):
+            gained = np.zeros((len(self.sets), len(places)))
+            gained[:, column] = -1.0
+            possible = np.isfinite(self.costs[:, place])
+            rows.append(np.hstack([self._paid(), gained])[possible])
+            limits.append(self.costs[possible, place])
+        aim = np.array([*(-float(more) for more in missing), *(float(numbers[place]) for place in places)])
+        found = linprog(aim, A_ub=np.vstack(rows), b_ub=np.concatenate(limits), bounds=(0.0, None), method="highs")
+        return np.maximum(0.0, found.x[: self.goals]) if found.success else np.zeros(self.goals)
+
+    def _paid(self) -> Floats:
+        return (self.sets[:, None] >> np.arange(self.goals) & 1).astype(np.float64)

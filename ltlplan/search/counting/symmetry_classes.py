@@ -1,0 +1,247 @@
+"""Robots in classes: robots that can do the same, and that the formula does not name, are one class wherever they rest."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from ltlplan.search.counting.classes import Classes, ClassMove, Crowd, numbers_of
+from ltlplan.search.counting.concurrent_steps import Turn, stages
+from ltlplan.search.counting.counter_search import Course
+from ltlplan.search.counting.counting_propositions import Marks, Sums
+from ltlplan.search.counting.landmarks import never_made
+from ltlplan.search.counting.moves import Move, RobotMoves
+from ltlplan.systems.transition_systems import Node, TransitionSystem
+from verify.data import InternalError
+
+_Class = tuple[object, ...]
+"""What robots at rest have in common that can do the same and are not told apart."""
+_Way = tuple[Node, bool, tuple[Sums, ...]]
+"""A move's target, whether the robot stays there, and what it shows on the way."""
+
+
+@dataclass(frozen=True, slots=True)
+class CountedPlan:
+    """What robots do, and who waits for whom.
+
+    Attributes:
+        paths: Nodes of each robot's system.
+        turns: In an order that does what is asked: (robot, places in its path before and after that move).
+        stages: Turns, by index, that are made at the same time; those of one stage begin when all of the one before have ended.
+        cost: Sum over the robots, or that of the dearest.
+        bound: No plan that makes one move after another costs less.
+        reached: States that were seen.
+        stays: Whether some robot stays for good where nobody can wait for it.
+    """
+
+    paths: tuple[tuple[int, ...], ...]
+    turns: tuple[tuple[int, int, int], ...]
+    stages: tuple[tuple[int, ...], ...]
+    cost: float
+    bound: float
+    reached: int
+    stays: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Rooms:
+    """What small regions hold.
+
+    Attributes:
+        most: How many robots, by region.
+        passing: Whether one robot may come to a full one while another one leaves it.
+    """
+
+    most: Mapping[str, int]
+    passing: bool
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class CountedTeam:
+    """Who there is, and what is asked of them.
+
+    Attributes:
+        systems: One for each robot.
+        kinds: For each robot a key that robots have in common which can do the same.
+        marks: What the formula sees.
+        rooms: Which regions are small.
+        skips: Whether rests are left out of which the formula sees nothing.
+        longest: Whether the dearest robot's cost counts, not the sum.
+    """
+
+    systems: tuple[TransitionSystem, ...]
+    kinds: tuple[str, ...]
+    marks: Marks
+    rooms: Rooms
+    skips: bool
+    longest: bool = False
+
+
+class TeamClasses:
+    """The robots' moves, put into classes: as a search over numbers has them, and back from its courses to what each robot does.
+
+    Args:
+        team: Who there is.
+        stays: Whether robots may stay for good where nobody can wait for them.
+        apart: Whether robots whose ways from their starts cost them differently are told apart; else all that can do the same go at the
+            cost of the nearest.
+        robots: Their moves, where they are known.
+    """
+
+    def __init__(self, team: CountedTeam, *, stays: bool, apart: bool = False, robots: Sequence[RobotMoves] = ()) -> None:
+        self.team, self.systems, self.marks, self._apart = team, team.systems, team.marks, apart
+        self.robots = tuple(robots) or tuple(
+            RobotMoves(system, partial(self.marks.of, system.robot), stays=stays, skips=team.skips) for system in team.systems
+        )
+        self._stays = stays
+        self.kinds = [
+            kind if system.robot not in self.marks.named else f"{kind} {system.robot}"
+            for kind, system in zip(team.kinds, team.systems, strict=True)
+        ]
+        self.classes: list[_Class] = []
+        self.member: list[tuple[int, int]] = []  # of each class a robot and a node of it
+        self._last: list[bool] = []
+        self._numbers: dict[_Class, int] = {}
+        self.start = [self._class(robot, system.initial) for robot, system in enumerate(self.systems)]
+
+    def _class(self, robot: int, node: int, *, last: bool = False) -> int:
+        """Return the number of the class of a robot at a node, where it may have come to stay."""
+        system = self.systems[robot]
+        key: _Class = (self.kinds[robot], system.nodes[node], last)
+        if node == system.initial:
+            moves = self.robots[robot].of(node)
+            ways = frozenset((self._way(robot, move), round(move.cost, 6) if self._apart else 0.0) for move in moves)
+            key = self.kinds[robot], system.labels[node], ways, self.robots[robot].ends(node)
+        found = self._numbers.get(key)
+        if found is None:
+            found = self._numbers[key] = len(self.classes)
+            self.classes.append(key)
+            self.member.append((robot, node))
+            self._last.append(last)
+        return found
+
+    def _way(self, robot: int, move: Move) -> _Way:
+        return self.systems[robot].nodes[move.target], move.last, move.shown
+
+    def told_apart(self) -> TeamClasses:
+        """Return the classes of robots that are told apart by what their first moves cost."""
+        return TeamClasses(self.team, stays=self._stays, apart=True, robots=self.robots)
+
+    def made(self) -> Classes:
+        """Return all classes that can be reached."""
+        costs: dict[tuple[int, object], float] = {}
+        for robot, at in enumerate(self.start):
+            for move in self.robots[robot].of(self.systems[robot].initial):
+                key = at, self._way(robot, move)
+                costs[key] = min(move.cost, costs.get(key, float("inf")))
+        never = sorted(never_made(self.marks))
+        moves: list[list[ClassMove]] = []
+        for number, (robot, node) in enumerate(self.member):  # grows while it is walked
+            found: list[ClassMove] = []
+            for move in () if self._last[number] else self.robots[robot].of(node):
+                key = self._way(robot, move)
+                marks = move.shown or (self._marks(robot, move.target),)
+                if any(own[mark] for own in marks for mark in never):
+                    continue
+                cost = costs.get((number, key), move.cost)
+                found.append(ClassMove(number, self._class(robot, move.target, last=move.last), marks, cost, key))
+            moves.append(found)
+        resting = [self._marks(robot, node) for robot, node in self.member]
+        ends = [self.robots[robot].ends(node) for robot, node in self.member]
+        within = {
+            region: frozenset(
+                number for number, (robot, node) in enumerate(self.member) if region in self.systems[robot].nodes[node].regions
+            )
+            for region in self.team.rooms.most
+        }
+        crowds = tuple(Crowd(within[region], most, self.team.rooms.passing) for region, most in self.team.rooms.most.items())
+        begin = numbers_of(self.start, len(self.classes))
+        return Classes(self.marks, tuple(resting), tuple(ends), tuple(map(tuple, moves)), begin, crowds)
+
+    def _marks(self, robot: int, node: int) -> Sums:
+        return self.robots[robot].marks[node]
+
+    def cost(self, course: Course) -> float:
+        """Return what a course costs with the robots that begin it.
+
+        Args:
+            course: Found in a search over these classes.
+        """
+        return sum(move.cost for _, move in self._flown(course))
+
+    def plan(self, course: Course) -> CountedPlan:
+        """Return what each robot does in a course, and the stages.
+
+        Args:
+            course: Found in a search over these classes.
+
+        Raises:
+            InternalError: The course does not do what is asked: a bug of ours.
+        """
+        flown = self._flown(course)
+        own = [sum(move.cost for who, move in flown if who == robot) for robot in range(len(self.systems))]
+        paths = [[system.initial] for system in self.systems]
+        turns: list[Turn] = []
+        places: list[tuple[int, int, int]] = []
+        for (robot, move), step in zip(flown, course.moves, strict=True):
+            path = paths[robot]
+            places.append((robot, len(path), len(path) + len(move.path)))
+            turns.append(Turn(robot, (self._marks(robot, path[-1]), *step.marks)))
+            path += move.path
+        begin = [self._marks(robot, system.initial) for robot, system in enumerate(self.systems)]
+        together = stages(self.marks, begin, turns)
+        if together is None:
+            raise InternalError("The words of a plan with counts do not keep the formula. This is a bug of ltlplan's.")
+        return CountedPlan(
+            tuple(map(tuple, paths)),
+            tuple(places),
+            tuple(map(tuple, together)),
+            max(own) if self.team.longest else sum(own),
+            course.bound,
+            course.reached,
+            any(move.last for _, move in flown),
+        )
+
+    def _flown(self, course: Course) -> list[tuple[int, Move]]:
+        """Return each move of a course as the robot's that makes it."""
+        at = [system.initial for system in self.systems]
+        found: list[tuple[int, Move]] = []
+        for robot, step in zip(course.who or self._who(course), course.moves, strict=True):
+            found.append((robot, next(move for move in self.robots[robot].of(at[robot]) if self._way(robot, move) == step.key)))
+            at[robot] = found[-1][1].target
+        return found
+
+    def _who(self, course: Course) -> list[int]:
+        """Return which robot makes each move: first moves from starts go to robots at the least cost, all others in turn."""
+        waiting: dict[int, deque[int]] = {}
+        roles: list[tuple[int, ClassMove]] = []  # of each role its start's class and first move
+        made: list[int] = []
+        started = [0] * len(self.classes)
+        for move in course.moves:
+            queue = waiting.setdefault(move.source, deque())
+            if queue:
+                role = queue.popleft()
+            else:
+                role = len(roles)
+                roles.append((move.source, move))
+                started[move.source] += 1
+            made.append(role)
+            waiting.setdefault(move.target, deque()).append(role)
+        from scipy.optimize import linear_sum_assignment  # here: it takes long to load, and few plans need it
+
+        robot_of: dict[int, int] = {}
+        for at in sorted({place for place, _ in roles}):
+            mine = [robot for robot, place in enumerate(self.start) if place == at]
+            asked = [role for role, (place, _) in enumerate(roles) if place == at]
+            prices = np.array([[self._price(robot, roles[role][1]) for role in asked] for robot in mine])
+            for row, column in zip(*linear_sum_assignment(prices), strict=True):
+                robot_of[asked[column]] = mine[row]
+        return [robot_of[role] for role in made]
+
+    def _price(self, robot: int, step: ClassMove) -> float:
+        moves = self.robots[robot].of(self.systems[robot].initial)
+        return min(move.cost for move in moves if self._way(robot, move) == step.key)

@@ -1,7 +1,0 @@
-"""Plans for formulas of `team: joint` that count robots or name them: who is where, as numbers, and who waits for whom.
-
-Read `plan_counts` first. `marks` says what a formula sees of the team, `moves` what a robot can do from one rest to the next, and
-`team_classes` which robots can do the same. `numbers` searches over how many robots rest where, `dearest` over what each of them pays, with
-lower bounds from each conjunct (`conjunct_bound`) and from where the robots are (`landmarks`, `cover_bound`). `stages` lets robots fly at the same
-time where the formula allows every order, and says who must have arrived before who may set out.
-"""

@@ -1,0 +1,161 @@
+"""What stands in the way of requirements: each kind of reason is the outcome of a search in a world without that one thing."""
+
+from __future__ import annotations
+
+import itertools
+from typing import Literal
+
+import numpy as np
+
+from ltlplan.logic.automaton import DEAD, representative_letters
+from ltlplan.logic.conjunction import conjunct_automata
+from ltlplan.logic.product_automaton import Task
+from ltlplan.search.explanations.inquiry import Inquiry, listed
+from ltlplan.search.explanations.needs import unmet_needs
+from ltlplan.search.explanations.relaxed_systems import leaving_at_once, sure_at_walls, without_free_flight
+from ltlplan.search.explanations.requirements import all_of, satisfiable
+from ltlplan.systems.robot_systems import Systems
+from ltlplan.systems.shared_walls import wall_sentence
+from verify.data import Formula
+
+_FAR = 1e4  # m, to where a region is moved to see what is possible without it in the way
+
+
+def reasons_against(inquiry: Inquiry, core: list[Formula]) -> list[str]:
+    """Return sentences that say why requirements cannot hold together, the plainest kind of reason alone.
+
+    Args:
+        inquiry: Into whose mission.
+        core: The requirements.
+    """
+    if _contradiction(inquiry, core):
+        return ["Whatever robots do, no word satisfies this."]
+    apart = _apart(inquiry, core)
+    if apart:
+        return apart
+    starts = _bad_starts(inquiry, core)
+    if starts:
+        return starts
+    walls = _walls(inquiry, core)
+    if walls:
+        return walls
+    if inquiry.mission.spec.trace == "finite" and inquiry.feasible(
+        core, [without_free_flight(world) for world in inquiry.worlds]
+    ):
+        return [
+            "Between two regions that lie apart a robot is in free flight and in neither of them; "
+            "`free` means in no region, so write for instance `(a | free)` where that may happen."
+        ]
+    reasons = [*_lingering(inquiry, core), *_overlapping(inquiry, core)]
+    if reasons:
+        return reasons
+    for part in core:
+        others = [other for other in core if other is not part]
+        reasons += unmet_needs(inquiry, part, others)
+    if not reasons and len(inquiry.worlds) > 1 and any(inquiry.feasible(core, [world]) for world in inquiry.worlds):
+        reasons.append("One robot alone could do it; the letters of the others at their starts break it.")
+    if reasons:
+        return reasons
+    if len(core) > 1:
+        return ["Each part of this can hold without the others, but no order of visits serves them all."]
+    return ["Some words satisfy this, but none that can be flown from these starts along these edges."]
+
+
+def _walls(inquiry: Inquiry, core: list[Formula]) -> list[str]:
+    """Say whether it is in the way that a robot which goes straight from room to room is in neither for sure at their wall."""
+    pairs = sorted({(min(rooms), max(rooms)) for world in inquiry.worlds for rooms in world.walls.values()})
+    if inquiry.mission.spec.trace == "infinite" or not pairs:
+        return []
+    found = (
+        next((pair for pair in pairs if _held_at(inquiry, [pair], core)), pairs[0]) if _held_at(inquiry, pairs, core) else None
+    )
+    return [] if found is None else [wall_sentence(*found, inquiry.mission.margin)]
+
+
+def _held_at(inquiry: Inquiry, pairs: list[tuple[str, str]], core: list[Formula]) -> bool:
+    """Tell whether a plan keeps the core where robots are in one room for sure at these walls, or in both."""
+    shown: tuple[Literal["one", "both"], ...] = ("one", "both")
+    return any(inquiry.feasible(core, [sure_at_walls(world, pairs, names) for world in inquiry.worlds]) for names in shown)
+
+
+def _lingering(inquiry: Inquiry, core: list[Formula]) -> list[str]:
+    """Say whether it is in the way that a robot is still in the region whose action it has just made."""
+    actions = [(robot, action) for robot in inquiry.robots for action in robot.actions if action.source != action.target]
+    for robot, action in actions:
+        worlds = [leaving_at_once(world, action) for world in inquiry.worlds]
+        if inquiry.feasible(core, worlds):
+            changed = sorted(set(robot.states[action.target]) ^ set(robot.states[action.source]))
+            shown = f", which changes {listed(changed)}," if changed else ""
+            return [
+                f"The action {action.source} -> {action.target} is made inside {action.at}{shown} and the robot is still there "
+                f"when it ends: it leaves {action.at} afterwards. Ask for what is meant outside of {action.at} alone, such as "
+                f"`(... | {action.at})`."
+            ]
+    return []
+
+
+def _overlapping(inquiry: Inquiry, core: list[Formula]) -> list[str]:
+    """Say which two regions overlap so that no way to them is clear, though there would be one if they lay apart."""
+    regions, layout = inquiry.mission.all_regions, inquiry.systems.layout
+    named = sorted({name for part in core for name in inquiry.names(part)} & regions.keys())
+    pairs = {tuple(sorted((a, b))) for a in named for b in layout.neighbours[a]}
+    for a, b in sorted(pairs):
+        far = (regions[b].center[0] + _FAR, *regions[b].center[1:])
+        table = "hoops" if b in inquiry.mission.hoops else "regions"
+        moved = {**getattr(inquiry.mission, table), b: regions[b].model_copy(update={"center": far})}
+        systems = Systems(inquiry.mission.model_copy(update={table: moved}))
+        if inquiry.feasible(core, [systems.of(name) for name in inquiry.mission.agents]):
+            for inner, outer in ((a, b), (b, a)):
+                if outer in (layout.around(inner) or ()):
+                    return [f"{inner} lies inside {outer}: {inner} cannot be reached, or left again, without entering {outer}."]
+            gap = float(np.linalg.norm(np.array(regions[a].center) - np.array(regions[b].center)))
+            return [
+                f"{a} and {b} overlap, their middles {gap:.3g} m apart: whether a robot at one of them, or on the way to it, is in "
+                f"the other as well is not clear by the margin {layout.slack:g} m. Move them apart, or one well inside the other."
+            ]
+    return []
+
+
+def _contradiction(inquiry: Inquiry, core: list[Formula]) -> bool:
+    """Tell whether not even robots that can show every letter at every time could do it."""
+    trace = inquiry.mission.spec.trace
+    if trace == "infinite":
+        from ltlplan.logic.small_automata import small_automaton
+
+        return not small_automaton(all_of(core), trace).accepting
+    return not satisfiable(core, representative_letters(conjunct_automata(all_of(core), trace)))
+
+
+def _apart(inquiry: Inquiry, core: list[Formula]) -> list[str]:
+    """Say which regions would have to be visited at once, if that is what stands in the way."""
+    if inquiry.mission.spec.team == "joint" or inquiry.mission.spec.trace == "infinite":
+        return []
+    regions = sorted({name for part in core for name in inquiry.names(part)} & set(inquiry.mission.all_regions))
+    letters = representative_letters(conjunct_automata(all_of(core), "finite"))
+    shown = {label & frozenset(regions) for world in inquiry.worlds for label in world.labels}
+    if satisfiable(core, [letter for letter in letters if letter & frozenset(regions) in shown]):
+        return []
+    pairs = [(a, b) for a, b in itertools.combinations(regions, 2) if not any({a, b} <= label for label in shown)]
+    for a, b in pairs:
+        allowed = [letter for letter in letters if not {a, b} <= letter]
+        if not satisfiable(core, allowed) and b in inquiry.systems.layout.neighbours[a]:
+            return [f"{a} and {b} may overlap, but no straight way between middles of regions is in both at once for sure."]
+        if not satisfiable(core, allowed):
+            return [f"{a} and {b} lie apart: no robot is in both at once."]
+    return [f"No robot is ever in two of {listed(regions)} at once."] if pairs else []
+
+
+def _bad_starts(inquiry: Inquiry, core: list[Formula]) -> list[str]:
+    """Return a sentence for each robot whose first letter alone loses the core."""
+    found: list[str] = []
+    if inquiry.mission.spec.trace == "infinite" or inquiry.mission.spec.team == "joint":
+        return found
+    automata = conjunct_automata(all_of(core), "finite")
+    for world in inquiry.worlds:
+        letter = world.labels[world.initial]
+        task = Task(automata, [letter])
+        if task.row(task.initial)[0] == DEAD and world.robot:
+            inside = sorted(letter & frozenset(inquiry.mission.all_regions))
+            where = f"inside {listed(inside)}" if inside else "in free flight, in no region"
+            found.append(f"{world.robot} starts {where}.")
+    return found

@@ -1,0 +1,159 @@
+"""Why there is no plan: a smallest set of requirements that cannot hold together, and what stands in their way, in words.
+
+Nothing is guessed. Every sentence here is the outcome of a search that found nothing, in the mission's world or in one
+that differs from it in just the thing that the sentence names: one region taken away, all edges added, free flight
+not shown, an internal state given from the start.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+
+from ltlplan.logic.budget import TooLarge
+from ltlplan.logic.conjunction import conjunct_automata, conjuncts
+from ltlplan.logic.product_automaton import Task
+from ltlplan.search.explanations import remedies
+from ltlplan.search.explanations.inquiry import Feasible, Inquiry, listed
+from ltlplan.search.explanations.reasons import reasons_against
+from ltlplan.search.explanations.remedies import Worlds
+from ltlplan.search.explanations.requirements import BUDGET, all_of, eventually
+from ltlplan.search.reduced_graph import Team
+from ltlplan.search.team_search import cheapest_path
+from ltlplan.systems.robot_systems import Systems
+from ltlplan.systems.unreachable import why_unreachable
+from verify.data import Formula, Mission, Unsatisfiable, Word
+
+MAX_SUBSETS = 300
+
+
+class NoPlan(Unsatisfiable):
+    """No words that these robots can fly satisfy the formula.
+
+    Attributes:
+        core: Requirements that cannot hold together, as text; no proper part of them is impossible by itself.
+        reasons: What stands in their way, one sentence each.
+        edges: Edges of the environment that would make the core possible, where some would.
+        left_out: Parts of the formula without which the rest can be planned; empty where none were found.
+    """
+
+    def __init__(
+        self,
+        core: Sequence[str],
+        reasons: Sequence[str],
+        edges: Sequence[tuple[str, str]] = (),
+        left_out: Sequence[str] = (),
+        *,
+        least: bool = False,
+    ) -> None:
+        self.core = tuple(core)
+        self.reasons = tuple(reasons)
+        self.edges = tuple(edges)
+        self.left_out = tuple(left_out)
+        quoted = [f"`{part}`" for part in core]
+        what = f"{quoted[0]} cannot hold" if len(quoted) == 1 else f"{listed(quoted)} cannot hold together"
+        offer = [_offer(self.left_out, least=least)] if left_out else []
+        super().__init__(" ".join(["No plan satisfies the formula.", f"{what}.", *self.reasons, *offer]))
+
+
+def _offer(left_out: Sequence[str], *, least: bool) -> str:
+    which = "The cheapest relaxation" if least else "A relaxation"
+    return f"{which} leaves out {listed([f'`{part}`' for part in left_out])} (weight {len(left_out)}): the rest can be planned."
+
+
+def explain(mission: Mission, systems: Systems, worlds: Worlds, *, feasible: Feasible | None = None) -> NoPlan:
+    """Return the error that says why a mission has no plan.
+
+    Args:
+        mission: Whose formula cannot be met.
+        systems: What its robots can do.
+        worlds: One system for each robot.
+        feasible: Whether some requirements can be met in some worlds; by default on finite words, each robot's letters
+            by themselves.
+    """
+    inquiry = Inquiry(mission, systems, worlds, feasible or in_one_order)
+    core = _core(inquiry)
+    robots = [world.robot for world in worlds]
+
+    def possible(altered: Worlds) -> bool:
+        return inquiry.feasible(core, altered)
+
+    opened = remedies.opened(mission, possible, robots)
+    edges = [] if opened else remedies.missing_edges(mission, possible, robots)
+    reasons = [
+        *reasons_against(inquiry, core),
+        *_shut(inquiry, core),
+        *_edge_sentence(mission, edges),
+        *opened,
+        *systems.unclear(),
+    ]
+    return NoPlan([inquiry.shown(part) for part in core], list(dict.fromkeys(reasons)), edges)
+
+
+def refused_in_some_order(mission: Mission, order: Sequence[tuple[str, Word]]) -> NoPlan:
+    """Return the error for a formula that robots can meet in one order of flying, but by no plan in every order.
+
+    Args:
+        mission: Whose formula it is.
+        order: The order, with words, that breaks the cheapest plan.
+    """
+    shown = ", then ".join(f"{robot} {word}" for robot, word in order)
+    reason = (
+        "Plans exist that hold in one order of the robots, but none that holds in every order, and none under precedences. "
+        f"The cheapest one fails, for instance, when they are read one after another as {shown}."
+    )
+    return NoPlan([mission.spec.formula or "true"], [reason])
+
+
+def in_one_order(parts: Sequence[Formula], worlds: Worlds) -> bool:
+    """Tell whether some requirements can be met, each robot's letters by themselves, where robots fly one after another.
+
+    Args:
+        parts: The requirements.
+        worlds: One system for each robot, in the order in which they fly.
+    """
+    team = Team(worlds)
+    try:
+        task = Task(conjunct_automata(all_of(parts), "finite"), team.letters, team.walls)
+        return cheapest_path(team, task, BUDGET) is not None
+    except TooLarge:
+        return True  # not known to be impossible, so nothing is said of it
+
+
+def _core(inquiry: Inquiry) -> list[Formula]:
+    """Return a smallest impossible set of requirements; where there are too many sets to try, one that cannot be made smaller."""
+    parts = list(dict.fromkeys(conjuncts(inquiry.mission.formula)))
+    core = list(parts)
+    for part in parts:
+        rest = [other for other in core if other is not part]
+        if rest and not inquiry.feasible(rest, inquiry.worlds):
+            core = rest
+    tried = 0
+    for size in range(1, len(core)):
+        for subset in itertools.combinations(parts, size):
+            tried += 1
+            if tried > MAX_SUBSETS:
+                return core
+            if not inquiry.feasible(subset, inquiry.worlds):
+                return list(subset)
+    return core
+
+
+def _shut(inquiry: Inquiry, core: list[Formula]) -> list[str]:
+    """Say what shuts the ways to regions that no robot can reach for obstacles."""
+    mission = inquiry.mission
+    if not mission.obstacles:
+        return []
+    named = {name for part in core for name in inquiry.names(part)} & mission.all_regions.keys()
+    lost = [name for name in sorted(named) if not inquiry.feasible([eventually(name)], inquiry.worlds)]
+    smallest = min(mission.agents, key=lambda robot: mission.vehicle_of(robot).radius)
+    graph = inquiry.systems.graph_of(smallest)
+    found = (why_unreachable(mission, graph, smallest, name) for name in lost)
+    return [sentence for sentence in found if sentence is not None]
+
+
+def _edge_sentence(mission: Mission, edges: list[tuple[str, str]]) -> list[str]:
+    if not edges:
+        return []
+    arrow = " -> " if mission.environment is not None and mission.environment.directed else " - "
+    return [f"With the edge{'s' * (len(edges) > 1)} {listed([a + arrow + b for a, b in edges])} added it could hold."]

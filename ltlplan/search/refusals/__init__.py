@@ -1,6 +1,0 @@
-"""Why there is no plan, and what would make one possible.
-
-Read `unsatisfiable_cores` (requirements that cannot hold together; `requirements` by themselves), then `reasons` and `needs` (what
-stands in their way, found in `altered_systems`; `inquiry` is what they ask about), `remedies` (edges and regions that would have to be
-there, or be open), `relaxation` (what to leave out, the cheapest way) and `most_weight` (which soft parts to keep).
-"""

@@ -1,0 +1,1 @@
+"""What the client is made of: `transport` (how a service is asked), `job_handle` (a job from afar) and `words` (as they travel)."""

@@ -1,7 +1,0 @@
-"""Where missions are computed: never in the serving process, within limits of time and memory.
-
-Read `stages` (what is done with a mission, one after the other), `workers` (processes that do it) on `children`, `at_work` and `nursery`
-(how they are begun, what they do, how they end), `turns` (whose work comes next), `bounds` (what they may take) and `scratch` (their files); `clusters` with
-`cluster_tasks` are other machines, `batches` folders of missions without a server, `exact` what travels between processes bit for bit,
-`exporting` exports.
-"""

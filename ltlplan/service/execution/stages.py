@@ -1,0 +1,229 @@
+"""A job's work in stages: each takes the bytes of what is known so far and returns more, in any process on any machine.
+
+    mission - plan - round 1 ... round 6 - flight - files
+    files of such a job - export
+
+They are the pipeline's own steps (`ltlplan.pipeline`), so that a job's files are those that `ltlplan run` writes, byte for byte,
+and `watch.json`, which the page plays.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ltlplan.service.execution.exporting import export_archive
+from ltlplan.service.execution.serialization import from_bytes, to_bytes
+from ltlplan.service.models import Problem
+from ltlplan.service.problems import problem_of, witness_data
+from verify.data import InternalError, Mission, NotCertified, Plan
+from verify.data.progress import Progress, part_of
+
+if TYPE_CHECKING:
+    from ltlplan.pipeline import Candidate
+    from ltlplan.result import Result
+    from verify import Certificate, Claim
+
+PLAN = "plan"
+ROUND = "round"
+FLIGHT = "flight"
+FILES = "files"
+EXPORT = "export"
+
+MAX_ROUNDS = 6
+
+_PLANNED, _CERTIFIED, _FLOWN = 0.25, 0.7, 0.9
+"""Shares of a job's work that are done after planning, after refinement and after the flight."""
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What a stage made.
+
+    Attributes:
+        value: What the next stage takes; empty after the last.
+        found: What was found, as plain data for people.
+        following: Name of the next stage; None after the last.
+        files: What is to be kept for the user, by name.
+        summary: After the last stage: what `ltlplan run --json` prints.
+        problem: Why the job has failed, where it has something to show for it.
+    """
+
+    value: bytes
+    found: dict[str, Any]  # of any type: JSON nests
+    following: str | None = None
+    files: tuple[tuple[str, bytes], ...] = ()
+    summary: dict[str, Any] | None = None
+    problem: Problem | None = None
+
+
+def mission_bytes(mission: Mission) -> bytes:
+    """Return what the first stage takes."""
+    return to_bytes(mission)
+
+
+def mission_of(value: bytes) -> Mission:
+    """Return the mission that is in what the first stage takes."""
+    return from_bytes(value)
+
+
+def run_stage(name: str, value: bytes, progress: Progress) -> Outcome:
+    """Do one stage.
+
+    Args:
+        name: "plan", "round 1" to "round 6", "flight" or "files"; "export".
+        value: What the stage before it made; of an export what `export_bytes` made.
+        progress: Told a sentence and the share of the whole job done, 0 to 1.
+
+    Raises:
+        LtlplanError: The mission has no plan, or no certified flight was found, and why.
+    """
+    if name == EXPORT:
+        file = export_archive(value, progress)
+        return Outcome(b"", {"files": [file[0]]}, files=(file,))
+    stage = _STAGES.get(name.split()[0])
+    if stage is None:
+        raise InternalError(f"There is no stage '{name:.40}'.")
+    known = from_bytes(value)
+    progress(f"{name} begins", share_before(name))
+    return stage(known, progress)
+
+
+def share_before(name: str) -> float:
+    """Return the share of a job's work that is done before a stage, 0 to 1."""
+    kind, _, number = name.partition(" ")
+    if kind == ROUND:
+        return _PLANNED + (_CERTIFIED - _PLANNED) * min(int(number) - 1, MAX_ROUNDS) / MAX_ROUNDS
+    return {PLAN: 0.0, EXPORT: 0.0, FLIGHT: _CERTIFIED, FILES: _FLOWN}[kind]
+
+
+def share_after(name: str) -> float:
+    """Return the share of a job's work that is done after a stage, 0 to 1."""
+    kind, _, number = name.partition(" ")
+    if kind == ROUND:
+        return _PLANNED + (_CERTIFIED - _PLANNED) * min(int(number), MAX_ROUNDS) / MAX_ROUNDS
+    return {PLAN: _PLANNED, EXPORT: 1.0, FLIGHT: _FLOWN, FILES: 1.0}[kind]
+
+
+def plan_of(value: bytes) -> Plan:
+    """Return the plan that is in what a stage made."""
+    found = from_bytes(value)
+    return found if isinstance(found, Plan) else found.plan
+
+
+def _plan(mission: Mission, progress: Progress) -> Outcome:
+    from ltlplan import pipeline
+    from ltlplan.report.summary import plan_lines
+    from ltlplan.report.summary import visits_text as visits
+
+    made = pipeline.plan(mission, progress=part_of(progress, 0.0, _PLANNED))
+    found: dict[str, Any] = {
+        "words": {name: str(word) for name, word in made.words.items()},
+        "visits": {name: visits(robot) for name, robot in made.robots.items()},
+        "cost": made.cost,
+        "lower_bound": made.lower_bound,
+        "complete": made.complete,
+        "method": made.method,
+        "notes": list(made.notes),
+        "lines": plan_lines(made),
+    }
+    return Outcome(to_bytes(pipeline.Candidate(made)), found, f"{ROUND} 1")
+
+
+def _round(candidate: Candidate, progress: Progress) -> Outcome:
+    from ltlplan.pipeline import Certified, Conflict, attempted, following
+    from ltlplan.service.views.watching import NAME, watch_json
+
+    low, width, number = _PLANNED, (_CERTIFIED - _PLANNED) / MAX_ROUNDS, min(candidate.rounds, MAX_ROUNDS - 1)
+    say = part_of(progress, low + number * width, low + (number + 1) * width)
+    tried = attempted(candidate, progress=say)
+    while isinstance(tried, Conflict):  # other words, until a flight can be judged
+        after = following(candidate, tried)
+        if isinstance(after, Certified):
+            return Outcome(to_bytes(after), _round_data(after.certificate, certified=True), FLIGHT)
+        candidate, tried = after, attempted(after, progress=say)
+    try:
+        after = following(candidate, tried)
+    except NotCertified as error:
+        seen = watch_json(tried.plan, tried.team, tried.certificate)
+        found = _round_data(tried.certificate, certified=False)
+        return Outcome(b"", found, files=((NAME, seen),), problem=problem_of(error))
+    if isinstance(after, Certified):
+        return Outcome(to_bytes(after), _round_data(after.certificate, certified=True), FLIGHT)
+    waits = [wait.sentence(after.plan.robots) for wait in after.plan.precedences]
+    found = {**_round_data(tried.certificate, certified=False), "precedences": waits}
+    return Outcome(to_bytes(after), found, f"{ROUND} {after.rounds + 1}")
+
+
+def _round_data(certificate: Certificate, *, certified: bool) -> dict[str, Any]:
+    """Return what a round found, as plain data for people."""
+    from ltlplan.report.summary import soft_sentences
+
+    return {
+        "certified": certified,
+        "claims": [_claim_data(claim) for claim in certificate.claims],
+        "margin": certificate.margin,
+        "largest_margin": certificate.largest_margin,
+        "duration": certificate.duration,
+        "soft": soft_sentences(certificate),
+    }
+
+
+def _flight(certified: Any, progress: Progress) -> Outcome:  # a Certified; the pipeline is loaded by then
+    import flight
+    from flight.conditions import conditions_of
+    from ltlplan.report.summary import flight_sentences, tracking
+    from ltlplan.result import Result
+
+    say = part_of(progress, _CERTIFIED, _FLOWN)
+    say("flying in simulation", 0.0)
+    plan = certified.plan
+    log = flight.fly(
+        plan, certified.team, certified.certificate, seed=plan.seed, conditions=conditions_of(plan.mission), progress=say
+    )
+    result = Result(plan.mission, plan, certified.team, certified.certificate, log, certified.rounds)
+    found = {
+        "tracking": tracking(result),
+        "worst": log.worst_error(),
+        "satisfied": log.satisfied,
+        "tube": log.tube,
+        "sentences": list(flight_sentences(result)),
+    }
+    return Outcome(to_bytes((certified, log)), found, FILES)
+
+
+def _files(flown: Any, progress: Progress) -> Outcome:  # a Certified and its log
+    from ltlplan.output import write_run
+    from ltlplan.report.summary import shortfall, summary_data
+    from ltlplan.result import Result
+    from ltlplan.service.views.watching import NAME, watch_json
+
+    certified, log = flown
+    part_of(progress, _FLOWN, 1.0)("writing files", 0.0)
+    plan = certified.plan
+    result: Result = Result(plan.mission, plan, certified.team, certified.certificate, log, certified.rounds)
+    with tempfile.TemporaryDirectory() as scratch:
+        folder = Path(scratch) / "run"
+        written = write_run(result, folder)
+        names = sorted(str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file())
+        files = tuple((name, (folder / name).read_bytes()) for name in names)
+        result = replace(result, files=tuple(path.relative_to(folder) for path in written))
+    files += ((NAME, watch_json(plan, certified.team, certified.certificate, log)),)
+    missing = shortfall(result)
+    refusal = NotCertified(f"The simulated flight is not the certified one: {missing}.")
+    problem = problem_of(refusal) if missing else None
+    return Outcome(b"", {"files": list(names)}, None, files=files, summary=summary_data(result), problem=problem)
+
+
+_STAGES: dict[str, Callable[[Any, Progress], Outcome]] = {PLAN: _plan, ROUND: _round, FLIGHT: _flight, FILES: _files}
+
+
+def _claim_data(claim: Claim) -> dict[str, Any]:
+    """Return a claim as plain data, with all of its witness where it does not hold."""
+    from verify.certificate import claim_data
+
+    data = {"outcome" if key == "verdict" else key: value for key, value in claim_data(claim).items()}
+    return data if claim.witness is None else {**data, "witness": witness_data(claim.witness)}

@@ -1,1 +1,0 @@
-"""Events that operators tell flights through the service: `flights` has the rules, `book` is where all of it is kept."""

@@ -1,7 +1,0 @@
-"""Ways through a world with obstacles: free space, roadmaps, shortest ways, and what shuts a way.
-
-Read `free_space` (the door: a mission's free space for one size of vehicle), then `roadmap` (a visibility graph in three dimensions), `bends`
-(where a way may turn around a body), `solid_bodies` (convex bodies grown by the clearance, and segments that meet them), `solids` (a
-mission's obstacles as such bodies, with openings) and `straightening` (shorter ways, with room at the corners where there is some).
-Everything is in floats, without chance and without a clock.
-"""

@@ -1,0 +1,232 @@
+"""Encounters: robots that no departure times keep apart give way to each other, in time and in space.
+
+`reciprocal_avoidance` fits the paths (of robots that meet as `meetings` says); here is who meets whom, when such an encounter begins, and how far it is slowed for the limits.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from refine.coordination.conflict_intervals import Mover, mover
+from refine.coordination.departures import DepartureConflict, departures
+from refine.coordination.reciprocal_avoidance import Yielding, avoid_by_rule, avoid_in_pair
+from refine.coordination.spacing import flight_of
+from refine.corridor.leg_limits import slower_on_ways
+from refine.corridor.planned import hovering_corridor
+from refine.corridor.sampled_stays import violations
+from refine.heading.yaw import heading_spline
+from refine.limits.stretching import stretch_to_limits
+from refine.single_robot.task import NOWHERE, Problem, RobotFlight
+from refine.spline.spline import Spline
+from verify.data import Infeasible, Plan, Witness
+from verify.data.plan import Meeting, Precedence
+from verify.data.validation.spacing import Spacing
+
+_CLEARANCE = 0.04
+"""m on top of the distance in an encounter: what sampling it in the schedule cannot see."""
+_SHARES = np.linspace(0.0, 1.0, 17)
+"""Of each piece, at which speeds are looked at."""
+_STEPS = 8
+"""Pieces of a robot that steps aside for another one."""
+
+
+def resolve_encounters(
+    problem: Problem, robots: dict[str, RobotFlight], conflict: DepartureConflict
+) -> tuple[dict[str, RobotFlight], dict[str, float]]:
+    """Return the team with the paths of robots in conflict fitted again, each on its side of the others.
+
+    Two robots in conflict meet in an encounter of their own, which is slowed as a whole until all of it keeps its limits and
+    begins when the encounters before it allow; the robots that need none depart around them. A robot in conflict with an
+    encounter joins it. (A team's laps are refined as finite flights, so none of this meets laps.)
+
+    Args:
+        problem: What is refined.
+        robots: The team's flights.
+        conflict: Two robots that no departures keep apart.
+
+    Raises:
+        Infeasible: No order and no rule of giving way keeps the distance; names two robots, the time and their distance.
+        SolverTimeout: An engine's seconds ran out before its iterations.
+    """
+    plan, spacing, precedences = problem.plan, problem.spacing, problem.feedback.precedences
+    team, given, found = robots, {}, conflict
+    groups: list[tuple[str, ...]] = []
+    tried: set[frozenset[str]] = set()
+    while isinstance(found, DepartureConflict):
+        met = set(found.pair).union(*(group for group in groups if set(group) & set(found.pair)))
+        while frozenset(met) in tried and len(groups) > 1:
+            met = met.union(*groups)
+        if found.pair[0] == found.pair[1] or frozenset(met) in tried:
+            raise too_near(conflict, spacing.distance)
+        tried.add(frozenset(met))
+        names = tuple(name for name in robots if name in met)
+        groups = [group for group in groups if not set(group) & met]
+        given = {name: start for name, start in given.items() if name not in met}
+        team = {**team, **{name: robots[name] for name in names}}
+        answer = _encounter(problem, team, names, given)
+        if answer is None:
+            groups.append(names)  # to be joined by another group, or given up
+            continue
+        team, starts = answer
+        given |= starts
+        groups.append(names)
+        flights = [flight_of(plan, robot) for robot in team.values()]
+        found = departures(
+            flights,
+            distance=spacing.distance,
+            z_scale=spacing.z_scale,
+            skew=spacing.skew,
+            precedences=precedences,
+            given=given,
+        )
+    return team, found
+
+
+def _encounter(
+    problem: Problem, team: dict[str, RobotFlight], names: tuple[str, ...], given: dict[str, float]
+) -> tuple[dict[str, RobotFlight], dict[str, float]] | None:
+    """Return the team where these robots give way to each other, and when they depart so that the given ones are not met."""
+    plan, spacing = problem.plan, problem.spacing
+    group = tuple(team[name] for name in names)
+    starts = departures(
+        [flight_of(plan, robot) for robot in group],
+        distance=-np.inf,
+        z_scale=spacing.z_scale,
+        skew=spacing.skew,
+        precedences=among(problem, names),
+    )
+    if isinstance(starts, DepartureConflict) or all(robot.corridor is None for robot in group):
+        return None
+    until = max(starts[robot.name] + robot.path.duration for robot in group)
+    movers = tuple(mover_of(plan, robot, starts, until) for robot in group)
+    busy = max((given[name] + team[name].path.duration for name in given), default=0.0)
+    known = (*given, *names)
+    for paths in _ways(movers, spacing):
+        fitted = tuple(along(plan, robot, path) for robot, path in zip(group, paths, strict=True))
+        factor = max(by for _, by in fitted)
+        trial = {**team, **{robot.name: paced(robot, factor) for robot, _ in fitted}}
+        if any(violations(trial[name].path, plan.mission, name, plan.robots[name]) for name in names):
+            continue
+        flights = [flight_of(plan, trial[name]) for name in known]
+        for late in np.arange(0.0, busy + 1.0):
+            begun = {name: factor * starts[name] + float(late) for name in names}
+            found = departures(
+                flights,
+                distance=spacing.distance,
+                z_scale=spacing.z_scale,
+                skew=spacing.skew,
+                precedences=among(problem, known),
+                given={**given, **begun},
+            )
+            if not isinstance(found, DepartureConflict):
+                return trial, begun
+    return None
+
+
+def _ways(movers: tuple[Mover, ...], spacing: Spacing) -> Iterator[tuple[Spline, ...]]:
+    """Yield paths of robots that give way to each other; whoever only hovers does so last."""
+    fastest = [float(np.linalg.norm(robot.path.sample(_SHARES, 1), axis=-1).max()) for robot in movers]
+    drift = spacing.skew * sorted(fastest)[-2] * max(1.0, spacing.z_scale)  # of two, the slower one's is enough
+    distance = spacing.distance + _CLEARANCE + drift
+    if len(movers) != 2:
+        yield from avoid_by_rule(movers, distance, spacing.z_scale)
+        return
+    one, other = movers
+    idle = [len({tuple(point) for point in robot.corridor.points}) == 1 for robot in movers]
+    ways: tuple[Yielding, ...] = ("second", "both", "first") if idle[0] else ("first", "both", "second")
+    yield from avoid_in_pair((one, other), distance, spacing.z_scale, ways if any(idle) else ("both", "first", "second"))
+
+
+def among(problem: Problem, names: tuple[str, ...]) -> tuple[Precedence | Meeting, ...]:
+    """Return the waits that concern only these robots."""
+    return tuple(p for p in problem.feedback.precedences if p.first[0] in names and p.then[0] in names)
+
+
+def departures_of(
+    problem: Problem, robots: dict[str, RobotFlight], given: dict[str, float] | None = None
+) -> dict[str, float] | DepartureConflict:
+    """Return departures in s at which robots keep apart, waiting for each other as is asked, or who cannot be kept apart.
+
+    Args:
+        problem: What is refined.
+        robots: All or some of the team's flights.
+        given: Departures that are settled.
+    """
+    spacing, flights = problem.spacing, [flight_of(problem.plan, robot) for robot in robots.values()]
+    precedences = among(problem, tuple(robots))
+    return departures(
+        flights, distance=spacing.distance, z_scale=spacing.z_scale, skew=spacing.skew, precedences=precedences, given=given
+    )
+
+
+def mover_of(plan: Plan, robot: RobotFlight, starts: dict[str, float], until: float) -> Mover:
+    """Return a robot as the encounter sees it; one that hovers is free to step aside and come back.
+
+    Args:
+        plan: Carries the mission.
+        robot: Its flight.
+        starts: Departures, s.
+        until: When the encounter is over, s.
+    """
+    if robot.corridor is not None:
+        hovers = np.flatnonzero(np.all(robot.path.nodes[1:] == robot.path.nodes[:-1], axis=1))
+        rests = frozenset(robot.halts.values()).union(hovers.tolist(), (hovers + 1).tolist())
+        return mover(robot.corridor, robot.path, starts[robot.name], rests)
+    place = robot.path.nodes[0]
+    corridor = hovering_corridor(plan.mission, robot.name, place, _STEPS)
+    path = Spline(np.full(_STEPS, until / _STEPS), np.repeat(robot.path.states[:1], _STEPS + 1, axis=0))
+    return mover(corridor, path, 0.0, NOWHERE)
+
+
+def along(plan: Plan, robot: RobotFlight, path: Spline) -> tuple[RobotFlight, float]:
+    """Return a robot on a path, not slowed yet, and by how much it must be.
+
+    Args:
+        plan: Carries the mission.
+        robot: What it flew before.
+        path: What it flies now.
+
+    Raises:
+        Infeasible: No pace keeps its limits.
+    """
+    agent = plan.mission.agents[robot.name]
+    yaw = heading_spline(path, agent.heading, agent.yaw)
+    factor = max(stretch_to_limits(path, yaw, robot.limits), slower_on_ways(plan.mission.seen_by(robot.name), robot.plan, path))
+    return replace(robot, path=path, yaw=yaw, halts={}), factor
+
+
+def paced(robot: RobotFlight, factor: float) -> RobotFlight:
+    """Return a robot on the same path, so many times slower.
+
+    Args:
+        robot: Its flight.
+        factor: Above 0.
+    """
+    return replace(robot, path=robot.path.stretched(factor), yaw=None if robot.yaw is None else robot.yaw.stretched(factor))
+
+
+def too_near(conflict: DepartureConflict, distance: float) -> Infeasible:
+    """Return the error that names two robots which nothing keeps apart.
+
+    Args:
+        conflict: The two, how near they come and when.
+        distance: What they should keep, m.
+    """
+    a, b = conflict.pair
+    if a == b:
+        sentence = (
+            f"No departure times of {a} keep every planned precedence: it would have to wait in the middle of its flight."
+        )
+        return Infeasible(sentence, Witness(claim="formula", sentence=sentence, robot=a))
+    least = max(conflict.distance, 0.0)  # a lower bound, which may be below zero
+    sentence = (
+        f"No departure times keep {a} and {b} apart, and no giving way does: they come within {least:.3f} m at {conflict.time:.2f} s, "
+        f"{distance:.3f} m is needed (separation and twice the margin)."
+    )
+    witness = Witness(
+        claim="separation", sentence=sentence, robot=a, other=b, time=conflict.time, bound=conflict.distance, limit=distance
+    )
+    return Infeasible(sentence, witness)

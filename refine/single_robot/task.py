@@ -1,0 +1,152 @@
+"""What travels through the stages of one robot's refinement, and what comes out of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from refine.corridor.corridor import Corridor
+from refine.corridor.fitting import BUFFER
+from refine.corridor.sampled_stays import violations
+from refine.feedback import Feedback
+from refine.limits.limits import Limits
+from refine.spline.spline import Spline
+from verify.data import Mission, Plan, RobotPlan, Witness
+from verify.data.validation.spacing import Spacing
+
+Pace = Literal["nominal", "time", "blend"]
+TooLong = Literal["refuse", "rest"]
+
+NOWHERE: frozenset[int] = frozenset()
+"""No points, no legs."""
+
+
+@dataclass(frozen=True, slots=True)
+class RefinementOptions:
+    """How the caller wants it.
+
+    Attributes:
+        pace: The plan's own times, the shortest ones, or a blend.
+        weight: Of time in a blend, m^2/s^8.
+        max_pieces: Pieces that the target holds for one robot; None for what each robot's vehicle holds.
+        too_long: What becomes of a flight of more pieces.
+        even: Whether other shares of a flight's time are tried where the plan's own would slow it much.
+        rests: Whether the flight rests at every point.
+        closes: Whether it is a lap, which ends with the heading that it began with.
+        lingers: Whether a robot that acts only after others comes to the region first, and rests there.
+    """
+
+    pace: Pace
+    weight: float
+    max_pieces: int | None
+    too_long: TooLong = "refuse"
+    even: bool = True
+    rests: bool = False
+    closes: bool = False
+    lingers: bool = False
+
+    def held(self, mission: Mission, name: str) -> int | None:
+        """Return the pieces that a robot's flight may have; None for any number.
+
+        Args:
+            mission: Says what vehicles hold.
+            name: The robot's.
+        """
+        return mission.limits_of(name).pieces if self.max_pieces is None else self.max_pieces
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Problem:
+    """What is to be refined.
+
+    Attributes:
+        plan: Who visits what.
+        feedback: What witnesses asked for.
+        options: What the caller asked for.
+        spacing: How far robots keep apart.
+    """
+
+    plan: Plan
+    feedback: Feedback
+    options: RefinementOptions
+    spacing: Spacing
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Task:
+    """One robot's part of a problem, as far as it concerns that robot alone.
+
+    Attributes:
+        mission: Whose regions, margin and leg limits it keeps.
+        name: The robot's.
+        robot: Its plan.
+        corridor: Points and rules of its path.
+        limits: What its flight keeps.
+        clearance: m on top of the margin that witnesses asked for.
+        options: What the caller asked for.
+    """
+
+    mission: Mission
+    name: str
+    robot: RobotPlan
+    corridor: Corridor
+    limits: Limits
+    clearance: float
+    options: RefinementOptions
+
+    @property
+    def buffer(self) -> float:
+        """How far planes stand off bodies, m."""
+        return BUFFER + self.clearance
+
+    def violations(self, path: Spline, clearance: float = 0.0) -> tuple[Witness, ...]:
+        """Return what the judge would refuse about a path's visits (see `sampled_stays.violations`)."""
+        return violations(path, self.mission, self.name, self.robot, clearance)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Motion:
+    """A path of three axes and its yaw, with the same durations; no yaw where it is constant."""
+
+    path: Spline
+    yaw: Spline | None
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Fitted:
+    """A motion that shows the planned visits.
+
+    Attributes:
+        motion: Path and yaw.
+        rest: Points at which it rests.
+        monotone: Legs that never go back along their own direction.
+    """
+
+    motion: Motion
+    rest: frozenset[int]
+    monotone: frozenset[int]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class RobotFlight:
+    """What one robot flies, without the wait before it departs.
+
+    Attributes:
+        name: The robot's.
+        plan: What it was asked.
+        limits: What it keeps.
+        corridor: Points and rules of its path; None where it hovers.
+        path: Three axes.
+        yaw: One axis; None where it is constant.
+        cycle: Piece at which its lap begins; None for a finite flight.
+        halts: Visit: the node at which the robot rests when it sets out for it.
+    """
+
+    name: str
+    plan: RobotPlan
+    limits: Limits
+    corridor: Corridor | None
+    path: Spline
+    yaw: Spline | None
+    cycle: int | None
+    halts: dict[int, int]

@@ -1,7 +1,0 @@
-"""Flights that others planned: files of other programs, judged for all times at the size of a show.
-
-Read `auditing` (the door: what is asked, what is claimed), `fleet` (every piece of every drone in a few arrays), then how files become one:
-`reading`, `crazyswarm_folders`, and the room `shows`. `distances` judges separation on what `near_pieces` cannot prove to
-be apart, `extremes` everything that one drone does by itself, `fences` a geofence's polygons, `joints` how pieces join, `letters` a mission's formula and obstacles. What a show asks itself is in
-`own_limits`, read by `show_settings`.
-"""

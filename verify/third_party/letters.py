@@ -1,0 +1,134 @@
+"""What a mission says beyond figures: its formula over its regions, its obstacles and rims, judged of flights that others planned.
+
+The flights are handed to the rooms that judge ours, as paths of the same kind. What they planned is not known, so that internal states stay
+what they are at the start, and no visits or passages are claimed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from flint import fmpq_poly
+
+from verify.arithmetic.balls import Balls, raised
+from verify.claims.claim import Claim
+from verify.claims.distance_claims import rim_claims
+from verify.claims.evidence import Evidence
+from verify.claims.obstacle_claims import obstacle_claims
+from verify.data.errors import BadInput
+from verify.data.language.word import Word
+from verify.data.mission import Mission
+from verify.data.plan import Plan, RobotPlan, Waypoint
+from verify.data.trajectory import DEGREE
+from verify.model_checking.timeline import Timeline
+from verify.model_checking.word_claims import judge_formula
+from verify.motion.membership.statuses import changes, statuses
+from verify.motion.paths import Segment, TeamPaths
+from verify.third_party.audit_requirements import Asked
+from verify.third_party.fleet import Fleet
+
+
+@dataclass(frozen=True, eq=False)
+class FleetPaths(TeamPaths):
+    """A fleet's flights as a mission's team: its pieces, and a step wherever two do not join exactly.
+
+    Attributes:
+        fleet: The drones, named as the mission's agents.
+    """
+
+    fleet: Fleet
+
+    @classmethod
+    def of(cls, mission: Mission, fleet: Fleet) -> FleetPaths:
+        """Read a fleet as a team.
+
+        Args:
+            mission: Whose agents the drones are.
+            fleet: The drones.
+        """
+        segments: list[Segment] = []
+        for robot, name in enumerate(mission.agents):
+            drone = fleet.names.index(name)
+            rows = range(int(fleet.first[drone]), int(fleet.first[drone + 1]))
+            for row in rows:
+                if row > rows.start and not _joins(fleet, row):
+                    segments.append(Segment(robot, "step", row - 1, row, fleet.start(row), fleet.start(row)))
+                segments.append(Segment(robot, "piece", row, row, fleet.start(row), fleet.stop(row)))
+        return cls(mission, tuple(mission.agents), (), (), fleet.end, tuple(segments), fleet)
+
+    @cached_property
+    def positions(self) -> Balls:
+        """x, y and z on every segment. Shape (segments, 3, 8)."""
+        table = self.fleet.positions(np.array([segment.piece for segment in self.segments], dtype=np.intp))
+        steps = np.flatnonzero([segment.kind == "step" for segment in self.segments])
+        found = raised(table, DEGREE)
+        share = np.arange(DEGREE + 1) / DEGREE
+        for index in steps.tolist():
+            ends = [self.fleet.positions(np.array([row])) for row in (self.segments[index].piece, self.segments[index].after)]
+            start, stop = ends[0].mid[0, :, -1:], ends[1].mid[0, :, :1]
+            found.mid[index] = start + (stop - start) * share
+            error = ends[0].rad[0, :, -1:] + ends[1].rad[0, :, :1] + 8 * 2.0**-53 * (np.abs(start) + np.abs(stop))
+            found.rad[index] = error * (1 + 2.0**-40) + 1e-290
+        return found
+
+    def exact_position(self, index: int) -> tuple[fmpq_poly, fmpq_poly, fmpq_poly]:
+        """Return x, y and z on a segment as exact polynomials in u, from 0 to 1."""
+        segment = self.segments[index]
+        x, y, z = self.fleet.exactly(segment.piece)
+        if segment.kind == "step":
+            then = self.fleet.exactly(segment.after)
+            x, y, z = (fmpq_poly([p(1), q(0) - p(1)]) for p, q in zip((x, y, z), then, strict=True))
+        return x, y, z
+
+
+def check_words(mission: Mission) -> None:
+    """Refuse a mission whose formula no flight with an end can be judged against.
+
+    Args:
+        mission: The mission.
+
+    Raises:
+        BadInput: Its trace is infinite.
+    """
+    if mission.spec.formula is not None and mission.spec.trace == "infinite":
+        raise BadInput(
+            f"Mission '{mission.name}' asks for an infinite trace, and these flights end; ask for a formula of finite traces."
+        )
+
+
+@np.errstate(all="ignore")
+def word_claims(mission: Mission, fleet: Fleet, asked: Asked) -> Iterator[Claim]:
+    """Yield the claims of obstacles, rims and, where the mission has a formula, of that.
+
+    Args:
+        mission: Whose agents the drones are.
+        fleet: The drones.
+        asked: Says the margin.
+    """
+    paths = FleetPaths.of(mission, fleet)
+    idle = {
+        name: RobotPlan(word=Word((frozenset(),)), waypoints=(Waypoint(position=agent.start, role="start"),), times=(0.0,))
+        for name, agent in mission.agents.items()
+    }
+    evidence = Evidence(Plan(mission=mission, robots=idle), paths)
+    yield from obstacle_claims(evidence, asked.margin)
+    yield from rim_claims(evidence, asked.margin)
+    if mission.spec.formula is None:
+        return
+    timelines: dict[str, Timeline] = {}
+    for robot, spans in statuses(evidence.membership, asked.margin).items():
+        initial, found = changes(spans)
+        timelines[robot] = Timeline(robot, initial, found, paths.end, mission.initial_letter(robot))
+    for verdict in judge_formula(mission, timelines, evidence.relations, detail="counterexample"):
+        witness = None if verdict.outcome == "holds" else verdict.witness()
+        yield Claim(verdict.claim, verdict.outcome, verdict.sentence, robot=verdict.robot, time=verdict.time, witness=witness)
+
+
+def _joins(fleet: Fleet, row: int) -> bool:
+    """Tell whether a piece begins exactly where the one before it ends."""
+    if fleet.basis == "bernstein":
+        return np.array_equal(fleet.values[row - 1, :, fleet.degrees[row - 1]], fleet.values[row, :, 0])
+    return all(a(1) == b(0) for a, b in zip(fleet.exactly(row - 1), fleet.exactly(row), strict=True))
