@@ -4,6 +4,9 @@ Names are loaded at first use, so that `import ltlplan` and `ltlplan --help` sta
 
 Read `pipeline`, then `planner`, which asks a method (`search`, `mtac`, `online_mtac`; what one returns is in `allocation`) and lays
 `paths`; below are `systems` and `logic`. What is tried where no flight keeps a plan is in `replanning`. `online` flies while sharing, `report` and `output` show and write, `commands` ask.
+`free_space` holds paths among obstacles, `precedences` the waits that counterexamples ask for, and `result` what a run makes. `missions` reads
+mission files; `recorded` and `recording_options` lead from a recording to a verdict. `transfers` and `live_phases` are what comes before and
+after a certified flight. `service` plans over HTTP; `start` and `cli` are the command line.
 """
 
 from __future__ import annotations

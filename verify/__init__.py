@@ -6,6 +6,7 @@
 Read `certification` (the door; `certificate` is the value) and `claims`, then `motion` (polynomials), `model_checking` (words over time)
 and `logic` (what a formula says), over `arithmetic`. `trace_checking` judges words alone, `recordings` flights that were flown, `third_party` what
 other programs planned, `flight_segments` flights in changing worlds; `run_folder` proves again from files (`certificate_file`), `testing` is for other people's tests.
+`data` is what all packages share. `aborts` proves braking to a hover; `exported_parts` holds uploaded parts against the flight.
 """
 
 from __future__ import annotations

@@ -3,6 +3,8 @@
 `link` says what a link is; `simulated` is one to our own simulation, with the commander that flies on board in `simulated_commander`. `preflight_checks` are
 asked before anything spins, `phases` is what is flown one after another, `live_executive` flies it under `tracking_monitor`, `safe_termination` ends it where something is wrong,
 and `record` is what is kept of it.
+`crazyflie` and `mavlink` are links to vehicles: `addresses` says where each robot is reached, `framed` speaks in the laboratory's frame,
+and `streaming` keeps the clock of set-points.
 """
 
 from __future__ import annotations

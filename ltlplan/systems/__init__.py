@@ -4,4 +4,6 @@ Read `transition_systems` (R, E and A = E x R, as values), `robot_systems` (A fo
 `region_graph` says where robots rest, which region may be entered from where and which actions are permitted there, `region_labels`
 which letters a straight flight shows, `visit_words` which word some visits do, `visit_log` which visits a way makes; `drawings` shows automata
 and systems.
+`objective` says what a mission minimises. `flyable_edges`, `unreachable` and `shared_walls` find edges, regions and walls that no robot can fly. `unclear_places`
+says what keeps a region from being visited for sure.
 """

@@ -4,4 +4,5 @@ Read `corridor` (points to go through, and what each leg must stay out of), `pla
 `fitting`, which bends the path with separating planes, and `detours` and `halton_roadmap`, which lead around what bending cannot.
 `points` puts points in or leaves some out; `approach`, `relocation`, `meeting_places`, `outside`, `leg_limits` and `sampled_stays` are what particular places
 ask for.
+`packing` places several robots beside each other.
 """

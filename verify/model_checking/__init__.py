@@ -5,4 +5,6 @@ robot, of a team). Then what holds them against the formula: the room `compositi
 all of them together, and for counterexamples; `lassos` for laps, `team_laps` for those of teams; and `word_claims`, which puts the
 answers into claims, a formula's by `formula_judge` (what it sees of robots: `letter_projection`). `transitions` judges edges; `refutation`
 and `repair_precedences` say why not, and what would help.
+`bad_prefixes` refutes infinite formulas early, `summed_timelines` counts over time, and `counterexamples`, `reading_times` and `vacuous_parts`
+write the words for people.
 """

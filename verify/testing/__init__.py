@@ -18,6 +18,8 @@ The strategies need hypothesis (`pip install 'ltlplan[hypothesis]'`); nothing of
     @given(formulas(("dock",), robots=("quad0", "quad1")), team_words(("quad0", "quad1"), ("dock",)))
     def test_my_judge_agrees(formula, words):
         assert my_judge(formula, words) == verify.check_team(formula, words, "joint").parallel.outcome
+
+`assertions` are what tests call; `drawn_words` and `drawn_missions` are the strategies, over `engine`, the adapter to hypothesis.
 """
 
 from __future__ import annotations

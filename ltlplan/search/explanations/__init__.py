@@ -3,4 +3,5 @@
 Read `unsatisfiable_cores` (requirements that cannot hold together; `requirements` by themselves), then `reasons` and `needs` (what
 stands in their way, found in `relaxed_systems`; `inquiry` is what they ask about), `remedies` (edges and regions that would have to be
 there, or be open), `relaxation` (what to leave out, the cheapest way) and `max_weight_subset` (which soft parts to keep).
+`no_plan` explains a finite mission without a plan, `held_letters` a formula that no precedences help.
 """

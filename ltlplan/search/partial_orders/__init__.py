@@ -4,4 +4,5 @@ Read `ordered_plans` first; `ordered_assignment` makes an assignment of its answ
 `reachable_state_sets` follows all team words that a course of events leaves open, `event_sequences` searches for a cheapest course all of whose team words
 satisfy the formula, `linearisations` looks for a team word that some precedences leave open and that breaks it, and `minimal_precedences` finds
 few precedences that leave none open. `event_names` says which visit an event belongs to.
+`abstraction` makes smaller systems, `planned_words` finds precedences for words that are planned already, and `single_words` a single team word.
 """

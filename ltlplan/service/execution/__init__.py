@@ -4,4 +4,5 @@ Read `stages` (what is done with a mission, one after the other), `workers` (pro
 (how they are begun, what they do, how they end), `turns` (whose work comes next), `resource_limits` (what they may take) and `scratch` (their files); `clusters` with
 `cluster_tasks` are other machines, `batches` folders of missions without a server, `serialization` what travels between processes bit for bit,
 `exporting` exports.
+`background_executor` computes beside a flight.
 """
