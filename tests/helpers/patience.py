@@ -11,7 +11,7 @@ UNSEEN = 0.7
 LATE = 0.45
 """s by which a set-point may be late: vehicles level out 0.5 s after their last one."""
 _WHAT = {
-    **{f"flight.link.{module}.FRESH": UNSEEN for module in ("watch", "checks", "reaction")},
+    **{f"flight.link.{module}.FRESH": UNSEEN for module in ("tracking_monitor", "preflight_checks", "safe_termination")},
     "flight.link.streaming.LATE": LATE,
 }
 

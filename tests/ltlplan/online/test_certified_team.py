@@ -64,7 +64,7 @@ def held_against_samples(flight):
                 assert away >= mission.separation + 2 * mission.margin
             for hoop in mission.hoops.values():
                 assert from_rim(points, hoop).min() > mission.vehicle.radius + mission.margin
-            if not flight.certificate_checks:
+            if not flight.certified:
                 continue
             rows = np.flatnonzero((log.times >= piece.since) & (log.times < end))
             k = log.robots.index(name)
@@ -119,7 +119,7 @@ def a_team_word(flight, seed=0):
 
 
 def finished(flight):
-    assert flight.certificate_checks
+    assert flight.certified
     assert flight.require().satisfied_at is not None
     assert check_word(flight.mission.formula, a_team_word(flight))
     return flight
@@ -205,7 +205,7 @@ def test_where_coming_to_rest_cannot_be_proved_the_team_holds_for_good(turning):
     ahead = CertifiedTeam(turning, seed=1).present.team["quad0"].evaluate(0.9)[:3]
     center = (float(ahead[0]), float(ahead[1]), float(ahead[2]) + 0.26)
     flight = fly_online(turning, seed=1, certified=True, events=[HoopMoves(time=0.6, region="ring", center=center)])
-    assert not flight.certificate_checks
+    assert not flight.certified
     assert len(flight.certificates) == 1
     assert flight.log.notes[0].startswith(NOT_ALL_CERTIFIED)
     assert "rim" in flight.log.notes[0]
@@ -244,7 +244,7 @@ def test_a_hoop_that_moves_onto_a_robot_is_said_at_once_and_the_robot_holds(turn
 def test_a_robot_pushed_out_of_its_tube_is_not_called_certified(turning):
     flight = fly_online(turning, seed=1, certified=True, wind=6.0, max_seconds=2)
     assert flight.log.worst_error() > turning.margin
-    assert not flight.certificate_checks
+    assert not flight.certified
     assert "more than the margin" in flight.summary()
 
 
@@ -356,7 +356,7 @@ def test_what_appears_or_moves_in_the_way_is_flown_around() -> None:
     ]
     flight = fly_online(mission, seed=0, certified=True, events=events)
     flight.require()
-    assert flight.certificate_checks
+    assert flight.certified
     now = flight.log.times > 6.0
     last = flight.earlier[-1][1].changed(
         obstacles={"crate": CRATE, "pillar": mission.obstacles["pillar"].changed(center=(0.4, 0.9, 1.0))}

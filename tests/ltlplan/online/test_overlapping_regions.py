@@ -59,7 +59,7 @@ def test_a_new_formula_is_shared_from_where_a_robot_hovers_inside_two():
 def test_the_checker_holds_a_flight_that_begins_inside_them(case, certified):
     flight = fly_online(mission_of(case), seed=1, certified=certified, noise=0.001)
     assert flight.require() is flight
-    assert flight.certificate_checks is certified
+    assert flight.certified is certified
     assert read(flight.mission, flight.words)
 
 
@@ -71,5 +71,5 @@ def test_the_checker_holds_a_flight_in_which_a_robot_joins_inside_them(regions, 
     mission = overlapping(formula, start, regions=regions)
     flight = fly_online(mission, seed=1, certified=certified, noise=0.001, events=[event])
     assert flight.require() is flight
-    assert flight.certificate_checks is certified
+    assert flight.certified is certified
     assert len(flight.words["late"][0]) >= 2

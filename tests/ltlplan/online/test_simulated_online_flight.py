@@ -34,7 +34,7 @@ def test_a_short_flight_holds_and_says_that_it_was_not_certified(one):
     assert flight.words["quad0"] == (frozenset(), frozenset({"a"}))
     assert flight.satisfied_at is not None
     assert flight.satisfied_at < flight.duration < 10
-    assert not flight.certificate_checks
+    assert not flight.certified
     assert flight.log.notes == (NOT_CERTIFIED,)
     assert flight.log.certificate is None
     assert "simulation only" in NOT_CERTIFIED
