@@ -35,7 +35,11 @@ def test_an_export_is_downloaded_when_it_is_written(tmp_path: Path) -> None:
             page.get_by_role("button", name="crazyflie", exact=True).click()
         download.value.save_as(tmp_path / "export.zip")
         assert download.value.suggested_filename == f"{job.id}-crazyflie.zip"
-        assert "crazyflie is written." in page.inner_text("body")
+        told = page.locator(".away [role=status]")
+        assert told.inner_text() == "crazyflie is written."
+        assert told.bounding_box()["y"] < page.get_by_role("heading", name="Files", exact=True).bounding_box()["y"], (
+            "seen at once"
+        )
         with zipfile.ZipFile(tmp_path / "export.zip") as archive:
             assert "README.txt" in archive.namelist()
         browser.close()

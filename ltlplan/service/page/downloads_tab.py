@@ -81,9 +81,10 @@ class _Away:
             "soft",
         )
         place = box("row exports")
-        ui.timer(0.0, lambda: self._exports(job, place), once=True)
+        state = Words("p", "", "soft").props("role=status")  # beside what was clicked, not below the files
+        ui.timer(0.0, lambda: self._exports(job, place, state), once=True)
 
-    async def _exports(self, job: Job, place: ui.element) -> None:
+    async def _exports(self, job: Job, place: ui.element, state: Words) -> None:
         if not self.formats:
             try:
                 listed = await self.desk.service.questions.ask(asked.export_formats, who=self.desk.who)
@@ -95,14 +96,12 @@ class _Away:
                 # of vehicles whose controller is not modelled every export is one without a rehearsal
                 wanted = ExportAsked(name, anyway=not controllers)
                 label = name if controllers else f"{name}, not rehearsed"
-                button(label, lambda wanted=wanted, label=label: self._export(job, wanted, label))
-        with self.part.place:
-            self.state = Words("p", "", "soft").props("role=status")
+                button(label, lambda wanted=wanted, label=label: self._export(job, wanted, label, state))
 
-    async def _export(self, job: Job, wanted: ExportAsked, label: str) -> None:
+    async def _export(self, job: Job, wanted: ExportAsked, label: str, state: Words) -> None:
         """Have the flight written, and give the archive when it is."""
         jobs = self.desk.service.jobs
-        self.state.set_text(f"{label} is being written ...")
+        state.set_text(f"{label} is being written ...")
         try:
             made = await jobs.export(job.id, wanted, who=self.desk.who)
             while made.ended is None:
@@ -110,11 +109,11 @@ class _Away:
             if made.problem is not None:
                 raise error_of(made.problem)
         except LtlplanError as error:
-            self.state.set_text("")
+            state.set_text("")
             with self.part.place:
                 say(error)
             return
-        self.state.set_text(f"{label} is written." if made.state == "done" else f"{label} was cancelled.")
+        state.set_text(f"{label} is written." if made.state == "done" else f"{label} was cancelled.")
         if made.state == "done":
             anyway = "?anyway=true" if wanted.anyway else ""
             ui.download.from_url(f"/api/jobs/{job.id}/exports/{quote(wanted.target, safe='')}{anyway}")
