@@ -108,6 +108,8 @@ class _Planning:
                 part.show(None, lambda: None)
             return
         ended = None if job.ended is None else job.state
+        if (entry := self.listed.get(job.id)) is not None:
+            entry.show(job.state, True)  # not only at the next look at the list
         self.name.show((job.mission, job.state), lambda: _name(job))
         self.actions.show((job.id, ended), lambda: self._actions(job))
         self.told.show((job.id, job.state, job.started, job.ended), lambda: self._told(job))

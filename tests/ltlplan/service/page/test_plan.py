@@ -133,6 +133,14 @@ def test_the_list_keeps_its_entries(client: Client, desk: Desk) -> None:
     asyncio.run(listed())
 
 
+def test_the_list_says_what_the_job_s_head_says(client: Client, desk: Desk) -> None:
+    asyncio.run(_with_tab(desk))
+    entry = next(made for made in client.elements.values() if "entry" in made.classes)
+    for job, word in ((RUNNING, "runs"), (REFUSED, "refused")):
+        _tell(desk, job)
+        assert inside(entry)[1] == word
+
+
 async def _with_tab(desk: Desk) -> Callable[[], Any]:
     """Make the tab, and return what lists the jobs again."""
     with desk.client:
