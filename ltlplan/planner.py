@@ -160,7 +160,9 @@ def _by_straight_legs(mission: Mission, allocation: Allocation) -> tuple[str, ..
     lasso = mission.spec.trace == "infinite"
     laps = f" of all {mission.spec.repeat} laps" if lasso and mission.spec.repeat > 1 else ""
     how = "is the cheapest" if allocation.complete else "is not sure to be the cheapest; that costs at least"
-    return (f"By straight-line cost{laps} the {'word' if lasso else 'assignment'} {how}: {allocation.lower_bound:.3f}.",)
+    return (
+        f"By straight legs between middles{laps} the {'word' if lasso else 'assignment'} {how}: {allocation.lower_bound:.3f}.",
+    )
 
 
 def with_seed(mission: Mission, seed: int | None) -> Mission:

@@ -35,7 +35,9 @@ def plan_lines(plan: Plan) -> list[str]:
     if plan.method == "exact" and plan.lower_bound is not None:
         gap = max(0.0, plan.cost / plan.lower_bound - 1) if plan.lower_bound > TINY else math.inf
         how = "not known" if math.isinf(gap) else f"{100 * gap:.1f} %"
-        lines.append(f"          by straight legs no assignment costs less than {plan.lower_bound:.3f}: the gap is {how}")
+        lines.append(
+            f"          wherever regions are touched, no assignment costs less than {plan.lower_bound:.3f}: the gap is {how}"
+        )
     lines += [f"note      {note}" for note in plan.notes]
     return lines
 

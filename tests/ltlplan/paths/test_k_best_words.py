@@ -122,7 +122,16 @@ def test_a_dear_robot_that_is_nearest_stays_where_it_is() -> None:
     made = ltlplan.plan(team("effort: 40", "effort: 1", formula="F c"))
     assert [[visit.region for visit in robot.visits] for robot in made.robots.values()] == [[], ["c"]]
     assert made.notes[-1] == "Minimised: the robots' sum, quad0: 40 effort; quad1: 1 effort."
-    assert any("by straight legs no assignment costs less than" in line and "the gap is" in line for line in plan_lines(made))
+    assert any(
+        "wherever regions are touched, no assignment costs less than" in line and "the gap is" in line
+        for line in plan_lines(made)
+    )
+
+
+def test_a_bound_by_middles_and_one_for_all_paths_are_told_apart() -> None:
+    lines = plan_lines(ltlplan.plan("firefighting"))
+    assert sum("straight" in line for line in lines) == 1
+    assert any("By straight legs between middles the assignment is the cheapest" in line for line in lines)
 
 
 def test_what_is_minimised_is_said_unless_it_is_length() -> None:
