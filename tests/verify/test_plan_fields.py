@@ -10,11 +10,12 @@ from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
-from tests.helpers.flights import legs, plan_of, small_mission
+from tests.helpers.flights import changed, legs, plan_of, small_mission
 from tests.verify.test_run_folder import write_folder
-from verify import certify, recheck
+from verify import certify, judge, recheck
 from verify.certificate import payload_digest
 from verify.claims.judged_plan import OF_PLANNING, PROVED, judged_plan
 from verify.data import BadInput, NotCertified, Plan, RobotPlan, Trajectory, Visit, Waypoint, Word
@@ -240,3 +241,15 @@ def test_waits_of_laps_are_judged_in_every_lap(wait: Meeting | Precedence, holds
         return
     with pytest.raises(NotCertified, match="It is not so that"):
         certify(plan, team)
+
+
+def test_a_rest_on_the_way_is_no_setting_out_for_a_lap_s_first_visit() -> None:
+    plan, _ = laps()
+    r1 = legs([[0, 2, 1], [0, 3, 1], *[[0, 2.5, 1]] * 41, [1, 2, 1], [0, 3, 1]], speed=0.25, cycle=1)
+    r0 = legs([*[[0, 0, 1]] * 17, [1, 0, 1], *[[0, 0, 1]] * 50], speed=0.25, cycle=16)
+    lasts = r0.durations.copy()
+    lasts[-1] = np.float32(r1.duration - lasts[:-1].sum())
+    team = {"r0": changed(r0, durations=lasts), "r1": r1}
+    (kept,) = [claim for claim in judge(plan, team, largest=False).claims if claim.name == "precedences"]
+    assert kept.outcome == "fails", kept.sentence
+    assert kept.time == 4.0  # where its lap begins, more than 2 s before r0 comes to a

@@ -3,7 +3,8 @@
 A region is entered from when the path may be in it until it is for sure, and left from when the path may be out of it again until it is
 for sure. A robot sets out for its first visit at the first instant at which its nominal path differs from its start; for a later one, where
 it stands still for the last time before it leaves the visit before, or comes to the new one. Where it never stands still there, it has been
-on its way since it came to the visit before. For the first visit of a lap it sets out from where the lap begins, which need be no visit. Laps
+on its way since it came to the visit before. For the first visit of a lap it sets out from where the lap begins, which need be no visit, or
+where it stood still before that; where it rests later in the lap it has set out already. Laps
 are alike: an event of a lap's visit comes again one lap later.
 """
 
@@ -31,6 +32,7 @@ class FlownVisits:
         timeline: Its actions, and when the flight or the first lap ends.
         length: s that a lap takes; 0 for a finite flight.
         moves: The first instant at which its nominal path differs from its start, s; None where it never does.
+        departs: The first instant at which it differs from where its first lap begins, s; None where it never does, or has no laps.
         stands: When its nominal path stands still, in order.
     """
 
@@ -38,6 +40,7 @@ class FlownVisits:
     timeline: Timeline
     length: Fraction
     moves: Fraction | None
+    departs: Fraction | None
     stands: tuple[Standstill, ...]
 
     @classmethod
@@ -55,7 +58,8 @@ class FlownVisits:
         if timeline.cycle is not None:
             again = [stand for stand in stands if stand.start >= timeline.cycle]
             stands += tuple(Standstill(stand.start + length, stand.stop + length) for stand in again)
-        return cls(matching, timeline, length, first_motion(trajectory, knots), stands)
+        departs = None if trajectory.cycle is None else first_motion(trajectory, knots, trajectory.cycle)
+        return cls(matching, timeline, length, first_motion(trajectory, knots), departs, stands)
 
     def makes(self, visit: int) -> bool:
         """Tell whether it is proved that a planned visit is made, of laps in which lap."""
@@ -132,6 +136,8 @@ class FlownVisits:
         if opens and left is not None and left.high <= seam:
             left = None
         low, high = (there.low, there.high) if left is None else (min(left.low, there.low), min(left.high, there.high))
+        if opens and left is None and self.departs is not None:
+            low = min(low, self.departs + lap * self.length)
         stands = [stand.stop for stand in self.stands if stand.start <= low and stand.stop >= begun]
         return Enclosure(min(stands[-1], low), min(stands[-1], high)) if stands else Enclosure(min(begun, low), high)
 

@@ -29,18 +29,19 @@ class Standstill:
     stop: Fraction
 
 
-def first_motion(trajectory: Trajectory, knots: Sequence[Fraction]) -> Fraction | None:
-    """Return the first instant at which a path differs from its start in x, y or z, in s; None where it never does.
+def first_motion(trajectory: Trajectory, knots: Sequence[Fraction], since: int = 0) -> Fraction | None:
+    """Return the first instant at which a path differs from where a piece begins in x, y or z, in s; None where it never does.
 
     A polynomial that is not constant leaves its value at once, so that this is the beginning of a piece.
 
     Args:
         trajectory: What is flown.
         knots: Exact start of each piece, in s.
+        since: The piece from which on it is looked at.
     """
-    places = trajectory.coefficients[:, :3]
+    places = trajectory.coefficients[since:, :3]
     moves = places[:, :, 1:].any(axis=(1, 2)) | (places[:, :, 0] != places[0, :, 0]).any(axis=1)
-    return knots[int(np.argmax(moves))] if moves.any() else None
+    return knots[since + int(np.argmax(moves))] if moves.any() else None
 
 
 def standstills(trajectory: Trajectory, knots: Sequence[Fraction]) -> Iterator[Standstill]:
