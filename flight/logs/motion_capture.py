@@ -15,7 +15,7 @@ from fractions import Fraction
 from flight.logs.import_options import SAME, Axes
 from verify.data import BadInput
 from verify.data.errors import did_you_mean
-from verify.data.storage.tables import MAX_LINE, MAX_ROWS, Decimal, Table, decimal
+from verify.data.storage.tables import MAX_LINE, MAX_ROWS, Table, decimal
 
 _UNITS = {"m": "m", "meters": "m", "cm": "cm", "centimeters": "cm", "mm": "mm", "millimeters": "mm"}
 _BODIES, _NO_BODIES = ("Objects", "Segments"), ("Trajectories", "Model Outputs", "Devices")
@@ -146,7 +146,7 @@ def _vicon(rows: _Rows, source: str, robots: Sequence[str], *, whole: bool) -> E
             )
         stamped.append((line, [_seconds(row[0], rate.exact()), *row[1:]]))
     said = f"Vicon's export: times are frame numbers / {float(rate.exact()):g} Hz."
-    frames = [number.exact() / rate.exact() for number in _frames(rows)]
+    frames = [number / rate.exact() for number in _frames(rows)]
     promised = (min(frames), max(frames)) if frames else None
     return Exported(_table(stamped, found, source, whole=whole or end < len(rows)), SAME, (said,), promised)
 
@@ -156,17 +156,22 @@ def _is_title(row: list[str]) -> bool:
     return bool(row) and row[0] in (*_BODIES, *_NO_BODIES, "Events", "Joints") and not any(row[1:])
 
 
-def _frames(rows: _Rows) -> list[Decimal]:
-    """Return the frames of all parts of Vicon's export, which are counted by its cameras whatever they hold."""
-    found: list[Decimal] = []
-    inside = False
-    for _, row in rows:
-        if row[:2] == ["Frame", "Sub Frame"]:
-            inside = True
-        elif _is_title(row):
-            inside = False
-        elif inside and len(row) > 1 and row[0] and row[1] and (number := decimal(row[0])) is not None:
-            found.append(number)
+def _frames(rows: _Rows) -> list[Fraction]:
+    """Return frames of all parts of Vicon's export, which are counted by its cameras whatever they hold.
+
+    Lines without a number before a part's first frame, or after its last one, are frames too: all but one empty line, which ends a part.
+    """
+    found: list[Fraction] = []
+    begins = [k + 2 for k, (_, row) in enumerate(rows) if row[:2] == ["Frame", "Sub Frame"]]
+    for begin in begins:
+        end = next((k for k in range(begin, len(rows)) if _is_title(rows[k][1])), len(rows))
+        part = [row for _, row in rows[begin:end]]
+        if part and not part[-1]:
+            part.pop()
+        known = [(k, number.exact()) for k, row in enumerate(part) if row and (number := decimal(row[0])) is not None]
+        if known:
+            (first, least), (last, most) = known[0], known[-1]
+            found += [least - first, *(number for _, number in known), most + len(part) - 1 - last]
     return found
 
 

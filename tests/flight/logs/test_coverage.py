@@ -83,7 +83,7 @@ def _mcap(path: Path) -> Path:
     return path / "flight.mcap"
 
 
-def _vicon_in_two_parts() -> str:
+def _vicon_in_two_parts(sub_frame: str = "0") -> str:
     rows = foreign_logs.vicon(TIMES, LOST).splitlines()
     markers = [
         "",
@@ -92,9 +92,15 @@ def _vicon_in_two_parts() -> str:
         ",,cart:one,,",
         "Frame,Sub Frame,X,Y,Z",
         ",,mm,mm,mm",
-        *(f"{k + 1},0,1,2,3" for k in range(201)),
+        *(f"{k + 1},{sub_frame},1,2,3" for k in range(201)),
     ]
     return "\n".join([*rows[:5], *(rows[5 + k] for k in SEEN), *markers]) + "\n"
+
+
+def _vicon_with_empty_ends() -> str:
+    rows = foreign_logs.vicon(TIMES, {"r0": LOST["r0"]}).splitlines()
+    seen = set(SEEN)
+    return "\n".join([*rows[:5], *(row if k in seen else ",,,,,,," for k, row in enumerate(rows[5:]))]) + "\n"
 
 
 def _vicon_with_a_blank_line() -> str:
@@ -113,6 +119,8 @@ FORMATS: dict[str, Callable[[Path], Path]] = {
     "wide table": _text(_wide()),
     "Vicon, another body": _text(foreign_logs.vicon(TIMES, LOST)),
     "Vicon, another part": _text(_vicon_in_two_parts()),
+    "Vicon, another part without sub frames": _text(_vicon_in_two_parts("")),
+    "Vicon, empty lines at its ends": _text(_vicon_with_empty_ends()),
     "Vicon, a blank line": _text(_vicon_with_a_blank_line()),
     "Motive": _text(_promised(foreign_logs.motive, 0)),
     "Qualisys": _text(_promised(foreign_logs.qualisys, 1)),
