@@ -62,7 +62,7 @@ def require_common_start(told: Told, robots: Sequence[str], source: str) -> None
         )
 
 
-def on_one_clock(seen: Mapping[str, Seen], told: Told, source: str, *, shared: bool) -> Recording:
+def on_one_clock(seen: Mapping[str, Seen], told: Told, source: str, *, shared: bool, beside: Sequence[Seen] = ()) -> Recording:
     """Bring robots together on one clock, every sample at its own time.
 
     Args:
@@ -70,6 +70,7 @@ def on_one_clock(seen: Mapping[str, Seen], told: Told, source: str, *, shared: b
         told: What is told of the recording.
         source: Names it in messages.
         shared: Whether it has one clock for all of them, so that where no start is told its first sample is 0.
+        beside: What else was recorded on that clock; it counts for what the recording covers.
 
     Raises:
         BadInput: A robot was never seen, its times do not go forward, or the clocks are not known to agree.
@@ -96,6 +97,7 @@ def on_one_clock(seen: Mapping[str, Seen], told: Told, source: str, *, shared: b
     for j, (robot, at) in enumerate(own.items()):
         position[np.searchsorted(times, at), j] = seen[robot].places
     ends = [end for robot, one in seen.items() for end in since(one.covers, one.power, zeros[robot])]
+    ends += [end for one in beside for end in since(one.covers, one.power, zeros[robots[0]])]
     late, off = (max(one.rounding[i] for one in seen.values()) for i in (0, 1))
     several = isinstance(told.start, Mapping)
     if several:  # each clock may be off on its own

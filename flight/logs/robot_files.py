@@ -5,6 +5,7 @@ A Crazyflie's log holds where the vehicle believed to be, and its own clock's mi
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -51,12 +52,8 @@ def read_robot_files(folder: Path, robots: Sequence[str], told: Told) -> Recordi
     headers: set[str] = set()
     seen: dict[str, Seen] = {}
     for robot, path in files.items():
-        if path.suffix == ".ulg":
-            seen[robot], said = read_ulog(path)
-        else:
-            table = read_table(read_text(path, most=MAX_BYTES, what="recording"), str(path), comments=True)
-            seen[robot], said = _one_robot(table, robot, told)
-            headers.update(table.header)
+        seen[robot], said, header = _read(path, robot, told)
+        headers.update(header)
         for sentence in said:
             said_of.setdefault(sentence, []).append(path.name)
     for ours, theirs in told.columns(robots).items():
@@ -65,13 +62,33 @@ def read_robot_files(folder: Path, robots: Sequence[str], told: Told) -> Recordi
                 f"{source} has no file with a column '{theirs[:40]}' (given for {ours[:40]}).{did_you_mean(theirs, headers)}"
             )
     notes = [f"{', '.join(names)}: {sentence}" for sentence, names in said_of.items()]
-    others = sorted(path.name for path in folder.iterdir() if path.suffix in ENDINGS and path not in files.values())
-    if others:
-        notes.append(f"Files of the folder that belong to no robot were left aside: {', '.join(others)[:200]}.")
+    others = sorted(path for path in folder.iterdir() if path.suffix in ENDINGS and path not in files.values())
+    beside = {} if isinstance(told.start, Mapping) else _readable(others)
+    if beside:
+        notes.append(f"Files of the folder that belong to no robot count for what it covers: {', '.join(beside)[:200]}.")
+    if aside := [path.name for path in others if path.name not in beside]:
+        notes.append(f"Files of the folder that belong to no robot were left aside: {', '.join(aside)[:200]}.")
     if len(robots) > 1 and not isinstance(told.start, Mapping):
         notes.append("The robots' files share one clock, as was told by naming one start for all.")
-    recording = on_one_clock(seen, told, source, shared=False)
+    recording = on_one_clock(seen, told, source, shared=False, beside=tuple(beside.values()))
     return recording.noted(*notes)
+
+
+def _read(path: Path, robot: str, told: Told) -> tuple[Seen, tuple[str, ...], Sequence[str]]:
+    """Read the file of one robot; return what it saw, how it was read, and its columns."""
+    if path.suffix == ".ulg":
+        return *read_ulog(path), ()
+    table = read_table(read_text(path, most=MAX_BYTES, what="recording"), str(path), comments=True)
+    return *_one_robot(table, robot, told), table.header
+
+
+def _readable(paths: Sequence[Path]) -> dict[str, Seen]:
+    """Return what files of no robot saw on the clock that all share, where they can be read as recordings."""
+    found: dict[str, Seen] = {}
+    for path in paths:
+        with contextlib.suppress(BadInput):
+            found[path.name] = _read(path, path.stem, Told())[0]
+    return found
 
 
 def is_crazyflie_log(table: Table) -> bool:

@@ -167,6 +167,20 @@ def test_a_folder_says_what_it_left_aside_and_refuses_what_it_does_not_hold(tmp_
         flight.read_flown(folder, ROBOTS, Told(start=told.start, start_error=-1.0, called={"quad0": "quad0.csv"}))
 
 
+@pytest.mark.parametrize("start", [None, 0.0])
+def test_files_of_no_robot_count_for_what_a_folder_covers(tmp_path, start):
+    (tmp_path / "quad0.csv").write_text("t,x,y,z\n0.0,0,0,1\n0.5,0,0,1\n1.0,0,0,1\n")
+    (tmp_path / "notes.csv").write_text("a,b\nno,recording\n")
+    alone = flight.read_flown(tmp_path, ("quad0",), Told(start=start))
+    assert alone.covers == (0.0, 1.0)
+    assert any("left aside: notes.csv" in note for note in alone.notes)
+    (tmp_path / "human.csv").write_text("t,x,y,z\n0.0,5,0,1\n20.0,5,0,1\n")
+    (tmp_path / "Quad0.csv").write_text("t,x,y,z\n-2.0,5,0,1\n3.0,5,0,1\n")
+    found = flight.read_flown(tmp_path, ("quad0",), Told(start=start))
+    assert found.covers == (-2.0, 20.0)
+    assert any("count for what it covers: Quad0.csv, human.csv" in note for note in found.notes)
+
+
 def test_topics_and_frames_of_a_bag_are_not_chosen_between(tmp_path):
     pytest.importorskip("rosbags", reason="rosbags is not installed")
     bodies = {"quad0/raw": places()["quad0"], "quad0": places()["quad0"], "quad1": places()["quad1"]}
