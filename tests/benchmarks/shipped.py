@@ -1,4 +1,7 @@
-"""Times the run of each shipped mission, in s of processor time: `python tests/benchmarks/shipped.py [NAME ...]`."""
+"""Times of the runs of shipped missions, in s of processor time.
+
+Run `python tests/benchmarks/shipped.py [NAME ...]`.
+"""
 
 from __future__ import annotations
 
@@ -7,13 +10,16 @@ import tempfile
 import time
 from pathlib import Path
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
+
 import ltlplan
 from ltlplan.missions import shipped_missions
+from tests.helpers.benchmarks import run_benchmark
 
 
-def main(names: list[str]) -> None:
+def main() -> None:
     """Print one line for each mission."""
-    for name in names or sorted(shipped_missions()):
+    for name in sys.argv[1:] or sorted(shipped_missions()):
         with tempfile.TemporaryDirectory() as folder:
             began = time.process_time()
             run = ltlplan.run(name, Path(folder) / name)
@@ -21,4 +27,4 @@ def main(names: list[str]) -> None:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    run_benchmark(main, ["firefighting"])
