@@ -132,7 +132,7 @@ def forged(folder: Path, data: dict[str, Any]) -> None:
 
 @pytest.mark.parametrize("made", [finite, laps])
 def test_what_is_changed_in_a_plan_is_refused_or_changes_no_claim(tmp_path: Path, made: Any) -> None:
-    hunt(tmp_path, made, every=23)
+    assert hunt(tmp_path, made, every=23)
 
 
 @pytest.mark.slow
