@@ -16,7 +16,7 @@ from ltlplan.logic.automaton import DEAD
 from ltlplan.mtac.agent_moves import Move, World
 from ltlplan.mtac.agent_states import AgentState
 from ltlplan.mtac.decomposable_task import Accepting, States
-from ltlplan.search.best_first import distances
+from ltlplan.search.label_setting import distances
 from verify.data import Letter
 from verify.data.shapes.inequalities import Point
 

@@ -16,7 +16,7 @@ from scipy.sparse.csgraph import dijkstra
 from ltlplan.logic.automaton import DEAD
 from ltlplan.logic.conjunct_automata import Deterministic
 from ltlplan.logic.product_automaton import Task
-from ltlplan.search.best_first import BestFirst
+from ltlplan.search.label_setting import BestFirst
 from ltlplan.search.reduced_graph import ReducedGraph
 
 Floats = NDArray[np.float64]

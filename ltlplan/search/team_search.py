@@ -19,8 +19,8 @@ from ltlplan.logic.budget import Budget, TooLarge
 from ltlplan.logic.conjunct_automata import Deterministic
 from ltlplan.logic.product_automaton import Task
 from ltlplan.logic.transition_monoid import Element, OrderCheck, TransitionMonoid
-from ltlplan.search.best_first import BestFirst
 from ltlplan.search.heuristics.heuristic import UNREACHABLE
+from ltlplan.search.label_setting import BestFirst
 from ltlplan.search.reduced_graph import ReducedGraph, Team, letter_classes
 from ltlplan.search.team_states import SearchStates, TeamStates
 

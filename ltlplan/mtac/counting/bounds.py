@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 
-from ltlplan.search.best_first import distances
 from ltlplan.search.counting.counting_propositions import shows
+from ltlplan.search.label_setting import distances
 from ltlplan.systems.transition_systems import TransitionSystem
 from verify.data import Formula
 from verify.data.language.counting import Atom

@@ -16,7 +16,7 @@ from ltlplan.logic.conjunct_automata import Part
 from ltlplan.logic.product_automaton import Task
 from ltlplan.mtac.tours.cheapest_legs import Key, Leg, Place, Walk, Watched
 from ltlplan.mtac.tours.task_kinds import TaskKinds
-from ltlplan.search.best_first import BestFirst
+from ltlplan.search.label_setting import BestFirst
 from ltlplan.search.reduced_graph import ReducedGraph
 
 MOST_SEARCHED = 8

@@ -22,7 +22,7 @@ from ltlplan.free_space.free_space import FreeSpace
 from ltlplan.paths.hoops.clearance import blocked, conflicts
 from ltlplan.paths.hoops.hoop_frame import control_points
 from ltlplan.paths.hoops.keep_out import Room
-from ltlplan.search.best_first import BestFirst
+from ltlplan.search.label_setting import BestFirst
 from ltlplan.systems.unreachable import joined_names
 from verify.data import Infeasible
 from verify.data.mission import Mission

@@ -17,12 +17,12 @@ from dataclasses import dataclass, replace
 from operator import add, sub
 
 from ltlplan.logic.budget import Budget, TooLarge
-from ltlplan.search.best_first import BestFirst
 from ltlplan.search.counting.classes import Classes, ClassMove, Numbers
 from ltlplan.search.counting.conjunct_bound import ConjunctBound
 from ltlplan.search.counting.counting_propositions import States, Sums
 from ltlplan.search.counting.cover_bound import CoverBound
 from ltlplan.search.heuristics.heuristic import UNREACHABLE
+from ltlplan.search.label_setting import BestFirst
 
 _Left = Callable[[States, Numbers, Sums], float]
 """A lower bound on what is left."""

@@ -13,7 +13,7 @@ from collections.abc import Collection, Sequence
 from ltlplan.logic.automaton import DEAD
 from ltlplan.logic.conjunct_automata import Deterministic
 from ltlplan.logic.product_automaton import Task
-from ltlplan.search.best_first import distances
+from ltlplan.search.label_setting import distances
 
 UNREACHABLE = float("inf")
 MAX_TABLE = 50_000  # states times letters of a conjunct that is looked at

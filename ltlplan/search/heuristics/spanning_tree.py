@@ -10,8 +10,8 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 
-from ltlplan.search.best_first import distances
 from ltlplan.search.heuristics.heuristic import UNREACHABLE
+from ltlplan.search.label_setting import distances
 from ltlplan.search.reduced_graph import ReducedGraph
 
 

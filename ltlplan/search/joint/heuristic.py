@@ -13,10 +13,10 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 
 from ltlplan.logic.automaton import DEAD
 from ltlplan.logic.conjunct_automata import bits
-from ltlplan.search.best_first import distances
 from ltlplan.search.heuristics.heuristic import UNREACHABLE
 from ltlplan.search.heuristics.spanning_tree import SpanningTreeBound
 from ltlplan.search.joint.conjuncts import JointConjunct
+from ltlplan.search.label_setting import distances
 from ltlplan.search.reduced_graph import ReducedGraph
 
 MAX_MOVES = 100_000

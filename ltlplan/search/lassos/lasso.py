@@ -19,7 +19,7 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components
 
 from ltlplan.logic.budget import DEFAULT_BUDGET, Budget, TooLarge
-from ltlplan.search.best_first import BestFirst
+from ltlplan.search.label_setting import BestFirst
 from ltlplan.search.lassos.accepting_cycles import Rounds
 from ltlplan.search.lassos.team_readers import Reader
 from verify.data import Letter

@@ -16,7 +16,7 @@ from ltlplan.search.assignment import TIES, Assignment, Cheapest, NoWords, asked
 from ltlplan.search.explanations.requirements import all_of
 from ltlplan.search.lagrangian_bounds import BY_WEIGHTED_SUMS, LeastSum, lower_the_dearest
 from ltlplan.search.lassos.conjunct_assignment import Parts, parts_of, share_out
-from ltlplan.search.lassos.label_setting.cheapest_laps import laps_below, least_of_all_laps
+from ltlplan.search.lassos.product_search.cheapest_laps import laps_below, least_of_all_laps
 from ltlplan.search.lassos.team_itineraries import team_itineraries, team_meetings
 from ltlplan.search.lassos.team_lassos import TeamLasso, plan_team_lasso, team_lasso_exists
 from ltlplan.search.lassos.team_readers import reads_letters

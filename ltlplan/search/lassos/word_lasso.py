@@ -12,7 +12,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from ltlplan.logic.automaton import Automaton
-from ltlplan.search.best_first import BestFirst
+from ltlplan.search.label_setting import BestFirst
 from ltlplan.search.lassos.lap_effects import goes_round, image
 from ltlplan.search.lassos.lasso import LassoRun
 from ltlplan.systems.transition_systems import TransitionSystem

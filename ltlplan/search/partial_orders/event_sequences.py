@@ -8,21 +8,20 @@ so it is asked only where there is none, and within a budget of its own.
 
 from __future__ import annotations
 
-import heapq
 import itertools
-import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from operator import add
 
 from ltlplan.logic.budget import TooLarge
-from ltlplan.search.best_first import BestFirst
+from ltlplan.search.label_setting import Costs, Label
 from ltlplan.search.partial_orders.reachable_state_sets import Known, Reading, Shown
+from ltlplan.search.team_reading import Found, Step, complete, least_highest, least_sum
 from ltlplan.systems.transition_systems import TransitionSystem
 
 Nodes = tuple[int, ...]
 Place = tuple[Nodes, Known]
 
-_END = -1
 _ROUNDING = 1e-9  # by which sums of the same costs may differ
 
 
@@ -50,126 +49,41 @@ def cheapest_course(
         systems: One for each robot.
         shown: For each of them what it shows at each node.
         reading: How the formula reads their events.
-        most: States that may be expanded.
+        most: Places that may be expanded.
 
     Raises:
-        TooLarge: More states would have to be expanded; nothing is known.
+        TooLarge: The budget was used up; nothing is known.
     """
-    walk = Walk(systems, shown, reading)
-    begin = walk.begin()
-    if begin is None:
-        return None
-    places: list[Place] = [begin]
-    index = {begin: 0}
-
-    def successors(key: int) -> Iterator[tuple[int, float]]:
-        if key == _END:
-            return
-        ends = walk.ends(places[key])
-        if ends is not None:
-            yield _END, sum(ends)
-        for _, cost, place in walk.steps(places[key]):
-            target = index.get(place)
-            if target is None:
-                target = index[place] = len(places)
-                places.append(place)
-            yield target, cost
-
-    search = BestFirst([0], successors, ties="first")
-    for expanded, (key, cost, _) in enumerate(search, start=1):
-        if key == _END:
-            path = [places[at][0] for at in search.path(key)[:-1]]
-            return Course(tuple(_steps(path)), cost, len(places))
-        if expanded > most:
-            raise TooLarge(
-                "Whether precedences between robots help takes",
-                expanded,
-                "states",
-                most,
-                "Simplify the formula, or use fewer robots.",
-            )
-    return None
-
-
-@dataclass(frozen=True, slots=True)
-class DearestCourse:
-    """What a search for a course whose dearest robot pays least found.
-
-    Attributes:
-        course: The course; None where there is none below the limit, or none was found.
-        bound: In no course does the dearest robot pay less, where that is below the limit; infinite where there is none below it.
-    """
-
-    course: Course | None
-    bound: float
+    events = EventReading(systems, shown, reading)
+    found = least_sum(events, most)
+    if found.stopped is not None:
+        hint = "Simplify the formula, or use fewer robots."
+        raise TooLarge("Whether precedences between robots help takes", found.explored, "states", most, hint)
+    return events.course(found)
 
 
 def course_of_least_dearest(  # as `cheapest_course`, and the limit
     systems: Sequence[TransitionSystem], shown: Sequence[Sequence[Shown]], reading: Reading, most: int, below: float
-) -> DearestCourse:
-    """Return a course all of whose team words satisfy the formula and whose dearest robot pays least, if that is below a limit.
-
-    What each robot has paid is kept apart. Of two ways to a place only one that is cheaper for some robot is gone on with (a search with several
-    objectives: Martins 1984).
+) -> tuple[Course | None, float]:
+    """Return a course all of whose team words satisfy the formula and whose robot with the highest cost pays least, if that is below a limit.
 
     Args:
         systems: One for each robot.
         shown: For each of them what it shows at each node.
         reading: How the formula reads their events.
-        most: Ways to places that may be gone on with.
-        below: What the dearest robot is to pay less than.
+        most: Paths to places that may be gone on with.
+        below: The highest cost is to be less.
+
+    Returns:
+        None where no such course was found; and a lower bound on the highest cost, where that is below the limit.
     """
-    walk = Walk(systems, shown, reading)
-    begin = walk.begin()
-    if begin is None:
-        return DearestCourse(None, math.inf)
-    paid = (0.0,) * len(systems)
-    ways: list[tuple[Place | None, int]] = [(begin, -1)]  # None for the end; the way before
-    fronts: dict[Place, list[tuple[float, ...]]] = {}
-    heap: list[tuple[float, float, int, tuple[float, ...]]] = [(0.0, 0.0, 0, paid)]
-    expanded = 0
-    while heap:
-        dearest, total, way, paid = heapq.heappop(heap)
-        place, _ = ways[way]
-        if place is None:
-            return DearestCourse(Course(tuple(_steps(_nodes_along(ways, way))), total, len(ways)), dearest)
-        front = fronts.setdefault(place, [])
-        if any(all(a <= b + _ROUNDING for a, b in zip(known, paid, strict=True)) for known in front):
-            continue
-        front.append(paid)
-        expanded += 1
-        if expanded > most:
-            return DearestCourse(None, dearest)
-        following: list[tuple[Place | None, tuple[float, ...]]] = [
-            (after, _paying(paid, robot, cost)) for robot, cost, after in walk.steps(place)
-        ]
-        ends = walk.ends(place)
-        if ends is not None:
-            following.append((None, tuple(a + b for a, b in zip(paid, ends, strict=True))))
-        for after, then in following:
-            if max(then) < below:
-                ways.append((after, way))
-                heapq.heappush(heap, (max(then), sum(then), len(ways) - 1, then))
-    return DearestCourse(None, math.inf)
+    events = EventReading(systems, shown, reading)
+    found = least_highest(events, most, below=below, rounding=_ROUNDING)
+    return events.course(found), found.bound
 
 
-def _paying(paid: tuple[float, ...], robot: int, cost: float) -> tuple[float, ...]:
-    return (*paid[:robot], paid[robot] + cost, *paid[robot + 1 :])
-
-
-def _nodes_along(ways: Sequence[tuple[Place | None, int]], end: int) -> list[Nodes]:
-    """Return the nodes of all robots along a way that has come to the end."""
-    found: list[Nodes] = []
-    way = ways[end][1]
-    while way >= 0:
-        place, way = ways[way]
-        assert place is not None  # only the last one is the end
-        found.append(place[0])
-    return found[::-1]
-
-
-class Walk:
-    """The places that courses go through: the nodes of all robots, and what is known of the formula there.
+class EventReading:
+    """The states that courses of events go through: the nodes of all robots, and what is known of the formula there.
 
     Args:
         systems: One for each robot.
@@ -179,35 +93,79 @@ class Walk:
 
     def __init__(self, systems: Sequence[TransitionSystem], shown: Sequence[Sequence[Shown]], reading: Reading) -> None:
         self._systems, self._shown, self._reading = systems, shown, reading
+        self._places: list[Place] = []
+        self._numbers: dict[Place, int] = {}
 
-    def begin(self) -> Place | None:
+    def begin(self) -> int | None:
         """Return where all robots start; None where the formula is lost there."""
         nodes = tuple(system.initial for system in self._systems)
         first = self._reading.begin(self._letters(nodes))
-        return None if first is None else (nodes, first)
+        return None if first is None else self._number(nodes, first)
 
-    def steps(self, place: Place) -> Iterator[tuple[int, float, Place]]:
-        """Yield who may go on, at what cost, and where that leads."""
-        nodes, known = place
+    def steps(self, state: int) -> Iterator[Step]:
+        """Yield where a step of one robot leads, its cost, and who makes it; first what ending there costs each robot, where all may."""
+        nodes, known = self._places[state]
+        if self._reading.accepting(known):
+            ends = [0.0 if s.final is None else s.final.get(n) for s, n in zip(self._systems, nodes, strict=True)]
+            if None not in ends:
+                yield complete(state), sum(end for end in ends if end is not None), tuple(ends)
         for robot, system in enumerate(self._systems):
             here = nodes[robot]
             for target, cost in system.edges[here]:
                 moved = (*nodes[:robot], target, *nodes[robot + 1 :])
                 if not is_event(system, here, target):
                     if target != here:
-                        yield robot, cost, (moved, known)
+                        yield self._number(moved, known), cost, robot
                     continue
                 after = self._reading.after(known, self._letters(moved), robot)
                 if after is not None:
-                    yield robot, cost, (moved, after)
+                    yield self._number(moved, after), cost, robot
 
-    def ends(self, place: Place) -> tuple[float, ...] | None:
-        """Return what it costs each robot to end there; None where some may not, or the formula is not kept."""
-        nodes, known = place
-        if not self._reading.accepting(known):
+    def left(self, _: int) -> float:
+        """Return 0: nothing is known of what is left."""
+        return 0.0
+
+    def holds(self, _: int) -> bool:
+        """Tell that every complete course satisfies the formula."""
+        return True
+
+    def nothing_paid(self) -> Costs:
+        """Return no cost for any robot."""
+        return (0.0,) * len(self._systems)
+
+    def pay(self, label: Label[int], cost: float, who: object) -> Iterator[tuple[Costs, object]]:
+        """Yield what each robot has paid after a step.
+
+        Args:
+            label: Of the state before the step.
+            cost: Of the step.
+            who: The robot; where all end, what that costs each of them.
+        """
+        each = who if isinstance(who, tuple) else [cost * (robot == who) for robot in range(len(label.paid))]
+        yield tuple(map(add, label.paid, each)), who
+
+    def rank(self, _: int, paid: Costs, total: float) -> tuple[float, ...]:
+        """Return the highest cost, then the sum.
+
+        Args:
+            _: The state, of which nothing is known.
+            paid: What each robot has paid.
+            total: The sum.
+        """
+        return max(paid), total
+
+    def course(self, found: Found) -> Course | None:
+        """Return the course that a search found; None where there is none."""
+        if not found.states:
             return None
-        ends = [0.0 if s.final is None else s.final.get(n) for s, n in zip(self._systems, nodes, strict=True)]
-        return None if None in ends else tuple(end for end in ends if end is not None)
+        path = [self._places[state][0] for state in found.states]
+        return Course(tuple(_steps(path)), found.total, len(self._places))
+
+    def _number(self, nodes: Nodes, known: Known) -> int:
+        number = self._numbers.setdefault((nodes, known), len(self._places))
+        if number == len(self._places):
+            self._places.append((nodes, known))
+        return number
 
     def _letters(self, nodes: Nodes) -> tuple[Shown, ...]:
         return tuple(own[node] for own, node in zip(self._shown, nodes, strict=True))

@@ -110,14 +110,11 @@ def plan_ordered_for_dearest(  # as `plan_ordered`, and the limit
         None where no such plan is found. The bound holds for all plans, and is the limit where none is below it.
     """
     marks = Marks(automata, atoms)
-    found = course_of_least_dearest(systems, shown_by(marks, systems), Reading(marks, joint=joint), most, below)
-    bound = min(found.bound, below)
-    if found.course is None:
+    course, bound = course_of_least_dearest(systems, shown_by(marks, systems), Reading(marks, joint=joint), most, below)
+    bound = min(bound, below)
+    kept = None if course is None else _precedences(marks, systems, course, joint=joint)
+    if course is None or kept is None:  # an action that nobody can wait for
         return None, bound
-    kept = _precedences(marks, systems, found.course, joint=joint)
-    if kept is None:  # an action that nobody can wait for
-        return None, bound
-    course = found.course
     return OrderedPlan(_paths(systems, course), kept, course.cost, course.reached), bound
 
 

@@ -13,7 +13,7 @@ from ltlplan import plan as plan_mission
 from ltlplan.logic.budget import DEFAULT_BUDGET, Budget
 from ltlplan.pipeline import certified_team
 from ltlplan.search.exact import assign
-from ltlplan.search.lassos.label_setting.cheapest_laps import laps_below, least_of_all_laps
+from ltlplan.search.lassos.product_search.cheapest_laps import laps_below, least_of_all_laps
 from ltlplan.systems.robot_systems import Systems
 from ltlplan.systems.transition_systems import TransitionSystem
 from tests.helpers.short_laps import World, least_cost

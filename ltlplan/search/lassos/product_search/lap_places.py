@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from ltlplan.logic.budget import TooLarge
-from ltlplan.search.best_first import distances
+from ltlplan.search.label_setting import distances
 from ltlplan.search.lassos.lap_effects import Followers, Masks
 from ltlplan.search.lassos.order_bounds import needed
 from ltlplan.search.lassos.strong_components import components

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
-from ltlplan.search.lassos.label_setting.lap_places import LapPlaces, Step
 from ltlplan.search.lassos.order_bounds import Floats
+from ltlplan.search.lassos.product_search.lap_places import LapPlaces, Step
 
 Numbers = NDArray[np.int64]
 

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
-from ltlplan.search.lassos.label_setting.lap_places import LapPlaces
 from ltlplan.search.lassos.order_bounds import Floats
+from ltlplan.search.lassos.product_search.lap_places import LapPlaces
 from ltlplan.search.lassos.team_system import Nodes, TeamSystem
 from ltlplan.systems.transition_systems import TransitionSystem
 

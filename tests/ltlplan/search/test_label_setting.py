@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ltlplan.search.best_first import BestFirst, distances
+from ltlplan.search.label_setting import BestFirst, distances
 
 GRAPHS = st.dictionaries(
     st.integers(0, 7), st.dictionaries(st.integers(0, 7), st.integers(0, 4).map(float), max_size=4), min_size=8, max_size=8

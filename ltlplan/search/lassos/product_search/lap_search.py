@@ -17,11 +17,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ltlplan.search.lassos.label_setting.lap_bounds import bounds_before
-from ltlplan.search.lassos.label_setting.lap_places import LapPlaces
-from ltlplan.search.lassos.label_setting.lap_shares import LapShares
 from ltlplan.search.lassos.lap_effects import LapEffects, Masks
 from ltlplan.search.lassos.order_bounds import Floats
+from ltlplan.search.lassos.product_search.lap_bounds import bounds_before
+from ltlplan.search.lassos.product_search.lap_places import LapPlaces
+from ltlplan.search.lassos.product_search.lap_shares import LapShares
 from ltlplan.search.lassos.team_system import SEAM, Nodes, TeamSystem
 
 _GRAIN = 1e-7

@@ -10,8 +10,8 @@ from dataclasses import dataclass, replace
 from ltlplan.logic.budget import Budget, TooLarge
 from ltlplan.search.assignment import TIES
 from ltlplan.search.lassos.concurrent_cycle_steps import staged
-from ltlplan.search.lassos.label_setting.lap_places import LapPlaces, Limits
-from ltlplan.search.lassos.label_setting.lap_search import CheapestLaps, Terms, cheapest_laps
+from ltlplan.search.lassos.product_search.lap_places import LapPlaces, Limits
+from ltlplan.search.lassos.product_search.lap_search import CheapestLaps, Terms, cheapest_laps
 from ltlplan.search.lassos.team_lassos import TeamLasso, are_apart, can_begin, course_of, ways_of
 from ltlplan.search.lassos.team_readers import AnyReader, LetterReader, team_readers
 from ltlplan.search.lassos.team_system import TeamSystem
