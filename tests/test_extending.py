@@ -25,8 +25,8 @@ SECTIONS = dict(re.findall(r"^## (.*?)\n(.*?)(?=^## |\Z)", PAGE, re.DOTALL | re.
 def package(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder that holds the page's package as if it were installed there."""
     folder = tmp_path_factory.mktemp("extending")
-    for _, name, text in BLOCK.findall(PAGE):
-        if name:
+    for language, name, text in BLOCK.findall(PAGE):
+        if name and language != "diff":
             (folder / name).parent.mkdir(exist_ok=True)
             with (folder / name).open("a", encoding="utf-8") as file:
                 file.write(text)
@@ -69,9 +69,18 @@ def test_the_example_does_what_the_page_says(section: str, package: Path, tmp_pa
                 assert line in printed, command
 
 
+def test_what_the_page_shows_as_changed_stands_in_the_code() -> None:
+    changes = [(name, text) for language, name, text in BLOCK.findall(PAGE) if language == "diff"]
+    assert changes
+    for name, text in changes:
+        lines = (ROOT / name).read_text(encoding="utf-8").splitlines()
+        assert [line for line in text.splitlines() if (line[1:] in lines) != line.startswith("+")] == []
+
+
 def test_the_table_lists_every_example_and_every_group() -> None:
     rows = re.findall(r"^\| \[(.*?)\]\(#(.*?)\) \| `(.*?)` \|", PAGE, re.MULTILINE)
-    assert [anchor for _, anchor, _ in rows] == [section.lower().replace(" ", "-") for section in SECTIONS]
+    added = [section for section, text in SECTIONS.items() if "```diff" not in text]
+    assert [anchor for _, anchor, _ in rows] == [section.lower().replace(" ", "-") for section in added]
     joined = "".join(text for _, name, text in BLOCK.findall(PAGE) if name == "pyproject.toml")
     assert {group for _, _, group in rows} == set(tomllib.loads(joined)["project"]["entry-points"])
     for _, _, group in rows:

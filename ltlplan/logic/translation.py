@@ -42,12 +42,12 @@ def translate(
 
     Raises:
         FormulaError: The text is no formula.
-        BadInput: `trace` or `form` is none of these, or the formula says `all`, `some` or `each` without a team.
+        BadInput: `trace` or `form` is none of these, or the formula says `all`, `some`, `ever` or `each` without a team.
         MissingEngine: Spot is not installed.
         TooLarge: A budget did not suffice.
     """
     value = parse_formula(formula) if isinstance(formula, str) else check_formula(formula)
-    if (node := next((node for node in value.nodes() if node.operator in ("all", "some", "each")), None)) is not None:
+    if (node := next((node for node in value.nodes() if node.operator in ("all", "some", "ever", "each")), None)) is not None:
         raise BadInput(
             f"`{node}` depends on how many robots there are; give a mission, or write it with `count(...)` or robots' names."
         )

@@ -61,7 +61,7 @@ def _may_gain_without(formula: Formula, name: str, *, wanted: bool) -> bool:
             return _may_gain_without(first, name, wanted=not wanted) or _may_gain_without(second, name, wanted=wanted)
         case "<->" | "xor":
             return name in formula.names()
-        case "count":
+        case "count" | "ever":
             sign = formula.bound[0] if formula.bound is not None else "=="
             few = sign in ("<", "<=")
             return (

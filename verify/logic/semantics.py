@@ -84,7 +84,7 @@ def _row(node: Formula, arguments: list[tuple[bool, ...]], letters: tuple[Letter
             return [False] * n
         case "name" | "count":
             return [node.atom in letter for letter in letters]
-        case "all" | "some" | "each":
+        case "all" | "some" | "ever" | "each":
             raise BadInput(f"`{node}` is no formula on letters; `written_out` says for a team what it comes to.")
         case "!":
             return [not x for x in arguments[0]]

@@ -146,11 +146,12 @@ def _grown(inner: SearchStrategy[Formula], *, with_next: bool = False, temporal:
 
 
 def _counts(names: Sequence[str], robots: int) -> SearchStrategy[Formula]:
-    """Counts of robots, and `all` and `some`, of a Boolean combination of names."""
+    """Counts of robots, at one time or ever, and `all` and `some`, of a Boolean combination of names."""
     leaves = st.sampled_from([_name(name) for name in names])
     counted = st.recursive(leaves, partial(_grown, temporal=False), max_leaves=_COUNTED)
     bounds = st.tuples(st.sampled_from(_COMPARISONS), st.sampled_from([1, *range(2, robots + 2), 0]))
-    return st.builds(lambda what, bound: Formula("count", (what,), bound=bound), counted, bounds) | st.builds(
+    numbers = st.sampled_from(("count", "ever"))
+    return st.builds(lambda number, what, bound: Formula(number, (what,), bound=bound), numbers, counted, bounds) | st.builds(
         _applied, st.sampled_from(("all", "some")), counted
     )
 

@@ -25,13 +25,14 @@ OPERATORS: Mapping[str, str] = {
     "count": "how many robots show it, as in count(dock) >= 2",
     "all": "of all robots",
     "some": "of some robot",
+    "ever": "how many robots show it at some time, as in ever(dock) <= 1",
     "each": "for each robot, read of it alone",
     "true": "holds always",
     "false": "holds never",
 }
 """What may be typed beside names, and what it says."""
 
-_PLAIN = frozenset({"name", "true", "false", "count", "all", "some"})
+_PLAIN = frozenset({"name", "true", "false", "count", "all", "some", "ever"})
 _INFIX: Mapping[str, str] = {
     "&": "{a} and {b}",
     "|": "{a} or {b}",
@@ -107,7 +108,8 @@ def _how_many(count: Formula) -> str:
         return "all robots are" if count.operator == "all" else "some robot is"
     sign, number = count.bound
     said = _NUMBERS[number] if number < len(_NUMBERS) else str(number)
-    return f"{_COMPARED[sign].format(n=said)} {'robot is' if number == 1 else 'robots are'}"
+    does = ("is ever", "are ever") if count.operator == "ever" else ("is", "are")
+    return f"{_COMPARED[sign].format(n=said)} {f'robot {does[0]}' if number == 1 else f'robots {does[1]}'}"
 
 
 def _bracketed(argument: Formula, parent: Formula, mission: Mission, depth: int) -> str:

@@ -2,18 +2,25 @@
 
 What is written out has, beside plain names, two kinds of propositions of the whole team: `quad0.dock` (that robot shows dock) and
 `count(B) >= k` with 1 <= k <= the number of robots. All else comes to these: `all(B)` is `!(count(!B) >= 1)`, `some(B)` is
-`count(B) >= 1`, `count(B) <= k` is `!(count(B) >= k + 1)`, `each(f)` is the conjunction of f over the robots. A count that every
+`count(B) >= 1`, `count(B) <= k` is `!(count(B) >= k + 1)`, `each(f)` is the conjunction of f over the robots. `ever(B)` is the number of robots
+r with `F B.r`: at most k are, if of any k + 1 robots one has `G !B.r`; at least k, if of any n - k + 1 robots one has `F B.r`. A count that every
 team keeps is `true`, one that asks for more robots than there are `false`. Size: `each` multiplies its formula by the number of
-robots, everything else stays as long as it was written.
+robots, `ever` by the number of such sets; everything else stays as long as it was written.
 """
 
 from __future__ import annotations
 
+import itertools
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 from verify.data.errors import BadInput
 from verify.data.language.formula import COUNTING, FALSE, FREE, NAME, TRUE, Formula
+
+MOST_SETS = 1000
+"""Sets of robots that an `ever` may be written out for."""
 
 
 def written_out(formula: Formula, robots: Sequence[str]) -> Formula:
@@ -24,7 +31,7 @@ def written_out(formula: Formula, robots: Sequence[str]) -> Formula:
         robots: The team's names. For one robot plain names are all that is left.
 
     Raises:
-        BadInput: The formula names a robot that the team has not.
+        BadInput: The formula names a robot that the team has not, or an `ever` is too long when it is written out.
     """
     if not formula.counts:
         return formula
@@ -56,6 +63,15 @@ def _as_written_out(formula: Formula, robots: tuple[str, ...], known: dict[int, 
                 return _at_least(counted, number + (sign == ">"), robots, formula.position)
             most = _not(_at_least(counted, number + (sign != "<"), robots, formula.position))
             return most if sign != "==" else _both(_at_least(counted, number, robots, formula.position), most)
+        case "ever":
+            assert formula.bound is not None
+            (sign, number), count = formula.bound, len(robots)
+            least = number + (sign == ">")
+            most = count if sign in (">=", ">") else number - (sign == "<")
+            return _both(
+                _ever(formula, robots, least if sign not in ("<", "<=") else 0),
+                _ever(formula, robots, count - most, never=True),
+            )
         case "name":
             return Formula("name", (), formula.name, formula.position) if len(robots) == 1 else formula
         case _:
@@ -73,6 +89,23 @@ def _at_least(counted: Formula, number: int, robots: tuple[str, ...], position: 
     return Formula("count", (counted,), "", position, bound=(">=", number))
 
 
+def _ever(formula: Formula, robots: tuple[str, ...], number: int, *, never: bool = False) -> Formula:
+    """Return that so many robots at least come to what an `ever` counts, or never do."""
+    if number <= 0:
+        return TRUE
+    size = len(robots) - number + 1  # of any so many robots, one does
+    if size <= 0:
+        return FALSE
+    if math.comb(len(robots), size) > MOST_SETS:
+        raise BadInput(
+            f"`{formula}` is written out for {math.comb(len(robots), size)} sets of {size} of the {len(robots)} robots; {MOST_SETS} are the most. "
+            "Use a bound nearer to 0 or to the number of robots."
+        )
+    counted = Formula("G", (_not(formula.arguments[0]),)) if never else Formula("F", formula.arguments)
+    each = [_written_out(counted.of(robot), robots, {}) for robot in robots]
+    return _halved([_halved(some, "|") for some in itertools.combinations(each, size)])
+
+
 def _not(formula: Formula) -> Formula:
     if formula in (TRUE, FALSE):
         return FALSE if formula == TRUE else TRUE
@@ -85,12 +118,12 @@ def _both(one: Formula, other: Formula) -> Formula:
     return other if one == TRUE else one if other == TRUE else Formula("&", (one, other), "", one.position)
 
 
-def _halved(parts: Sequence[Formula]) -> Formula:
-    """Return a conjunction that is never deep."""
+def _halved(parts: Sequence[Formula], operator: Literal["&", "|"] = "&") -> Formula:
+    """Return a conjunction, or a disjunction, that is never deep."""
     if len(parts) == 1:
         return parts[0]
     half = len(parts) // 2
-    return Formula("&", (_halved(parts[:half]), _halved(parts[half:])))
+    return Formula(operator, (_halved(parts[:half], operator), _halved(parts[half:], operator)))
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,6 +1,6 @@
 """Linear temporal logic as a value: formulas, what they name, and how they are printed.
 
-Under `team: joint` a formula may also speak of robots: `NAME.p`, `count(B) >= k`, `all(B)`, `some(B)`, `each(f)`. Such a node
+Under `team: joint` a formula may also speak of robots: `NAME.p`, `count(B) >= k`, `all(B)`, `some(B)`, `ever(B) <= k`, `each(f)`. Such a node
 says something of all robots' letters at one time; `counting` writes it out for a team, after which only propositions (`Formula.atom`)
 are left. `formula_reader` reads text.
 """
@@ -16,12 +16,15 @@ from verify.data.errors import BadInput
 
 Operator = Literal[
     "true", "false", "name", "!", "F", "G", "X", "X[!]", "&", "|", "xor", "->", "<->", "U", "W", "R", "M",
-    "count", "all", "some", "each",
+    "count", "all", "some", "ever", "each",
 ]  # fmt: skip
 Comparison = Literal[">=", "<=", "==", "<", ">"]
 
-COUNTING = frozenset({"count", "all", "some", "each"})
-"""Operators that speak of several robots' letters at one time."""
+COUNTING = frozenset({"count", "all", "some", "ever", "each"})
+"""Operators that speak of several robots' letters."""
+
+BOUNDED = frozenset({"count", "ever"})
+"""Numbers of robots, which are compared with a number."""
 
 RESERVED_NAMES = frozenset({"F", "G", "X", "U", "W", "R", "M", "V", "true", "false", "xor"}) | COUNTING
 """Words that the formula language keeps for itself."""
@@ -55,7 +58,7 @@ class Formula:
         name: The proposition's name, for operator "name"; otherwise empty.
         position: Offset of this node's operator or name in the text that it was read from (not compared).
         robot: For operator "name": the robot whose letter is meant (`quad0.dock`); empty for a plain name.
-        bound: For operator "count": what the number of robots is compared with, such as (">=", 2); otherwise None.
+        bound: For the operators `BOUNDED`: what the number of robots is compared with, such as (">=", 2); otherwise None.
     """
 
     operator: Operator
@@ -143,7 +146,7 @@ class Formula:
                 if self.robot:
                     return f'"{self.robot}.{self.name}"' if quote else f"{self.robot}.{self.name}"
                 return f'"{self.name}"' if quote or not NAME.fullmatch(self.name) else self.name
-            case "count" | "all" | "some" | "each":
+            case "count" | "all" | "some" | "ever" | "each":
                 text = f"{self.operator}({self.arguments[0]._text(quote=False, power=0)})"
                 if self.bound is not None:
                     text = f"{text} {self.bound[0]} {self.bound[1]}"
@@ -151,7 +154,7 @@ class Formula:
             case "!" | "F" | "G" | "X" | "X[!]":
                 text = self.arguments[0]._text(quote=quote, power=PREFIX_POWER)
                 if self.operator == "!":
-                    return f"!({text})" if self.arguments[0].operator == "count" and not quote else f"!{text}"
+                    return f"!({text})" if self.arguments[0].operator in BOUNDED and not quote else f"!{text}"
                 return f"{self.operator} {text}"
             case _:
                 left, right = self.arguments
@@ -182,7 +185,7 @@ def check_formula(formula: Formula) -> Formula:
         if (
             len(node.arguments) != _ARGUMENTS[node.operator]
             or (node.operator == "name") != bool(node.name)
-            or (node.operator == "count") != bound
+            or (node.operator in BOUNDED) != bound
             or (node.robot and node.operator != "name")
         ):
             raise BadInput(

@@ -15,7 +15,7 @@ import re
 from collections.abc import Collection, Iterator, Mapping
 
 from verify.data.errors import BadInput, did_you_mean
-from verify.data.language.formula import COUNTING, INFIX, NAME, PREFIX, PREFIX_POWER, TEMPORAL, Comparison, Formula
+from verify.data.language.formula import BOUNDED, COUNTING, INFIX, NAME, PREFIX, PREFIX_POWER, TEMPORAL, Comparison, Formula
 from verify.data.language.formula_error import FormulaError
 from verify.data.language.formula_tokens import GLUED, LATE, Token, tokenise, unreadable
 
@@ -27,7 +27,10 @@ _WORDS: Mapping[str, str] = {
     "finally": "F", "f": "F", "g": "G", "u": "U", "w": "W", "r": "R", "m": "M",
 }  # fmt: skip
 """What people write for an operator, as a hint where a formula cannot be read."""
-_EXAMPLES = {"count": "count(dock) >= 2", "all": "all(dock)", "some": "some(dock)", "each": "each(F dock)"}
+_EXAMPLES = {
+    "count": "count(dock) >= 2", "all": "all(dock)", "some": "some(dock)", "ever": "ever(dock) <= 1",
+    "each": "each(F dock)",
+}  # fmt: skip
 
 
 def parse_formula(
@@ -104,8 +107,8 @@ def _strange_counts(formula: Formula) -> Iterator[tuple[int, str]]:
             elif node.operator in TEMPORAL:
                 yield (
                     node.position,
-                    f"`{counted.operator}` {_INSIDE}; `{node.operator}` is about other times. Write it around the count, or "
-                    "`each(...)` for what each robot does in its own time.",
+                    f"`{counted.operator}` {_INSIDE}; `{node.operator}` is about other times. Write it around the count, "
+                    "`ever(...)` for how many robots come to it, or `each(...)` for what each robot does in its own time.",
                 )
         if node.bound is not None and node.bound[1] < 0:
             yield node.position, f"`{node}` compares a number of robots with {node.bound[1]}; it is never below 0."
@@ -225,14 +228,14 @@ class _Parser:
             raise FormulaError(self.text, [(token.position, hint)])
         self.index += 1
         arguments = (self._in_parentheses(self.tokens[self.index - 1], depth),)
-        if token.kind != "count":
-            return Formula(token.kind, arguments, "", token.position)  # type: ignore[arg-type]  # a member of COUNTING
-        return Formula("count", arguments, "", token.position, bound=self._bound(token))
+        bound = self._bound(token) if token.kind in BOUNDED else None
+        return Formula(token.kind, arguments, "", token.position, bound=bound)  # type: ignore[arg-type]  # a member of COUNTING
 
     def _bound(self, count: Token) -> tuple[Comparison, int]:
         """Read what a count is compared with."""
         if not self._next_is("compare"):
-            what = "`count(...)` is a number of robots; compare it, such as `count(...) >= 2`, or write `some(...)`."
+            number = f"`{count.text}(...)`"
+            what = f"{number} is a number of robots; compare it, such as `{_EXAMPLES[count.text]}`, or write `some(...)`."
             raise FormulaError(self.text, [(count.position, what)])
         sign = self.tokens[self.index]
         self.index += 1
