@@ -62,7 +62,7 @@ def test_every_operator_is_drawn():
     nodes = [node for formula in found for node in formula.nodes()]
     assert {node.operator for node in nodes} == {
         *("true", "false", "name", "!", "F", "G", "&", "|", "xor", "->", "<->", "U", "W", "R", "M"),
-        *("count", "all", "some", "each"),
+        *("count", "all", "some", "ever", "each"),
     }
     assert {node.bound for node in nodes if node.bound} >= {(sign, k) for sign in (">=", "<=", "==") for k in (1, 2)}
     assert {node.robot for node in nodes} == {"", *ROBOTS}
