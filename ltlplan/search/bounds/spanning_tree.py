@@ -8,11 +8,12 @@ fall by more than a step costs, where the step leads to a place between several 
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+import itertools
+from collections.abc import Collection, Mapping
 
-from ltlplan.search.heuristics.heuristic import UNREACHABLE
 from ltlplan.search.label_setting import distances
 from ltlplan.search.reduced_graph import ReducedGraph
+from ltlplan.search.team_reading import UNREACHABLE
 
 
 class SpanningTreeBound:
@@ -20,32 +21,26 @@ class SpanningTreeBound:
 
     Args:
         graph: The team's graph.
-        shown: For each goal, the letters that show it, as numbers of the graph's labels.
+        shown: For each goal, a single bit, the letters that show it, as numbers of the graph's labels.
     """
 
-    def __init__(self, graph: ReducedGraph, shown: Sequence[Collection[int]]) -> None:
-        self._graph = graph
+    def __init__(self, graph: ReducedGraph, shown: Mapping[int, Collection[int]]) -> None:
+        self._graph, self._bits = graph, tuple(shown)
         nodes = graph.reached()
         back: dict[tuple[int, int], list[tuple[tuple[int, int], float]]] = {}
         for robot, node in nodes:
             for target, cost in graph.successors(max(robot, 0), node).edges:
                 back.setdefault(graph.key(robot, target), []).append(((robot, node), cost))
-        letters = {key: graph.label[max(key[0], 0)][key[1]] for key in nodes}
-        self._to = [distances([key for key in nodes if letters[key] in own], lambda key: back.get(key, ())) for own in shown]
-        count = len(shown)
-        between = [[UNREACHABLE] * count for _ in range(count)]
-        for goal, to in enumerate(self._to):
-            for key, cost in to.items():
-                for other, own in enumerate(shown):
-                    if letters[key] in own and cost < between[goal][other]:
-                        between[goal][other] = between[other][goal] = cost
-        self._between = between
-        self._later = [[UNREACHABLE] * count]  # from the starts of the robots after each one, the last one first
-        for robot in range(len(graph.start) - 1, 0, -1):
-            start = graph.key(robot, graph.start[robot])
-            pairs = zip(self._later[-1], self._to, strict=True)
-            self._later.append([min(cost, to.get(start, UNREACHABLE)) for cost, to in pairs])
-        self._later.reverse()
+        places = [[key for key in nodes if graph.label[max(key[0], 0)][key[1]] in own] for own in shown.values()]
+        self._to = [distances(keys, lambda key: back.get(key, ())) for keys in places]
+        ways = [[min((to.get(key, UNREACHABLE) for key in keys), default=UNREACHABLE) for keys in places] for to in self._to]
+        self._between = [
+            [min(pair) for pair in zip(*both, strict=True)] for both in zip(ways, zip(*ways, strict=True), strict=True)
+        ]
+        starts = [graph.key(robot, node) for robot, node in enumerate(graph.start)]
+        rows = [[to.get(start, UNREACHABLE) for to in self._to] for start in reversed(starts[1:])]
+        nearest = itertools.accumulate(rows, lambda *both: [*map(min, *both)], initial=[UNREACHABLE] * len(places))
+        self._later = [*nearest][::-1]  # for each robot, from the starts of those after it
         self._known: dict[tuple[int, int, int], float] = {}
 
     def __call__(self, missing: int, robot: int, node: int) -> float:
@@ -67,9 +62,11 @@ class SpanningTreeBound:
     def _tree(self, missing: int, robot: int, here: tuple[int, int]) -> float:
         """Return the length of the smallest tree (Prim's algorithm)."""
         later = self._later[robot]
-        far = {
-            goal: min(later[goal], to.get(here, UNREACHABLE)) for goal, to in enumerate(self._to) if missing >> goal & 1
-        }  # from each goal to the tree so far
+        far = {  # from each goal to the tree so far
+            goal: min(later[goal], to.get(here, UNREACHABLE))
+            for goal, (to, bit) in enumerate(zip(self._to, self._bits, strict=True))
+            if missing & bit
+        }
         total = 0.0
         while far:
             goal = min(far, key=far.__getitem__)
