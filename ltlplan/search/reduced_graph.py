@@ -10,7 +10,7 @@ words up to letters that change nothing, the same smallest costs, far fewer stat
 from __future__ import annotations
 
 import itertools
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 from ltlplan.logic.product_automaton import Task
@@ -112,6 +112,7 @@ class ReducedGraph:
         self.start = [system.initial for system in team.systems]
         self.width = max(len(system.labels) for system in team.systems)
         self._silent, self._classes = silent, classes
+        self._changing_nothing = frozenset(letter for letter, changes_nothing in enumerate(silent) if changes_nothing)
         self.label = [[classes[letter] for letter in label] for label in team.label]
         self._shared: dict[int, Successors] = {}
         self._own: list[dict[int, Successors]] = [{} for _ in team.systems]
@@ -193,27 +194,29 @@ class ReducedGraph:
 
     def _walk(self, robot: int, source: int) -> Successors:
         """Find the shortest ways from one node, over nodes that change nothing after it."""
-        system, label, silent = self.team.systems[robot], self.label[robot], self._silent
-        edges, final = system.edges, system.final
-        own = label[source] if silent[label[source]] is not None else -1
+        system, label = self.team.systems[robot], self.label[robot]
+        edges, own = system.edges, label[source]
+        through = self._changing_nothing if self._silent[own] is None else self._changing_nothing | {own}
+        found: dict[int, float] = {}
+        unreachable = float("inf")
 
-        def matters(node: int) -> bool:
-            return label[node] != own and not silent[label[node]]
-
-        def successors(node: int) -> Iterable[tuple[int, float]]:
-            if node == START:
-                return [(target, step + TIE) for target, step in edges[source] if target != source or matters(source)]
-            return () if matters(node) else [(target, step + TIE) for target, step in edges[node]]
+        def successors(node: int) -> Iterator[tuple[int, float]]:
+            cost = search.costs[node]
+            for target, step in edges[source if node == START else node]:
+                if label[target] in through:
+                    if target != source:
+                        yield target, step + TIE
+                elif (total := cost + step + TIE) < found.get(target, unreachable):
+                    found[target] = total
+                    search.parents[target] = node
 
         search = BestFirst([START], successors)
         ending, last = None, START
         for node, cost, _ in search:
-            if node == START or not matters(node):
-                extra = 0.0 if final is None else final.get(source if node == START else node)
-                if extra is not None and (ending is None or cost + extra < ending):
-                    ending, last = cost + extra, node
-        found = tuple((node, cost) for node, cost in search.costs.items() if node != START and matters(node))
-        return Successors(found, ending, search.parents, last)
+            extra = 0.0 if system.final is None else system.final.get(source if node == START else node)
+            if extra is not None and (ending is None or cost + extra < ending):
+                ending, last = cost + extra, node
+        return Successors(tuple(found.items()), ending, search.parents, last)
 
 
 def letter_classes(task: Task) -> tuple[list[bool | None], list[int]]:

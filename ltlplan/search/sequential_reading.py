@@ -8,7 +8,7 @@ switched in every state. So a cheapest path is a lower bound, and it is the opti
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Hashable, Iterator, Sequence
+from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
@@ -139,8 +139,8 @@ class SequentialReading(ABC, Generic[Progress]):
         """Return no cost of the objective, and none of the robot that flies."""
         return 0.0, 0.0
 
-    def pay(self, label: Label[int], cost: float, who: object) -> Iterator[tuple[Costs, object]]:
-        """Yield the objective so far, without the robot that flies where the highest cost counts, and what that robot has paid.
+    def pay(self, label: Label[int], cost: float, who: object) -> Iterable[tuple[Costs, object]]:
+        """Return the objective so far, without the robot that flies where the highest cost counts, and what that robot has paid.
 
         Args:
             label: Of the state before the step.
@@ -149,12 +149,13 @@ class SequentialReading(ABC, Generic[Progress]):
         """
         assert label.state is not None
         reached, own = label.paid[0], label.paid[1] + cost
-        if self._objective.allows(self._parted(label.state)[1], own):
-            if not self._objective.longest:
-                reached += cost
-            elif who and own > reached:
-                reached = own
-            yield (reached, 0.0 if who else own), None
+        if self._objective.most is not None and not self._objective.allows(self._parted(label.state)[1], own):
+            return ()
+        if not self._objective.longest:
+            reached += cost
+        elif who and own > reached:
+            reached = own
+        return (((reached, 0.0 if who else own), None),)
 
     def rank(self, state: int, paid: Costs, total: float) -> tuple[float, ...]:
         """Return a lower bound on the objective, then the sum.
@@ -167,10 +168,11 @@ class SequentialReading(ABC, Generic[Progress]):
         reached, own = paid
         if is_complete(state):
             return reached, total
-        rest = self.left(state)
+        at, robot, node = self._parted(state)
+        rest = max(self._rest[at], self._tree(self._missing[at], robot, node))
         if not self._objective.longest:
             return reached + rest, total
-        return max(reached, own, (own + rest) / (self._robots - self._parted(state)[1])), total
+        return max(reached, own, (own + rest) / (self._robots - robot)), total
 
     def paths(self, states: Sequence[int]) -> tuple[tuple[int, ...], ...]:
         """Return the nodes of each robot's system along the states of a plan."""

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Collection, Mapping
+from functools import cache
 
 from ltlplan.search.label_setting import distances
 from ltlplan.search.reduced_graph import ReducedGraph
@@ -41,6 +42,7 @@ class SpanningTreeBound:
         rows = [[to.get(start, UNREACHABLE) for to in self._to] for start in reversed(starts[1:])]
         nearest = itertools.accumulate(rows, lambda *both: [*map(min, *both)], initial=[UNREACHABLE] * len(places))
         self._later = [*nearest][::-1]  # for each robot, from the starts of those after it
+        self._near = cache(self._distances)
         self._known: dict[tuple[int, int, int], float] = {}
 
     def __call__(self, missing: int, robot: int, node: int) -> float:
@@ -56,23 +58,28 @@ class SpanningTreeBound:
         key = (missing, robot, node)
         found = self._known.get(key)
         if found is None:
-            found = self._known[key] = self._tree(missing, robot, self._graph.key(robot, node))
+            near = self._near(robot, self._graph.key(robot, node))
+            found = self._known[key] = self._tree(
+                {goal: near[goal] for goal, bit in enumerate(self._bits) if missing & bit}
+            )
         return found
 
-    def _tree(self, missing: int, robot: int, here: tuple[int, int]) -> float:
-        """Return the length of the smallest tree (Prim's algorithm)."""
-        later = self._later[robot]
-        far = {  # from each goal to the tree so far
-            goal: min(later[goal], to.get(here, UNREACHABLE))
-            for goal, (to, bit) in enumerate(zip(self._to, self._bits, strict=True))
-            if missing & bit
-        }
+    def _distances(self, robot: int, here: tuple[int, int]) -> list[float]:
+        """Return how far each goal is from the robot that flies, or from the start of one that is still to fly."""
+        return [min(later, to.get(here, UNREACHABLE)) for later, to in zip(self._later[robot], self._to, strict=True)]
+
+    def _tree(self, far: dict[int, float]) -> float:
+        """Return the length of the smallest tree (Prim's algorithm), given how far each goal is from where it begins."""
         total = 0.0
+        goal = min(far, key=far.__getitem__, default=-1)
         while far:
-            goal = min(far, key=far.__getitem__)
             total += far.pop(goal)
-            row = self._between[goal]
+            row, least = self._between[goal], UNREACHABLE
             for other, cost in far.items():
                 if row[other] < cost:
-                    far[other] = row[other]
+                    far[other] = cost = row[other]
+                if cost < least:
+                    goal, least = other, cost
+            if far and least == UNREACHABLE:
+                return UNREACHABLE
         return total

@@ -71,12 +71,13 @@ class OwnTask:
         """Return what a search walks over.
 
         Args:
-            tracked: Conjuncts, by index, that words must keep in every order, with all that have the same automaton: what some order broke
-                of one, it may break of these next.
+            tracked: Conjuncts, by index, that words must keep in every order; by sums with all that have the same automaton: what some
+                order broke of one, it may break of these next.
             objective: The order on plans, and limits on robots.
         """
-        shapes = {self._shapes[index] for index in tracked}
-        return OwnReading(self, [index for index, shape in enumerate(self._shapes) if shape in shapes], objective)
+        alike = self._shapes if objective == Objective() else range(len(self._shapes))
+        shapes = {alike[index] for index in tracked}
+        return OwnReading(self, [index for index, shape in enumerate(alike) if shape in shapes], objective)
 
     def failing_orders(self, paths: Sequence[Sequence[int]]) -> dict[int, tuple[int, ...]]:
         """Return, for each conjunct that some order of the robots breaks, such an order.
