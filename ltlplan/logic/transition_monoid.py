@@ -74,13 +74,10 @@ class OrderCheck:
         self.limit = limit
         self._known: dict[tuple[int, tuple[tuple[tuple[int, ...], int], ...]], tuple[tuple[int, ...], ...] | None] = {}
 
-    def failing_parts(self, elements: Sequence[Element]) -> tuple[int, ...]:
-        """Return the conjuncts, by index, that some order of the words breaks."""
-        return tuple(
-            index
-            for index, part in enumerate(self.parts)
-            if self._failing(index, part, [element[index] for element in elements], True) is not None
-        )
+    def failing_orders(self, elements: Sequence[Element]) -> dict[int, tuple[int, ...]]:
+        """Return, for each conjunct, by index, that some order of the words breaks, such an order (indices into `elements`)."""
+        found = {i: self._failing(i, part, [element[i] for element in elements], True) for i, part in enumerate(self.parts)}
+        return {index: order for index, order in found.items() if order is not None}
 
     def failing_order(self, elements: Sequence[Element], *, finished: bool = True) -> tuple[int, ...] | None:
         """Return an order (indices into `elements`) in which the words break the task; None where every order keeps it.

@@ -24,8 +24,9 @@ from ltlplan.logic.translation import translate
 from ltlplan.missions import load_mission
 from ltlplan.search.exact import assign
 from ltlplan.search.lassos.lasso import cheapest_lasso
+from ltlplan.search.own.reading import OwnTask
 from ltlplan.search.reduced_graph import Team
-from ltlplan.search.team_search import plan_team
+from ltlplan.search.team_planning import plan_team
 from ltlplan.systems.robot_systems import Systems
 from tests.helpers.benchmarks import is_smallest, require_time, run_benchmark
 from tests.helpers.team_automaton import TeamAutomaton, full_product, full_product_size
@@ -88,7 +89,7 @@ def pattern_times(trace: str) -> list[tuple[float, str, str]]:
         start = time.perf_counter()
         if trace == "finite":
             team = Team([system])
-            run = plan_team(team, Task(conjunct_automata(formula, "finite"), team.letters), DEFAULT_BUDGET).run
+            run = plan_team(OwnTask.of(team, Task(conjunct_automata(formula, "finite"), team.letters)), DEFAULT_BUDGET).run
         else:
             run = cheapest_lasso(system, conjunct_automata(formula, "infinite"))
         found.append((time.perf_counter() - start, "unsatisfiable" if run is None else "planned", str(pattern)))

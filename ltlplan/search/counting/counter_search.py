@@ -21,8 +21,8 @@ from ltlplan.search.counting.classes import Classes, ClassMove, Numbers
 from ltlplan.search.counting.conjunct_bound import ConjunctBound
 from ltlplan.search.counting.counting_propositions import States, Sums
 from ltlplan.search.counting.cover_bound import CoverBound
-from ltlplan.search.heuristics.heuristic import UNREACHABLE
 from ltlplan.search.label_setting import BestFirst
+from ltlplan.search.team_reading import UNREACHABLE
 
 _Left = Callable[[States, Numbers, Sums], float]
 """A lower bound on what is left."""

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from ltlplan.search.counting.classes import Classes, Numbers
 from ltlplan.search.counting.counting_propositions import States, Sums
 from ltlplan.search.counting.landmarks import Landmarks
-from ltlplan.search.heuristics.heuristic import UNREACHABLE
+from ltlplan.search.team_reading import UNREACHABLE
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]

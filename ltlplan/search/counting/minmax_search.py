@@ -16,7 +16,7 @@ from ltlplan.search.counting.conjunct_bound import ConjunctBound
 from ltlplan.search.counting.counter_search import Course, NumberSearch
 from ltlplan.search.counting.counting_propositions import States
 from ltlplan.search.counting.cover_bound import CoverBound
-from ltlplan.search.heuristics.heuristic import UNREACHABLE
+from ltlplan.search.team_reading import UNREACHABLE
 
 _TIES = 1e-6  # m
 _GREED = 0.5

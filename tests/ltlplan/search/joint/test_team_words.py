@@ -12,7 +12,9 @@ from ltlplan.logic.conjunction import conjunct_automata
 from ltlplan.logic.translation import translate
 from ltlplan.search.exact import assign
 from ltlplan.search.explanations.unsatisfiable_cores import NoPlan
-from ltlplan.search.joint.team_words import joint_possible, plan_joint
+from ltlplan.search.joint.planning import joint_possible
+from ltlplan.search.joint.reading import JointTask
+from ltlplan.search.team_planning import plan_team
 from ltlplan.systems.robot_systems import Systems
 from ltlplan.systems.transition_systems import TransitionSystem
 from ltlplan.systems.visit_words import word_of
@@ -142,7 +144,7 @@ def test_a_budget_leaves_a_plan_and_a_bound(team: TeamReading, robots: int, rest
 @given(st.lists(systems(4), min_size=2, max_size=3), tasks(with_next=False))
 def test_joint_plans_of_any_graphs(each: list[TransitionSystem], formula: Formula) -> None:
     try:
-        found = plan_joint(each, conjunct_automata(formula, "finite"), Budget(states=200_000, candidates=1000))
+        found = plan_team(JointTask(each, conjunct_automata(formula, "finite")), Budget(states=200_000, candidates=1000))
     except TooLarge:
         return
     words = [simple_words(system, 3) for system in each]
