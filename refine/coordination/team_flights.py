@@ -25,7 +25,7 @@ from refine.coordination.visit_relocation import resting_teams, with_visits_relo
 from refine.corridor.legs import HOVERING
 from refine.corridor.meeting_places import moved_apart, moved_to_meet
 from refine.feedback import Feedback, feedback_of
-from refine.keep_out_bodies import Ball
+from refine.obstacles.keep_out_bodies import Ball
 from refine.single_robot.flight import robot_flight
 from refine.single_robot.task import Problem, RefinementOptions, RobotFlight
 from verify.data import Infeasible, Plan, Witness
