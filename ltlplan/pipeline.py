@@ -149,8 +149,8 @@ def run(
     import flight
     from flight.certificate_checks import require_tube
     from flight.conditions import conditions_of
+    from flight.storage.folders import check_folder
     from ltlplan import output
-    from verify.data.storage.folders import check_folder
 
     mission = as_mission(mission)
     require_tube(mission.margin)

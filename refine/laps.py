@@ -18,11 +18,11 @@ from refine.coordination.spacing import spacing_for
 from refine.corridor.legs import HOVERING
 from refine.corridor.meeting_places import moved_to_meet
 from refine.feedback import Feedback, feedback_of
+from refine.lap_missions import Rest, before_laps, one_lap, rest_after
 from refine.parts import from_rest_to_rest, longer_than_held
 from refine.rest_to_rest import end_of
 from refine.single_robot.task import RefinementOptions
 from verify.data import Infeasible, Mission, Plan, RobotPlan, Trajectory, Visit, Witness
-from verify.data.laps import Rest, before_laps, one_lap, rest_after
 from verify.data.plan import Meeting
 from verify.data.progress import Progress, part_of
 from verify.data.trajectory import HOVER
