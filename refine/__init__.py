@@ -6,7 +6,7 @@ cuts a flight that is too long for the vehicle's memory.
 
 Read `team` (`laps` for teams that fly for ever, `parts` and `team_pauses` for flights that no vehicle holds at once), then `single_robot`
 (one robot as if alone) and `coordination` (all of them), over `corridor`, `solvers`, `heading`, `limits`, `spline` and `obstacles`; `feedback` is what the judge's witnesses ask for.
-`planes` keeps a segment beyond a plane; `lap_missions` makes missions of laps and of what comes before them; `rest_to_rest` puts stretches between rests on a common clock.
+`planes` keeps a segment beyond a plane; `alternatives` tries a plan's own fall-backs in order, `lap_missions` makes missions of laps and of what comes before them; `rest_to_rest` puts stretches between rests on a common clock.
 """
 
 from __future__ import annotations

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from refine.obstacles.gaps import widest_gap
 from verify.data import Mission
-from verify.data.shapes.gaps import widest_gap
 from verify.data.shapes.inequalities import Parts
 
 _TOUCHING = 1e-9

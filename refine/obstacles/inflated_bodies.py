@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
+from refine.obstacles.gaps import Solid, solids
 from verify.data.shapes.convex_parts import ConvexBody
-from verify.data.shapes.gaps import Solid, solids
 from verify.data.shapes.inequalities import Parts, Point
 
 Floats = NDArray[np.float64]

@@ -14,11 +14,11 @@ from functools import cached_property, lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from refine.obstacles.gaps import Solid, solids
 from refine.obstacles.inflated_bodies import InflatedBody, disc
 from refine.obstacles.solid_body import SolidBody
 from refine.planes import Plane, nearest_on_segment
 from verify.data.shapes.convex_parts import ConvexBody
-from verify.data.shapes.gaps import Solid, solids
 from verify.data.shapes.region import Hoop, Region
 
 Floats = NDArray[np.float64]
