@@ -3,7 +3,7 @@
 `flights` flies once and `campaigns` many times (in `batches`), both in `conditions` (wind, sensors, model, controller) and by
 `closed_loop`, which lets `control` steer what `model` moves (`onboard_simulation` for what vehicles carry; `simulation_setup` and `random_streams` are common to both). `rehearsal` flies under everything that may be otherwise. `monitoring` judges while flying, `logs` keeps what happened,
 `comparison` holds it against a certificate, `exports` writes for real vehicles, and `pictures` draws (over `shapes`). `certificate_checks` is
-asked at every door; `processes` shares work.
+asked at every door; `processes` shares work; `storage` writes files and folders.
 `frames` turns certified flights into the laboratory's frame, `mixed_fleet` simulates several airframes at once, and `link` flies live.
 """
 

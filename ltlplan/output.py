@@ -1,6 +1,6 @@
 """What a run, a flight, a campaign or a rehearsal writes into its folder, and under which names.
 
-`verify.data.storage.folders` puts it there whole or not at all.
+`flight.storage.folders` puts it there whole or not at all.
 """
 
 from __future__ import annotations
@@ -12,10 +12,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from flight.storage.folders import PROOF, write_folder
 from verify.data import Mission, Plan, Trajectory, mission_to_yaml
 from verify.data.files.trajectory_csv import write_csv
 from verify.data.progress import Progress, part_of, silent
-from verify.data.storage.folders import PROOF, write_folder
 
 if TYPE_CHECKING:
     from flight import Campaign, ExportTarget, FlightLog, Rehearsal

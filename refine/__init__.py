@@ -5,8 +5,8 @@
 cuts a flight that is too long for the vehicle's memory.
 
 Read `team` (`laps` for teams that fly for ever, `parts` and `team_pauses` for flights that no vehicle holds at once), then `single_robot`
-(one robot as if alone) and `coordination` (all of them), over `corridor`, `solvers`, `heading`, `limits`, `spline`, `keep_out_bodies` and `obstacles`; `feedback` is what the judge's witnesses ask for.
-`planes` keeps a segment beyond a plane; `rest_to_rest` puts stretches between rests on a common clock.
+(one robot as if alone) and `coordination` (all of them), over `corridor`, `solvers`, `heading`, `limits`, `spline` and `obstacles`; `feedback` is what the judge's witnesses ask for.
+`planes` keeps a segment beyond a plane; `alternatives` tries a plan's own fall-backs in order, `lap_missions` makes missions of laps and of what comes before them; `rest_to_rest` puts stretches between rests on a common clock.
 """
 
 from __future__ import annotations

@@ -18,10 +18,10 @@ from flight.exports.target import EXPORT_TARGETS, NOTE, ExportTarget, Product, R
 from flight.frames import team_in_laboratory
 from flight.logs.log import FlightLog
 from flight.model.airframe import airframes_of
+from flight.storage.folders import write_files
 from verify.certificate import Certificate
 from verify.data import BadInput, DoesNotFit, Mission, NotCertified, Trajectory, check_trajectories
 from verify.data.events import unknown
-from verify.data.storage.folders import write_files
 
 
 @dataclass(frozen=True, slots=True)

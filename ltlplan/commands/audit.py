@@ -72,11 +72,11 @@ def command(
     json: JsonOption = False,
 ) -> None:
     """Judge flights of other programs for all times, not for samples; exit code 5 where a claim is not proved."""
+    from flight.storage.single_files import check_page, replace_page, write_single
     from ltlplan.commands.support.progress import progress_bar
     from ltlplan.commands.support.terminal import print_json
     from verify import AuditLimits, audit
     from verify.data import BadInput, NotCertified
-    from verify.data.storage.single_files import check_page, replace_page, write_single
 
     limits = AuditLimits(
         vehicle=vehicle, workspace=None if workspace is None else workspace.split(","), separation=separation,

@@ -86,12 +86,12 @@ def command(
         return
     import json as json_text
 
+    from flight.storage.folders import PROOF
+    from flight.storage.single_files import replace_listed
     from ltlplan.commands.support.progress import progress_bar
     from ltlplan.commands.support.terminal import print_json
     from ltlplan.report.summary import claim_lines, soft_sentences, with_clocks
     from verify import certify
-    from verify.data.storage.folders import PROOF
-    from verify.data.storage.single_files import replace_listed
     from verify.run_folder import read_folder
 
     plan, team = read_folder(folder)
@@ -112,8 +112,8 @@ def command(
 
 def _clock_error_before(folder: Path) -> float | None:
     """Return the clock error of the folder's certificate, so that proving again does not drop it; None without one."""
+    from flight.storage.folders import PROOF
     from verify.certificate_file import read_certificate
-    from verify.data.storage.folders import PROOF
 
     path = folder / PROOF
     return float(read_certificate(path, earlier=True)["clock_error"]) if path.exists() else None
@@ -150,12 +150,12 @@ def _judge_recording(
     as_json: bool,
 ) -> None:
     """Judge a recorded flight of the folder's mission, claim by claim, for all times between its samples too."""
+    from flight.storage.single_files import check_page, replace_page
     from ltlplan.commands.support.progress import progress_bar
     from ltlplan.commands.support.terminal import print_json
     from ltlplan.recorded import judge_flight
     from ltlplan.report.summary import recorded_lines
     from verify.data import NotCertified
-    from verify.data.storage.single_files import check_page, replace_page
 
     if report is not None:
         check_page(report)

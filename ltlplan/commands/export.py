@@ -61,11 +61,11 @@ def command(
     The compressed format rounds to whole millimetres: its path is fitted to that grid, certified as it is then, and
     written with a certificate of its own. So are flights of one piece for crazyswarm2, whose loader needs a second.
     """
+    from flight.storage.folders import check_folder, put_files, write_folder
     from ltlplan.commands.support.progress import progress_bar
     from ltlplan.commands.support.terminal import print_json
     from ltlplan.output import make_export
     from verify.data import BadInput
-    from verify.data.storage.folders import check_folder, put_files, write_folder
 
     if dry_run and not upload:
         raise BadInput("--dry-run goes with --upload ROBOT=URI.")

@@ -70,9 +70,9 @@ def command(
 
 def _into_report(run: Path, found: Rehearsal) -> tuple[tuple[Path, ...], tuple[str, ...]]:
     """Add what was found to the report of a run's folder, where there is one that is as we left it; return it, or why not."""
+    from flight.storage.single_files import replace_listed
     from ltlplan.report.rehearsal import with_rehearsal
     from verify.data import BadInput
-    from verify.data.storage.single_files import replace_listed
 
     report = run / "report.html"
     if not report.is_file():

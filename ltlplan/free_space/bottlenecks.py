@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ltlplan.free_space.free_space import FreeSpace
-from ltlplan.free_space.visibility_graph import Roadmap
+from refine.obstacles.visibility_graph import Roadmap
 from verify.data.mission import Mission
 from verify.data.shapes.inequalities import Point
 from verify.data.shapes.solid_parts import SolidPart, solid_parts

@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ltlplan.online_mtac.events import rim_distance
-from refine.keep_out_bodies import within
-from refine.obstacles import SolidBody, solid_bodies
+from refine.obstacles.keep_out_bodies import within
+from refine.obstacles.solid_body import SolidBody, solid_bodies
 from verify.claims.claim import Claim
 from verify.data import Mission, Trajectory
 from verify.data.sections import LegLimits

@@ -56,22 +56,6 @@ class Computer(Protocol):
         ...
 
 
-class AtOnce:
-    """Answers in this process, while time stands still: for flights in simulation that are not in real time."""
-
-    def ask(self, work: Callable[..., Any], question: object) -> Answer:
-        """Have a question answered.
-
-        Args:
-            work: A function of a module.
-            question: What it is given.
-        """
-        try:
-            return Given(work(question, _nobody))
-        except LtlplanError as error:
-            return Given(None, error)
-
-
 class Given:
     """An answer that is there."""
 
@@ -162,7 +146,3 @@ def way_down(
     """
     mission, team, places = question
     return to_ground(mission, team, places)
-
-
-def _nobody(_sentence: str, _share: float) -> None:
-    """Tell nobody."""

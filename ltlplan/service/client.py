@@ -261,8 +261,8 @@ class Client:
             DoesNotFit: The vehicle or its format cannot hold the flight.
             LtlplanError: There is no such job or format, or the folder cannot be written.
         """
+        from flight.storage.folders import write_files
         from ltlplan.service.client_parts.exported import exported
-        from verify.data.storage.folders import write_files
 
         options = {
             "vehicle": vehicle,

@@ -45,8 +45,8 @@ def check_mission(text: str, report: Progress) -> bytes:
         report: Told nothing.
     """
     del report
+    from ltlplan.missions.notes import notes_of
     from ltlplan.service.views.formulas import in_words
-    from verify.data.validation.notes import notes_of
 
     try:
         mission = parse_mission(text)

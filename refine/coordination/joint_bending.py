@@ -21,7 +21,7 @@ from scipy.optimize import minimize
 from scipy.spatial import KDTree
 
 from refine.coordination.conflict_intervals import Mover
-from refine.keep_out_bodies import Obstacle, within
+from refine.obstacles.keep_out_bodies import Obstacle, within
 from refine.spline.least_snap import banded_problem, solve_banded
 from verify.data.validation.spacing import Spacing
 

@@ -16,9 +16,9 @@ from refine.corridor.sampled_stays import SampledStay, stays
 from refine.limits.limits import Limits
 from refine.limits.stretching import SAFETY
 from refine.limits.usage import shares_used
+from refine.obstacles.gaps import widest_gap
 from refine.spline.spline import Spline
 from verify.data import Mission, RobotPlan
-from verify.data.shapes.gaps import widest_gap
 from verify.data.shapes.region import Region
 
 Floats = NDArray[np.float64]

@@ -8,12 +8,12 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from refine.keep_out_bodies import Ball, Disc, GrownRegion, Obstacle, convex_parts, grown_region, ring, within
-from refine.obstacles import SolidBody, solid_bodies
+from refine.corridor.passage_room import room_in_opening, room_in_region
+from refine.obstacles.keep_out_bodies import Ball, Disc, GrownRegion, Obstacle, convex_parts, grown_region, ring, within
+from refine.obstacles.solid_body import SolidBody, solid_bodies
 from verify.data import Infeasible, Mission, RobotPlan, Witness
 from verify.data.plan import Role, Waypoint
 from verify.data.shapes.region import Hoop
-from verify.data.validation.passage_room import room_in_opening, room_in_region
 from verify.data.validation.spacing import ROUNDING
 
 Floats = NDArray[np.float64]

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from refine.corridor.outside import left_last, moved_outside, part_outside
 from refine.corridor.packing import packed
 from refine.corridor.relocation import movable, moved_within, places_of
-from refine.keep_out_bodies import Ball, keep_out
+from refine.obstacles.keep_out_bodies import Ball, keep_out
 from verify.data import Infeasible, Mission, Plan, RobotPlan, Waypoint, Witness
 
 Floats = NDArray[np.float64]

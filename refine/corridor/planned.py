@@ -29,7 +29,7 @@ from refine.corridor.legs import (
     trimmed,
 )
 from refine.corridor.points import without_crowding
-from refine.keep_out_bodies import Ball, convex_parts, grown_ellipsoid
+from refine.obstacles.keep_out_bodies import Ball, convex_parts, grown_ellipsoid
 from verify.data import BadInput, Infeasible, Mission, RobotPlan, Witness
 from verify.data.shapes.region import Region
 

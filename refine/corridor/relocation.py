@@ -9,11 +9,11 @@ import itertools
 import numpy as np
 from numpy.typing import NDArray
 
-from refine.corridor.halton_roadmap import way_around
 from refine.corridor.legs import CLEARANCE, bodies_of, leads_to
 from refine.corridor.planned import DEEP
-from refine.keep_out_bodies import Ball, Disc, GrownRegion, blocking, grown_ellipsoid
-from refine.obstacles import SolidBody
+from refine.corridor.ways_around import way_around
+from refine.obstacles.keep_out_bodies import Ball, Disc, GrownRegion, blocking, grown_ellipsoid
+from refine.obstacles.solid_body import SolidBody
 from verify.data import Mission, RobotPlan, Waypoint
 from verify.data.shapes.region import Region
 

@@ -16,9 +16,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from refine.keep_out_bodies import Ball
 from refine.limits.limits import Limits
 from refine.limits.stretching import stretch_to_limits
+from refine.obstacles.keep_out_bodies import Ball
 from refine.planes import Plane
 from refine.solvers.nlp import INSTANTS, Timing, optimise
 from refine.solvers.programme import Objective

@@ -41,7 +41,7 @@ def polynomial(coefficients: Sequence[float]) -> fmpq_poly:
     return fmpq_poly([rational(float(c)) for c in coefficients])
 
 
-def nonnegative(p: fmpq_poly, start: Fraction, stop: Fraction) -> bool:
+def nonnegative(p: fmpq_poly, start: Fraction = Fraction(0), stop: Fraction = Fraction(1)) -> bool:
     """Decide whether p(t) >= 0 for all t in [start, stop].
 
     Args:

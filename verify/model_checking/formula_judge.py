@@ -46,8 +46,8 @@ _LARGE = 2_000
 FEW = 4
 """Robots that change their letters up to which a shortest counterexample is sought; beyond, one that is put together."""
 
-Detail = Literal["answer", "counterexample", "waits"]
-"""Yes or no only; or with a counterexample; or also with the waits that would rule it out."""
+Detail = Literal["answer", "counterexample"]
+"""Yes or no only; or with a counterexample."""
 
 
 @dataclass(frozen=True)
@@ -132,7 +132,7 @@ class FormulaJudge:
 
     @property
     def _counterexamples(self) -> Counterexamples:
-        return Counterexamples(self.mission, self.atoms, self.timelines, waits=self.detail == "waits")
+        return Counterexamples(self.mission, self.atoms, self.timelines)
 
     @property
     def _many_together(self) -> bool:

@@ -37,7 +37,7 @@ def judge_formula(
     clock_error: Fraction = Fraction(0),
     times: Times = "timed",
     budget: int = DEFAULT_BUDGET,
-    detail: Detail = "waits",
+    detail: Detail = "counterexample",
 ) -> list[Verdict]:
     """Decide whether every team word satisfies the mission's formula.
 
@@ -48,8 +48,7 @@ def judge_formula(
         clock_error: How far each robot's clock may be off, in s; widens what can be simultaneous.
         times: "timed" for the certified times, "parallel" for any times that keep each robot's own order.
         budget: Configurations that each part of the formula may take before the answer is `undecided`.
-        detail: What is said of a formula that fails: nothing else ("answer", for a search), a counterexample, or also the
-            waits that would rule it out; what was flown cannot wait any more.
+        detail: What is said of a formula that fails: nothing else ("answer", for a search), or a counterexample.
 
     Returns:
         One verdict, for the claim "formula".

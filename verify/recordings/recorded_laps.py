@@ -47,7 +47,7 @@ def laps_claim(
         if fault is not None:
             why = f": {fault}'s internal state at the end of the last lap is not known to be that at its beginning."
         else:
-            verdict = judge_formula(mission, repeated, related, budget=budget, detail="counterexample")[0]
+            verdict = judge_formula(mission, repeated, related, budget=budget)[0]
             if verdict.outcome == "holds":
                 note = f" But {verdict.vacuous[0]}" if verdict.vacuous else ""
                 span = f"from {zero + float(end - lap):.4f} to {zero + float(end):.4f} s"

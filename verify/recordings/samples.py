@@ -147,7 +147,7 @@ def judge_timelines(
         InternalError: Our progression and Spot disagree, or the timelines contradict themselves.
         MissingEngine: Spot is absent.
     """
-    verdict = judge_formula(mission, timelines, related, budget=budget, detail="counterexample")[0]
+    verdict = judge_formula(mission, timelines, related, budget=budget)[0]
     formula = f"`{mission.spec.formula}`"
     if verdict.outcome == "holds":
         note = f" But {verdict.vacuous[0]}" if verdict.vacuous else ""

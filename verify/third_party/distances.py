@@ -15,7 +15,7 @@ import numpy as np
 from flint import fmpq_poly
 
 from verify.arithmetic import exact
-from verify.arithmetic.balls import Balls, Floats, dot, restricted_by
+from verify.arithmetic.balls import Balls, Floats, dot, restricted_by, root_up
 from verify.arithmetic.bounds import Peaks, peaks
 from verify.third_party.fleet import Fleet, Indices, is_before, length_between
 from verify.third_party.windows import Windows, crossings, is_high, windows_of
@@ -123,7 +123,7 @@ class Closest:
             least: Greatest values of their negated squared distances, in m^2.
         """
         k = int(np.argmax(least.lower))
-        if (distance := _root_up(-float(least.lower[k]))) < self.high:
+        if (distance := root_up(-float(least.lower[k]))) < self.high:
             start, stop = common_time(windows, int(one[k]), int(other[k]))
             self.high, self.one, self.other = distance, int(fleet.owner[one[k]]), int(fleet.owner[other[k]])
             self.time = float(start + (stop - start) * Fraction(float(least.place[k])))
@@ -223,7 +223,7 @@ def _judge(fleet: Fleet, asked: Separation, one: Indices, other: Indices, closes
         a, b, limit = int(one[k]), int(other[k]), Fraction(float(limits[k]))
         start, stop = common_time(windows, a, b)
         gap = _gap(fleet, asked.weight, (a, b), (start, stop), Fraction(float(needed[k])))
-        if _nonnegative(gap):
+        if exact.nonnegative(gap):
             closest.put_aside(-least.upper[k : k + 1], steps[k : k + 1], limits[k : k + 1])
             continue
         times = (
@@ -235,11 +235,11 @@ def _judge(fleet: Fleet, asked: Separation, one: Indices, other: Indices, closes
             closest.put_aside(-least.upper[k : k + 1], steps[k : k + 1], limits[k : k + 1])
             continue
         closest.put_aside(-least.upper[k : k + 1], steps[k : k + 1])
-        sure = needed[k] == limit or not _nonnegative(_gap(fleet, asked.weight, (a, b), (start, stop), limit))
+        sure = needed[k] == limit or not exact.nonnegative(_gap(fleet, asked.weight, (a, b), (start, stop), limit))
         begin, end = times
         time = float(min(max(start + (stop - start) * Fraction(float(least.place[k])), begin), end))
         drones = int(fleet.owner[a]), int(fleet.owner[b])
-        distance = _root_up(-float(least.lower[k]))
+        distance = root_up(-float(least.lower[k]))
         yield Breach(*drones, float(limit), distance, time, float(begin), float(end), sure)
 
 
@@ -363,10 +363,6 @@ def _high_breach(
     return below[0][0], below[-1][1]
 
 
-def _nonnegative(p: fmpq_poly) -> bool:
-    return exact.nonnegative(p, Fraction(0), Fraction(1))
-
-
 def _joined(found: list[Breach]) -> list[Breach]:
     """Put together what goes on from one piece to the next, worst breach first."""
     result: list[Breach] = []
@@ -381,7 +377,3 @@ def _joined(found: list[Breach]) -> list[Breach]:
             result.append(breach)
     result.sort(key=lambda b: (b.distance - b.limit, b.start))
     return result
-
-
-def _root_up(value: float) -> float:
-    return float(np.nextafter(np.sqrt(max(value, 0.0)), np.inf))

@@ -122,7 +122,7 @@ def word_claims(mission: Mission, fleet: Fleet, asked: Asked) -> Iterator[Claim]
     for robot, spans in statuses(evidence.membership, asked.margin).items():
         initial, found = changes(spans)
         timelines[robot] = Timeline(robot, initial, found, paths.end, mission.initial_letter(robot))
-    for verdict in judge_formula(mission, timelines, evidence.relations, detail="counterexample"):
+    for verdict in judge_formula(mission, timelines, evidence.relations):
         witness = None if verdict.outcome == "holds" else verdict.witness()
         yield Claim(verdict.claim, verdict.outcome, verdict.sentence, robot=verdict.robot, time=verdict.time, witness=witness)
 

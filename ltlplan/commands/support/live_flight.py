@@ -97,8 +97,8 @@ def keep_record(out: Path | None) -> None:
     Raises:
         BadInput: It holds such a record, or one that cannot be read.
     """
+    from flight.storage.folders import FLOWN
     from verify.data import BadInput
-    from verify.data.storage.folders import FLOWN
     from verify.data.storage.safe_reading import parse_json, read_text
 
     if out is None or not (out / FLOWN).is_file():

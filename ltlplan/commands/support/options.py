@@ -59,8 +59,8 @@ def read_mission(
         BadInput: There is no such mission, its file is at fault, or a replacement does not fit it.
     """
     from ltlplan.missions import load_mission
+    from ltlplan.missions.notes import notes_of
     from verify.data.mission import check_mission
-    from verify.data.validation.notes import notes_of
 
     mission = load_mission(source)
     for note in notes_of(mission):

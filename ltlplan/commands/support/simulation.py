@@ -33,7 +33,7 @@ def simulating(out: Path | None, files: tuple[str, ...], *, quiet: bool) -> Gene
     Raises:
         BadInput: The folder cannot be written.
     """
-    from verify.data.storage.folders import check_folder
+    from flight.storage.folders import check_folder
 
     with progress_bar(quiet=quiet) as progress:
         if out is not None:
@@ -79,7 +79,7 @@ def written(out: Path | None, write: Callable[[Path], None]) -> tuple[Path, ...]
     Raises:
         BadInput: The folder cannot be written or is somebody else's.
     """
-    from verify.data.storage.folders import write_folder
+    from flight.storage.folders import write_folder
 
     return () if out is None else write_folder(out, write)
 

@@ -176,7 +176,7 @@ class Submitted:
         Raises:
             BadInput: It has no files, or the folder cannot be written.
         """
-        from verify.data.storage.folders import check_folder, put_files, write_folder
+        from flight.storage.folders import check_folder, put_files, write_folder
 
         packed = self.wire.ask("GET", f"/api/jobs/{segment(self.id)}/archive").content
         files = {name: data for name, data in unpacked(packed).items() if name not in ONLY_OF_JOBS}

@@ -46,6 +46,5 @@ def verdict_of(told: dict[str, Any]) -> Verdict:  # of any type: JSON nests
         told["visit"],
         told["region"],
         tuple((float(a), float(b)) for a, b in told["times"]),
-        tuple(((str(a), int(i)), (str(b), int(j))) for (a, i), (b, j) in told["order"]),
         tuple(map(str, told["vacuous"])),
     )

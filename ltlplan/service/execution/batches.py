@@ -17,6 +17,8 @@ from typing import Any
 
 from flight.certificate_checks import require_tube
 from flight.processes import Workers
+from flight.storage.folders import check_folder, put_files, write_folder
+from flight.storage.ownership import read_contents
 from ltlplan.output import run_files
 from ltlplan.planner import with_seed
 from ltlplan.service.execution.clusters import ClusterError
@@ -28,8 +30,6 @@ from verify.data import BadInput, InternalError, LtlplanError, Mission, load_mis
 from verify.data.files.mission_rooms import MAX_BYTES, included_files
 from verify.data.progress import Progress, silent
 from verify.data.storage.file_names import folded
-from verify.data.storage.folders import check_folder, put_files, write_folder
-from verify.data.storage.ownership import read_contents
 from verify.data.storage.safe_reading import read_text
 
 RECORD = "batch.json"

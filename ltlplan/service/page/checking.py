@@ -41,9 +41,9 @@ def check_text(text: str, report: Progress) -> Json:
 def mission_view(mission: Mission) -> Json:
     """Return what is shown of a sound mission."""
     from flight.pictures import scene
+    from ltlplan.missions.notes import notes_of
     from ltlplan.service.views.formulas import OPERATORS, in_words, known_names
     from ltlplan.service.views.watching import automata_data, drawn, radii
-    from verify.data.validation.notes import notes_of
 
     return {
         "name": mission.name,

@@ -10,16 +10,16 @@ from pathlib import Path
 
 import pytest
 
+from flight.storage.folders import write_folder
 from verify import recheck
 from verify.data import BadInput
-from verify.data.storage.folders import write_folder
 
 ROOT = Path(__file__).parents[3]
 SLOW_WRITER = """
 import sys, time
 from pathlib import Path
 from ltlplan.start import end_cleanly_on_sigterm
-from verify.data.storage.folders import write_folder
+from flight.storage.folders import write_folder
 end_cleanly_on_sigterm()
 def write(folder):
     (folder / "mission.yaml").write_text("half")

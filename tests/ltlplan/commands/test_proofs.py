@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from flight.storage.single_files import replace_listed
 from ltlplan.cli import app
 from tests.helpers.flights import legs, plan_of, small_mission
 from tests.helpers.recordings import gates
@@ -18,7 +19,6 @@ from verify.data import BadInput, NotCertified
 from verify.data.files.trajectory_csv import load_csv
 from verify.data.plan import Visit
 from verify.data.sections import Action
-from verify.data.storage.single_files import replace_listed
 from verify.run_folder import read_folder
 
 runner = CliRunner()

@@ -8,12 +8,12 @@ from typer.testing import CliRunner
 
 import flight
 import ltlplan
+from flight.storage.ownership import files_in
 from ltlplan.cli import app
 from ltlplan.online.files import ONLINE_FILES
 from ltlplan.output import CAMPAIGN_FILES, LOG_FILES, PLAN_FILES, REHEARSAL_FILES, run_files
 from tests.ltlplan.commands.test_commands import SMALL
 from verify.data import BadInput
-from verify.data.storage.ownership import files_in
 
 COMMANDS = {
     "run": (["run", "small.yaml", "--out", "out"], run_files),

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from refine.corridor.planned import hovering_corridor
-from refine.keep_out_bodies import convex_parts, grown_region
+from refine.obstacles.keep_out_bodies import convex_parts, grown_region
 from tests.helpers.flights import small_mission
 from tests.helpers.solids import random_solid
 from verify.data.shapes.region import Region

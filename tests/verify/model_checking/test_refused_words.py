@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from ltlplan.replanning.repair_precedences import with_proposed_waits
 from tests.helpers.flights import changed, legs, plan_of, small_mission
 from tests.helpers.witnesses import ANY, Right, around, assert_refused, judged
 from verify.data.language.word import Word
@@ -172,7 +174,10 @@ def test_one_robot_flown_at_another_time_breaks_the_order_of_the_team(hold):
     plan = plan_of(mission, visits)
     assert judged(plan, late).holds
     arrives = (team["r1"].knots[-2], team["r1"].knots[-1])
-    (claim,) = assert_refused(judged(plan, team), Right("formula", "r1", "b", 0, arrives))
-    assert claim.witness.order == ((("r0", 1), ("r1", 0)),)  # c lies in a and is over before it: the shorter wait
+    certificate = judged(plan, team)
+    (claim,) = assert_refused(certificate, Right("formula", "r1", "b", 0, arrives))
+    (proposed,) = (each.witness for each in with_proposed_waits(certificate).claims if each.witness is not None)
+    assert proposed == replace(claim.witness, order=proposed.order)
+    assert proposed.order == ((("r0", 1), ("r1", 0)),)  # c lies in a and is over before it: the shorter wait
     assert ("r1", frozenset("b")) in claim.witness.word
     assert ("r0", frozenset("a")) not in claim.witness.word[: claim.witness.word.index(("r1", frozenset("b")))]

@@ -148,6 +148,11 @@ def is_positive(matrix: Sequence[Sequence[Fraction]]) -> bool:
     return all(determinant([row[:k] for row in matrix[:k]]) > 0 for k in range(1, len(matrix) + 1))
 
 
+def dot(a: Vector, b: Vector) -> Fraction:
+    """Return the inner product of two vectors."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
 def determinant(matrix: Sequence[Sequence[Fraction]]) -> Fraction:
     """Return the determinant of a matrix of at most three rows.
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from refine.corridor.passage_room import room_in_region
 from tests.helpers.gates import SHAPES, gate, gate_of
 from verify.data import mission_to_yaml, parse_mission
-from verify.data.validation.passage_room import room_in_region
 
 
 @pytest.mark.parametrize("seed", range(10))

@@ -1,6 +1,6 @@
-"""Which visits would have to wait for which, so that a team's words satisfy the formula whatever the times.
+"""Waits between visits under which a team's words satisfy the formula whatever the times.
 
-A plan whose `timed` claim fails keeps its assignment and gets waits. They are read off counterexamples: each is ruled
+A plan whose formula fails in flight keeps its assignment and gets waits. They are read off counterexamples: each is ruled
 out by a pair of visits of two robots, the first to be over before the second begins, and among such pairs the one
 that the present times nearly keep is taken. Nothing is claimed here: the flight with its waits is judged anew.
 """
@@ -12,6 +12,8 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import islice, pairwise, permutations
 
+from verify.certificate import Certificate
+from verify.data import Mission, Witness
 from verify.data.language.counting import Atom, atoms
 from verify.data.language.formula import Formula
 from verify.data.language.word import Letter
@@ -19,7 +21,6 @@ from verify.data.sections import TeamReading
 from verify.logic.normal_form import Normal, conjuncts, normal_form
 from verify.logic.progression import OutOfBudget
 from verify.logic.team_letters import TeamLetters
-from verify.logic.verdict import Order
 from verify.model_checking.compositional.violation_automaton import BreakingWords
 from verify.model_checking.inclusion import find_broken
 from verify.model_checking.robot_letters import ALWAYS, RobotBehaviour
@@ -39,6 +40,8 @@ FEW = 4
 LESS = 10
 """By this the budget is divided where there are more robots, as waits are tried one after another."""
 
+Wait = tuple[tuple[str, int], tuple[str, int]]
+"""((robot, visit), (robot, visit)): the first must be over before the second begins."""
 _Pair = tuple[tuple[int, int], tuple[int, int]]
 """((robot, visit), (robot, visit)), robots by number."""
 
@@ -71,7 +74,29 @@ class _Robot:
     visits: tuple[_Visit, ...]
 
 
-def mending_waits(formula: Formula, reading: TeamReading, timelines: Mapping[str, Timeline], budget: int = BUDGET) -> Order:
+def with_proposed_waits(certificate: Certificate) -> Certificate:
+    """Return a certificate whose witnesses of a broken formula name waits that would rule it out, where some are found.
+
+    Args:
+        certificate: As the judge made it, of finite flights or laps; no waits are known that would help in laps.
+    """
+    mission, timelines = certificate.mission, certificate.timelines
+    if len(timelines) < 2 or mission.spec.trace == "infinite":
+        return certificate
+
+    def proposed(witness: Witness | None, asked: Mission) -> Witness | None:
+        if witness is None or witness.claim != "formula" or not witness.word:
+            return witness
+        return replace(witness, order=repairing_waits(asked.formula, asked.spec.team, timelines))
+
+    claims = tuple(replace(claim, witness=proposed(claim.witness, mission)) for claim in certificate.claims)
+    soft = tuple(replace(part, witness=proposed(part.witness, mission.asking(part.formula))) for part in certificate.soft)
+    return replace(certificate, claims=claims, soft=soft)
+
+
+def repairing_waits(
+    formula: Formula, reading: TeamReading, timelines: Mapping[str, Timeline], budget: int = BUDGET
+) -> tuple[Wait, ...]:
     """Return waits under which every team word of the nominal words satisfies the formula; empty where none are found.
 
     Args:

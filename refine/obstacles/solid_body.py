@@ -12,6 +12,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from refine.obstacles.inflated_bodies import InflatedBody, grown_bodies
 from refine.planes import Plane, nearest_on_segment
 from verify.data import Mission
 from verify.data.shapes.inequalities import Inequality
@@ -39,6 +40,11 @@ class SolidBody:
     part: SolidPart
     box: Floats
     growth: float
+
+    @cached_property
+    def inflated(self) -> InflatedBody:
+        """Return the polyhedron or quadrics around it that ways lead around."""
+        return grown_bodies(self.part.obstacle, self.part.center, (self.part.inequalities,), self.growth)[0]
 
     @cached_property
     def centre(self) -> Floats:

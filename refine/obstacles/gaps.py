@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -32,7 +33,7 @@ class Solid:
     @classmethod
     def of(cls, body: ConvexBody) -> Solid:
         """Compute corners and edges."""
-        return cls(body, body.corners(), body.edges() if not len(body.matrices) else np.zeros((0, 3)))
+        return cls(body, body.corners(), _edges(body) if not len(body.matrices) else np.zeros((0, 3)))
 
     @property
     def is_round(self) -> bool:
@@ -104,3 +105,11 @@ def _gap(a: Solid, b: Solid, between: Floats) -> float:
         if found.max() > gap:
             best, gap = near[int(np.argmax(found))], float(found.max())
     return gap
+
+
+def _edges(body: ConvexBody) -> Floats:
+    """Return unit vectors along the edges of a polyhedron: across all pairs of its faces' normals. Shape (edges, 3)."""
+    pairs = np.array(list(itertools.combinations(range(len(body.normals)), 2)), dtype=np.intp).reshape(-1, 2)
+    across = np.cross(body.normals[pairs[:, 0]], body.normals[pairs[:, 1]])
+    sizes = np.linalg.norm(across, axis=1)
+    return np.unique(np.round(across[sizes > 1e-9] / sizes[sizes > 1e-9, None], 9), axis=0)

@@ -4,10 +4,10 @@ from pathlib import Path
 
 import pytest
 
+from flight.storage.folders import write_files
+from flight.storage.ownership import MANIFEST, read_contents
+from flight.storage.single_files import check_page, replace_listed, replace_page, write_single
 from verify.data import BadInput
-from verify.data.storage.folders import write_files
-from verify.data.storage.ownership import MANIFEST, read_contents
-from verify.data.storage.single_files import check_page, replace_listed, replace_page, write_single
 
 
 def test_a_file_is_added_to_a_folder_and_listed_there(tmp_path: Path) -> None:

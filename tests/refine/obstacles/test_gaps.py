@@ -9,8 +9,8 @@ import pytest
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
+from refine.obstacles.gaps import solids, widest_gap
 from tests.helpers.solids import random_solid
-from verify.data.shapes.gaps import solids, widest_gap
 from verify.data.shapes.inequalities import Inequality, grown
 from verify.data.shapes.region import Region
 

@@ -1,7 +1,7 @@
 """Writing folders whole or not at all, so that nothing of a user's is overwritten, moved or lost.
 
 New files are made in a folder beside the target (`.NAME.ltlplan-*`), which holds a lock for as long as its process lives. When
-all are there, what in the target is the user's (`verify.data.storage.ownership`) is linked into the new folder under the same names,
+all are there, what in the target is the user's (`flight.storage.ownership`) is linked into the new folder under the same names,
 and the two folders change places in one system call: at every instant the target is the old folder or the new one, with all of
 the user's files in it. What a user put into the old folder after it was looked at, down to the last moment, goes over into the
 new one while the old one is emptied: of it only files are removed that are ours and unchanged, or that the new folder holds too.
@@ -26,8 +26,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
 
-from verify.data.errors import BadInput
-from verify.data.storage.ownership import (
+from flight.storage.ownership import (
     MANIFEST,
     Contents,
     digest_of,
@@ -37,6 +36,7 @@ from verify.data.storage.ownership import (
     read_contents,
     read_manifest,
 )
+from verify.data.errors import BadInput
 
 try:
     import fcntl

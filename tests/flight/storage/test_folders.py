@@ -10,9 +10,9 @@ from pathlib import Path
 
 import pytest
 
+from flight.storage.folders import check_folder, write_files, write_folder
+from flight.storage.ownership import read_contents
 from verify.data import BadInput
-from verify.data.storage.folders import check_folder, write_files, write_folder
-from verify.data.storage.ownership import read_contents
 
 ROOT = Path(__file__).parents[4]
 FIRST = {"mission.yaml": b"first", "r0.csv": b"1", "r1.csv": b"2", "crazyswarm2/crazyflies.yaml": b"uri"}
@@ -289,7 +289,7 @@ KILLED_AT_STEP = """
 import ctypes, os, signal, sys
 from pathlib import Path
 from tests.verify.data.storage.test_folders import SECOND
-from verify.data.storage.folders import write_files
+from flight.storage.folders import write_files
 
 WATCHED = {"open", "os.rename", "os.link", "os.remove", "os.mkdir", "os.rmdir", "os.chmod", "os.chown", "os.scandir", "os.listdir"}
 late, exchange = sys.argv[1] == "late", sys.argv[2] == "exchange"
@@ -373,7 +373,7 @@ WRITES_ON = """
 import itertools, sys
 from pathlib import Path
 from tests.verify.data.storage.test_folders import FIRST, SECOND
-from verify.data.storage.folders import write_files
+from flight.storage.folders import write_files
 print("writing", flush=True)
 for files in itertools.cycle((FIRST, SECOND)):
     write_files(Path(sys.argv[1]), files)

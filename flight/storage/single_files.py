@@ -12,8 +12,8 @@ import secrets
 from contextlib import suppress
 from pathlib import Path
 
+from flight.storage.ownership import MANIFEST, manifest_bytes, read_contents
 from verify.data.errors import BadInput
-from verify.data.storage.ownership import MANIFEST, manifest_bytes, read_contents
 from verify.data.storage.safe_reading import read_bytes
 
 _MAX_BYTES = 200_000_000

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from verify.data.shapes.gaps import widest_gap
+from refine.obstacles.gaps import widest_gap
+from verify.data import Mission
 from verify.data.shapes.inequalities import Parts
-
-if TYPE_CHECKING:
-    from verify.data.mission import Mission
 
 _TOUCHING = 1e-9
 """m; parts that are not farther from each other than this touch."""

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
+from refine.obstacles.gaps import Solid, solids
 from verify.data.shapes.convex_parts import ConvexBody
-from verify.data.shapes.gaps import solids
 from verify.data.shapes.inequalities import Parts, Point
 
 Floats = NDArray[np.float64]
@@ -28,10 +28,11 @@ _CHUNK = 50_000
 """Pairs that are looked at at a time, so that the arrays stay small."""
 _TOUCHING = 1e-9
 """m; corners this near to a face lie on it."""
+_NONE: tuple[Floats, Floats] = (np.zeros((0, 3)), np.zeros(0))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class SolidBody:
+class InflatedBody:
     """A convex body in the world's frame.
 
     Attributes:
@@ -51,6 +52,30 @@ class SolidBody:
     corners: Floats
     faces: int
     growth: float
+
+    @classmethod
+    def of(
+        cls, name: str, at: Floats, grown: Solid, bevels: tuple[Floats, Floats] = _NONE, growth: float = 0.0
+    ) -> InflatedBody:
+        """Return a grown convex part in the world's frame.
+
+        Args:
+            name: Whose part it is.
+            at: The origin of the part's own frame, m. Shape (3,).
+            grown: The part, its faces and quadrics moved outwards.
+            bevels: Unit normals of faces that cut its edges and corners, and how far they are from its origin, m.
+            growth: m by which it was grown, where it has bevels.
+        """
+        body, (normals, distances), corners = grown.body, bevels, grown.corners + at
+        convex = ConvexBody(
+            np.concatenate([body.normals, normals]),
+            np.concatenate([body.distances + body.normals @ at, distances + normals @ at]),
+            body.matrices,
+            body.centres + at,
+            body.roots,
+            body.scales,
+        )
+        return cls(name, convex, corners.min(axis=0), corners.max(axis=0), corners, len(body.normals), growth)
 
     def holds(self, points: Floats) -> Booleans:
         """Tell which points lie in it, its surface excluded. Shape (n, 3) to (n,)."""
@@ -84,10 +109,10 @@ class SolidBody:
         return first, last
 
 
-class SolidBodies:
+class InflatedBodies:
     """Several bodies, asked together: their faces and quadrics side by side in arrays, filled up with what holds everywhere."""
 
-    def __init__(self, bodies: Sequence[SolidBody]) -> None:
+    def __init__(self, bodies: Sequence[InflatedBody]) -> None:
         self.bodies = tuple(bodies)
         self.names = tuple(body.name for body in bodies)
         self.low = np.array([body.low for body in bodies]).reshape(-1, 3)
@@ -189,7 +214,7 @@ def _within_quadric(a: Floats, b: Floats, c: Floats, first: Floats, last: Floats
     return first, np.where(np.where(flat, c >= 0.0, square <= 0.0), -1.0, last)
 
 
-def grown_bodies(name: str, center: Point, parts: Parts, by: float, *, bevelled: bool = True) -> list[SolidBody]:
+def grown_bodies(name: str, center: Point, parts: Parts, by: float, *, bevelled: bool = True) -> list[InflatedBody]:
     """Return what a region's or an obstacle's convex parts become when they are grown, in the world's frame.
 
     Args:
@@ -199,27 +224,14 @@ def grown_bodies(name: str, center: Point, parts: Parts, by: float, *, bevelled:
         by: m.
         bevelled: Whether edges and corners are cut.
     """
-    at = np.array(center)
-    found: list[SolidBody] = []
+    found: list[InflatedBody] = []
     for solid, large in zip(solids(parts), solids(parts, by), strict=True):
         bevels, depths = _bevels(solid.body, solid.corners) if bevelled and not solid.is_round else _NONE
-        grown = large.body
-        convex = ConvexBody(
-            np.concatenate([grown.normals, bevels]),
-            np.concatenate([grown.distances + grown.normals @ at, depths + by + bevels @ at]),
-            grown.matrices,
-            grown.centres + at,
-            grown.roots,
-            grown.scales,
-        )
-        corners = large.corners + at
-        found.append(
-            SolidBody(name, convex, corners.min(axis=0), corners.max(axis=0), corners, len(grown.normals), by * bevelled)
-        )
+        found.append(InflatedBody.of(name, np.array(center), large, (bevels, depths + by), by * bevelled))
     return found
 
 
-def disc(name: str, center: Floats, normal: Floats, radius: float, half: float) -> SolidBody:
+def disc(name: str, center: Floats, normal: Floats, radius: float, half: float) -> InflatedBody:
     """Return a flat cylinder, such as a hoop's ring with its clearance and its opening.
 
     Args:
@@ -234,10 +246,7 @@ def disc(name: str, center: Floats, normal: Floats, radius: float, half: float) 
     convex = ConvexBody(sides, sides @ center + half, across[None], center[None], np.array([radius]), np.array([1.0]))
     reach = radius * np.sqrt(np.maximum(0.0, 1.0 - normal**2)) + half * np.abs(normal)
     corners = np.stack([center - reach, center + reach])
-    return SolidBody(name, convex, corners[0], corners[1], corners, 2, 0.0)
-
-
-_NONE: tuple[Floats, Floats] = (np.zeros((0, 3)), np.zeros(0))
+    return InflatedBody(name, convex, corners[0], corners[1], corners, 2, 0.0)
 
 
 def _bevels(body: ConvexBody, corners: Floats) -> tuple[Floats, Floats]:

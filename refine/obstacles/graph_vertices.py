@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
-from ltlplan.free_space.inflated_bodies import SolidBodies, SolidBody
-from ltlplan.free_space.path_shortcutting import Turn
+from refine.obstacles.inflated_bodies import InflatedBodies, InflatedBody
+from refine.obstacles.path_shortcutting import Turn
 from verify.data.shapes.convex_parts import ConvexBody
 
 Floats = NDArray[np.float64]
@@ -88,7 +88,7 @@ class Bends:
         return Turn(self.points[index], self.outward[index], self.starts[index], self.ends[index])
 
 
-def bends(lines: Lines, solids: SolidBodies, low: Floats, high: Floats, heights: Floats) -> Bends:
+def bends(lines: Lines, solids: InflatedBodies, low: Floats, high: Floats, heights: Floats) -> Bends:
     """Return points on lines in a box, outside of solid bodies.
 
     Args:
@@ -172,7 +172,7 @@ def _add_opposite(parts: list[_Part], lines: Lines, lengths: Floats) -> None:
             part.shares.append(share)
 
 
-def lines_beside(body: SolidBody) -> Lines:
+def lines_beside(body: InflatedBody) -> Lines:
     """Return lines just outside a body on which ways may turn: its edges, on both sides of their bevels."""
     convex = body.convex
     if len(convex.matrices) == 1 and not len(convex.normals) and np.all(np.diag(convex.matrices[0]) > 0):

@@ -17,9 +17,9 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components, dijkstra
 from scipy.spatial import KDTree
 
-from ltlplan.free_space.graph_vertices import Bends, Lines, bends, lines_beside
-from ltlplan.free_space.inflated_bodies import SolidBodies, SolidBody
-from ltlplan.free_space.path_shortcutting import straightened
+from refine.obstacles.graph_vertices import Bends, Lines, bends, lines_beside
+from refine.obstacles.inflated_bodies import InflatedBodies, InflatedBody
+from refine.obstacles.path_shortcutting import straightened
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -68,7 +68,7 @@ class Roadmap:
     """
 
     def __init__(
-        self, low: Floats, high: Floats, solids: Sequence[SolidBody], soft: Sequence[SolidBody], heights: Floats
+        self, low: Floats, high: Floats, solids: Sequence[InflatedBody], soft: Sequence[InflatedBody], heights: Floats
     ) -> None:
         """Take note of what is there; points and lines are laid out when a way is asked for.
 
@@ -80,7 +80,7 @@ class Roadmap:
             heights: At which robots are at home, m. Shape (n,).
         """
         self.low, self.high, self.heights = low, high, heights
-        self.solids, self.soft = SolidBodies(solids), SolidBodies(soft)
+        self.solids, self.soft = InflatedBodies(solids), InflatedBodies(soft)
         self._graphs: dict[bytes, csr_matrix] = {}
 
     @cached_property

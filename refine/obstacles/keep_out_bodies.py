@@ -2,7 +2,7 @@
 
 These are an ellipsoid (a region that the word does not allow, grown by the margin; the place where another robot hovers), a
 convex part of a region of another shape, likewise, and, grown by the margin and the vehicle's radius, a ring's disc (rim and opening) and
-a convex part of an obstacle (`refine.obstacles`). A plane between a straight leg and a convex body keeps the leg's whole curve outside
+a convex part of an obstacle (`solid_body`). A plane between a straight leg and a convex body keeps the leg's whole curve outside
 once all its Bernstein points are on the far side.
 """
 
@@ -14,9 +14,11 @@ from functools import cached_property, lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from refine.obstacles import SolidBody
+from refine.obstacles.gaps import Solid, solids
+from refine.obstacles.inflated_bodies import InflatedBody, disc
+from refine.obstacles.solid_body import SolidBody
 from refine.planes import Plane, nearest_on_segment
-from verify.data.shapes.gaps import Solid, solids
+from verify.data.shapes.convex_parts import ConvexBody
 from verify.data.shapes.region import Hoop, Region
 
 Floats = NDArray[np.float64]
@@ -35,6 +37,15 @@ class Ball:
     name: str
     centre: Floats
     root: Floats
+
+    @cached_property
+    def inflated(self) -> InflatedBody:
+        """Return it as ways lead around it."""
+        matrix = self.root.T @ self.root
+        half = np.sqrt(np.diag(np.linalg.inv(matrix)))
+        corners = np.stack([self.centre - half, self.centre + half])
+        convex = ConvexBody(np.zeros((0, 3)), np.zeros(0), matrix[None], self.centre[None], np.ones(1), np.ones(1))
+        return InflatedBody(self.name, convex, corners[0], corners[1], corners, 0, 0.0)
 
     @cached_property
     def least_radius(self) -> float:
@@ -90,6 +101,11 @@ class Disc:
     half: float
     growth: float
 
+    @cached_property
+    def inflated(self) -> InflatedBody:
+        """Return the flat cylinder around it that ways lead around."""
+        return disc(self.name, self.centre, self.normal, self.radius + self.growth, self.half + self.growth)
+
     @property
     def reach(self) -> float:
         """How far its points are from its centre at most, in m."""
@@ -141,6 +157,11 @@ class Part:
     name: str
     centre: Floats
     solid: Solid
+
+    @cached_property
+    def inflated(self) -> InflatedBody:
+        """Return it as ways lead around it."""
+        return InflatedBody.of(self.name, self.centre, self.solid)
 
     @cached_property
     def reach(self) -> float:

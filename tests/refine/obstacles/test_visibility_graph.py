@@ -8,8 +8,8 @@ import math
 import numpy as np
 import pytest
 
-from ltlplan.free_space.inflated_bodies import SolidBodies, grown_bodies
-from ltlplan.free_space.visibility_graph import Roadmap
+from refine.obstacles.inflated_bodies import InflatedBodies, grown_bodies
+from refine.obstacles.visibility_graph import Roadmap
 from tests.helpers.box_worlds import Boxes, grid_length
 from verify.data.shapes.region import Region
 
@@ -76,7 +76,7 @@ def test_segments_meet_what_dense_points_on_them_lie_in() -> None:
         Region.model_validate({"center": (-0.3, 0.4, 0.1), "cylinder": {"radius": 0.3, "height": 0.5}}),
         box((0.3, -0.5, 0.0), (0.2, 0.9, 0.4)),
     ]
-    bodies = SolidBodies([body for k, one in enumerate(shapes) for body in grown_bodies(str(k), one.center, one.body, 0.05)])
+    bodies = InflatedBodies([body for k, one in enumerate(shapes) for body in grown_bodies(str(k), one.center, one.body, 0.05)])
     starts, ends = rng.uniform(-1, 1, (1000, 3)), rng.uniform(-1, 1, (1000, 3))
     met = bodies.meets(starts, ends)
     shares = np.linspace(0, 1, 400)[:, None, None]
