@@ -164,10 +164,6 @@ class Watch:
                 return robot, f"{robot}'s battery lasts {max(endurance, 0.0):.0f} s more at {when}."
         return None
 
-    def last_seen(self, robot: str) -> float:
-        """Return when a robot was measured last, s of the link's clock."""
-        return self._last[robot]
-
     def outside(self, robot: str) -> str:
         """Say that a robot was outside of its margin; empty where it was not.
 
