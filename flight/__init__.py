@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from flight.model.plant import AirframeModel
     from flight.model.sensing import MotionCapture
     from flight.monitoring.monitor import Monitor
-    from flight.rehearsal.rehearse import Combinations, rehearse
+    from flight.rehearsal.combinations import Combinations, rehearse
     from flight.rehearsal.table import Cell, Rehearsal
 
 __all__ = [
@@ -102,7 +102,7 @@ if not TYPE_CHECKING:  # which know all names from above, so that a misspelt one
             "flight.model.plant": ("AirframeModel",),
             "flight.model.sensing": ("MotionCapture",),
             "flight.monitoring.monitor": ("Monitor",),
-            "flight.rehearsal.rehearse": ("Combinations", "rehearse"),
+            "flight.rehearsal.combinations": ("Combinations", "rehearse"),
             "flight.rehearsal.table": ("Cell", "Rehearsal"),
         },
     )

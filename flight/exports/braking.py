@@ -109,7 +109,7 @@ def brakings(mission: Mission, name: str, path: Trajectory, join: Join) -> Itera
     for more, before in _longer(path, laps):
         since = sum(map(Fraction, before.durations.tolist()), Fraction(0))
         for length in LENGTHS:
-            flown = join(name, before, _braking(before, length))
+            flown = join(name, before, _to_rest(before, length))
             if flown is None:
                 return
             if not _may_begin(mission, name, flown):
@@ -144,7 +144,7 @@ def _longer(path: Trajectory, laps: Trajectory) -> Iterator[tuple[int, Trajector
         )
 
 
-def _braking(flown: Trajectory, length: float) -> Trajectory:
+def _to_rest(flown: Trajectory, length: float) -> Trajectory:
     """Return one piece that leads from a flight's end to rest, rounded to float32."""
     begin = np.stack([flown.evaluate(flown.duration, order) for order in range(4)])  # (4 orders, 4 axes)
     length = float(np.float32(length))

@@ -47,12 +47,10 @@ class Columns:
     Attributes:
         name: Which of them.
         faults: Why it is not certified, a sentence each; none where it is.
-        stacked: The first two robots that are not apart, seen from above; nobody where all are.
     """
 
     name: Name
     faults: tuple[str, ...]
-    stacked: tuple[str, ...] = ()
 
     @property
     def certified(self) -> bool:
@@ -94,13 +92,15 @@ def columns(mission: Mission, team: Mapping[str, Trajectory], name: Name, margin
             faults.append(f"{robot} does not hover at its {_WHERE[name][0]}")
         elif not z > ground:
             faults.append(f"{robot}'s {_WHERE[name][0]} is not above the ground")
-    near = tuple(_near(mission, tops, margin + 2 * NEAR))
-    faults += [f"{one} and {other} {_WHERE[name][0]} too near to each other, seen from above" for one, other in near]
+    faults += [
+        f"{one} and {other} {_WHERE[name][0]} too near to each other, seen from above"
+        for one, other in _near(mission, tops, margin + 2 * NEAR)
+    ]
     if not faults:
         faults += [
             _worded(claim, name) for claim in _claims(mission, tops, ground, margin + 2 * NEAR) if claim.outcome != "holds"
         ]
-    return Columns(name, tuple(faults), near[0] if near else ())
+    return Columns(name, tuple(faults))
 
 
 def _near(mission: Mission, tops: Mapping[str, Point], margin: float) -> Iterator[tuple[str, str]]:

@@ -32,6 +32,7 @@ class Health:
         settled: Whether its estimator has settled.
         endurance: s that its battery lasts in hover.
         flying: Whether it says that it flies: its supervisor, its land detector.
+        fault: What blocks it in flight, as of it alone (`has tumbled`); empty where nothing does.
         why: Why something is not known, by the name of its check.
     """
 
@@ -39,6 +40,7 @@ class Health:
     settled: bool | None = None
     endurance: float | None = None
     flying: bool | None = None
+    fault: str = ""
     why: Mapping[str, str] = field(default_factory=dict[str, str])
 
 

@@ -46,7 +46,7 @@ def command(
     drag is a guess are flown with the ends of its range as well. Of a run's folder the report gets the table.
     """
     from flight import MotionCapture, rehearse
-    from flight.rehearsal.rehearse import USUAL, Combinations
+    from flight.rehearsal.combinations import USUAL, Combinations
     from ltlplan.output import REHEARSAL_FILES, write_rehearsal
 
     combinations = Combinations(

@@ -12,12 +12,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from flight.exports.scripts.flying.checks import Check
+from flight.exports.scripts.flying.checks import Check, one_body_each
 from flight.link.link import Link, Pose
 from flight.link.phases import Part
-from flight.link.preflight_checks import on_ground, one_body_each
+from flight.link.preflight_checks import on_ground
 from flight.link.record import Record
-from flight.monitoring.thresholds import FRESH, SHARE, WATCHED
+from flight.monitoring.thresholds import FRESH, SHARE, WATCHED, limits
 from ltlplan.transfers import Place
 from verify.data import BadInput, Mission, Trajectory
 from verify.data.events import RobotJoins, WorldEvent
@@ -146,8 +146,8 @@ class Lookout:
         """
         poses = tuple(self.seen.get(robot, ()))
         long = poses[-1].time - poses[0].time if poses else 0.0
-        bodies = {name: (pose,) for name in climb.paths if (pose := link.pose(name)) is not None}
-        found = [*on_ground(link, climb, lasts, {robot: poses}), *one_body_each(link, bodies)]
+        bodies = {name: pose.position for name in climb.paths if (pose := link.pose(name)) is not None}
+        found = [*on_ground(link, {robot: climb}, lasts, {robot: poses}), *one_body_each(bodies, limits(link.accuracy))]
         if long < WATCHED - FRESH:
             sentence = f"{robot} was seen for {long:.2g} s of the last {WATCHED:g} s: look at motion capture and the markers"
             found.append(Check("quiet", robot, False, sentence))

@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable, Iterable
 from typing import Any
 
-from flight.link.crazyflie.reports import State
+from flight.exports.scripts.flying.supervisor import State
 from flight.link.crazyflie.vehicle import EBUSY, Vehicle
 from flight.link.link import LinkLost
 

@@ -13,9 +13,10 @@ from queue import SimpleQueue
 from typing import Any
 
 from flight.exports.crazyflies.memory import Entry
+from flight.exports.scripts.flying.supervisor import State
 from flight.link.crazyflie import packets
 from flight.link.crazyflie.aim import LANDS, Aim
-from flight.link.crazyflie.reports import Reports, State
+from flight.link.crazyflie.reports import Reports
 from flight.link.link import Pose
 from verify.data import MissingEngine
 

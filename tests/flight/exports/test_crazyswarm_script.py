@@ -320,7 +320,7 @@ def test_a_robot_without_positions_lands_the_team_which_does_not_hold_then(world
 
     once(world, "startTrajectory", lose)
     assert script.main(ACCEPTED) == 1
-    assert "no position from quad0 for 0.2 s" in capsys.readouterr().out
+    assert "quad0 was not seen for 0.2 s" in capsys.readouterr().out
     after = world.told[world.told.index(("all", "startTrajectory")) :]
     assert ("quad1", "goTo") not in after
     assert all(("land" in world.commands(name)) for name in world.robots)

@@ -11,12 +11,13 @@ import pytest
 from ruamel.yaml import YAML
 
 import flight
-from flight.exports.crazyflies.compressed import compressed_bytes, compressed_trajectory
+from flight.exports.crazyflies.compressed import compressed_bytes
 from flight.exports.crazyflies.crazyflie import write_entry
-from flight.exports.crazyflies.memory import MEMORY, Entry, poly4d_bytes, poly4d_trajectory, side_by_side
+from flight.exports.crazyflies.memory import MEMORY, Entry, poly4d_bytes, side_by_side
 from flight.exports.px4 import to_ned
 from tests.helpers.stand_ins import flight as made_flight
 from tests.helpers.stand_ins import hoop6, hover, rest_to_rest, stand_in
+from tests.helpers.trajectory_bytes import compressed_trajectory, poly4d_trajectory
 from verify.data import BadInput, DoesNotFit, Trajectory
 from verify.data.files.trajectory_csv import read_csv
 

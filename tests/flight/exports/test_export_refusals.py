@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 import flight
-from flight.exports.crazyflies.compressed import COMPRESSED, compressed_bytes, compressed_trajectory
+from flight.exports.crazyflies.compressed import COMPRESSED, compressed_bytes
 from tests.helpers.stand_ins import Claim, hoop6, hover, rest_to_rest, stand_in
 from tests.helpers.stand_ins import flight as made_flight
+from tests.helpers.trajectory_bytes import compressed_trajectory
 from verify.data import BadInput, DoesNotFit, NotCertified, Trajectory, load_vehicle
 
 
