@@ -100,7 +100,14 @@ def share_places(plan: Plan, spacing: Spacing) -> bool:
 
 
 def placed(plan: Plan, spacing: Spacing, *, nearest: bool, parted: bool = False) -> Plan:
-    """Return the plan with ends apart, and where robots meet, or are to be `parted`, visits at places beside each other."""
+    """Return the plan with ends apart, and where robots meet, or are to be `parted`, visits at places beside each other.
+
+    Args:
+        plan: As it was planned.
+        spacing: What robots keep.
+        nearest: Whether places are as near as can be to the middles of regions.
+        parted: Whether robots that do not meet also get places of their own.
+    """
     mission, distance = plan.mission, spacing.distance + HOVERING
     waits = parted or len(plan.meetings) > 0
     if mission.written.counts or (waits and mission.spec.formula):  # of laps, without a formula here, places are chosen

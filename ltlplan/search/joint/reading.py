@@ -204,7 +204,13 @@ class JointReading(SequentialReading[Progress]):
         return None if rest == UNREACHABLE else _Shown(states, rest, missing, reduce(or_, masks, 0))
 
     def hand_over(self, progress: Progress, rest: float, missing: int, /) -> int:
-        """Return the progress, by number, when a robot has landed and the next one has not begun; `DEAD` where some order is lost."""
+        """Return the progress, by number, when a robot has landed and the next one has not begun; `DEAD` where some order is lost.
+
+        Args:
+            progress: When the robot has landed.
+            rest: The lower bound on what is left.
+            missing: What must still be shown, as bits.
+        """
         robot, states, own, held, elements, before = progress
         done = tuple(tuple(sorted((*those, element))) for those, element in zip(before, elements, strict=True))
         if not all(self._is_kept(i, numbers, self._waiting[robot], finished=False) for i, numbers in enumerate(done)):
