@@ -105,7 +105,7 @@ def placed(plan: Plan, spacing: Spacing, *, nearest: bool, parted: bool = False)
     Args:
         plan: As it was planned.
         spacing: What robots keep.
-        nearest: Whether places are as near as can be to the middles of regions.
+        nearest: Whether robots exchange those places so that the squares of their ways there are least in all.
         parted: Whether robots that do not meet also get places of their own.
     """
     mission, distance = plan.mission, spacing.distance + HOVERING
