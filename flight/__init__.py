@@ -13,13 +13,13 @@ from verify.data.loading import loaded_at_first_use
 
 TYPE_CHECKING = False  # type checkers take it for True
 if TYPE_CHECKING:
-    from flight.campaigns import Campaign, Share, campaign
+    from flight.campaigns import Campaign, Proportion, campaign
     from flight.comparison import Comparison, compare
     from flight.conditions import Conditions, conditions_of
     from flight.control.controller import Controller
     from flight.exports import Exported, ExportTarget, Product, Request, export, formats, quantised, upload, with_hovers
     from flight.flights import fly
-    from flight.logs.import_options import Told
+    from flight.logs.import_options import RecordingOptions
     from flight.logs.importers import read_flown, read_recording
     from flight.logs.log import Event, FlightLog
     from flight.logs.recordings import Recording
@@ -48,11 +48,11 @@ __all__ = [
     "Monitor",
     "MotionCapture",
     "Product",
+    "Proportion",
     "Recording",
+    "RecordingOptions",
     "Rehearsal",
     "Request",
-    "Share",
-    "Told",
     "Wind",
     "airframe_of",
     "campaign",
@@ -76,7 +76,7 @@ if not TYPE_CHECKING:  # which know all names from above, so that a misspelt one
     __getattr__, __dir__ = loaded_at_first_use(
         __name__,
         {
-            "flight.campaigns": ("Campaign", "Share", "campaign"),
+            "flight.campaigns": ("Campaign", "Proportion", "campaign"),
             "flight.comparison": ("Comparison", "compare"),
             "flight.conditions": ("Conditions", "conditions_of"),
             "flight.control.controller": ("Controller",),
@@ -96,7 +96,7 @@ if not TYPE_CHECKING:  # which know all names from above, so that a misspelt one
             "flight.logs.importers": ("read_flown", "read_recording"),
             "flight.logs.recordings": ("Recording",),
             "flight.logs.tables": ("read_log", "write_log"),
-            "flight.logs.import_options": ("Told",),
+            "flight.logs.import_options": ("RecordingOptions",),
             "flight.model.airframe": ("Airframe", "airframe_of", "shipped_airframes"),
             "flight.model.disturbances": ("Wind",),
             "flight.model.plant": ("AirframeModel",),
@@ -105,4 +105,6 @@ if not TYPE_CHECKING:  # which know all names from above, so that a misspelt one
             "flight.rehearsal.combinations": ("Combinations", "rehearse"),
             "flight.rehearsal.table": ("Cell", "Rehearsal"),
         },
+        Share="Proportion",
+        Told="RecordingOptions",
     )

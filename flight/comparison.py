@@ -22,7 +22,7 @@ from flight.monitoring.tube import TubeVerdict, relative_acceleration
 from verify.certificate import Certificate
 from verify.data import BadInput, Letter, Mission, NotCertified, Plan, Trajectory, check_trajectories
 from verify.recordings.flight_log import Samples
-from verify.recordings.flight_reference import Asked
+from verify.recordings.flight_reference import FlightReference
 from verify.recordings.flight_verdict import FlightVerdict, check_flight
 
 LONGEST_GAP = 1.0
@@ -125,7 +125,7 @@ def compare(
     _require_sense(log.times - shift, shortest, longest)
     judged = None
     if team is not None:
-        asked = Asked.of_certificate(cert, team, plan)
+        asked = FlightReference.of_certificate(cert, team, plan)
         judged = _judged(samples, asked, measurement=measurement, max_speed=max_speed, begins=begins)
         shift = shift if judged.alignment.fitted is None else judged.alignment.fitted
     times = log.times - shift
@@ -176,7 +176,7 @@ def _internal(log: FlightLog | Recording) -> dict[str, list[Letter]] | None:
 
 
 def _judged(
-    samples: Samples, asked: Asked, *, measurement: float, max_speed: float | None, begins: tuple[float, float] | None
+    samples: Samples, asked: FlightReference, *, measurement: float, max_speed: float | None, begins: tuple[float, float] | None
 ) -> FlightVerdict:
     """Let the checker judge the flight."""
     mission = asked.mission

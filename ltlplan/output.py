@@ -173,7 +173,7 @@ def make_export(
     vehicle: str | None = None,
     robots: Collection[str] | None = None,
     options: Mapping[str, Any] | None = None,  # of any type that the target reads
-    anyway: bool = False,
+    force: bool = False,
     named: Callable[[Collection[str]], object] | None = None,
     progress: Progress | None = None,
 ) -> Export:
@@ -190,7 +190,7 @@ def make_export(
         vehicle: Name of the airframe that will fly, where it is to be held against the certificate's.
         robots: Names of those that are written, where others of the team fly from another export; None for all.
         options: As the target's `options` say.
-        anyway: Fly nothing, and write with a warning in every file that has room for words.
+        force: Fly nothing, and write with a warning in every file that has room for words.
         named: Told the names of all files before anything is proved, where they are known by then, and again before the flight is flown;
             what it raises ends the work.
         progress: Told a sentence and the share done, 0 to 1.
@@ -212,7 +212,7 @@ def make_export(
     say("proving the folder's certificate again", 0.0)
     certificate = recheck(Path(folder))
     plan, given = read_folder(Path(folder))
-    if not anyway:
+    if not force:
         require_controllers(target, plan.mission, robots or given)
     if target.prepare is not None:
         say("fitting the paths to the format", 0.4)
@@ -222,14 +222,14 @@ def make_export(
         say("proving the paths as they are written", 0.6)
         certificate = certify(plan, team, margin=certificate.margin, clock_error=certificate.clock_error)
     say("writing files", 0.7)
-    product = make_product(team, certificate, target, vehicle=vehicle, robots=robots, anyway=anyway, **(options or {}))
+    product = make_product(team, certificate, target, vehicle=vehicle, robots=robots, force=force, **(options or {}))
     files = dict(product.files)
     if anew:
         texts = {**_plan_texts(plan, team), PROOF: certificate.to_json()}
         files |= {name: text.encode() for name, text in texts.items()}
     if named is not None:
         named(files)
-    if not anyway:
+    if not force:
         conditions = conditions_of(plan.mission)
         log = fly(plan, team, certificate, seed=plan.seed, conditions=conditions, progress=part_of(say, 0.75, 1.0))
         require_flight(log, certificate, plan.mission, robots or team, target)

@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING
 from verify.data.progress import Progress, silent
 
 if TYPE_CHECKING:
-    from flight import Told
+    from flight import RecordingOptions
     from verify import FlightVerdict
     from verify.data import Mission
     from verify.recordings.flight_log import Samples
-    from verify.recordings.flight_reference import Asked
+    from verify.recordings.flight_reference import FlightReference
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,7 +32,7 @@ class Recorded:
     mission: str
     verdict: FlightVerdict
     samples: Samples
-    asked: Asked
+    asked: FlightReference
 
 
 # eight parameters: the two files, and what is known of the recording, each by its keyword
@@ -43,7 +43,7 @@ def judge_flight(
     max_speed: float | None = None,
     error: float = 0.0,
     start: float | None = None,
-    told: Told | None = None,
+    told: RecordingOptions | None = None,
     pauses: Sequence[float] = (),
     progress: Progress | None = None,
 ) -> Recorded:
@@ -63,12 +63,12 @@ def judge_flight(
         NotCertified: The folder's certificate is not proved any more, or a file was changed since.
         BadInput: A file is missing or unreadable, or the recording cannot be judged.
     """
-    from flight import Told
+    from flight import RecordingOptions
     from verify import check_flight
-    from verify.recordings.flight_reference import asked_of
+    from verify.recordings.flight_reference import load_reference
 
-    told = Told(start=start) if told is None else told
-    asked = asked_of(Path(source), pauses)
+    told = RecordingOptions(start=start) if told is None else told
+    asked = load_reference(Path(source), pauses)
     (progress or silent)("reading the recording", 0.0)
     if _shows_internal_states(recording):
         samples, begins = _our_log(recording, asked.mission, told)
@@ -83,14 +83,14 @@ _Begins = tuple[float, float] | None
 """From when to when a flight may have begun, s of the samples' clock; None where that is to be found."""
 
 
-def _our_log(recording: str | os.PathLike[str], mission: Mission, told: Told) -> tuple[Samples, _Begins]:
+def _our_log(recording: str | os.PathLike[str], mission: Mission, told: RecordingOptions) -> tuple[Samples, _Begins]:
     """Read a log of ours that shows internal states, 0 where the flight began."""
     from flight import read_log
     from verify.data import BadInput
     from verify.recordings.flight_log import load_flight_log, read_flight_log
 
     told.require_start_only(str(recording))
-    if told.called:
+    if told.rename:
         raise BadInput(
             f"{recording} is a log of ours, in which all is called as in the mission: nothing else may be told of it."
         )
@@ -103,7 +103,7 @@ def _our_log(recording: str | os.PathLike[str], mission: Mission, told: Told) ->
     return replace(samples, times=samples.times - zero, zero=zero), told.began or (0.0, 0.0)
 
 
-def _others(recording: str | os.PathLike[str], asked: Asked, told: Told) -> tuple[Samples, _Begins]:
+def _others(recording: str | os.PathLike[str], asked: FlightReference, told: RecordingOptions) -> tuple[Samples, _Begins]:
     """Read what others recorded, 0 where the flight began as far as that is told."""
     from flight import read_flown
     from flight.logs.placed import samples_of

@@ -121,7 +121,7 @@ class ExportTarget:
             as it is, any number of pieces.
         controllers: Names of the controllers that its vehicles run. Only a simulated flight by one of them opens an export. `profile`: the
             one that a vehicle's profile names, for formats that go with no vehicle in particular. Empty: none of them is modelled, so
-            that an export is written `anyway` or not at all.
+            that an export is written with `force` or not at all.
     """
 
     name: str

@@ -268,7 +268,7 @@ def _require_bodies(bodies: Sequence[str], robots: Sequence[str], source: str) -
             known = list(dict.fromkeys(bodies))
             raise BadInput(
                 f"{source} has no body '{robot}'.{did_you_mean(robot, known)} Bodies: {', '.join(known)[:200] or 'none'}. Say which it "
-                f"is: --called {robot}=NAME."
+                f"is: --rename {robot}=NAME."
             )
 
 

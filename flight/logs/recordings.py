@@ -31,7 +31,7 @@ TIME_NAMES = {
 }  # fmt: skip
 """Columns that hold the time, lower case, and the power of ten of their unit in s."""
 
-_BY_CALL = "--called, or `columns=` of `flight.read_recording`"
+_BY_CALL = "--rename, or `columns=` of `flight.read_recording`"
 """How a caller says what columns are called."""
 
 _STILL = 3

@@ -47,5 +47,5 @@ def require_seconds(times: Floats, duration: float) -> None:
     if step > max(duration, _SLOW) or (step > _SLOW and span > _LONG * duration):
         raise BadInput(
             f"samples are {step:g} s apart where the flight lasts {duration:.4g} s; are the times in ms or us? Name their column so "
-            "(--called time_ms=t)."
+            "(--rename time_ms=t)."
         )

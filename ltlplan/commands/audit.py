@@ -57,7 +57,7 @@ def command(
     columns: Annotated[
         bool, typer.Option(help="Judge take-off and landing that a show leaves to the autopilot; not of a show's excerpts.")
     ] = True,
-    own_limits: Annotated[
+    file_limits: Annotated[
         bool,
         typer.Option(
             help="Ask what a show's file asks itself (its validation settings, its geofence) where nothing else says it."
@@ -81,7 +81,7 @@ def command(
     limits = AuditLimits(
         vehicle=vehicle, workspace=None if workspace is None else workspace.split(","), separation=separation,
         separation_above=separation_above, speed=speed, acceleration=acceleration, yaw_rate=yaw_rate, min_height=min_height, margin=margin,
-        columns=columns, own_limits=own_limits,
+        columns=columns, file_limits=file_limits,
     )  # fmt: skip
     if report is not None:
         check_page(report)

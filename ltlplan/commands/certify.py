@@ -11,7 +11,7 @@ from ltlplan.commands.support.options import FolderArgument, JsonOption, MarginO
 from ltlplan.recording_options import told_of
 
 if TYPE_CHECKING:
-    from flight import Told
+    from flight import RecordingOptions
     from verify import Certificate
 
 
@@ -45,10 +45,10 @@ def command(
     start_error: Annotated[
         float, typer.Option("--start-error", min=0.0, help="With --flight: how far --start may be off, s.")
     ] = 0.0,
-    called: Annotated[
+    rename: Annotated[
         list[str] | None,
         typer.Option(
-            "--called",
+            "--rename",
             help="With --flight: what the recording calls a robot or a column: quad0=cf231, t='Frame time' (again for more).",
         ),
     ] = None,
@@ -79,7 +79,7 @@ def command(
 ) -> None:
     """Prove that the trajectories in a folder satisfy its mission and plan, and write certificate.json there."""
     if flight is not None:
-        told = told_of(start, start_error, called or (), axes, origin or ())
+        told = told_of(start, start_error, rename or (), axes, origin or ())
         _judge_recording(
             folder, flight, told, max_speed=max_speed, error=error, pauses=_seconds(pauses), report=report, as_json=json
         )
@@ -141,7 +141,7 @@ def _seconds(text: str | None) -> tuple[float, ...]:
 def _judge_recording(
     folder: Path,
     recording: Path,
-    told: Told,
+    told: RecordingOptions,
     *,
     max_speed: float | None,
     error: float,

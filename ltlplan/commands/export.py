@@ -46,9 +46,9 @@ def command(
         list[str] | None, typer.Option("--upload", help="crazyflie formats: ROBOT=URI, once a robot; send after writing.")
     ] = None,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="With --upload: write the exact bytes, send nothing.")] = False,
-    anyway: Annotated[
+    force: Annotated[
         bool,
-        typer.Option("--anyway", help="Write without a simulated flight that stayed in its tube, with a warning in the files."),
+        typer.Option("--force", help="Write without a simulated flight that stayed in its tube, with a warning in the files."),
     ] = False,
     part: Annotated[int, typer.Option("--part", min=1, help="With --upload: which part of a flight in parts.")] = 1,
     json: JsonOption = False,
@@ -56,7 +56,7 @@ def command(
     """Write the certified flight in a folder for a real vehicle, after proving its certificate again and flying it in simulation.
 
     It is flown by the controllers of the vehicles' profiles, in wind and noise, and must stay in its tube (exit code 5). Vehicles of the format must
-    run these controllers: PX4's is not modelled, so that px4 needs --anyway.
+    run these controllers: PX4's is not modelled, so that px4 needs --force.
 
     The compressed format rounds to whole millimetres: its path is fitted to that grid, certified as it is then, and
     written with a certificate of its own. So are flights of one piece for crazyswarm2, whose loader needs a second.
@@ -80,7 +80,7 @@ def command(
         options = {name: value for name, value in given.items() if value is not None}
         names = None if robots is None else [name.strip() for name in robots.split(",")]
         made = make_export(
-            folder, target, vehicle=vehicle, robots=names, options=options, anyway=anyway, progress=progress,
+            folder, target, vehicle=vehicle, robots=names, options=options, force=force, progress=progress,
             named=lambda files: check_folder(place, files),
         )  # fmt: skip
         written = write_folder(place, lambda fresh: put_files(made.files, fresh))

@@ -6,6 +6,8 @@ from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator
 
+from verify.data.former_names import former_names
+
 State = Literal["queued", "running", "done", "failed", "cancelled"]
 ENDED: frozenset[State] = frozenset({"done", "failed", "cancelled"})
 
@@ -233,8 +235,8 @@ class LiveEvent(Told):
     answer: str = ""
 
 
-class LiveTold(Told):
-    """What a flight was told just now.
+class EventsAccepted(Told):
+    """Events that the service has stored for a flight just now.
 
     Attributes:
         flight: The flight.
@@ -264,3 +266,6 @@ class FlightAnswered(Told):
         if not sentence.isprintable():
             raise ValueError("must be letters that can be shown")
         return sentence
+
+
+__getattr__ = former_names(__name__, LiveTold="EventsAccepted")

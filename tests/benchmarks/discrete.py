@@ -203,7 +203,7 @@ def test_robots_that_interact() -> None:
             found = "cheapest" if plan.complete else f"within {gap:.1%} of the cheapest"
             print(f"  {robots:3} robots {seconds:7.3f} s  {plan.cost:7.3f} m, {found}, {plan.tried} tried{more}")
             words = {name: robot.word for name, robot in plan.robots.items()}
-            assert check_team(mission.formula, words, reading="joint").sequential
+            assert check_team(mission.formula, words, team="joint").sequential
 
 
 def test_a_budget_that_ends_the_search() -> None:
@@ -218,7 +218,7 @@ def test_a_budget_that_ends_the_search() -> None:
         seconds = time.process_time() - start
         print(f"  {states:9,} states {seconds:6.2f} s  {plan.cost:.3f} m, at least {plan.lower_bound:.3f} m{more}")
         words = {name: robot.word for name, robot in plan.robots.items()}
-        assert check_team(mission.formula, words, reading="joint").sequential
+        assert check_team(mission.formula, words, team="joint").sequential
         assert plan.lower_bound is not None
         assert plan.lower_bound <= plan.cost
 

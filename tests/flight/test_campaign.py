@@ -138,7 +138,7 @@ def test_without_a_certificate_nothing_is_said_of_tubes(made):
 @pytest.mark.parametrize(("count", "of", "low", "high"), [(0, 10, 0.0, 0.3085), (10, 10, 0.6915, 1.0), (7, 10, 0.3475, 0.9333)])
 def test_confidence_intervals_are_clopper_and_pearsons(count, of, low, high):
     """Against the table values of exact binomial limits."""
-    share = flight.Share.make(np.arange(of) < count)
+    share = flight.Proportion.make(np.arange(of) < count)
     assert (share.low, share.high) == (pytest.approx(low, abs=1e-4), pytest.approx(high, abs=1e-4))
 
 

@@ -18,7 +18,7 @@ def planned(case: str) -> tuple[Mission, Assignment]:
     plan = assign(mission)
     words = {name: robot.word for name, robot in plan.robots.items()}
     laps = mission.spec.trace == "infinite"  # what they show depends on their times: the certificate says it
-    assert laps or plan.meetings or check_team(mission.formula, words, reading=mission.spec.team).sequential
+    assert laps or plan.meetings or check_team(mission.formula, words, team=mission.spec.team).sequential
     return mission, plan
 
 

@@ -166,7 +166,7 @@ def test_robots_that_are_near_each_other_only_over_the_seam_are_refused(error: f
 def test_the_compressed_format_keeps_no_laps_together(flown, tmp_path):
     made, team = flown
     with pytest.raises(DoesNotFit, match="begin together"):
-        export(team, certify(made, team), tmp_path, format="crazyflie-compressed", anyway=True)
+        export(team, certify(made, team), tmp_path, format="crazyflie-compressed", force=True)
 
 
 def test_where_laps_begin_is_found_in_files_too(flown, tmp_path):

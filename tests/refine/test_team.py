@@ -193,7 +193,7 @@ def test_every_flight_has_two_pieces_at_least(tmp_path: Path) -> None:
     np.testing.assert_array_equal(team["hop"].coefficients[1, :, 1:], 0.0)
     certificate = verify.judge(plan, team, largest=False)
     assert [claim.sentence for claim in certificate.claims if claim.outcome != "holds"] == []
-    folder = flight.export(team, certificate, tmp_path / "out", anyway=True).folder
+    folder = flight.export(team, certificate, tmp_path / "out", force=True).folder
     assert all(len((folder / f"{name}.csv").read_text().splitlines()) == 3 for name in team)
     assert not any("second piece" in file.read_text() for file in folder.rglob("*.*"))
 

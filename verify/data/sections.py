@@ -10,7 +10,7 @@ import math
 from collections.abc import Collection, Iterable, Sequence
 from typing import Annotated, Literal
 
-from pydantic import ConfigDict, Discriminator, Field, Tag, model_validator
+from pydantic import AfterValidator, ConfigDict, Discriminator, Field, Tag, model_validator
 
 from verify.data.shapes.inequalities import Point
 from verify.data.value import Value
@@ -199,6 +199,10 @@ class Box(Value):
         return all(low <= x <= high for low, x, high in zip(self.min, point, self.max, strict=True))
 
 
+Objective = Annotated[Literal["sum", "longest", "max"], AfterValidator(lambda given: "longest" if given == "max" else given)]
+"""`max` is read as `longest`, its name in files of format 1."""
+
+
 class Planner(Value):
     """How to plan."""
 
@@ -206,7 +210,9 @@ class Planner(Value):
         default="exact",
         description="how robots and words are chosen: `exact`, `mtac-e`, `online-mtac-e`, or by another package",
     )
-    objective: Literal["sum", "longest"] = Field(default="sum", description="sum of the robots' costs, or the dearest robot's")
+    objective: Objective = Field(
+        default="sum", description="sum of the robots' costs, or the highest of them (`max`, or `longest`)"
+    )
     cost: Costs = Field(
         default_factory=lambda: {"length": 1.0},
         description="weights of `length`, `effort`, `time`, `snap`, `energy`, or of terms that other packages bring",

@@ -17,7 +17,7 @@ from verify.data.errors import BadInput
 from verify.model_checking.inclusion import DEFAULT_BUDGET
 from verify.recordings.alignment import Alignment
 from verify.recordings.flight_log import Samples
-from verify.recordings.flight_reference import Asked
+from verify.recordings.flight_reference import FlightReference
 from verify.recordings.geometric_claims import TELLS
 from verify.recordings.measurement import LARGEST, require_error, require_speed, with_rounding
 from verify.recordings.reachable_sets import Bounds
@@ -80,7 +80,7 @@ class FlightVerdict:
 # seven parameters: what was measured, what was asked, and how well it is known, each of that by its keyword
 def check_flight(
     samples: Samples,
-    asked: Asked,
+    asked: FlightReference,
     *,
     max_speed: float | None = None,
     max_acceleration: float | None = None,
@@ -104,10 +104,10 @@ def check_flight(
         BadInput: No speed bound, samples further apart than it allows, arrays that do not fit, or a formula that names internal
             propositions which neither the recording nor a plan shows.
     """
-    for value, kind in ((samples, Samples), (asked, Asked)):
+    for value, kind in ((samples, Samples), (asked, FlightReference)):
         if not isinstance(value, kind):  # pyright: ignore[reportUnnecessaryIsInstance]  # callers without types
             raise BadInput(
-                f"Give {kind.__name__}, not {type(value).__name__}: see `verify.load_flight_log` and `verify.asked_of`."
+                f"Give {kind.__name__}, not {type(value).__name__}: see `verify.load_flight_log` and `verify.load_reference`."
             )
     samples, asked = samples.checked(), asked.checked()
     speed = require_speed(max_speed)
@@ -156,7 +156,7 @@ def _is_number(value: object) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 
-def _require_fit(samples: Samples, asked: Asked) -> None:
+def _require_fit(samples: Samples, asked: FlightReference) -> None:
     times, agents = samples.times, asked.mission.agents
     if times.ndim != 1 or len(times) == 0 or not np.all(np.abs(times) <= LARGEST) or np.any(np.diff(times) <= 0):
         raise BadInput("times must be finite and increase, with at least one sample.")

@@ -15,7 +15,7 @@ from verify.data.plan import RobotPlan
 from verify.recordings.actions import Action, action_claim, internal_changes, logged_actions, planned_actions, unplanned
 from verify.recordings.alignment import Alignment, fitted, given, with_the_recording
 from verify.recordings.flight_log import Samples
-from verify.recordings.flight_reference import Asked, World
+from verify.recordings.flight_reference import FlightReference, World
 from verify.recordings.geometric_claims import obstacle_claim, recorded_claim, rim_claim, separation_claims, workspace_claim
 from verify.recordings.measurement import unseen_sentence
 from verify.recordings.planned_paths import PlannedPath, planned_paths
@@ -48,7 +48,9 @@ class RecordedFlight:
         aloft: The same, with how it climbed to the others that were in the air.
     """
 
-    def __init__(self, samples: Samples, asked: Asked, bounds: Bounds, start: tuple[float, float] | None, budget: int) -> None:
+    def __init__(
+        self, samples: Samples, asked: FlightReference, bounds: Bounds, start: tuple[float, float] | None, budget: int
+    ) -> None:
         """Align a recording with what is asked, and bound where robots can have been.
 
         Args:

@@ -11,7 +11,7 @@ from ltlplan.service.api.answers import LiveAnswers, LiveBegin, LiveEnd
 from ltlplan.service.api.request_parsing import JSON, read_json, read_text, service_of
 from ltlplan.service.api.schema import json_body, problems
 from ltlplan.service.event_inbox.names import FLIGHT, NAME
-from ltlplan.service.models import LiveEvent, LiveFlight, LiveTold
+from ltlplan.service.models import EventsAccepted, LiveEvent, LiveFlight
 
 router = APIRouter(prefix="/api/live", tags=["live"])
 
@@ -52,7 +52,7 @@ async def begin_flight(request: Request, name: Name) -> Response:
 
 @router.post(
     "/{name}/events",
-    response_model=LiveTold,
+    response_model=EventsAccepted,
     status_code=201,
     responses={201: {"description": "They are kept, and the flight hears them."}, **problems(404, 409, 507, body=True)},
     openapi_extra={

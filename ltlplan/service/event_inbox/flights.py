@@ -21,7 +21,7 @@ from ltlplan.online.event_sources.lines import event_told, meant
 from ltlplan.service.event_inbox.event_store import Book, Entry
 from ltlplan.service.job_queue.results import RESERVE
 from ltlplan.service.job_queue.store import NoRoom
-from ltlplan.service.models import FlightAnswered, LiveEvent, LiveFlight, LiveTold
+from ltlplan.service.models import EventsAccepted, FlightAnswered, LiveEvent, LiveFlight
 from ltlplan.service.problems import Busy, Conflict, NotFound, TooManyRequests
 from verify.data import BadInput
 from verify.data.errors import did_you_mean
@@ -130,7 +130,7 @@ class LiveFlights:
         await asyncio.to_thread(lambda: self._book.begin(name, flight, mission, keep=2 * self._limits.live_flights))
         return self._sign_of_life(await self._entry(name)), True
 
-    async def tell(self, name: str, text: str, who: str) -> LiveTold:
+    async def tell(self, name: str, text: str, who: str) -> EventsAccepted:
         """Tell a flight events, all or none: when this returns, they are on the disk.
 
         Args:
@@ -149,7 +149,7 @@ class LiveFlights:
         async with self._one:
             made = await self._tell(name, lines, who)
         self._wake()
-        return LiveTold(flight=await self.flight(name), events=tuple(made))
+        return EventsAccepted(flight=await self.flight(name), events=tuple(made))
 
     async def _tell(self, name: str, lines: list[str], who: str) -> list[LiveEvent]:
         entry = await self._entry(name)

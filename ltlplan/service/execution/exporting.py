@@ -74,7 +74,7 @@ def export_archive(value: bytes, progress: Progress) -> tuple[str, bytes]:
                 vehicle=asked.vehicle,
                 robots=asked.robots,
                 options=asked.options or {},
-                anyway=asked.anyway,
+                force=asked.anyway,
                 progress=progress,
             )
             return f"{asked.target}.zip", zipped(made.files)

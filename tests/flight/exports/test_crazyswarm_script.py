@@ -17,7 +17,7 @@ from tests.helpers.crazyswarm_peer import Robot, World
 from tests.helpers.flights import legs, plan_of, small_mission
 from verify import certify, check_flight, load_flight_log
 from verify.data.plan import Visit
-from verify.recordings.flight_reference import Asked
+from verify.recordings.flight_reference import FlightReference
 
 BALL = "a: {center: [1.5, 0.0, 0.6], radii: [0.2, 0.2, 0.2]}"
 
@@ -98,12 +98,12 @@ def test_what_it_writes_is_judged_to_be_the_flight_and_older_ones_stay(script_in
     assert script.main(ACCEPTED) == 0
     assert (mine / "live.csv").read_text() == "older"
     samples = load_flight_log(script.FOLDER / "flown-002" / "live.csv", mission)
-    verdict = check_flight(samples, Asked.of_certificate(cert, team, plan), start=0.0, error=1e-6, max_speed=1.2)
+    verdict = check_flight(samples, FlightReference.of_certificate(cert, team, plan), start=0.0, error=1e-6, max_speed=1.2)
     assert verdict.outcome == "holds", verdict.sentence
 
 
 def test_where_crazyswarm2_is_not_one_sentence_says_so(certified, tmp_path, monkeypatch, capsys) -> None:
-    flight.export(*certified, tmp_path, anyway=True)
+    flight.export(*certified, tmp_path, force=True)
     monkeypatch.setitem(sys.modules, "crazyflie_py", None)
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.setattr(sys, "argv", ["fly_mission.py"])

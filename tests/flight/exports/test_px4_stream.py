@@ -32,7 +32,7 @@ def exported(tmp_path_factory):
         for name, path in team.items()
     }
     folder = tmp_path_factory.mktemp("px4")
-    flight.export(short, stand_in(plan, short), folder, format="px4", rate=RATE, anyway=True)
+    flight.export(short, stand_in(plan, short), folder, format="px4", rate=RATE, force=True)
     return folder, short
 
 

@@ -141,7 +141,7 @@ def test_what_is_a_guess_is_said_of_every_flight_and_in_every_note(tmp_path):
     plan, team = brushless()
     guess = "drag of 'crazyflie-brushless' is a guess"
     assert any(guess in note for note in flight.fly(plan, team).notes)
-    flight.export(team, certify(plan, team), tmp_path, format="ros2", anyway=True)
+    flight.export(team, certify(plan, team), tmp_path, format="ros2", force=True)
     assert guess in (tmp_path / "README.txt").read_text()
 
 

@@ -197,7 +197,7 @@ def test_px4_is_written_anyway_only_as_its_controller_is_not_modelled(folder: Pa
     assert "the controller of its vehicles is not modelled" in str(refused.exception)
     assert not out.exists()
     assert "not rehearsed with this vehicle's controller" in ok(
-        "export", str(folder), "--format", "px4", "--anyway", "--out", str(out)
+        "export", str(folder), "--format", "px4", "--force", "--out", str(out)
     )
     for name in ("README.txt", "flight.json", "stream_setpoints.py", "flying/px4.py"):
         assert "not rehearsed with this vehicle's controller" in (out / name).read_text(), name

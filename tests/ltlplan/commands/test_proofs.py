@@ -139,7 +139,7 @@ def test_what_an_export_certifies_anew_keeps_margin_and_clock_error(tmp_path: Pa
     assert "r0, flown by 'mellinger', strayed" in str(refused.exception)
     assert not (tmp_path / "export").exists()
     assert "not rehearsed with this vehicle's controller" in ok(
-        "export", str(out), "--format", form, "--anyway", "--out", str(tmp_path / "export")
+        "export", str(out), "--format", form, "--force", "--out", str(tmp_path / "export")
     )
     made = recheck(tmp_path / "export")
     assert (made.margin, made.clock_error) == (0.01, 0.05)

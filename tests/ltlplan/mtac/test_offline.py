@@ -132,7 +132,7 @@ def test_the_dearest_robot_can_be_what_counts():
 def test_joint_missions_are_flown_one_robot_at_a_time():
     mission = small("F a & F b & G !(a & b)", regions=ROW, agents=[(-2.0, -1.0, 1.0), (0.0, -1.0, 1.0)], team="joint")
     plan = planned(mission)
-    assert check_team(mission.formula, plan.words, reading="joint").sequential
+    assert check_team(mission.formula, plan.words, team="joint").sequential
 
 
 def test_a_robot_that_starts_inside_a_region_starts_with_a_visit():

@@ -69,7 +69,7 @@ def test_a_team_s_words_hold_in_every_order_at_no_less_than_the_exact_cost(regio
     assert found is not None
     assert exact.cost - 1e-6 <= by_straight_lines(mission, found) <= 1.05 * exact.cost
     words = {name: path.plan.word for name, path in found.paths.items()}
-    assert check_team(mission.formula, words, reading=team).sequential
+    assert check_team(mission.formula, words, team=team).sequential
 
 
 @pytest.mark.slow

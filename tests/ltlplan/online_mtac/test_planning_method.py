@@ -97,7 +97,7 @@ def test_a_team_that_must_hold_two_places_at_once_is_planned_online():
     mission = ltlplan.load_mission("firefighting")
     asked = by_online(mission, formula="F(loc1 & water)", team="joint")
     made = ltlplan.plan(asked, seed=0)
-    assert check_team(asked.formula, made.words, reading="joint").sequential
+    assert check_team(asked.formula, made.words, team="joint").sequential
 
 
 def test_what_the_method_cannot_do_is_refused_in_words(firefighting: Mission):

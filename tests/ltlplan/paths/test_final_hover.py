@@ -66,7 +66,7 @@ def test_a_lasso_that_hovers_after_its_last_hoop_goes_all_the_way(formula: str, 
     stays = plan.word.cycle[0]
     for name, region in result.mission.all_regions.items():
         assert (float(region.level(lap[0])) <= 1.0) == (name in stays)
-    assert export(result.team, result.certificate, tmp_path / "exported", format="crazyswarm2", anyway=True)
+    assert export(result.team, result.certificate, tmp_path / "exported", format="crazyswarm2", force=True)
 
 
 @pytest.mark.parametrize("trace", ["finite", "infinite"])

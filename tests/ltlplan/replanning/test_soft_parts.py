@@ -51,7 +51,7 @@ def assert_best(mission: Mission) -> None:
     assert sum(soft[i].weight for i in kept) == best[0]
     straight = assign(made.mission.asking(made.mission.spec.formula)).cost if not kept else costs[kept]
     assert straight == pytest.approx(-best[1])
-    assert verify.check_team(mission.formula, made.words, reading=mission.spec.team).sequential
+    assert verify.check_team(mission.formula, made.words, team=mission.spec.team).sequential
 
 
 @pytest.mark.parametrize(("formula", "robots"), [("F a", 1), ("F b & (!c U a)", 1), ("F(a | b)", 2)])

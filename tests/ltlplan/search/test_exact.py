@@ -36,7 +36,7 @@ def assert_sound(mission: Mission, plan: Assignment) -> None:
         assert check_word(mission.formula, robot.word)
     else:
         words = {name: robot.word for name, robot in plan.robots.items()}
-        assert check_team(mission.formula, words, reading=mission.spec.team).sequential
+        assert check_team(mission.formula, words, team=mission.spec.team).sequential
     costs = [robot.cost for robot in plan.robots.values()]
     assert plan.cost == pytest.approx(max(costs) if mission.planner.objective == "longest" else sum(costs))
 

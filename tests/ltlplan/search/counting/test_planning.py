@@ -189,7 +189,7 @@ def test_with_counts_too_the_dearest_robot_may_be_what_counts():
     assert longest.complete
     assert longest.cost == max(robot.cost for robot in longest.robots.values()) == pytest.approx(4.5)
     words = {name: robot.word for name, robot in longest.robots.items()}
-    assert check_team(written_out(parse_formula(formula), NAMES), words, reading="joint").sequential
+    assert check_team(written_out(parse_formula(formula), NAMES), words, team="joint").sequential
 
 
 def test_where_nobody_has_anything_to_fly_for_the_dearest_robot_costs_nothing():

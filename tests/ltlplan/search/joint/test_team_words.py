@@ -42,7 +42,7 @@ def test_joint_plans_against_brute_force(formula: Formula) -> None:
         for name in mission.agents
     }
     possible = any(
-        check_team(mission.formula, dict(zip(mission.agents, choice, strict=True)), reading="joint").sequential
+        check_team(mission.formula, dict(zip(mission.agents, choice, strict=True)), team="joint").sequential
         for choice in itertools.product(*words.values())
     )
     try:
@@ -52,7 +52,7 @@ def test_joint_plans_against_brute_force(formula: Formula) -> None:
         return
     except TooLarge:
         return
-    assert check_team(mission.formula, {n: r.word for n, r in plan.robots.items()}, reading="joint").sequential
+    assert check_team(mission.formula, {n: r.word for n, r in plan.robots.items()}, team="joint").sequential
 
 
 @pytest.mark.parametrize(
@@ -71,7 +71,7 @@ def test_the_dearest_robot_of_a_joint_team_against_brute_force(formula: str) -> 
     kept = [
         max(one[0], two[0])
         for one, two in itertools.product(*options)
-        if check_team(mission.formula, {"quad0": one[1], "quad1": two[1]}, reading="joint").sequential
+        if check_team(mission.formula, {"quad0": one[1], "quad1": two[1]}, team="joint").sequential
     ]
     plan = assign(mission)
     if not kept:
@@ -113,7 +113,7 @@ def test_eight_robots_that_watch_each_other() -> None:
     mission = world(text, regions=GOALS, robots=8, starts=HOMES, team="joint")
     plan = assign(mission)
     assert plan.complete
-    assert check_team(mission.formula, {n: r.word for n, r in plan.robots.items()}, reading="joint").sequential
+    assert check_team(mission.formula, {n: r.word for n, r in plan.robots.items()}, team="joint").sequential
     alone = assign(world(text.replace(" & F(p3 & p5)", ""), regions=GOALS, robots=8, starts=HOMES, team="joint"))
     assert alone.cost <= plan.cost + 1e-9  # less is asked
 
@@ -132,7 +132,7 @@ def test_a_budget_leaves_a_plan_and_a_bound(team: TeamReading, robots: int, rest
     assert best.complete
     for states in budgets:
         plan = assign(mission, budget=Budget(states=states))
-        assert check_team(mission.formula, {n: r.word for n, r in plan.robots.items()}, reading=team).sequential
+        assert check_team(mission.formula, {n: r.word for n, r in plan.robots.items()}, team=team).sequential
         assert not plan.complete
         assert plan.lower_bound is not None
         assert 0.5 * best.cost < plan.lower_bound <= best.cost + 1e-9
@@ -152,7 +152,7 @@ def test_joint_plans_of_any_graphs(each: list[TransitionSystem], formula: Formul
         (
             sum(cost for cost, _ in choice)
             for choice in itertools.product(*words)
-            if check_team(formula, {f"r{i}": word for i, (_, word) in enumerate(choice)}, reading="joint").sequential
+            if check_team(formula, {f"r{i}": word for i, (_, word) in enumerate(choice)}, team="joint").sequential
         ),
         default=math.inf,
     )
@@ -163,7 +163,7 @@ def test_joint_plans_of_any_graphs(each: list[TransitionSystem], formula: Formul
     assert found.run.cost <= best + 1e-6
     paths = found.run.paths
     shown = {f"r{i}": Word(tuple(each[i].labels[node] for node in path)).compressed() for i, path in enumerate(paths)}
-    assert check_team(formula, shown, reading="joint").sequential
+    assert check_team(formula, shown, team="joint").sequential
     if all(len(path) <= 3 for path in paths):
         assert found.run.cost == pytest.approx(best, abs=1e-6)
 
