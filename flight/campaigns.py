@@ -67,7 +67,7 @@ class Proportion:
 
 @dataclass(frozen=True, eq=False)
 class Campaign:
-    """What a campaign found. Arrays are read-only, one entry a run.
+    """Results of a campaign. Arrays are read-only, one entry a run.
 
     Attributes:
         mission: The mission's name.
@@ -124,7 +124,7 @@ class Campaign:
 
     @property
     def sentences(self) -> tuple[str, ...]:
-        """What was found, a sentence each."""
+        """The results, a sentence each."""
         worst = int(np.argmax(self.worst_error))
         if not self.varied:
             return self._sentences_of_one()

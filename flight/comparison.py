@@ -61,12 +61,12 @@ class Comparison:
 
     @property
     def covered(self) -> bool:
-        """Whether the certificate covers this flight."""
+        """True if the certificate covers this flight."""
         return self.tube == "inside"
 
     @property
     def sentences(self) -> tuple[str, ...]:
-        """What can be said, a sentence each."""
+        """The results, a sentence each."""
         errors = tuple(
             f"{name}: worst {1000 * self.worst_error[name]:.1f} mm at {self.worst_time[name]:.2f} s, "
             f"RMS {1000 * self.rms_error[name]:.1f} mm, margin {1000 * self.margin:.1f} mm."
@@ -264,7 +264,7 @@ def _errors(
 
 
 def _require_sense(times: Floats, duration: float, longest: float) -> None:
-    """Refuse a log whose times cannot be this flight's in seconds."""
+    """Reject a log whose times cannot be this flight's in seconds."""
     span = float(times[-1] - times[0])
     if span > 50.0 * max(longest, 1.0):
         raise BadInput(

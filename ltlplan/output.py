@@ -1,4 +1,4 @@
-"""What a run, a flight, a campaign or a rehearsal writes into its folder, and under which names.
+"""Files of a run, a flight, a campaign or a rehearsal, and their names.
 
 `flight.storage.folders` puts it there whole or not at all.
 """
@@ -68,7 +68,7 @@ def write_run(result: Result, target: Path) -> tuple[Path, ...]:
 
 
 def _too_long(mission: Mission, name: str, path: Trajectory) -> bool:
-    """Tell whether a robot's memory, by the mission or as Crazyflies have it, cannot hold a flight or one of its parts."""
+    """Return whether a robot's memory, by the mission or as Crazyflies have it, cannot hold a flight or one of its parts."""
     from flight.exports.crazyflies.fits import held_at_once
 
     uploaded = (end - begin for begin, end in path.parts) if path.cuts else (len(path.flattened(mission.spec.repeat)),)
@@ -152,7 +152,7 @@ def _write(texts: Mapping[str, str], folder: Path) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Export:
-    """What a certified folder's flight becomes for a vehicle.
+    """Export of a certified folder's flight for a vehicle.
 
     Attributes:
         files: Contents by file name.
@@ -191,9 +191,9 @@ def make_export(
         robots: Names of those that are written, where others of the team fly from another export; None for all.
         options: As the target's `options` say.
         force: Fly nothing, and write with a warning in every file that has room for words.
-        named: Told the names of all files before anything is proved, where they are known by then, and again before the flight is flown;
+        named: Receives the names of all files before anything is proved, where they are known by then, and again before the flight is flown;
             what it raises ends the work.
-        progress: Told a sentence and the share done, 0 to 1.
+        progress: Receives a sentence and the share done, 0 to 1.
 
     Raises:
         LtlplanError: As `flight.export` and `verify.recheck`.

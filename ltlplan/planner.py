@@ -50,7 +50,7 @@ def make_plan(
         mission: What is asked.
         method: Who does what is decided by this function, or the one of this name; by default the mission's `planner.method`.
         seed: Source of every draw, instead of the mission's own `planner.seed`.
-        progress: Told a sentence and the share done, 0 to 1.
+        progress: Receives a sentence and the share done, 0 to 1.
         workers: Who improves robots' paths side by side; None does it here. The plan does not depend on it.
         known: What earlier searches and refinements found.
 

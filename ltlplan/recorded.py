@@ -57,7 +57,7 @@ def judge_flight(
         start: When the flight began on the recording's clock, s; None where it is to be found.
         told: More that the files do not say, `start` included.
         pauses: How long the team hovered between the parts of a flight in parts, s each.
-        progress: Told a sentence and the share done, 0 to 1.
+        progress: Receives a sentence and the share done, 0 to 1.
 
     Raises:
         NotCertified: The folder's certificate is not proved any more, or a file was changed since.

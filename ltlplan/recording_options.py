@@ -1,4 +1,4 @@
-"""What a person tells of a recording in words, on the command line or in a form: pairs such as `quad0=cf231`, one start or one a robot, origins."""
+"""Options of a recording as text, on the command line or in a form: pairs such as `quad0=cf231`, one start or one a robot, origins."""
 
 from __future__ import annotations
 

@@ -95,7 +95,7 @@ def to_starts(
         mission: What the team was certified for.
         team: Its trajectories.
         places: Where each robot stands, x, y and z in m.
-        progress: Told a sentence and the share done, 0 to 1.
+        progress: Receives a sentence and the share done, 0 to 1.
 
     Raises:
         BadInput: A robot has no place or stands where no flight can begin, or a trajectory does not begin at rest.
@@ -203,7 +203,7 @@ def to_ground(
         mission: What the team was certified for.
         team: Its trajectories; laps are flown as often as the mission repeats them.
         places: Where each robot stood, x, y and z in m. Landings below a robot's end are at the height of its own place.
-        progress: Told a sentence and the share done, 0 to 1.
+        progress: Receives a sentence and the share done, 0 to 1.
 
     Returns:
         One landing, or the way home and a landing there.

@@ -13,7 +13,7 @@ from verify.data.shapes.inequalities import Point
 
 @dataclass(frozen=True, slots=True)
 class Rest:
-    """Where and how one robot rests between laps.
+    """Position and heading of one robot's hover between cycles.
 
     Attributes:
         place: m.

@@ -36,7 +36,7 @@ def team_laps(plan: Plan, witnesses: tuple[Witness, ...], options: RefinementOpt
         plan: Who visits what, with where each robot's cycle begins.
         witnesses: What the judge refused so far.
         options: What the caller asked for.
-        tell: Told a sentence and a share of the work.
+        tell: Receives a sentence and a share of the work.
 
     Raises:
         BadInput: The plan's numbers do not fit each other.
@@ -87,7 +87,7 @@ def _with_own_places(plan: Plan, feedback: Feedback, *, nearest: bool) -> Plan:
 
 
 def _shared(plan: Plan) -> bool:
-    """Tell whether a robot visits a region in which another one rests between laps."""
+    """Return whether a robot visits a region in which another one rests between laps."""
     homes: dict[str, str] = {}
     for name, robot in plan.robots.items():
         if robot.cycle_waypoint is not None and (region := robot.waypoints[robot.cycle_waypoint].region) is not None:

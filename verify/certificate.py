@@ -42,7 +42,7 @@ class ActionInstant:
 
 @dataclass(frozen=True, eq=False)
 class Certificate:
-    """What was proved, and of what.
+    """Claims that were proved of a team's trajectories, with the mission that they are about.
 
     Attributes:
         mission: What was asked.
@@ -88,7 +88,7 @@ class Certificate:
 
     @property
     def holds(self) -> bool:
-        """Whether every claim is proved."""
+        """True if every claim is proved."""
         return bool(self.claims) and all(claim.outcome == "holds" for claim in self.claims)
 
     @property
@@ -97,7 +97,7 @@ class Certificate:
         return math.fsum(part.weight for part in self.soft if part.outcome == "holds")
 
     def covers(self, team: Mapping[str, Trajectory]) -> bool:
-        """Tell whether every claim is proved of exactly these trajectories, bit for bit."""
+        """Return whether every claim is proved of exactly these trajectories, bit for bit."""
         return self.holds and {name: trajectory.digest() for name, trajectory in team.items()} == self.trajectories
 
     def to_dict(self) -> dict[str, Any]:  # of any type: JSON nests

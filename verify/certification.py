@@ -145,7 +145,7 @@ def judge(
 
 
 def _check_plan(plan: Plan) -> None:
-    """Refuse a plan that names unknown regions, or whose cycles are not the mission's."""
+    """Reject a plan that names unknown regions, or whose cycles are not the mission's."""
     mission = plan.mission
     for name, robot in plan.robots.items():
         for index, visit in enumerate(robot.visits):
@@ -252,7 +252,7 @@ def _claims_of_paths(evidence: Evidence, found: _Readings, margin: Fraction, sep
 
 
 def _holds_at(evidence: Evidence, margin: Fraction, clock_error: Fraction) -> bool:
-    """Tell whether all claims that depend on the margin hold; those about words, which take longest, are asked last."""
+    """Return whether all claims that depend on the margin hold; those about words, which take longest, are asked last."""
     mission = evidence.plan.mission
     found = _read(evidence, margin)
     claims = itertools.chain(

@@ -34,7 +34,7 @@ KNOWN = 13
 
 @dataclass(frozen=True, slots=True)
 class Moment:
-    """What laws are told on board. Vehicles along the last axis.
+    """Inputs of the control laws on board. Vehicles along the last axis.
 
     Attributes:
         setpoint: What the commander asks for. Shape (SETPOINT, n).
@@ -52,7 +52,7 @@ class Laws(Protocol):
 
     @property
     def traceable(self) -> bool:
-        """Whether `thrusts` is made of sums, products, quotients, roots and extremes alone, so that it can be compiled."""
+        """True if `thrusts` is made of sums, products, quotients, roots and extremes alone, so that it can be compiled."""
         ...
 
     def at_first(self, setpoint: Floats) -> Floats:
@@ -98,7 +98,7 @@ class OnBoardController(Controller):
     """A controller whose loop runs on board, faster than commands from the ground are sent."""
 
     def begin(self, airframe: Airframe, flat: Floats) -> NoReturn:
-        """Refuse to command from the ground.
+        """Reject to command from the ground.
 
         Args:
             airframe: What it would fly.

@@ -74,7 +74,7 @@ class AtMost:
 
 
 def ends_in_flight(path: Trajectory) -> bool:
-    """Tell whether a robot still moves where its last lap ends.
+    """Return whether a robot still moves where its last lap ends.
 
     Args:
         path: Its flight.
@@ -123,7 +123,7 @@ def brakings(mission: Mission, name: str, path: Trajectory, join: Join) -> Itera
 
 
 def _may_begin(mission: Mission, name: str, flown: Trajectory) -> bool:
-    """Tell whether a mission in this world could begin where a flight ends."""
+    """Return whether a mission in this world could begin where a flight ends."""
     x, y, z = flown.evaluate(flown.duration)[:3].tolist()
     world = {key: getattr(mission, key) for key in ("workspace", "margin", "hoops", "regions")}
     return not any(misplaced((x, y, z), world, mission.vehicle_of(name)))

@@ -1,4 +1,4 @@
-"""What exports for live flights carry along: scripts as they stand in `scripts`, and `flight.json` with all numbers that they fly by."""
+"""Scripts and numbers bundled with exports for live flights: scripts from `scripts`, and `flight.json` with all numbers that they fly by."""
 
 from __future__ import annotations
 

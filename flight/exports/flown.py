@@ -23,7 +23,7 @@ WARNING = (
 
 
 def require_controllers(target: ExportTarget, mission: Mission, robots: Iterable[str]) -> None:
-    """Refuse a target whose vehicles do not run the controllers that the margins are meant for, so that no flight can stand for theirs.
+    """Reject a target whose vehicles do not run the controllers that the margins are meant for, so that no flight can stand for theirs.
 
     Args:
         target: The export target.
@@ -50,7 +50,7 @@ def require_controllers(target: ExportTarget, mission: Mission, robots: Iterable
 def require_flight(
     log: FlightLog | None, cert: Certificate, mission: Mission, robots: Iterable[str], target: ExportTarget
 ) -> None:
-    """Refuse a flight that is not of this certificate, by controllers that the target's vehicles run, inside its tube.
+    """Reject a flight that is not of this certificate, by controllers that the target's vehicles run, inside its tube.
 
     Args:
         log: A simulated flight; None where there is none.

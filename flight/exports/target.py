@@ -1,4 +1,4 @@
-"""What an export target is: the function that makes its files, its options, and what voids a certificate there.
+"""Protocol of an export target: the function that makes its files, its options, and what voids a certificate there.
 
 A new target is a module with an `ExportTarget`, and one line in `EXPORT_TARGETS`; another package names its own in the group
 `ltlplan.export_targets` of its entry points (docs/extending.md).
@@ -23,7 +23,7 @@ NOTE = "README.txt"
 
 @dataclass(frozen=True, slots=True)
 class Request:
-    """What a target works from.
+    """Input of a target.
 
     Attributes:
         mission: What the certificate is of.
@@ -58,7 +58,7 @@ class Request:
 
 @dataclass(frozen=True, slots=True)
 class Product:
-    """What a target makes.
+    """Output of a target.
 
     Attributes:
         files: Contents by file name.
@@ -72,7 +72,7 @@ class Product:
 
 
 class Sent(Protocol):
-    """What was sent to one vehicle, or would have been."""
+    """Bytes that were sent to one vehicle, or would have been."""
 
     @property
     def robot(self) -> str:
@@ -135,7 +135,7 @@ class ExportTarget:
     controllers: tuple[str, ...] = ()
 
     def runs(self, controller: str) -> bool:
-        """Tell whether its vehicles run a controller.
+        """Return whether its vehicles run a controller.
 
         Args:
             controller: Its name.
@@ -143,7 +143,7 @@ class ExportTarget:
         return PROFILES in self.controllers or controller in self.controllers
 
     def require_options(self, options: Mapping[str, object]) -> None:
-        """Refuse options that the target does not have.
+        """Reject options that the target does not have.
 
         Raises:
             BadInput: There is one.

@@ -42,7 +42,7 @@ _WHERE = {"climb": ("start", "below its start"), "landing": ("end", "below its e
 
 @dataclass(frozen=True, slots=True)
 class Columns:
-    """What is known of a team's climb or landing.
+    """Proof of a team's climb or landing.
 
     Attributes:
         name: Which of them.
@@ -54,12 +54,12 @@ class Columns:
 
     @property
     def certified(self) -> bool:
-        """Whether it is proved."""
+        """True if it is proved."""
         return not self.faults
 
     @property
     def sentence(self) -> str:
-        """What is to be said of it."""
+        """The proof's outcome as a sentence."""
         start, _ = _WHERE[self.name]
         if self.faults:
             return f"{self.name.capitalize()} not certified: {'; '.join(self.faults)}."

@@ -27,7 +27,7 @@ from verify.data.former_names import former_arguments
 
 @dataclass(frozen=True, slots=True)
 class Exported:
-    """What was written.
+    """Files that were written.
 
     Attributes:
         format: Name of the format.
@@ -201,7 +201,7 @@ def names_of(
 
 
 def _require_common_pauses(target: ExportTarget, mission: Mission, written: Mapping[str, Trajectory]) -> None:
-    """Refuse to write some robots of a flight in parts for a target that would not pause when the others do.
+    """Reject to write some robots of a flight in parts for a target that would not pause when the others do.
 
     Raises:
         DoesNotFit: As said.

@@ -156,7 +156,7 @@ class MavlinkLink:
 
     @property
     def failsafe(self) -> str:
-        """What acts on board when set-points end, as it was read back."""
+        """Reaction on board when set-points end, as it was read back."""
         return (
             f"{FAILSAFE['COM_OF_LOSS_T']:g} s after its last set-point PX4 lands where it is (COM_OF_LOSS_T, COM_OBL_RC_ACT); "
             "one that was told to hold or to land does so to the end"

@@ -1,4 +1,4 @@
-"""What is watched while a team flies over a link: each robot's distance from what it is to fly, and all that must not go on.
+"""Monitor of a team that flies over a link: each robot's distance from its trajectory, and every condition that ends a flight.
 
 A `Watch` is of one flight at a time: it holds measured poses against paths at the very instants of the measurements, and asks the monitor, which follows
 formula, tube and separation. What it says of a robot alone (not seen, battery) is told apart from what concerns the flight.
@@ -23,7 +23,7 @@ from flight.monitoring.thresholds import FRESH, bounds
 
 @dataclass(frozen=True, slots=True)
 class Look:
-    """What a person is shown of a flight as it is flown.
+    """State of a flight as a person is shown it.
 
     Attributes:
         stage: Its name, and which part of it.
@@ -86,12 +86,12 @@ class Watch:
 
     @property
     def begin(self) -> float:
-        """When the flight began, s of the link's clock."""
+        """Start of the flight, s of the link's clock."""
         return self._begin
 
     @property
     def ended(self) -> float:
-        """When the part that is flown ends and the team hovers until another one begins, s of the link's clock; infinite where none does."""
+        """End of the part that is flown, after which the team hovers until another one begins, s of the link's clock; infinite where none does."""
         return self._part + self._pauses
 
     def go_on(self, part: Part, begin: float) -> None:

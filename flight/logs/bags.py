@@ -75,7 +75,7 @@ class _Clock:
 
 
 def is_bag(path: Path) -> bool:
-    """Tell whether a path is a ROS 2 bag, or one of its files."""
+    """Return whether a path is a ROS 2 bag, or one of its files."""
     return (path / "metadata.yaml").is_file() if path.is_dir() else path.suffix in (".mcap", ".db3")
 
 
@@ -215,7 +215,7 @@ def _place(message: Any, kind: str, name: str, source: str) -> tuple[float, floa
 
 
 def _sort(one: _Samples, robot: str, source: str) -> None:
-    """Refuse stamps that stand still or go back: messages of one publisher come in order."""
+    """Reject stamps that stand still or go back: messages of one publisher come in order."""
     for k in range(1, len(one.counts)):
         if one.counts[k] <= one.counts[k - 1]:
             how = "is the same as" if one.counts[k] == one.counts[k - 1] else "lies before"

@@ -44,7 +44,7 @@ class Seen:
 
 
 def require_common_start(told: RecordingOptions, robots: Sequence[str], source: str) -> None:
-    """Refuse to bring files with clocks of their own together where nobody says how.
+    """Reject to bring files with clocks of their own together where nobody says how.
 
     Args:
         told: What is told of them.

@@ -1,4 +1,4 @@
-"""What a person tells of a recording, since its files do not: what things are called, when the flight began, how its frame lies."""
+"""Options for reading a recording, which its files do not give: names, the start of the flight, the recording's frame."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _AXIS = re.compile(r"(-?)([xyz])")
 
 @dataclass(frozen=True)
 class RecordingOptions:
-    """What is told of a recording.
+    """Options for reading a recording.
 
     Attributes:
         start: When the flight began on the recording's clock, s; one and the same instant on each robot's own clock, by robot; None
@@ -68,7 +68,7 @@ class RecordingOptions:
         return {ours: theirs for ours, theirs in self.rename.items() if ours not in robots}
 
     def no_columns(self, robots: Sequence[str], what: str) -> None:
-        """Refuse names of columns for what has none.
+        """Reject names of columns for what has none.
 
         Args:
             robots: Names in the mission.
@@ -92,7 +92,7 @@ class RecordingOptions:
         return (0.0 - off, off)
 
     def require_start_only(self, source: str) -> None:
-        """Refuse to be told more of a log of ours than when the flight began on its clock.
+        """Reject to be told more of a log of ours than when the flight began on its clock.
 
         Args:
             source: Names the log in messages.

@@ -133,7 +133,7 @@ class FlightLog:
 
     @property
     def verdicts(self) -> tuple[str, ...]:
-        """What was said of the flight, in order, a sentence each."""
+        """Verdicts on the flight, in order, a sentence each."""
         return tuple(event.sentence if event.time == 0.0 else f"{event.time:.2f} s: {event.sentence}" for event in self.events)
 
     @property

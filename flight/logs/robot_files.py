@@ -92,7 +92,7 @@ def _readable(paths: Sequence[Path]) -> dict[str, Seen]:
 
 
 def is_crazyflie_log(table: Table) -> bool:
-    """Tell whether a table holds a position of a Crazyflie's own log."""
+    """Return whether a table holds a position of a Crazyflie's own log."""
     return any(axis in table.header for axes in _FAMILIES.values() for axis in axes)
 
 

@@ -148,7 +148,7 @@ def _assembled(columns: Mapping[str, Sequence[Any]], kept: Mapping[str, Any], so
 
 
 def require_forward(times: Floats, source: str) -> None:
-    """Refuse times that stand still or go back.
+    """Reject times that stand still or go back.
 
     Raises:
         BadInput: As said, with the place.

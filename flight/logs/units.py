@@ -15,7 +15,7 @@ _LONG, _SLOW = 200.0, 1.0
 
 
 def require_metres(position: Floats, mission: Mission) -> None:
-    """Refuse positions that are far too large to be metres in a mission's workspace.
+    """Reject positions that are far too large to be metres in a mission's workspace.
 
     Args:
         position: m; NaN where a robot was not seen. Shape (..., 3).
@@ -33,7 +33,7 @@ def require_metres(position: Floats, mission: Mission) -> None:
 
 
 def require_seconds(times: Floats, duration: float) -> None:
-    """Refuse times that are far too far apart to be seconds of a flight.
+    """Reject times that are far too far apart to be seconds of a flight.
 
     Args:
         times: s. Shape (n,), n >= 1.

@@ -1,4 +1,4 @@
-"""What can be said of a flight while it is flown.
+"""Monitoring of a flight while it is flown.
 
 `monitor` puts together whether robots are in their tubes (`tube`), which letters they show (`letters`) and what has become of
 the formula (`formula_state`); `alarm_response` is what a team does then.

@@ -1,4 +1,4 @@
-"""What a team does when its monitor raises the alarm: carry on, hold, or land."""
+"""Response of a team to its monitor's alarm: carry on, hold, or land."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Stop:
 
     @property
     def end(self) -> float:
-        """When all robots stand still, s."""
+        """Time at which all robots stand still, s."""
         return self._begin + self._length + self._descent
 
     def flat(self, time: float) -> Floats:

@@ -118,7 +118,7 @@ class Monitor:
 
     @property
     def alarmed(self) -> bool:
-        """Whether the certificate no longer covers the flight, the formula is broken, or robots came too close."""
+        """True if the certificate no longer covers the flight, the formula is broken, or robots came too close."""
         return self.tube in ("unknown", "outside") or self.formula == "violated" or self.too_close
 
     def pause(self, seconds: float) -> None:

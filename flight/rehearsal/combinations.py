@@ -35,7 +35,7 @@ MAX_RUNS = 1000
 
 @dataclass(frozen=True, slots=True)
 class Combinations:
-    """What a rehearsal combines.
+    """Combinations that a rehearsal flies.
 
     Attributes:
         controllers: Names.

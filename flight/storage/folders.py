@@ -118,7 +118,7 @@ def put_files(files: Mapping[str, bytes], folder: Path) -> None:
 
 
 def _check_replaceable(target: Path, place: Path) -> None:
-    """Refuse a target that is no folder, or one that must stay where it is."""
+    """Reject a target that is no folder, or one that must stay where it is."""
     if not target.is_dir():
         raise BadInput(f"{target} is a file; name a folder to write.")
     inside = _around_us(place)
@@ -140,7 +140,7 @@ def _around_us(place: Path) -> str | None:
 
 
 def _check_contents(target: Path, contents: Contents, written: Iterable[str] | None) -> None:
-    """Refuse a folder of somebody else's, and names that are needed and are the user's."""
+    """Reject a folder of somebody else's, and names that are needed and are the user's."""
     if contents.listed is None and (found := sorted({*contents.theirs, *contents.folders})):
         raise BadInput(
             f"{target} is not empty and has no {MANIFEST}, so ltlplan did not write it (it holds {found[0]}); {_ELSEWHERE}."
@@ -318,7 +318,7 @@ def _move_in(file: Path, wanted: Path) -> None:
 
 
 def _same_file(one: Path, other: Path) -> bool:
-    """Tell whether two names are of one file, or of two with the same bytes."""
+    """Return whether two names are of one file, or of two with the same bytes."""
     try:
         a, b = one.lstat(), other.lstat()
         if os.path.samestat(a, b):

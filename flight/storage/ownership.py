@@ -1,4 +1,4 @@
-"""Whose a file in a folder of ours is: ours where the folder's manifest lists it and it is as we left it, else the user's.
+"""Ownership of files in our folders: ours if the folder's manifest lists a file and it is unchanged, else the user's.
 
 `manifest.json` lists what was written, with digests, and carries a digest of itself. A listed file that was edited, replaced
 by a link or made read-only is the user's from then on, as is everything that is not listed. Names are compared as the least
@@ -29,7 +29,7 @@ _MAX_BYTES = 20_000_000
 
 @dataclass(frozen=True, slots=True)
 class Contents:
-    """What lies in a folder, by whose it is; paths are relative to it, with slashes.
+    """Files of a folder, by owner; paths are relative to it, with slashes.
 
     Attributes:
         listed: What the manifest lists, each file with the digests that it may have; None where there is no manifest.
@@ -161,7 +161,7 @@ def _walk(folder: Path, below: str = "") -> Iterator[tuple[str, os.DirEntry[str]
 
 
 def _as_left(entry: os.DirEntry[str], digests: frozenset[str]) -> bool:
-    """Tell whether a listed file is as we left it: a file of its own, not protected, with the same bytes."""
+    """Return whether a listed file is as we left it: a file of its own, not protected, with the same bytes."""
     mode = entry.stat(follow_symlinks=False).st_mode
     if not stat.S_ISREG(mode) or not mode & stat.S_IWUSR:
         return False

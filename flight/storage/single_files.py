@@ -53,7 +53,7 @@ def replace_listed(folder: Path, name: str, text: str) -> Path:
 
 
 def check_page(path: Path) -> None:
-    """Refuse to replace a page that is not one of ours as we left it.
+    """Reject to replace a page that is not one of ours as we left it.
 
     Raises:
         BadInput: It is the user's, a folder, or cannot be read.

@@ -1,4 +1,4 @@
-"""What shuts a way: the narrowest place of the widest way that there would be for a smaller vehicle.
+"""Bottlenecks: the narrowest place of the widest path that there would be for a smaller vehicle.
 
 A way is looked for with less and less clearance, halving the range each time; where the last one is narrowest, the bodies on both
 sides are what shuts it.

@@ -49,7 +49,7 @@ class Place:
 
 @dataclass(frozen=True, eq=False)
 class FreeSpace:
-    """Where one size of vehicle can fly.
+    """Free space of one size of vehicle.
 
     Attributes:
         mission: Whose world.
@@ -154,7 +154,7 @@ class FreeSpace:
         return np.array([known[end] for end in ends])
 
     def connects(self, places: Sequence[Place]) -> bool:
-        """Tell whether ways lead from each of some places to all others around all regions that hold neither end.
+        """Return whether ways lead from each of some places to all others around all regions that hold neither end.
 
         Args:
             places: Where ways begin and end.

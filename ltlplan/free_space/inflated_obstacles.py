@@ -49,7 +49,7 @@ class Solid:
     holes: tuple[Hole, ...] = ()
 
     def met(self, points: Floats) -> NDArray[np.bool_]:
-        """Tell which points come too near, openings aside. Shape (n, 3) to (n,)."""
+        """Return which points come too near, openings aside. Shape (n, 3) to (n,)."""
         met = self.body.holds(points)
         for hole in self.holes:
             met &= hole.off_axis(points) >= hole.inner**2
@@ -69,7 +69,7 @@ class Solids:
         self._high = np.array([part.body.high for part in parts]).reshape(-1, 3)
 
     def near(self, low: Floats, high: Floats) -> NDArray[np.bool_]:
-        """Tell which parts may reach into boxes, given by their corners. Shapes (boxes, 3) twice to (parts, boxes)."""
+        """Return which parts may reach into boxes, given by their corners. Shapes (boxes, 3) twice to (parts, boxes)."""
         below = np.all(self._low[:, None] < high[None], axis=2)
         return below & np.all(self._high[:, None] > low[None], axis=2)
 

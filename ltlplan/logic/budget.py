@@ -1,4 +1,4 @@
-"""How much a search may take: counted in states, never in seconds, so that a result does not depend on the machine.
+"""Budgets of searches: counted in states, never in seconds, so that a result does not depend on the machine.
 
 Only the translation of a large formula also has a clock, and that can only end it with an error.
 """

@@ -1,4 +1,4 @@
-"""What is allowed in a mission and may yet not be meant."""
+"""Notes on missions that are valid and yet may not be meant."""
 
 from __future__ import annotations
 

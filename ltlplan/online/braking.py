@@ -48,7 +48,7 @@ TRIES = 30
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Stop:
-    """How may a team come to rest? A question that can be asked of another process.
+    """Query for a way to stop a team; another process can answer it.
 
     Attributes:
         mission: The world as it is now; its agents are the robots in the air, with the starts of their trajectories.
@@ -69,7 +69,7 @@ class Stop:
 
 @dataclass(frozen=True, eq=False)
 class StoppingManoeuvre:
-    """How a team comes to rest.
+    """Manoeuvre that stops a team.
 
     Attributes:
         team: A trajectory for each robot, the same as before up to where it slows down.

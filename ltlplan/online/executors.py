@@ -17,7 +17,7 @@ from verify.data.progress import Progress
 
 
 class NoAnswer(LtlplanError):
-    """Whoever computed it was ended, or takes too long; the message says which."""
+    """Computation that was ended, or takes too long; the message says which."""
 
     exit_code = 1
 
@@ -26,7 +26,7 @@ class Answer(Protocol):
     """An answer to come."""
 
     def done(self) -> bool:
-        """Whether it is there; returns at once."""
+        """Return whether it is there; returns at once."""
         ...
 
     def result(self) -> Any:
@@ -44,7 +44,7 @@ class Answer(Protocol):
 
 
 class Computer(Protocol):
-    """Who computes answers."""
+    """Executor of queries."""
 
     def ask(self, work: Callable[..., Any], question: object) -> Answer:
         """Have a question answered.

@@ -1,4 +1,4 @@
-"""What a live online flight was, as measurements show it: the same value, and the same files, as of one in simulation.
+"""Result of a live online flight from measurements: the same value, and the same files, as of one in simulation.
 
 Poses of several robots seldom come at the same instant. Rows of the log are at the instants of one robot's poses, the others' places between their
 own are on straight lines; a robot that left stays where it was measured last. What no pose tells (speeds, attitudes, thrusts) is left empty.

@@ -1,4 +1,4 @@
-"""What a team in the air flies next: found while it slows down and hovers, judged with all that was flown, begun at the very instant judged."""
+"""Handover to the next flight segment: planned while the team slows down and hovers, checked with all that was flown, begun at the instant that was checked."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ LATEST = 10.0
 
 @dataclass
 class WhatFollows:
-    """How far the next piece has come.
+    """Progress of the next segment.
 
     Attributes:
         air: The team.

@@ -1,4 +1,4 @@
-"""What a team flies next: a question that can be asked of another process, and pure functions that answer it.
+"""Planning of the next flight segment: a query that another process can answer, and pure functions that answer it.
 
 What is left is a mission of its own (`Left`), which is planned, refined and certified by `find_piece`. The piece that comes of it is then put behind all
 that was flown before, beginning at an instant that is chosen first, and the whole is judged (`require_proved`). Robots hover between the two, so a
@@ -20,7 +20,7 @@ from verify.flight_segments import Piece, approaches, judge_pieces
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Left:
-    """What is left to be flown, as a question.
+    """The rest of a flight, as a query.
 
     Attributes:
         mission: Begins where the robots hover, or will.
@@ -100,7 +100,7 @@ def find_piece(left: Left) -> Found:
 
 
 def require_proved(flight: WholeFlight) -> None:
-    """Refuse a new piece with which the whole flight does not keep the whole formula for sure; a first piece is its own certificate.
+    """Reject a new piece with which the whole flight does not keep the whole formula for sure; a first piece is its own certificate.
 
     Args:
         flight: The new piece behind what was flown.

@@ -58,7 +58,7 @@ class TeamInPieces(TeamInFlight[LocatedRobot]):
 
     @property
     def all_pieces(self) -> tuple[Piece, ...]:
-        """What is proved of the flight, the present piece last; a stop that was refused ends it."""
+        """Proofs of the flight's segments, the present one last; a stop that was rejected ends it."""
         every = self.pieces if self.present is None else (*self.pieces, self.present)
         return every[: self._proved_count]
 
@@ -80,7 +80,7 @@ class TeamInPieces(TeamInFlight[LocatedRobot]):
 
     @property
     def ended(self) -> bool:
-        """Whether everybody has come to the end of what is flown."""
+        """True if all robots have come to the end of their trajectories."""
         return all(self._time >= track.duration for track in self._tracks.values())
 
     def change(self, event: WorldEvent, now: float) -> None:
@@ -211,7 +211,7 @@ class TeamInPieces(TeamInFlight[LocatedRobot]):
         return None
 
     def rests(self, pilot: LocatedRobot, now: float) -> bool:  # noqa: ARG002  # certified courses do not glide
-        """Tell whether a robot has come to the end of its certified piece."""
+        """Return whether a robot has come to the end of its certified piece."""
         track = self._tracks.get(pilot.name)
         return track is None or self._time >= track.duration
 

@@ -75,7 +75,7 @@ def fly_online(
         events: What changes during the flight.
         conditions: Wind, sensors, model, controller and airframe, as `flight.fly` takes them.
         max_seconds: Longest flight, s.
-        progress: Told a sentence and the share done, 0 to 1.
+        progress: Receives a sentence and the share done, 0 to 1.
         changes: Some of the conditions as keywords, `noise=0.001` for instance.
 
     Returns:

@@ -27,7 +27,7 @@ from verify.data.shapes.obstacle import Obstacle
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Standby:
-    """Who waits on the ground.
+    """Robots that wait on the ground.
 
     Attributes:
         agents: Each one's vehicle and heading; of its start nothing is said before it is told to join.
@@ -57,7 +57,7 @@ class Standby:
         return mission.model_copy(update={"obstacles": bodies}) if self.places else mission
 
     def require_out_of_reach(self, mission: Mission) -> None:
-        """Refuse robots that wait where others may fly.
+        """Reject robots that wait where others may fly.
 
         Args:
             mission: What is flown above them.
@@ -110,7 +110,7 @@ class Standby:
 
 @dataclass(slots=True)
 class Lookout:
-    """Where robots were in the last half a second that wait on the ground.
+    """Positions in the last half a second of robots that wait on the ground.
 
     Attributes:
         seen: Poses of each, in order of time.

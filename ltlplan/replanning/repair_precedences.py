@@ -246,7 +246,7 @@ def _best_pair(robots: Sequence[_Robot], observations: _Nodes, waits: Sequence[_
 
 
 def _circle(robots: Sequence[_Robot], waits: Sequence[_Pair]) -> bool:
-    """Tell whether the waits and each robot's own order go round in a circle."""
+    """Return whether the waits and each robot's own order go round in a circle."""
     after: dict[tuple[int, int, str], list[tuple[int, int, str]]] = {}
     for r, robot in enumerate(robots):
         for i in range(len(robot.visits)):

@@ -201,7 +201,7 @@ def flight_sentences(result: Result) -> tuple[str, ...]:
 
 
 def holds(result: Result) -> bool:
-    """Tell whether everything holds: all claims, and the simulated flight inside its tube and by its formula."""
+    """Return whether everything holds: all claims, and the simulated flight inside its tube and by its formula."""
     return not shortfall(result)
 
 

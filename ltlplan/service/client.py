@@ -60,7 +60,7 @@ class Client:
 
     @property
     def url(self) -> str:
-        """Where it is."""
+        """Address of the service."""
         return self._wire.url
 
     def __enter__(self) -> Client:
@@ -81,7 +81,7 @@ class Client:
         Args:
             mission: What is asked: a mission, or the path or name that `ltlplan.load_mission` reads one by.
             seed: Source of every draw, instead of the mission's own.
-            progress: Told a sentence and the share of the whole job done, 0 to 1.
+            progress: Receives a sentence and the share of the whole job done, 0 to 1.
 
         Raises:
             LtlplanError: As `ltlplan.plan`, or what the service refused.
@@ -102,7 +102,7 @@ class Client:
             mission: What is asked: a mission, or the path or name that `ltlplan.load_mission` reads one by.
             out: Folder to write, as `ltlplan.run` writes it.
             seed: Source of every draw, instead of the mission's own.
-            progress: Told a sentence and the share done, 0 to 1.
+            progress: Receives a sentence and the share done, 0 to 1.
 
         Raises:
             LtlplanError: As `ltlplan.run`, or what the service refused.

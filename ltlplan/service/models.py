@@ -1,4 +1,4 @@
-"""What the service tells of its jobs and of flights that listen to it: the values that HTTP answers and the client returns."""
+"""Values of the service's jobs and of flights that listen to it: HTTP answers them and the client returns them."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class ProblemFault(Told):
 
 
 class Problem(Told):
-    """Why something did not work, as in RFC 9457 (problem details).
+    """Problem details, as in RFC 9457.
 
     Attributes:
         type: Which kind, as a path: "/problems/unsatisfiable".
@@ -166,7 +166,7 @@ class Event(Told):
 
 
 class Health(Told):
-    """Whether the service works.
+    """Health of the service.
 
     Attributes:
         ok: Database and workers answer, every job goes on, and there is room to write.
@@ -248,7 +248,7 @@ class EventsAccepted(Told):
 
 
 class FlightAnswered(Told):
-    """What a flight did with one event.
+    """A flight's answer to one event.
 
     Attributes:
         number: The event's.

@@ -42,7 +42,7 @@ def check_mission(text: str, report: Progress) -> bytes:
 
     Args:
         text: YAML or JSON.
-        report: Told nothing.
+        report: Receives nothing.
     """
     del report
     from ltlplan.missions.notes import notes_of
@@ -84,7 +84,7 @@ def read_mission(text: str, report: Progress) -> Mission:
 
     Args:
         text: YAML or JSON.
-        report: Told nothing.
+        report: Receives nothing.
     """
     del report
     return parse_mission(text)
@@ -94,7 +94,7 @@ def shipped_missions(report: Progress) -> bytes:
     """Return the shipped missions with their texts.
 
     Args:
-        report: Told nothing.
+        report: Receives nothing.
     """
     del report
     from ltlplan import missions
@@ -115,7 +115,7 @@ def check_words(formula: str, words: Words, reading: TeamReading, report: Progre
         formula: LTL in Spot's syntax.
         words: In Spot's notation; of a team by robot, or in order.
         reading: Team letters: each robot's own, or the union of all.
-        report: Told nothing.
+        report: Receives nothing.
 
     Raises:
         BadInput: A word or the formula cannot be read, or there is no word.
@@ -149,7 +149,7 @@ def archive(files: Place, report: Progress) -> bytes:
 
     Args:
         files: What goes in.
-        report: Told nothing.
+        report: Receives nothing.
     """
     del report
     return zipped({name: Path(source).read_bytes() for name, source in files})
@@ -172,7 +172,7 @@ def recheck(folder: Path, files: Place, report: Progress) -> bytes:
     Args:
         folder: Empty, for use meanwhile.
         files: What the job has made.
-        report: Told nothing.
+        report: Receives nothing.
     """
     del report
     from verify import recheck as prove_again
@@ -196,7 +196,7 @@ def judge_flight(
         files: What it was to do: files of a job, or as they were sent.
         recording: The recorded flight.
         said: What is said of it.
-        report: Told what is done.
+        report: Receives what is done.
 
     Raises:
         NotCertified: The flight's certificate is not proved any more.
@@ -256,7 +256,7 @@ def export_formats(report: Progress) -> bytes:
     """Return what flights can be written for, other packages' targets too.
 
     Args:
-        report: Told nothing.
+        report: Receives nothing.
     """
     del report
     from flight.exports.target import EXPORT_TARGETS

@@ -162,7 +162,7 @@ def _add_page(app: FastAPI, service: Service) -> None:
 
 
 def _is_closed(settings: Settings) -> bool:
-    """Tell whether only tokens are answered: others than this machine can ask, by themselves or through a proxy."""
+    """Return whether only tokens are answered: others than this machine can ask, by themselves or through a proxy."""
     return bool(settings.names) or not is_loopback(settings.host)
 
 

@@ -1,4 +1,4 @@
-"""What robots can do, step by step: the transition systems and products of the 2022 paper.
+"""Systems of robots, step by step: the transition systems and products of the 2022 paper.
 
 Read `transition_systems` (R, E and A = E x R, as values), `robot_systems` (A for the robots of a mission) and `products` (P).
 `region_graph` says where robots rest, which region may be entered from where and which actions are permitted there, `region_labels`

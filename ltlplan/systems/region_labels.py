@@ -1,4 +1,4 @@
-"""Which regions share points, and which letters a straight flight shows, in floats and with room to spare.
+"""Regions that share points, and letters along a straight flight, in floats and with room to spare.
 
 A plan is made over letters that can really be flown. Where regions lie apart that is simple: in a region, in free flight,
 in the next region. Where one lies in another, or two overlap, a stay in the middle of one may be a stay in both, and the way
@@ -245,7 +245,7 @@ class Layout:
 
 
 def apart(one: Region, other: Region) -> bool:
-    """Tell whether two regions have no common point for sure."""
+    """Return whether two regions have no common point for sure."""
     between = np.array(other.center) - np.array(one.center)
     if not (one.is_ellipsoid and other.is_ellipsoid):
         return widest_gap(one.body, other.body, between) > _GAP

@@ -51,7 +51,7 @@ _PROBE = 1e-5
 
 @dataclass(frozen=True, slots=True)
 class Beginning:
-    """Where the search for bent paths begins: straight paths that meet in one point have no direction to part in.
+    """Initial guess of the search for bent paths: straight paths that meet in one point have no direction to part in.
 
     Attributes:
         swirl: Share of its length by which each path swings to its right, all turning one way as in a roundabout; 0.5 is half a circle.

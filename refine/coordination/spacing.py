@@ -1,4 +1,4 @@
-"""How far robots keep apart, and what of a robot the others must know: its flight and where it hovers."""
+"""Spacing of robots: the distance that they keep, and of each robot its flight and the place where it hovers."""
 
 from __future__ import annotations
 

@@ -49,7 +49,7 @@ def together(plan: Plan, feedback: Feedback, options: RefinementOptions, tell: P
         plan: Who visits what.
         feedback: What witnesses asked for.
         options: What the caller asked for.
-        tell: Told a sentence and a share of the work.
+        tell: Receives a sentence and a share of the work.
 
     Raises:
         BadInput: The plan's numbers do not fit each other.

@@ -39,7 +39,7 @@ _DIRECTIONS = np.stack(
 
 @dataclass(frozen=True, eq=False)
 class Barriers:
-    """What a way between two points stays out of.
+    """Bodies that a path between two points stays out of.
 
     Attributes:
         obstacles: What all of its legs stay out of.

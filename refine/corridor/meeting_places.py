@@ -169,7 +169,7 @@ def _shared_places(
 
 
 def _allowed(plan: Plan, name: str, index: int, place: tuple[float, ...]) -> bool:
-    """Tell whether a robot's waypoint may lie at another one's place."""
+    """Return whether a robot's waypoint may lie at another one's place."""
     robot = plan.robots[name]
     waypoint = robot.waypoints[index].model_copy(update={"position": place})
     return bool(np.any(np.all(places_of(plan.mission, name, robot, waypoint, ()) == np.array(place), axis=1)))

@@ -1,4 +1,4 @@
-"""How far from a hoop's axis a passage may be: inside the opening, and while it is there inside the hoop's region, both by the margin."""
+"""Greatest distance of a passage from a hoop's axis: inside the opening, and meanwhile inside the hoop's region, both by the margin."""
 
 from __future__ import annotations
 

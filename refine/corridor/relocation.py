@@ -26,7 +26,7 @@ _UNIT_BALL = np.array([p for p in itertools.product(np.linspace(-1.0, 1.0, 13), 
 
 
 def movable(mission: Mission, robot: RobotPlan, waypoint: Waypoint) -> bool:
-    """Tell whether a point makes a visit that might as well be made elsewhere in its region.
+    """Return whether a point makes a visit that might as well be made elsewhere in its region.
 
     Args:
         mission: Gives the regions.

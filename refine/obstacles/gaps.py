@@ -37,7 +37,7 @@ class Solid:
 
     @property
     def is_round(self) -> bool:
-        """Tell whether it is no polyhedron."""
+        """Return whether it is no polyhedron."""
         return len(self.body.matrices) > 0
 
     def beside(self, points: Floats, ways: Floats) -> tuple[float, Floats]:

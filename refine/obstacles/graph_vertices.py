@@ -1,4 +1,4 @@
-"""Where a way may turn around a body: points on the edges of its growth, and the lines on which they may be moved.
+"""Vertices of the visibility graph: points on the edges of inflated bodies, and the lines on which they may be moved.
 
 A shortest way turns only at edges. Along each edge there are points at its ends, at the heights at which robots are at home and in between;
 whether a way may turn at one is asked of its direction (`Bends.outward`, `Bends.opening`).
@@ -75,7 +75,7 @@ class Bends:
         return len(self.points)
 
     def turns(self, index: NDArray[np.int64], directions: Floats) -> NDArray[np.bool_]:
-        """Tell whether ways in some directions may turn at points.
+        """Return whether ways in some directions may turn at points.
 
         Args:
             index: Of the points. Shape (n,).

@@ -78,7 +78,7 @@ class InflatedBody:
         return cls(name, convex, corners.min(axis=0), corners.max(axis=0), corners, len(body.normals), growth)
 
     def holds(self, points: Floats) -> Booleans:
-        """Tell which points lie in it, its surface excluded. Shape (n, 3) to (n,)."""
+        """Return which points lie in it, its surface excluded. Shape (n, 3) to (n,)."""
         return self.convex.depths(points) > 0.0
 
     def spans(self, starts: Floats, ends: Floats) -> tuple[Floats, Floats]:
@@ -134,7 +134,7 @@ class InflatedBodies:
         return len(self.bodies)
 
     def meets(self, starts: Floats, ends: Floats) -> Booleans:
-        """Tell which segments have points inside any body. Shapes (n, 3) twice to (n,)."""
+        """Return which segments have points inside any body. Shapes (n, 3) twice to (n,)."""
         met = np.zeros(len(starts), dtype=np.bool_)
         met[self.pairs(starts, ends)[0]] = True
         return met

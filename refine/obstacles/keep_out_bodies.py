@@ -1,4 +1,4 @@
-"""What a leg of the path must stay out of, as convex bodies with separating planes.
+"""Bodies that a leg of the path must stay out of, convex and with separating planes.
 
 These are an ellipsoid (a region that the word does not allow, grown by the margin; the place where another robot hovers), a
 convex part of a region of another shape, likewise, and, grown by the margin and the vehicle's radius, a ring's disc (rim and opening) and
@@ -62,7 +62,7 @@ class Ball:
         return (np.linalg.norm((points - self.centre) @ self.root.T, axis=-1) - 1.0) * self.least_radius
 
     def meets(self, a: Floats, b: Floats) -> bool:
-        """Tell whether the segment a b has no plane between it and the body."""
+        """Return whether the segment a b has no plane between it and the body."""
         return self.plane(a, b) is None
 
     def grown(self, by: float) -> Ball:
@@ -108,7 +108,7 @@ class Disc:
 
     @property
     def reach(self) -> float:
-        """How far its points are from its centre at most, in m."""
+        """Greatest distance of its points from its centre, in m."""
         return float(np.hypot(self.radius, self.half)) + self.growth
 
     def _nearest(self, points: Floats) -> Floats:
@@ -125,7 +125,7 @@ class Disc:
         return np.linalg.norm(points - self._nearest(points), axis=-1) - self.growth
 
     def meets(self, a: Floats, b: Floats) -> bool:
-        """Tell whether the segment a b has no plane between it and the body."""
+        """Return whether the segment a b has no plane between it and the body."""
         far = float(np.linalg.norm(_nearest_to_origin(a - self.centre, b - self.centre)))
         return far <= np.hypot(self.radius, self.half) + self.growth and self.plane(a, b) is None
 
@@ -165,7 +165,7 @@ class Part:
 
     @cached_property
     def reach(self) -> float:
-        """How far its points are from its centre at most, in m."""
+        """Greatest distance of its points from its centre, in m."""
         return float(np.linalg.norm(self.solid.corners, axis=1).max())
 
     def signed_distance(self, points: Floats) -> Floats:
@@ -174,7 +174,7 @@ class Part:
         return -self.solid.body.depths(offset.reshape(-1, 3)).reshape(offset.shape[:-1])
 
     def meets(self, a: Floats, b: Floats) -> bool:
-        """Tell whether the segment a b has no plane between it and the body."""
+        """Return whether the segment a b has no plane between it and the body."""
         return self.plane(a, b) is None
 
     def grown(self, by: float) -> Part:
@@ -209,7 +209,7 @@ class Parts:
 
     @cached_property
     def reach(self) -> float:
-        """How far its points are from its centre at most, in m."""
+        """Greatest distance of its points from its centre, in m."""
         return max(part.reach for part in self.parts)
 
     def signed_distance(self, points: Floats) -> Floats:
@@ -217,7 +217,7 @@ class Parts:
         return np.min([part.signed_distance(points) for part in self.parts], axis=0)
 
     def meets(self, a: Floats, b: Floats) -> bool:
-        """Tell whether the segment a b has no plane between it and one of the parts."""
+        """Return whether the segment a b has no plane between it and one of the parts."""
         return any(part.meets(a, b) for part in self.parts)
 
     def grown(self, by: float) -> Parts:

@@ -58,7 +58,7 @@ class SolidBody:
 
     @cached_property
     def reach(self) -> float:
-        """How far its points are from its centre at most, in m."""
+        """Greatest distance of its points from its centre, in m."""
         return float(np.linalg.norm(self.half_lengths))
 
     @cached_property
@@ -85,7 +85,7 @@ class SolidBody:
         return found.reshape(points.shape[:-1])
 
     def meets(self, a: Floats, b: Floats) -> bool:
-        """Tell whether the segment a b has no plane between it and the body."""
+        """Return whether the segment a b has no plane between it and the body."""
         body = self._surface.body
         ends = np.stack([a, b]) - self._origin
         if len(body.normals) and np.any(np.min(ends @ body.normals.T, axis=0) - body.distances > self.growth):

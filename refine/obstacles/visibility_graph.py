@@ -143,7 +143,7 @@ class Roadmap:
         return straightened(start, turns, end, lambda starts, ends: self.free(starts, ends, stopping), room)
 
     def holds(self, point: Floats) -> bool:
-        """Tell whether a point is in the box and in no solid body. Shape (3,)."""
+        """Return whether a point is in the box and in no solid body. Shape (3,)."""
         inside = bool(np.all(point >= self.low) and np.all(point <= self.high))
         return inside and not self.solids.holding(point)
 
@@ -152,7 +152,7 @@ class Roadmap:
         return np.array([name not in permitted for name in self.soft.names], dtype=np.bool_)
 
     def clear(self, points: Floats, stopping: Booleans) -> bool:
-        """Tell whether the straight lines from point to point enter nothing that stops them.
+        """Return whether the straight lines from point to point enter nothing that stops them.
 
         Args:
             points: m. Shape (points, 3).
@@ -161,7 +161,7 @@ class Roadmap:
         return bool(np.all(self.free(points[:-1], points[1:], stopping)))
 
     def free(self, starts: Floats, ends: Floats, stopping: Booleans) -> Booleans:
-        """Tell which straight lines enter nothing that stops them, and stay in the box.
+        """Return which straight lines enter nothing that stops them, and stay in the box.
 
         Args:
             starts: m. Shape (n, 3).
@@ -215,7 +215,7 @@ class Roadmap:
         return csr_matrix((data, graph.indices, graph.indptr), shape=graph.shape)
 
     def _passing(self, stopping: Booleans) -> Booleans:
-        """Tell which lines enter soft bodies, but none that stops them. Shape (lines,)."""
+        """Return which lines enter soft bodies, but none that stops them. Shape (lines,)."""
         counts, joints = self._entered, self.joints
         passing = np.bincount(joints.entering[~stopping[joints.entered]], minlength=len(counts))
         return (counts > 0) & (passing == counts)

@@ -176,7 +176,7 @@ def _with_pieces(course: _Course, first: Spline, pieces: int) -> Spline | None:
 
 
 def _require_sense(limits: Limits, objective: Objective, end: str, tolerance: float, pieces: int) -> None:
-    """Refuse numbers and words that make no problem."""
+    """Reject numbers and words that make no problem."""
     if objective == "time" and not (
         np.isfinite(limits.speed) or np.isfinite(limits.acceleration) or np.isfinite(limits.thrust_max) or limits.rotors
     ):

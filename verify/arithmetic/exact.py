@@ -155,7 +155,7 @@ def _narrowed(p: fmpq_poly, low: Fraction, high: Fraction, width: Fraction) -> t
 
 
 def _sign_below(p: fmpq_poly, place: Fraction) -> bool:
-    """Tell whether a polynomial without multiple roots is positive just below a place."""
+    """Return whether a polynomial without multiple roots is positive just below a place."""
     value = p(rational(place))
     return value > 0 if value != 0 else p.derivative()(rational(place)) < 0
 

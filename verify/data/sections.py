@@ -27,14 +27,14 @@ Kinds = Annotated[tuple[str, ...], Field(min_length=1)]
 
 
 class SoftPart(Value):
-    """What is wished for beyond what must hold."""
+    """Soft specification: a formula that is satisfied as far as it can be beside the mission's own."""
 
     formula: str = Field(description="as `spec.formula`")
     weight: Annotated[Positive, Field(le=1e12)] = Field(default=1.0, description="what it counts against the other soft parts")
 
 
 class Spec(Value):
-    """What must hold, and what is wished for."""
+    """Specification: the formula that must hold, and soft ones."""
 
     formula: str | None = Field(
         default=None,
@@ -64,7 +64,7 @@ _EdgeForm = Annotated[
 
 
 class Environment(Value):
-    """Which regions can be reached from which (2022 paper, Def. 4.2)."""
+    """Graph of the regions that can be reached from each region (2022 paper, Def. 4.2)."""
 
     start: str = Field(default="robot", description="vertex where robots are before their first visit; left, never entered")
     edges: tuple[_EdgeForm, ...] = Field(
@@ -195,7 +195,7 @@ class Box(Value):
         return self
 
     def holds(self, point: Point) -> bool:
-        """Tell whether a point lies in the box."""
+        """Return whether a point lies in the box."""
         return all(low <= x <= high for low, x, high in zip(self.min, point, self.max, strict=True))
 
 
@@ -204,7 +204,7 @@ Objective = Annotated[Literal["sum", "longest", "max"], AfterValidator(lambda gi
 
 
 class Planner(Value):
-    """How to plan."""
+    """Settings of the planner."""
 
     method: ChoiceName = Field(
         default="exact",
@@ -229,7 +229,7 @@ class Planner(Value):
 
 
 class EffectiveLimits(Value):
-    """What one robot's flight must keep: its vehicle's limits, tightened by the mission's and its own. SI units, radians."""
+    """Limits of one robot's flight: its vehicle's, tightened by the mission's and its own. SI units, radians."""
 
     speed: float
     acceleration: float

@@ -1,4 +1,4 @@
-"""Where and how a claim fails: the value that the judge hands back to whoever can repair the flight."""
+"""Place and time at which a claim fails: the value that the checker returns to whoever can repair the flight."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a formula says of a word: the judge's own semantics, with Spot's second opinion.
+"""Satisfaction of formulas by words: the checker's own semantics, with Spot's second opinion.
 
 Read `semantics` (the definition, letter by letter), `normal_form` (negations at the names, equal parts once) and `progression`
 (the definition again, as formulas that shrink while a word is read); `spot_opinion` asks an independent engine the same question

@@ -1,4 +1,4 @@
-"""What the judge says of words: holds, fails or undecided, with the shortest reason to the contrary.
+"""Verdicts on words: holds, fails or undecided, with a shortest counterexample.
 
 A verdict is truthy only for `holds`, so that `if verdict:` never takes a doubt for a yes.
 """
@@ -94,7 +94,7 @@ class Verdict:
 
 @dataclass(frozen=True, slots=True)
 class TeamVerdict:
-    """What holds of a team's words without their times; truthy only where both claims hold.
+    """Verdict on a team's words without their times; truthy only where both claims hold.
 
     Attributes:
         sequential: The words one after another, in every order (a plan must have it).

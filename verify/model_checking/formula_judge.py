@@ -52,7 +52,7 @@ Detail = Literal["answer", "counterexample"]
 
 @dataclass(frozen=True)
 class FormulaJudge:
-    """What a formula is judged on, and how.
+    """Inputs and methods of a formula's check.
 
     Attributes:
         mission: Carries the trace and the reading.
@@ -215,7 +215,7 @@ class FormulaJudge:
         return found
 
     def _breaks(self, part: Normal) -> bool | None:
-        """Tell whether some team word breaks a conjunct, robot by robot; None where that cannot tell."""
+        """Return whether some team word breaks a conjunct, robot by robot; None where that cannot tell."""
         if (self.mission.spec.team == "joint" and len(self.timelines) > 1) or self.mission.spec.trace == "infinite":
             return None
         names = part.propositions

@@ -30,7 +30,7 @@ _Readings = frozenset[tuple[int, int]]
 def every_behaviour_breaks(
     formula: Formula, timelines: Mapping[str, Timeline], relations: Relations, reading: TeamReading, budget: int
 ) -> bool:
-    """Tell whether each behaviour that agrees with the timelines gives a team word that breaks the formula.
+    """Return whether each behaviour that agrees with the timelines gives a team word that breaks the formula.
 
     False means only that this was not proved (a conjunction is refuted by one of its parts alone).
 
@@ -65,7 +65,7 @@ def every_behaviour_breaks(
 
 
 def each_broken(robots: list[RobotBehaviour], automaton: Automaton, budget: int, lost: Callable[[bool, State], bool]) -> bool:
-    """Tell whether each behaviour of robots that are read one at a time has a reading that is lost.
+    """Return whether each behaviour of robots that are read one at a time has a reading that is lost.
 
     Args:
         robots: All that each may do.

@@ -37,7 +37,7 @@ def judge_transitions(mission: Mission, timelines: Mapping[str, Timeline], relat
 
 
 def no_word_is_a_trace(mission: Mission, timeline: Timeline, relations: Relations) -> bool:
-    """Tell whether each word of a robot breaks its transition system, whatever the timeline leaves open.
+    """Return whether each word of a robot breaks its transition system, whatever the timeline leaves open.
 
     False means only that this was not proved.
 
@@ -114,7 +114,7 @@ class _Search:
         return None
 
     def some_trace(self) -> bool:
-        """Tell whether some word, from beginning to end, keeps the system."""
+        """Return whether some word, from beginning to end, keeps the system."""
         queue = deque(state for state in self._begin() if not self.closed & self.regions[state[0]])
         seen = set(queue)
         while queue:

@@ -1,4 +1,4 @@
-"""What a team's polynomials do, for all times: where they are, how fast, how near to each other, to rims and to obstacles.
+"""Motion of a team's polynomials for all times: positions, speeds, distances to each other, to rims and to obstacles.
 
 Read `paths` (coefficients as they are exported, and the instants they cover) and the room `membership` (in which regions a robot
 must, may or cannot be), then one module a subject: `limits`, `rotors`, `tilt`, `separation`, `passages`, `visits`, `continuity`, and

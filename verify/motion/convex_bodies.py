@@ -1,4 +1,4 @@
-"""What is proved of two convex bodies of any shape: that they have no common point, or that one lies in the other.
+"""Proofs about two convex bodies of any shape: that they have no common point, or that one lies in the other.
 
 Everything rests on one bound: how far a body reaches at most in a direction. A polyhedron's is proved by the faces that meet where
 it is reached (the direction is a sum of their normals with weights that are not negative, solved exactly), a quadric's by its

@@ -116,7 +116,7 @@ def _of_visit(system: Robot, robot: RobotPlan, index: int) -> list[_Event]:
 
 
 def _comes_to(word: Word, events: _Events) -> bool:
-    """Tell whether a word enters regions and changes propositions just as the events do."""
+    """Return whether a word enters regions and changes propositions just as the events do."""
     regions = frozenset(events.mission.all_regions)
     inside, internal = word.letters[0] & regions, events.internal
     if word.letters[0] - regions != internal:
@@ -151,7 +151,7 @@ def _visible(events: Iterable[_Event]) -> bool:
 
 
 def _can_show(mission: Mission, word: Word, timeline: Timeline) -> bool:
-    """Tell whether a flight of the tube can have the word; of a lasso the prefix and two laps are looked at."""
+    """Return whether a flight of the tube can have the word; of a lasso the prefix and two laps are looked at."""
     regions = frozenset(mission.all_regions)
     letters, back = word.letters, None if word.cycle is None else len(word.prefix)
     stretches = list(_stretches(timeline))

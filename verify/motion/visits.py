@@ -66,7 +66,7 @@ class Matching:
 
 @dataclass(frozen=True, slots=True)
 class ActionFault:
-    """Why a planned action cannot be placed.
+    """Reason why a planned action cannot be placed.
 
     Attributes:
         sentence: For a person.

@@ -31,7 +31,7 @@ _NEEDED = ("t", "robot", "x", "y", "z")
 
 @dataclass(frozen=True, eq=False)
 class Samples:
-    """Where a team was at some instants.
+    """Positions of a team at some instants.
 
     Attributes:
         times: s, increasing, the same for all robots; of a log on its own clock. Shape (n,).

@@ -1,4 +1,4 @@
-"""What a recording is held against: a run with its plan and trajectories, a flight in a changing world, or a mission alone.
+"""Reference of a recording: a run with its plan and trajectories, a flight in a changing world, or a mission alone.
 
 Nothing in `certificate.json` is believed: it is proved again before its margin and its actions are used.
 """
@@ -38,7 +38,7 @@ class World:
 
 @dataclass(frozen=True, slots=True)
 class Joined:
-    """When a robot that stood on the ground came to the team.
+    """Times at which a robot that stood on the ground joined the team.
 
     Attributes:
         since: When it hovered and took part, s of the recording: from then on it is judged like all others.
@@ -51,7 +51,7 @@ class Joined:
 
 @dataclass(frozen=True, eq=False)
 class FlightReference:
-    """What a recording is held against.
+    """Reference that a recording is compared with.
 
     Attributes:
         worlds: The mission, and as what it changed in flight, in order of time.
@@ -114,7 +114,7 @@ class FlightReference:
         return checked
 
     def _require_order(self) -> None:
-        """Refuse worlds that do not follow one another, and robots that left or joined at no time or were never there."""
+        """Reject worlds that do not follow one another, and robots that left or joined at no time or were never there."""
         if not self.worlds:
             raise BadInput("There must be at least one world: the mission at take-off.")
         for what, time in [
@@ -141,7 +141,7 @@ class FlightReference:
                 )
 
     def _require_fit(self) -> None:
-        """Refuse worlds with other regions, and a plan or trajectories of other robots."""
+        """Reject worlds with other regions, and a plan or trajectories of other robots."""
         regions = set(self.mission.all_regions)
         for world in self.worlds:
             if set(world.mission.all_regions) != regions or set(world.mission.hoops) != set(self.mission.hoops):
@@ -154,7 +154,7 @@ class FlightReference:
 
     @property
     def changes(self) -> bool:
-        """Whether the world or the team changed in flight, at times that count from the flight's start."""
+        """True if the world or the team changed in flight, at times that count from the flight's start."""
         return len(self.worlds) > 1 or bool(self.gone) or bool(self.joined)
 
     @property

@@ -27,7 +27,7 @@ from verify.recordings.samples import MAX_SAMPLES
 
 @dataclass(frozen=True, eq=False)
 class FlightVerdict:
-    """What a recording shows of a flight.
+    """Verdict on a recorded flight, claim by claim.
 
     Attributes:
         claims: Every claim, held against the recording.

@@ -63,7 +63,7 @@ def recorded_claim(
 
 
 def workspace_claim(track: Track, mission: Mission) -> Claim:
-    """The robot's centre stays in the workspace."""
+    """Claim that the robot's centre stays in the workspace."""
     low, high = np.array(mission.workspace.min), np.array(mission.workspace.max)
 
     def inside(places: Floats) -> Interval:
@@ -94,7 +94,7 @@ def _wall(place: Floats, mission: Mission) -> str:
 
 
 def obstacle_claim(track: Track, mission: Mission, radius: float) -> Claim | None:
-    """The vehicle's sphere meets no obstacle; None where there are none.
+    """Claim that the vehicle's sphere meets no obstacle; None where there are none.
 
     Args:
         track: Where a robot was, while the world was so.
@@ -128,7 +128,7 @@ def obstacle_claim(track: Track, mission: Mission, radius: float) -> Claim | Non
 
 
 def rim_claim(track: Track, mission: Mission, radius: float) -> Claim | None:
-    """The vehicle's sphere meets no rim; None where there are no hoops.
+    """Claim that the vehicle's sphere meets no rim; None where there are no hoops.
 
     Args:
         track: Where a robot was, while the world was so.

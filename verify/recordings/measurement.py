@@ -1,4 +1,4 @@
-"""How well samples are known: bounds on speed and error, digits that were lost, and what is refused as no flight at all."""
+"""Accuracy of samples: bounds on speed and error, digits that were lost, and what is rejected as no flight at all."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def with_rounding(
 
 
 def require_error(error: float) -> None:
-    """Refuse what is no bound on a measured position's error, m.
+    """Reject what is no bound on a measured position's error, m.
 
     Raises:
         BadInput: It is no number, negative, or too large.

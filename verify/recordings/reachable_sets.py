@@ -1,4 +1,4 @@
-"""Where a robot was between samples: a ball for every instant, given a bound on its speed.
+"""Reachable sets between samples: a ball for every instant, given a bound on the robot's speed.
 
 Two samples a and b, taken dt apart, of a robot that is never faster than v and whose measured positions are off by at most e:
 after a share s of the time it is within s D + e of a and (1 - s) D + e of b, where D = v dt. So by Stewart's theorem its
@@ -39,7 +39,7 @@ _SLACK = 1e-12
 
 @dataclass(frozen=True, slots=True)
 class Bounds:
-    """What is known of every robot and of the measurement.
+    """Bounds on every robot and on the measurement.
 
     Attributes:
         speed: Bound on the speed at all times, m/s.
@@ -250,7 +250,7 @@ class Cells:
 
 @dataclass(frozen=True, slots=True)
 class Least:
-    """How small something gets over a track.
+    """Least value of a quantity over a track.
 
     Attributes:
         proved: Whether it provably never falls below what was asked.

@@ -135,7 +135,7 @@ class RecordedFlight:
 
     @cached_property
     def lap(self) -> Fraction | None:
-        """How long the lap lasts with which the flight ends, s; None where there is none, or its ends are not known on the recording's clock."""
+        """Duration of the cycle with which the flight ends, s; None where there is none, or its ends are not known on the recording's clock."""
         team, begins = self.asked.team, self.alignment
         known = begins.told and begins.low == begins.high and not self.asked.changes
         if team is None or not known or self.asked.mission.spec.trace != "infinite":
@@ -149,7 +149,7 @@ class RecordedFlight:
 
     @property
     def premise(self) -> str:
-        """What the claim `formula` takes for granted of what comes after the recording; empty where it takes nothing."""
+        """Assumption of the claim `formula` on the time after the recording; empty where it makes none."""
         if self.lap is None or self.asked.mission.spec.formula is None:
             return ""
         since = self.stop - float(self.lap)

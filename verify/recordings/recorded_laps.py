@@ -29,7 +29,7 @@ _ENDS = "A recorded flight ends, and what follows may keep the formula or break 
 def laps_claim(
     mission: Mission, timelines: Mapping[str, Timeline], related: Relations, lap: Fraction | None, zero: float, budget: int
 ) -> Claim:
-    """The formula holds of the recorded flight and all laps to come, if these are as the last one.
+    """Claim that the formula holds of the recorded flight, assuming every later cycle repeats the last recorded one.
 
     Args:
         mission: Carries the formula and the reading; its trace is infinite.
@@ -89,7 +89,7 @@ def _surely_in(timeline: Timeline, at: Fraction) -> frozenset[str]:
 
 
 def _closes(timeline: Timeline) -> bool:
-    """Tell whether a lap is known to end with the internal state with which it began, no change being under way where it begins."""
+    """Return whether a lap is known to end with the internal state with which it began, no change being under way where it begins."""
     assert timeline.cycle is not None
     if any(action.until is not None and action.time <= timeline.cycle <= action.until for action in timeline.actions):
         return False

@@ -53,7 +53,7 @@ class Token:
 def visit_claim(
     track: Track, plan: RobotPlan, rows: Mapping[str, Row], around: Mapping[str, Row], starts_in: frozenset[str]
 ) -> Claim:
-    """The robot's stays in regions are its planned visits, in order, and no other.
+    """Claim that the robot's stays in regions are its planned visits, in order, and no other.
 
     Args:
         track: Where it was.
@@ -177,7 +177,7 @@ class RecordedCrossing:
 def passage_claim(
     track: Track, worlds: Sequence[World], wanted: Sequence[tuple[str, str]], rows: Mapping[str, Row], margin: float
 ) -> Claim:
-    """The robot passes exactly the wanted openings, in order, each within a stay in its hoop's region.
+    """Claim that the robot passes exactly the wanted openings, in order, each within a stay in its hoop's region.
 
     Args:
         track: Where it was.
@@ -278,13 +278,13 @@ def _standing(track: Track, worlds: Sequence[World], name: str) -> Iterator[tupl
 
 
 def _near_plane(cells: Cells, hoop: Hoop, margin: float) -> np.ndarray:
-    """Tell which cells may come within the margin of an opening's plane."""
+    """Return which cells may come within the margin of an opening's plane."""
     along, reach = seen_from(cells.centres, hoop)[0], cells.reach + margin
     return (along.low <= reach) & (along.high >= -reach)
 
 
 def _near_axis(cells: Cells, hoop: Hoop) -> np.ndarray:
-    """Tell which cells may come as near to an opening's axis as its edge."""
+    """Return which cells may come as near to an opening's axis as its edge."""
     return seen_from(cells.centres, hoop)[1].low <= np.nextafter(hoop.opening + cells.reach, np.inf)
 
 

@@ -1,4 +1,4 @@
-"""What a recorded flight says in words: regions over time, actions that the samples allow, transitions and the formula."""
+"""Temporal claims of a recorded flight: regions over time, actions that the samples allow, transitions and the formula."""
 
 from __future__ import annotations
 
@@ -128,7 +128,7 @@ def formula_claim(
     worlds: Sequence[World], timelines: Mapping[str, Timeline], rows: Mapping[str, Mapping[str, Row]], *, doubtful: str, zero: float,
     lap: Fraction | None = None, budget: int = DEFAULT_BUDGET,
 ) -> Claim:  # fmt: skip
-    """The formula of the last world holds of the whole flight; of laps for ever see `recorded_laps`.
+    """Claim that the formula of the last world holds of the whole flight; of laps for ever see `recorded_laps`.
 
     Args:
         worlds: In order of time.

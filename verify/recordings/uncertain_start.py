@@ -55,7 +55,7 @@ class OpenEnds:
         return (self.start,) if self.stop is None else (self.start, self.stop)
 
     def surely_holds(self, time: float) -> bool:
-        """Tell whether an instant is the flight's, whenever it began."""
+        """Return whether an instant is the flight's, whenever it began."""
         return time >= self.start[1] and (self.stop is None or time <= self.stop[0])
 
 

@@ -92,7 +92,7 @@ def team_words(
 def soft_parts(
     names: Sequence[str] = NAMES, *, robots: Sequence[str] = (), most: int = 3
 ) -> SearchStrategy[tuple[SoftPart, ...]]:
-    """What is wished for: formulas with weights, for `spec.soft`.
+    """Draw soft specifications: formulas with weights, for `spec.soft`.
 
     Args:
         names: The propositions.

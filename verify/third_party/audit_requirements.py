@@ -1,4 +1,4 @@
-"""What an audit asks of each drone and each pair, put together from a mission, a vehicle and single limits."""
+"""Requirements of an audit on each drone and each pair, put together from a mission, a vehicle and single limits."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _OWN_RATES: dict[int, tuple[tuple[str, str, Direction], ...]] = {
 
 @dataclass(frozen=True, kw_only=True)
 class AuditLimits:
-    """What is asked of others' flights; None asks for nothing, and a mission or vehicle says the rest.
+    """Required limits of others' flights; None requires nothing, and a mission or vehicle gives the rest.
 
     Attributes:
         vehicle: A shipped profile's name or a vehicle: its speed and acceleration, and twice its radius between centres.
@@ -75,7 +75,7 @@ AuditLimits.__init__ = former_arguments(own_limits="file_limits")(AuditLimits.__
 
 @dataclass(frozen=True, eq=False)
 class Asked:
-    """What is asked of a fleet, drone by drone.
+    """Requirements on a fleet, drone by drone.
 
     Attributes:
         workspace: Where all drones stay, or None.
@@ -294,7 +294,7 @@ def _require_numbers(limits: AuditLimits) -> None:
 
 
 def require_agents(fleet: Fleet, mission: Mission) -> None:
-    """Refuse drones that are not a mission's agents, one and all.
+    """Reject drones that are not a mission's agents, one and all.
 
     Args:
         fleet: The drones.

@@ -42,7 +42,7 @@ AUDIT_FORMAT = 1
 
 @dataclass(frozen=True, eq=False)
 class Audit:
-    """What was judged of others' flights; true only where every claim is proved.
+    """Verdict on others' flights; true only where every claim is proved.
 
     Attributes:
         source: Names the files.
@@ -72,7 +72,7 @@ class Audit:
 
     @property
     def holds(self) -> bool:
-        """Whether every claim is proved."""
+        """True if every claim is proved."""
         return bool(self.claims) and all(claim.outcome == "holds" for claim in self.claims)
 
     def __bool__(self) -> bool:

@@ -1,4 +1,4 @@
-"""How near drones come to each other, for all times: bounds on polynomials first, exact arithmetic where those leave it open.
+"""Least distances between drones, for all times: bounds on polynomials first, exact arithmetic where those leave it open.
 
 With `weight` k the distance in z counts k times. Where a drone's pieces do not join exactly it is nowhere between them for an instant;
 the longest steps of both drones are taken off what is proved of a pair, as for planned flights.
@@ -82,7 +82,7 @@ class Nearest:
 
 @dataclass(slots=True)
 class Closest:
-    """What is known of the least distance so far: mutable, as the search for near pieces goes by it.
+    """Least distance known so far: mutable, as it guides the search for near pieces.
 
     Attributes:
         high: Some pair comes so near, in m.
@@ -131,7 +131,7 @@ class Closest:
 
 @dataclass(frozen=True, eq=False)
 class Separation:
-    """What is asked of pairs.
+    """Required distances of pairs.
 
     Attributes:
         limits: Least distances of drones given by two arrays of indices, in m.

@@ -1,4 +1,4 @@
-"""What each drone does by itself, for all times: how fast, how hard, how near to the walls and to the ground.
+"""Extremes of each drone by itself, for all times: speed, acceleration, distance to the walls and to the ground.
 
 A bound that lies on the wrong side of its limit only by rounding is decided on the exact polynomials, piece by piece.
 """

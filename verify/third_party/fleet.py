@@ -41,7 +41,7 @@ SHORTEST = 1e-6
 
 @dataclass(frozen=True, slots=True)
 class Column:
-    """Where a drone takes off or lands straight up or down, outside its path.
+    """Vertical take-off or landing of a drone outside its path.
 
     Attributes:
         drone: Index.
@@ -143,7 +143,7 @@ class Fleet:
 
     @property
     def end(self) -> Fraction:
-        """When the last drone has come to its end, exact, in s."""
+        """Time at which the last drone has come to its end, exact, in s."""
         return self.time(len(self.knots) - 1)
 
     def time(self, knot: int) -> Fraction:
@@ -252,7 +252,7 @@ def length_between(start: Floats, stop: Floats) -> tuple[Floats, Floats]:
 
 
 def is_before(one: Floats, other: Floats) -> NDArray[np.bool_]:
-    """Tell which times are before others, exactly.
+    """Return which times are before others, exactly.
 
     Args:
         one: Sums of two floats. Shape (k, 2).
@@ -345,7 +345,7 @@ def _check(source: str, flight: Flight) -> None:
 
 
 def _require_pads(source: str, names: Sequence[str], what: str, points: Floats) -> None:
-    """Refuse two drones that stand on one pad."""
+    """Reject two drones that stand on one pad."""
     for one, other in sorted(KDTree(points).query_pairs(PAD)):
         at = ", ".join(f"{value:.4g}" for value in points[one])
         raise BadInput(f"{source}: {names[one]} and {names[other]} both {what} ({at}); each drone needs a pad of its own.")

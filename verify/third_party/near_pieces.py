@@ -1,4 +1,4 @@
-"""Which pieces of two drones can hold a breach or the least distance of all: the rest is proved to be apart and left out.
+"""Pairs of pieces that can hold a violation or the least distance of all: the rest is proved to be apart and left out.
 
 Time is cut into short slices. During a slice of length w a drone is within V w / 2 of where it is at the slice's middle, V a bound on its
 speed then (the greatest control point of its velocity), and within A w^2 / 8 + J w / 2 of the line that it would go on with its velocity

@@ -1,4 +1,4 @@
-"""When pieces are held against others: always, or only from a height on, and never where a column is judged in their place."""
+"""Times at which pieces are compared with others: always, or only above a height, and never where a column is checked in their place."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ def _higher(fleet: Fleet, row: int, above: Fraction) -> tuple[Fraction, Fraction
 
 
 def is_high(fleet: Fleet, rows: Sequence[int], time: Fraction, above: Fraction) -> bool:
-    """Tell whether drones are all no lower than a height at a time, exactly.
+    """Return whether drones are all no lower than a height at a time, exactly.
 
     Args:
         fleet: The drones.

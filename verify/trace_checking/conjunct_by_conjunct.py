@@ -1,4 +1,4 @@
-"""What claims about a team's words have in common: the words as given, each conjunct by itself, and Spot's second opinion."""
+"""Common parts of claims about a team's words: the words as given, each conjunct by itself, and Spot's second opinion."""
 
 from __future__ import annotations
 

@@ -158,7 +158,7 @@ def _common_length(spans: list[float], step: float) -> tuple[int, list[int]]:
 
 
 def _require_near(name: str, points: NDArray[Any]) -> None:
-    """Refuse control points, of shape (pieces, 4, 8), that 16 bits do not hold."""
+    """Reject control points, of shape (pieces, 4, 8), that 16 bits do not hold."""
     place, heading = float(np.max(np.abs(points[:, :3]))), float(np.max(np.abs(points[:, 3])))
     if place > _MOST:
         raise DoesNotFit(f"{name} has a control point {place / 1000:g} m from the origin; compressed flights reach 32.767 m.")
@@ -249,7 +249,7 @@ def _product(request: Request) -> Product:
 
 
 def _without_team_laps(team: Mapping[str, Trajectory]) -> Mapping[str, Trajectory]:
-    """Refuse laps of several robots: they begin together to the last bit, and sums of whole milliseconds are no sums of float32."""
+    """Reject laps of several robots: they begin together to the last bit, and sums of whole milliseconds are no sums of float32."""
     if len(team) > 1 and any(path.cycle is not None for path in team.values()):
         raise DoesNotFit(
             "The laps of a team begin together to the last bit, which the compressed format's milliseconds do not keep. Use the format "
@@ -281,7 +281,7 @@ def _packed(team: Mapping[str, Trajectory], laps: int) -> Mapping[str, Trajector
 
 
 def _require_heading(name: str, heading: float) -> None:
-    """Refuse a flight, beginning at a heading in rad, where rounding turns it: no certificate is of that."""
+    """Reject a flight, beginning at a heading in rad, where rounding turns it: no certificate is of that."""
     tenths = heading * _UNITS[3]
     if abs(round(tenths) - tenths) > _HEADING * _UNITS[3]:
         raise DoesNotFit(

@@ -1,4 +1,4 @@
-"""What a Crazyflie has to be told so that it flies as it was simulated: controller, mass, and how far to trust motion capture."""
+"""Parameters of a Crazyflie that make it fly as it was simulated: controller, mass, and trust in motion capture."""
 
 from __future__ import annotations
 

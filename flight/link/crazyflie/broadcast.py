@@ -95,7 +95,7 @@ class Broadcast:
 
 
 def _flies(vehicle: Vehicle, begin: float) -> bool:
-    """Tell whether a vehicle whose answer was lost says that it flies something since."""
+    """Return whether a vehicle whose answer was lost says that it flies something since."""
     state, told = vehicle.reports.state, vehicle.reports.state_at
     told_since = vehicle.started is None and state is not None and told > begin + _SETTLES
     return told_since and State.ACTIVE in (state or State(0)) and State.FINISHED not in (state or State.FINISHED)

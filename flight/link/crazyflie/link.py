@@ -106,7 +106,7 @@ class CrazyflieLink:
             raise
 
     def _require(self, mission: Mission) -> None:
-        """Refuse what cannot be flown, before anybody is reached."""
+        """Reject what cannot be flown, before anybody is reached."""
 
     def _reached(self) -> None:
         """Prepare for flights, once all are reached."""
@@ -120,7 +120,7 @@ class CrazyflieLink:
 
     @property
     def failsafe(self) -> str:
-        """What acts on board when nothing comes from here any more."""
+        """Reaction on board when nothing arrives from here any more."""
         return _GONE if self._stops else _GOES_ON
 
     @property
@@ -162,7 +162,7 @@ class CrazyflieLink:
         return {key: board[key] for key in self.wanted[robot] if key in board}
 
     def require_room(self, team: Mapping[str, Trajectory]) -> None:
-        """Refuse flights that memories on board cannot hold, before anything is stored.
+        """Reject flights that memories on board cannot hold, before anything is stored.
 
         Args:
             team: Finite, as they are flown.

@@ -1,4 +1,4 @@
-"""What a Crazyflie says of itself: where it takes itself to be, its supervisor, its battery, and how sure its estimator is."""
+"""Reports of a Crazyflie: its estimated position, its supervisor, its battery, and its estimator's variances."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _WHOLE = 0.02
 
 
 class Reports:
-    """What one vehicle reports, as it comes.
+    """Reports of one vehicle, as they come.
 
     Attributes:
         estimate: Where it takes itself to be.
@@ -96,18 +96,18 @@ class Reports:
 
     @property
     def state(self) -> State | None:
-        """What its supervisor last said; None where it says nothing."""
+        """Last state of its supervisor; None where it reports nothing."""
         info = self._told.get("supervisor.info")
         return None if info is None else State(int(info))
 
     @property
     def state_at(self) -> float:
-        """When it said so, s."""
+        """Time of that report, s."""
         return self._told_at
 
     @property
     def watched(self) -> bool:
-        """Whether its pose is known, and its health for half a second, where it says something of it."""
+        """True if its pose is known, and its health for half a second, where it says something of it."""
         health = not self._tells or (bool(self._told) and len(self._variances) in (0, self._variances.maxlen))
         return health and self.estimate is not None
 

@@ -44,7 +44,7 @@ def full_state(flat: Floats) -> bytes:
 
 
 def require_near(mission: Mission) -> None:
-    """Refuse a mission in whose workspace there are places that cannot be sent.
+    """Reject a mission in whose workspace there are places that cannot be sent.
 
     Args:
         mission: In the laboratory's frame.

@@ -1,4 +1,4 @@
-"""What is set on board before a flight and read back: the controller, its mass, and how far motion capture is trusted."""
+"""Settings on board before a flight, read back: the controller, its mass, and how far motion capture is trusted."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What takes a while: to reach vehicles, to set parameters, to store a flight, to arm. Each is asked for until it is confirmed, or refused."""
+"""Steps that take a while: to reach vehicles, to set parameters, to store a flight, to arm. Each is repeated until it is confirmed, or rejected."""
 
 from __future__ import annotations
 

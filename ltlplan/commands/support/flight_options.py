@@ -87,7 +87,7 @@ GEOMETRIC = ControllerName("geometric")
 
 @dataclass(frozen=True, slots=True)
 class Said:
-    """What options say of a flight; None where they say nothing.
+    """Options of a flight as they were given; None where they were not.
 
     Attributes:
         wind: As `--wind`.
@@ -109,12 +109,12 @@ class Said:
 
     @property
     def anything(self) -> bool:
-        """Whether they say anything."""
+        """True if any of them was given."""
         said = (self.wind, self.noise, self.controller, self.estimator, self.latency, self.mass)
         return self.model != FULL or any(option is not None for option in said)
 
     def require_sense(self) -> None:
-        """Refuse what makes no sense for any mission, before one is planned.
+        """Reject what makes no sense for any mission, before one is planned.
 
         Raises:
             BadInput: There are no such conditions.

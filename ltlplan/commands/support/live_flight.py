@@ -89,7 +89,7 @@ def fly_over_link(source: str, out: Path | None, asked: Asked, said: Said, seed:
 
 
 def keep_record(out: Path | None) -> None:
-    """Refuse a folder with the record of a flight that vehicles flew: it cannot be flown again.
+    """Reject a folder with the record of a flight that vehicles flew: it cannot be flown again.
 
     Args:
         out: Folder to write; None writes nothing.

@@ -46,7 +46,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Happening:
-    """What happens in an online flight.
+    """Event of an online flight.
 
     Attributes:
         events: As `--event`.

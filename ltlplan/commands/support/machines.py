@@ -1,4 +1,4 @@
-"""Where a command's work is done: in processes of this machine, or by the workers of a Dask cluster."""
+"""Workers of a command: processes of this machine, or the workers of a Dask cluster."""
 
 from __future__ import annotations
 

@@ -33,7 +33,7 @@ async def list_flights(request: Request) -> Response:
 
 @router.get("/{name}", response_model=LiveFlight, responses=problems(404))
 async def get_flight(request: Request, name: Name) -> Response:
-    """Tell whether a flight listens, and when it asked last."""
+    """Return whether a flight listens, and when it asked last."""
     return Response((await service_of(request).live.flight(name)).model_dump_json(), media_type=JSON)
 
 
@@ -97,7 +97,7 @@ async def list_events(
     openapi_extra=json_body("LiveAnswers", "What the flight did."),
 )
 async def answer_events(request: Request, name: Name) -> Response:
-    """Tell what a flight did with events; what was answered before stays."""
+    """Return what a flight did with events; what was answered before stays."""
     asked = await read_json(request, LiveAnswers)
     await service_of(request).live.answer(name, asked.flight, asked.answers)
     return Response(status_code=204)

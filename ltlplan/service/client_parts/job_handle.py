@@ -61,12 +61,12 @@ class Submitted:
 
     @property
     def state(self) -> State:
-        """How far it is now; as `job`."""
+        """Its present state; as `job`."""
         return self.job.state
 
     @property
     def files(self) -> tuple[FileEntry, ...]:
-        """What it has made by now; as `job`."""
+        """Files that it has made by now; as `job`."""
         return self.job.files
 
     def refreshed(self) -> Submitted:
@@ -107,7 +107,7 @@ class Submitted:
         """Wait until it has ended, and return it.
 
         Args:
-            progress: Told a sentence and the share done, 0 to 1.
+            progress: Receives a sentence and the share done, 0 to 1.
             timeout: s after which to give up waiting; the job goes on.
 
         Raises:
@@ -137,7 +137,7 @@ class Submitted:
         """Return its plan as soon as there is one.
 
         Args:
-            progress: Told a sentence and the share done, 0 to 1.
+            progress: Receives a sentence and the share done, 0 to 1.
 
         Raises:
             LtlplanError: Why there is no plan.
@@ -189,7 +189,7 @@ class Submitted:
 
         Args:
             out: Folder to write.
-            progress: Told a sentence and the share done, 0 to 1.
+            progress: Receives a sentence and the share done, 0 to 1.
 
         Raises:
             LtlplanError: What it failed of, or that its files do not prove what they should.

@@ -1,4 +1,4 @@
-"""How a service is asked: one connection, errors of the library's own classes, and answers that are looked at before they are believed."""
+"""Transport to a service: one connection, errors of the library's own classes, and validated answers."""
 
 from __future__ import annotations
 

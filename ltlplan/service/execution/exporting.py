@@ -17,7 +17,7 @@ from verify.data.progress import Progress
 
 @dataclass(frozen=True, slots=True)
 class ExportAsked:
-    """What a flight is to be written for.
+    """Request for an export.
 
     Attributes:
         target: Name of the format.
@@ -53,7 +53,7 @@ def export_archive(value: bytes, progress: Progress) -> tuple[str, bytes]:
 
     Args:
         value: What `export_bytes` made.
-        progress: Told a sentence and the share done, 0 to 1.
+        progress: Receives a sentence and the share done, 0 to 1.
 
     Raises:
         LtlplanError: The flight is not written, and why.

@@ -41,7 +41,7 @@ _PLANNED, _CERTIFIED, _FLOWN = 0.25, 0.7, 0.9
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What a stage made.
+    """Outcome of a stage.
 
     Attributes:
         value: What the next stage takes; empty after the last.
@@ -76,7 +76,7 @@ def run_stage(name: str, value: bytes, progress: Progress) -> Outcome:
     Args:
         name: "plan", "round 1" to "round 6", "flight" or "files"; "export".
         value: What the stage before it made; of an export what `export_bytes` made.
-        progress: Told a sentence and the share of the whole job done, 0 to 1.
+        progress: Receives a sentence and the share of the whole job done, 0 to 1.
 
     Raises:
         LtlplanError: The mission has no plan, or no certified flight was found, and why.

@@ -85,7 +85,7 @@ def why(error: BaseException) -> str | None:
 
 
 def _check_tables(connection: sa.Connection, known: int) -> None:
-    """Refuse a database that a newer engine has written."""
+    """Reject a database that a newer engine has written."""
     schema = None if connection.dialect.name == "sqlite" else SCHEMA
     if not sa.inspect(connection).has_table("dbos_migrations", schema=schema):
         return

@@ -1,4 +1,4 @@
-"""What is said of a mission while it is typed: faults where they stand, the formula in words, its automata, the world.
+"""Checks of a mission while it is typed: errors where they stand, the formula in words, its automata, the world.
 
 These functions are run by a worker, never by the process that serves; what they return is plain data.
 """
@@ -21,7 +21,7 @@ def check_text(text: str, report: Progress) -> Json:
 
     Args:
         text: YAML as it is typed.
-        report: Told what is done.
+        report: Receives what is done.
 
     Returns:
         `faults`, each with `line`, `keys`, `message` and where it stands (`from`, `to`, offsets); of a sound mission also its
@@ -69,7 +69,7 @@ def change_formula(text: str, formula: str, report: Progress) -> str:
     Args:
         text: YAML.
         formula: The new formula.
-        report: Told what is done.
+        report: Receives what is done.
 
     Raises:
         BadInput: The text is no mission to write a formula into.
@@ -84,7 +84,7 @@ def change_margin(text: str, margin: float, report: Progress) -> str:
     Args:
         text: YAML.
         margin: m.
-        report: Told what is done.
+        report: Receives what is done.
 
     Raises:
         BadInput: The text is no mission to write a margin into.
@@ -99,7 +99,7 @@ def add_edges(text: str, edges: list[tuple[str, str]], report: Progress) -> str:
     Args:
         text: YAML.
         edges: Pairs of regions.
-        report: Told what is done.
+        report: Receives what is done.
 
     Raises:
         BadInput: The text has no list of edges.
@@ -114,7 +114,7 @@ def leave_out(text: str, part: str, report: Progress) -> str:
     Args:
         text: YAML.
         part: The part, as text.
-        report: Told what is done.
+        report: Receives what is done.
 
     Raises:
         BadInput: The text is no mission, or its formula has no such part.

@@ -28,7 +28,7 @@ class Editor(Element, component="assets/editor.js", esm={"nicegui-codemirror": f
         language: CodeMirror's name of the text's language, if any.
         single: Whether it is one line.
         hint: Shown while it is empty.
-        on_text: Told the text a quarter of a second after a change.
+        on_text: Receives the text a quarter of a second after a change.
         on_submit: Called on Ctrl-Enter.
     """
 

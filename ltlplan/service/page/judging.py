@@ -70,7 +70,7 @@ def judged(
         files: What the job has made: names, and where their bytes lie.
         recording: The recorded flight.
         said: What a person says of it.
-        report: Told what is done.
+        report: Receives what is done.
 
     Returns:
         `words`, `sentence`, `claims`, `assumptions`, and by robot the places where it was seen (`flown`).

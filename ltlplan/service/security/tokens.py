@@ -46,7 +46,7 @@ class Tokens:
 
     @property
     def needed(self) -> bool:
-        """Whether there are any: then everybody needs one."""
+        """True if there are any: then every client needs one."""
         return bool(self._digests())
 
     def names(self) -> tuple[str, ...]:

@@ -1,4 +1,4 @@
-"""What a mission's file says, as plain values, before anybody asks what it means; and where in which file each key stands."""
+"""Plain values of a mission's file before validation, with the file and line of each key."""
 
 from __future__ import annotations
 

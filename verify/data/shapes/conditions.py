@@ -140,7 +140,7 @@ def root_bounds(value: Fraction) -> tuple[Fraction, Fraction]:
 
 
 def is_positive(matrix: Sequence[Sequence[Fraction]]) -> bool:
-    """Tell whether a symmetric matrix is positive definite: all its leading minors are above zero.
+    """Return whether a symmetric matrix is positive definite: all its leading minors are above zero.
 
     Args:
         matrix: Shape (n, n), n at most 3.

@@ -19,7 +19,7 @@ _METHODS = {zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED}
 
 @dataclass(frozen=True, slots=True)
 class ArchiveBounds:
-    """What is read of an archive at the most.
+    """Bounds on what is read of an archive.
 
     Attributes:
         what: What such an archive holds, for messages: "show".
@@ -72,7 +72,7 @@ def checked_members(source: str, members: Iterable[zipfile.ZipInfo], bounds: Arc
 
 
 def leads_out(name: str) -> bool:
-    """Tell whether a path in an archive may lead out of it.
+    """Return whether a path in an archive may lead out of it.
 
     Args:
         name: The path.

@@ -1,4 +1,4 @@
-"""What a mission's obstacles must keep: openings that lead through walls, and room around starts, ends and hoops."""
+"""Rules for a mission's obstacles: openings that lead through walls, and room around starts, ends and hoops."""
 
 from __future__ import annotations
 
@@ -150,7 +150,7 @@ def _walled_in(
 
 
 def _is_inside(region: Region, obstacle: Obstacle) -> bool:
-    """Tell whether every part of a region lies in some convex body of an obstacle, in floats."""
+    """Return whether every part of a region lies in some convex body of an obstacle, in floats."""
     between = np.array(region.center) - np.array(obstacle.center)
     return all(
         any(_is_part_inside(surface_of(tuple(part)), held, between) for held in obstacle.measures.covers)

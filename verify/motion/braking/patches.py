@@ -81,12 +81,12 @@ class Patches:
 
     @property
     def size(self) -> Floats:
-        """How large coordinates may be, about, m. Shape (n, 3)."""
+        """Approximate size of coordinates, m. Shape (n, 3)."""
         return np.abs(self.mid).max(axis=(2, 3))
 
     @property
     def extents(self) -> tuple[Floats, Floats]:
-        """How far patches reach along instants, and along shares, about, m. Shape (n,) each."""
+        """Approximate extents of patches along instants, and along shares, m. Shape (n,) each."""
         return np.ptp(self.mid, axis=3).max(axis=(1, 2)), np.ptp(self.mid, axis=2).max(axis=(1, 2))
 
     def halved_in_time(self) -> Patches:
@@ -134,7 +134,7 @@ class Patches:
         return (float(start.min()), float(stop.max())), (float(self.share.min()), float((self.share + self.width).max()))
 
     def require_finite(self) -> None:
-        """Refuse what cannot be computed.
+        """Reject what cannot be computed.
 
         Raises:
             BadInput: Coefficients are too large.

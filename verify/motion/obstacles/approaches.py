@@ -1,4 +1,4 @@
-"""How near robots come to obstacles, for all times: branch and bound over segments of paths and convex parts of obstacles.
+"""Least distances of robots to obstacles, for all times: branch and bound over segments of paths and convex parts of obstacles.
 
 The quantity is the distance of a path from what is solid (`verify.data.shapes.solid_parts`). Far parts are told by boxes around
 several segments at once; of what is left each segment is halved until what `verify.motion.obstacles.half_spaces` proves of its
@@ -40,7 +40,7 @@ _STEP = 1e-6
 
 @dataclass(frozen=True, slots=True)
 class Approach:
-    """How near one robot comes to one obstacle.
+    """Least distance of one robot to one obstacle.
 
     Attributes:
         robot: Name.
@@ -84,7 +84,7 @@ class SolidWorld:
 
     @cached_property
     def bodies(self) -> SolidBodies:
-        """What is solid, as arrays."""
+        """The solid bodies, as arrays."""
         return SolidBodies(self.parts)
 
     @np.errstate(all="ignore")

@@ -1,4 +1,4 @@
-"""Whether a path surely meets an obstacle: one instant of it and one solid point that are near enough, in rational numbers."""
+"""Refutation of clearances: one instant of a path and one solid point that are too near, in rational numbers."""
 
 from __future__ import annotations
 

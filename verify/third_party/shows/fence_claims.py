@@ -1,4 +1,4 @@
-"""What is claimed of a geofence: one claim for each polygon that all drones keep, one for each drone that does not keep it."""
+"""Claims on a geofence: one for each polygon that all drones satisfy, one for each drone that violates it."""
 
 from __future__ import annotations
 

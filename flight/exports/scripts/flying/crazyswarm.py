@@ -127,7 +127,7 @@ class Swarm:
 
     @property
     def seen_by_tf(self) -> bool:
-        """Whether robots are the simulator's, and have no /pose."""
+        """True if robots are the simulator's, and have no /pose."""
         return self.simulated and self.dated and any(not robot.poseStamped for robot in self.robots.values())
 
     @property

@@ -96,20 +96,20 @@ class Reports:
 
     @property
     def settled(self) -> bool | None:
-        """Whether its estimator knows attitude and horizontal position; None where it does not say."""
+        """True if its estimator knows attitude and horizontal position; None where it does not say."""
         if self.estimator is None:
             return None
         return bool(self.estimator & _LEVEL and self.estimator & _PLACED and not self.estimator & _LOST)
 
     @property
     def ready(self) -> bool | None:
-        """Whether it is armed, or its checks before arming pass; None where it does not say, or they do not in the mode that it is in."""
+        """True if it is armed, or its checks before arming pass; None where it does not say, or they do not in the mode that it is in."""
         present, health = self._checks
         return True if self.armed or present & health & _PREARM else None
 
     @property
     def flying(self) -> bool | None:
-        """Whether it is armed and does not take itself to have landed; None where it does not say."""
+        """True if it is armed and does not take itself to have landed; None where it does not say."""
         if self.mode is None:
             return None
         return False if not self.armed or self._landed == _ON_GROUND else True if self._landed else None
@@ -121,7 +121,7 @@ class Reports:
 
     @property
     def ready_to_check(self) -> bool:
-        """Whether all that checks before a flight ask for has been said, and its own checks pass."""
+        """True if all that checks before a flight ask for has been said, and its own checks pass."""
         return self.heading is not None and self.estimator is not None and bool(self.ready) and self._checks != (0, 0)
 
     @property
