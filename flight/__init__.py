@@ -1,4 +1,4 @@
-"""Simulate certified flights, watch them, compare them with recordings, and export them to real vehicles.
+"""Simulation, monitoring, comparison and export of certified flights, and live flights over a link.
 
 `flights` flies once and `campaigns` many times (in `batches`), both in `conditions` (wind, sensors, model, controller) and by
 `closed_loop`, which lets `control` steer what `model` moves (`onboard_simulation` for what vehicles carry; `simulation_setup` and `random_streams` are common to both). `rehearsal` flies under everything that may be otherwise. `monitoring` judges while flying, `logs` keeps what happened,

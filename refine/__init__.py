@@ -1,8 +1,8 @@
-"""From waypoints and a word to polynomials that a quadrotor can fly.
+"""Refinement of waypoints and a word to polynomials that a quadrotor can fly.
 
-`refine(plan)` serves missions. Whoever has points and no mission takes `minimum_snap` (points and times), `time_optimal`
-(points and limits) or `retime` (a path and limits), a heading from `heading_spline` or `least_spin`, and `quantise`; `split`
-cuts a flight that is too long for the vehicle's memory.
+`refine(plan)` serves missions. For points without a mission there are `minimum_snap` (points and times), `time_optimal` (points and limits) and
+`retime` (a path and limits), a heading by `heading_spline` or `least_spin`, and `quantise`; `split` cuts a flight that is too long for the
+vehicle's memory.
 
 Read `team` (`laps` for teams that fly for ever, `parts` and `team_pauses` for flights that no vehicle holds at once), then `single_robot`
 (one robot as if alone) and `coordination` (all of them), over `corridor`, `solvers`, `heading`, `limits`, `spline` and `obstacles`; `feedback` is what the judge's witnesses ask for.

@@ -1,12 +1,12 @@
-"""The judge: what will fly satisfies the formula for all times, or the reason why that is not proved.
+"""Checker of flights: a proof, for all times, that what will fly satisfies the formula, or the reason why that is not proved.
 
-`verify` imports nothing of the planner, of refinement or of flight, and shares with them only the plain data of
-`verify.data`.
+`verify` imports nothing of the planner, of refinement or of flight. It shares with them only the plain data of `verify.data`.
 
-Read `certification` (the door; `certificate` is the value) and `claims`, then `motion` (polynomials), `model_checking` (words over time)
-and `logic` (what a formula says), over `arithmetic`. `trace_checking` judges words alone, `recordings` flights that were flown, `third_party` what
-other programs planned, `flight_segments` flights in changing worlds; `run_folder` proves again from files (`certificate_file`), `testing` is for other people's tests.
-`data` is what all packages share. `aborts` proves braking to a hover; `exported_parts` holds uploaded parts against the flight.
+Read `certification` (the entry point; `certificate` is the value) and `claims`, then `motion` (polynomials), `model_checking` (words over time)
+and `logic` (semantics of formulas), over `arithmetic`. `data` holds missions, plans and trajectories, which all packages share.
+`run_folder` proves a folder again from its files (`certificate_file`). `trace_checking` checks words alone, `recordings` recorded flights, and
+`third_party` flights that other programs planned. `flight_segments` checks flights in changing worlds, `aborts` braking to a hover, and
+`exported_parts` uploaded parts against the flight. `testing` serves the tests of other projects.
 """
 
 from __future__ import annotations

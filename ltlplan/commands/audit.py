@@ -29,7 +29,7 @@ def command(
     mission: Annotated[
         str | None,
         typer.Option(
-            "--mission", help="A mission file or a shipped mission, whose agents they are.", autocompletion=missions_like
+            "--mission", help="A mission file or a shipped mission, whose agents the drones are.", autocompletion=missions_like
         ),
     ] = None,
     formula: FormulaOption = None,
@@ -37,12 +37,13 @@ def command(
         str | None, typer.Option("--vehicle", help="A shipped vehicle: its speed, acceleration and twice its radius.")
     ] = None,
     workspace: Annotated[
-        str | None, typer.Option("--workspace", help="Where all stay: x,y,z of the lower corner, then of the upper one, in m.")
+        str | None,
+        typer.Option("--workspace", help="Box in which all stay: x,y,z of the lower corner, then of the upper one, in m."),
     ] = None,
     separation: Annotated[float | None, typer.Option("--separation", help="Least distance between centres, m.")] = None,
     separation_above: Annotated[
         float | None,
-        typer.Option("--separation-above", help="Ask it only while both drones are above this z, m (default: everywhere)."),
+        typer.Option("--separation-above", help="Require it only while both drones are above this z, m (default: everywhere)."),
     ] = None,
     speed: Annotated[float | None, typer.Option("--speed", help="Greatest speed, m/s.")] = None,
     acceleration: Annotated[float | None, typer.Option("--acceleration", help="Greatest acceleration, m/s^2.")] = None,
@@ -55,12 +56,12 @@ def command(
         float | None, typer.Option("--margin", help="How far drones may be from their paths, m (default: the mission's, or 0).")
     ] = None,
     columns: Annotated[
-        bool, typer.Option(help="Judge take-off and landing that a show leaves to the autopilot; not of a show's excerpts.")
+        bool, typer.Option(help="Check take-off and landing that a show leaves to the autopilot; not of a show's excerpts.")
     ] = True,
     file_limits: Annotated[
         bool,
         typer.Option(
-            help="Ask what a show's file asks itself (its validation settings, its geofence) where nothing else says it."
+            help="Require the limits in a show's file (its validation settings, its geofence) where nothing else gives them."
         ),
     ] = True,
     out: Annotated[

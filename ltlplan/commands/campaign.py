@@ -18,9 +18,9 @@ if TYPE_CHECKING:
 # a parameter for each of the command's options
 def command(
     source: flight_options.TeamArgument,
-    runs: Annotated[int, typer.Option("--runs", min=1, help="How many flights.")] = 100,
+    runs: Annotated[int, typer.Option("--runs", min=1, help="Number of flights.")] = 100,
     workers: Annotated[
-        int | None, typer.Option("--workers", min=1, help="Processes (default: 1); findings do not depend on it.")
+        int | None, typer.Option("--workers", min=1, help="Processes (default: 1); results do not depend on it.")
     ] = None,
     dask: machines.DaskOption = None,
     out: flight_options.OutOption = None,

@@ -28,7 +28,7 @@ def command(
     flight: Annotated[
         Path | None,
         typer.Option(
-            "--flight", help="A recorded flight to judge instead of trajectories: a table, a ROS 2 bag, a PX4 log, or a folder."
+            "--flight", help="A recorded flight to check instead of trajectories: a table, a ROS 2 bag, a PX4 log, or a folder."
         ),
     ] = None,
     max_speed: Annotated[
@@ -39,17 +39,15 @@ def command(
         str | None,
         typer.Option(
             "--start",
-            help="With --flight: when the flight began on the recording's clock, s; or on each robot's: quad0=3.2,quad1=5.7",
+            help="With --flight: start of the flight on the recording's clock, s; or on each robot's: quad0=3.2,quad1=5.7",
         ),
     ] = None,
-    start_error: Annotated[
-        float, typer.Option("--start-error", min=0.0, help="With --flight: how far --start may be off, s.")
-    ] = 0.0,
+    start_error: Annotated[float, typer.Option("--start-error", min=0.0, help="With --flight: error of --start, s.")] = 0.0,
     rename: Annotated[
         list[str] | None,
         typer.Option(
             "--rename",
-            help="With --flight: what the recording calls a robot or a column: quad0=cf231, t='Frame time' (again for more).",
+            help="With --flight: the recording's name of a robot or a column: quad0=cf231, t='Frame time' (again for more).",
         ),
     ] = None,
     axes: Annotated[

@@ -1,4 +1,4 @@
-"""`ltlplan check`: hold a word, or the words of a team, against a formula."""
+"""Command `ltlplan check`: a word, or the words of a team, against a formula."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def command(
     words: Annotated[
         list[str],
         typer.Argument(
-            help="One word a robot in Spot's notation, such as '1; a; b & c' or 'a; cycle{b; 1}'; what is not named is false.",
+            help="One word a robot in Spot's notation, such as '1; a; b & c' or 'a; cycle{b; 1}'; propositions that are not named are false.",
             show_default=False,
         ),
     ],

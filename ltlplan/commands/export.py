@@ -23,13 +23,13 @@ CRAZYSWARM2 = TargetName("crazyswarm2")
 def command(
     folder: FolderArgument,
     format: Annotated[  # noqa: A002  # the name that users type
-        TargetName, typer.Option("--format", help="What the flight is written for.")
+        TargetName, typer.Option("--format", help="Target that the flight is written for.")
     ] = CRAZYSWARM2,
     out: Annotated[
         Path | None, typer.Option("--out", help="Folder to write (default: a folder of the format's name inside).")
     ] = None,
     vehicle: Annotated[
-        str | None, typer.Option("--vehicle", help="Airframe that will fly, to be held against the certificate's.")
+        str | None, typer.Option("--vehicle", help="Airframe that will fly, to be compared with the certificate's.")
     ] = None,
     robots: Annotated[
         str | None, typer.Option("--robots", help="Robots to write, such as quad0,quad1, where others fly from another export.")

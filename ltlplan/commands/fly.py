@@ -35,13 +35,13 @@ def command(
     mass: flight_options.MassOption = None,
     reaction: Annotated[
         ReactionName | None,
-        typer.Option("--reaction", help="What the team does after an alarm, instead of the mission's choice."),
+        typer.Option("--reaction", help="Response of the team to an alarm, instead of the mission's `reaction`."),
     ] = None,
     link: Annotated[
         flight_options.LinkName | None,
         typer.Option(
             "--link",
-            help="Fly live over a link: checks, certified climb, way to the starts, flight and landing, watched, with a way out "
+            help="Fly live over a link: checks, certified climb, transit to the starts, flight and landing, watched, with a way out "
             "at every moment. `simulated`: our simulation behind the same interface; `crazyflie`: by radio, --inventory or --address; "
             "`mavlink`: PX4, by --address.",
         ),

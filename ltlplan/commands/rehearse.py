@@ -21,7 +21,7 @@ def command(
     source: flight_options.TeamArgument,
     runs: Annotated[int, typer.Option("--runs", min=1, help="Flights of each combination.")] = 20,
     controller: Annotated[
-        list[str] | None, typer.Option("--controller", help="Who follows; may be given several times.")
+        list[str] | None, typer.Option("--controller", help="Controller; may be given several times.")
     ] = None,
     mass: Annotated[
         list[float] | None, typer.Option("--mass", help="Share of the profile's mass that is flown; several times.")
@@ -35,7 +35,7 @@ def command(
         typer.Option("--drag", help="Of vehicles whose drag is a guess: profile, least, most (default: all); several times."),
     ] = None,
     noise: Annotated[str, typer.Option("--noise", help="Standard deviation of motion capture's positions, m.")] = "0.001",
-    workers: Annotated[int, typer.Option("--workers", min=1, help="Processes; findings do not depend on it.")] = 1,
+    workers: Annotated[int, typer.Option("--workers", min=1, help="Processes; results do not depend on it.")] = 1,
     out: flight_options.OutOption = None,
     seed: options.SeedOption = None,
     json: options.JsonOption = False,

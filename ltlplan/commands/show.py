@@ -20,7 +20,7 @@ def command(
     formula: options.FormulaOption = None,
     cost: options.CostOption = None,
     shown_round: Annotated[
-        int | None, typer.Option("--round", min=1, help="Which round of cross-entropy to draw, counted from 1 (default: 1).")
+        int | None, typer.Option("--round", min=1, help="Iteration of cross-entropy to draw, counted from 1 (default: 1).")
     ] = None,
     json: options.JsonOption = False,
 ) -> None:

@@ -39,27 +39,27 @@ WindOption = Annotated[str | None, typer.Option("--wind", help="m/s: 1.5 (along 
 NoiseOption = Annotated[
     str | None, typer.Option("--noise", help="Motion capture with this standard deviation of a position, m.")
 ]
-ModelOption = Annotated[ModelName, typer.Option("--model", help="How the vehicles fly.")]
-ControllerOption = Annotated[ControllerName, typer.Option("--controller", help="Who follows the plan.")]
+ModelOption = Annotated[ModelName, typer.Option("--model", help="Model of the vehicles.")]
+ControllerOption = Annotated[ControllerName, typer.Option("--controller", help="Controller that follows the plan.")]
 FollowerOption = Annotated[
     ControllerName | None,
-    typer.Option("--controller", help="Who follows the plan (default: whom the vehicles' profiles name)."),
+    typer.Option("--controller", help="Controller that follows the plan (default: by the vehicles' profiles)."),
 ]
 EstimatorOption = Annotated[
     EstimatorName | None,
-    typer.Option("--estimator", help="Who makes a state of what motion capture sees: on board, or on the ground."),
+    typer.Option("--estimator", help="State estimator: on board, or on the ground."),
 ]
 LatencyOption = Annotated[
     float | None, typer.Option("--latency", help="s from a frame of motion capture to its use; 0.01 where there is noise.")
 ]
 MassOption = Annotated[
-    float | None, typer.Option("--mass", help="kg that a controller on board is told, instead of the vehicle's.")
+    float | None, typer.Option("--mass", help="kg that a controller on board assumes, instead of the vehicle's.")
 ]
 PlaceOption = Annotated[
     list[str] | None,
     typer.Option(
         "--place",
-        help="With --link: NAME=x,y,z in m, where the laboratory sees a robot stand (default: at z = 0 below its start).",
+        help="With --link: NAME=x,y,z in m, where motion capture sees a robot stand (default: at z = 0 below its start).",
     ),
 ]
 AddressOption = Annotated[

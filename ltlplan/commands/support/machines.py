@@ -11,7 +11,9 @@ if TYPE_CHECKING:
 
 DaskOption = Annotated[
     str | None,
-    typer.Option("--dask", metavar="ADDRESS", help="Let the workers of a Dask cluster do it: its scheduler's tcp://HOST:PORT."),
+    typer.Option(
+        "--dask", metavar="ADDRESS", help="Compute by the workers of a Dask cluster: its scheduler's tcp://HOST:PORT."
+    ),
 ]
 
 
