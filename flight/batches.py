@@ -1,4 +1,4 @@
-"""Runs of a campaign, simulated side by side and each judged by the words that it flew."""
+"""Runs of a campaign, simulated side by side and each checked by the words that it flew."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Job:
     """Settings that all runs of a campaign have in common.
 
     Attributes:
-        mission: Whose formula is judged.
+        mission: Whose formula is checked.
         reference: The plan, sampled.
         setup: The simulation, but for seeds.
         actions: When internal states change.

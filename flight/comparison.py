@@ -44,7 +44,7 @@ class Comparison:
         formula: State of the formula on the sampled path.
         closest: Least distance between two robots at a sample, m, and who; None for one robot.
         events: What a monitor says of it, in order.
-        judged: Every claim of the certificate's paths, held against the flight; None without the trajectories.
+        judged: Every claim of the certificate's paths, compared with the flight; None without the trajectories.
     """
 
     robots: tuple[str, ...]
@@ -91,9 +91,9 @@ def compare(
     Args:
         log: The flight, in whatever frame it is; of a FlightLog the positions are taken as measured.
         cert: The certificate.
-        team: The certified trajectories. A FlightLog can do without, by the errors that it holds; then only the tube is judged,
+        team: The certified trajectories. A FlightLog can do without, by the errors that it holds; then only the tube is checked,
             and pieces are taken to be longer than the gaps between samples.
-        plan: The plan, so that visits and passages are judged too.
+        plan: The plan, so that visits and passages are checked too.
         measurement: Bound on a measured position's error, m.
         max_speed: Bound on every robot's speed, m/s; None takes what the vehicle's rotors allow between the samples, which bound the
             acceleration.
@@ -220,7 +220,7 @@ def _fastest(samples: Samples, push: float, error: float, start: float, stop: fl
         if len(times) == 1:
             return np.inf
         if not len(times):
-            continue  # refused in words where the flight is judged
+            continue  # refused in words where the flight is checked
         shortest, longest = np.diff(times) - 2 * late, np.diff(times) + 2 * late
         moved = np.divide(steps + 2 * error, shortest, out=np.full(len(steps), np.inf), where=shortest > 0)
         beyond = max(float(times[0]) - start, stop - float(times[-1]), 0.0)

@@ -187,7 +187,7 @@ def make_export(
     Args:
         folder: What `ltlplan run` wrote.
         format: A target, or a name of one.
-        vehicle: Name of the airframe that will fly, where it is to be held against the certificate's.
+        vehicle: Name of the airframe that will fly, where it is to be compared with the certificate's.
         robots: Names of those that are written, where others of the team fly from another export; None for all.
         options: As the target's `options` say.
         force: Fly nothing, and write with a warning in every file that has room for words.

@@ -3,7 +3,7 @@
     mission - allocation - nominal paths - improved paths - plan
 
 Each arrow is a function; the first is the planning method (`ltlplan.allocation`), the others are shared by all methods. Planning
-shares only plain data with the checker; whether the plan keeps its word is judged above this layer, in `pipeline`.
+shares only plain data with the checker; whether the plan keeps its word is checked above this layer, in `pipeline`.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Recorded flights, held against what was asked of them: the way from two files to a verdict."""
+"""Recorded flights, compared with what was asked of them: the way from two files to a verdict."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Recorded:
-    """A recorded flight, judged.
+    """A recorded flight, checked.
 
     Attributes:
         mission: Name of the mission that was flown.
         verdict: What the recording shows, claim by claim.
         samples: What was measured.
-        asked: What it was held against.
+        asked: What it was compared with.
     """
 
     mission: str
@@ -47,7 +47,7 @@ def judge_flight(
     pauses: Sequence[float] = (),
     progress: Progress | None = None,
 ) -> Recorded:
-    """Judge a recorded flight, claim by claim, for all times between its samples too.
+    """Check a recorded flight, claim by claim, for all times between its samples too.
 
     Args:
         source: What it was to do: a run's folder, or a mission file.
@@ -61,7 +61,7 @@ def judge_flight(
 
     Raises:
         NotCertified: The folder's certificate is not proved any more, or a file was changed since.
-        BadInput: A file is missing or unreadable, or the recording cannot be judged.
+        BadInput: A file is missing or unreadable, or the recording cannot be checked.
     """
     from flight import RecordingOptions
     from verify import check_flight
@@ -92,7 +92,7 @@ def _our_log(recording: str | os.PathLike[str], mission: Mission, told: Recordin
     told.require_start_only(str(recording))
     if told.rename:
         raise BadInput(
-            f"{recording} is a log of ours, in which all is called as in the mission: nothing else may be told of it."
+            f"{recording} is a log of ours, in which all is called as in the mission: no other option applies to it."
         )
     if Path(recording).suffix == ".parquet":
         samples = read_flight_log(read_log(recording).to_csv(), str(recording), mission)

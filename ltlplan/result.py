@@ -57,7 +57,7 @@ class Result:
 
 
 def aborts_of(mission: Mission, team: Mapping[str, Trajectory], cert: Certificate) -> AbortVerdict:
-    """Judge braking to a hover as vehicles do it: at the certificate's margin and clock error.
+    """Check braking to a hover as vehicles do it: at the certificate's margin and clock error.
 
     Args:
         mission: The world, and who flies.

@@ -34,7 +34,7 @@ def team_laps(plan: Plan, witnesses: tuple[Witness, ...], options: RefinementOpt
 
     Args:
         plan: Who visits what, with where each robot's cycle begins.
-        witnesses: What the judge refused so far.
+        witnesses: What the checker refused so far.
         options: What the caller asked for.
         tell: Receives a sentence and a share of the work.
 
@@ -156,5 +156,5 @@ def _lap(plan: Plan, rests: Mapping[str, Rest], yaws: Mapping[str, float]) -> Pl
 
 
 def _silent(mission: Mission) -> Mission:
-    """Return the mission without its formula, which is judged of the whole flight: places for meetings are chosen already."""
+    """Return the mission without its formula, which is checked of the whole flight: places for meetings are chosen already."""
     return mission.asking(None)

@@ -43,7 +43,7 @@ def refine(
 
     Args:
         plan: Who visits what, with waypoints and nominal times.
-        witnesses: What the judge refused so far; each is repaired (limits tightened, clearances widened, waits added), starting
+        witnesses: What the checker refused so far; each is repaired (limits tightened, clearances widened, waits added), starting
             from the plan again. Hand in those of all earlier attempts together.
         progress: Receives a sentence and a share of the work.
         pace: "nominal": the plan's times, longer where limits ask for it; "time": as fast as limits and labels allow;

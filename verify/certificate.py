@@ -56,9 +56,9 @@ class Certificate:
         duration: T, in s.
         claims: Every claim, proved or not.
         actions: Instants of the planned actions.
-        versions: Of the software that judged.
+        versions: Of the software that checked.
         timelines: For pictures; not part of the file or the digest.
-        soft: What is said of each of the mission's soft parts; no claims, for the certificate holds without them.
+        soft: What is said of each of the mission's soft specifications; no claims, for the certificate holds without them.
         cuts: For each robot whose flight is cut into parts, the pieces with which parts begin.
     """
 
@@ -93,7 +93,7 @@ class Certificate:
 
     @property
     def soft_weight(self) -> float:
-        """Weight of the soft parts that are proved."""
+        """Weight of the soft specifications that are proved."""
         return math.fsum(part.weight for part in self.soft if part.outcome == "holds")
 
     def covers(self, team: Mapping[str, Trajectory]) -> bool:

@@ -1,4 +1,4 @@
-"""certificate.json as plain data: read with the shape that it must have, and held against what is proved now."""
+"""certificate.json as plain data: read with the shape that it must have, and compared with what is proved now."""
 
 from __future__ import annotations
 

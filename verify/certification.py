@@ -1,4 +1,4 @@
-"""Certification: trajectories held against their plan and mission, claim by claim, and the largest margin at which all hold.
+"""Certification: trajectories compared with their plan and mission, claim by claim, and the largest margin at which all hold.
 
 `judge` says of every claim whether it is proved; `certify` does the same and raises unless all of them are.
 """
@@ -226,7 +226,7 @@ def _read(evidence: Evidence, margin: Fraction) -> _Readings:
 
 
 def _at_margin(evidence: Evidence, margin: Fraction, clock_error: Fraction) -> _Tube:
-    """Judge all claims that depend on the margin."""
+    """Check all claims that depend on the margin."""
     plan = evidence.plan
     found = _read(evidence, margin)
     words = [
@@ -305,7 +305,7 @@ def _with_visit(verdict: Verdict, plan: Plan, matchings: Mapping[str, Matching])
 
 
 def _largest_margin(evidence: Evidence, asked: float, clock_error: Fraction, tube: _Tube) -> float | None:
-    """Find the largest margin at which all claims hold, by bisection to RESOLUTION; a larger one is refused.
+    """Find the largest margin at which all claims hold, by bisection to RESOLUTION; a larger one is rejected.
 
     A tube holds every smaller one, so what is proved at one margin holds at all smaller ones.
     """

@@ -1,4 +1,4 @@
-"""Files of parts that lie beside a run, held against the flight that was certified: what is uploaded must be it, piece by piece."""
+"""Files of parts that lie beside a run, compared with the flight that was certified: what is uploaded must be it, piece by piece."""
 
 from __future__ import annotations
 

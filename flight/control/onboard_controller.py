@@ -108,7 +108,7 @@ class OnBoardController(Controller):
             BadInput: Always.
         """
         vehicles = f"{flat.shape[-1]} of '{airframe.vehicle.name}'"
-        raise BadInput(f"this controller runs on board and moves rotors; it commands nobody from the ground ({vehicles}).")
+        raise BadInput(f"this controller runs on board and moves rotors; it sends no commands from the ground ({vehicles}).")
 
     @abstractmethod
     def laws(self, airframe: Airframe) -> Laws:
@@ -134,7 +134,7 @@ class ToldItsMass(OnBoardController):
 
     def __post_init__(self) -> None:
         if self.mass is not None and not (is_number(self.mass) and 0.0 < self.mass < 1000.0):
-            raise BadInput(f"a controller is told a mass above 0 in kg, and below 1000, such as 0.029, not {self.mass!r}.")
+            raise BadInput(f"a controller's mass is above 0 in kg, and below 1000, such as 0.029, not {self.mass!r}.")
 
     def laws(self, airframe: Airframe) -> Laws:
         """Return its laws for one airframe; argument as said there."""

@@ -2,7 +2,7 @@
 
 A lap that is flown through begins and ends in full flight, and a vehicle that has nothing more to fly stops where its memory ends, 0.15 m
 too late at 1 m/s. Its velocity is led to zero by the polynomial of degree 5 that begins with its velocity, acceleration and jerk; how quickly,
-and after how many pieces of one more lap, is tried until the judge has no objection and it rests where a flight may begin: not in a hoop's opening, from
+and after how many pieces of one more lap, is tried until the checker has no objection and it rests where a flight may begin: not in a hoop's opening, from
 where nobody lands. The laps themselves stay as they are.
 """
 

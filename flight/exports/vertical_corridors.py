@@ -4,7 +4,7 @@ A robot's column is the upright line between the ground (z = 0 of the laboratory
 robots which stay within the margin of their own columns keep apart, clear of rims and obstacles, and within the workspace's walls, whoever is how
 high at whatever time: nothing is said of clocks, so nothing depends on them. Who has not climbed yet, or has come down already, is in its column.
 
-Robots are kept apart by their distance seen from above, compared without rounding. Everything else is asked of the judge, of one upright
+Robots are kept apart by their distance seen from above, compared without rounding. Everything else is asked of the checker, of one upright
 piece a robot: what it proves for all times of that piece is proved of all places of the column. Its walls are those of the workspace but for the
 lower one, which is moved below the ground. It takes as long as judging a flight of one piece.
 
@@ -71,7 +71,7 @@ class Columns:
 
 
 def columns(mission: Mission, team: Mapping[str, Trajectory], name: Name, margin: float) -> Columns:
-    """Judge a team's climb to its starts, or its landing from its ends.
+    """Check a team's climb to its starts, or its landing from its ends.
 
     Args:
         mission: The world; carries the frame, by which the ground lies.
@@ -116,7 +116,7 @@ def _near(mission: Mission, tops: Mapping[str, Point], margin: float) -> Iterato
 
 @np.errstate(all="ignore")
 def _claims(mission: Mission, tops: Mapping[str, Point], ground: float, margin: float) -> list[Claim]:
-    """Return what the judge says of upright pieces from the ground to the tops."""
+    """Return what the checker says of upright pieces from the ground to the tops."""
     agents = {
         robot: mission.agents[robot].model_copy(update={"start": (x, y, ground), "end": None})
         for robot, (x, y, _) in tops.items()

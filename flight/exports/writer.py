@@ -135,7 +135,7 @@ def make_product(
             if name not in mission.agents:
                 raise BadInput(unknown(name, "robot of the mission", mission.agents))
         if not robots:
-            raise BadInput("robots names nobody; leave it out to write all.")
+            raise BadInput("robots is empty; leave it out to write all.")
     ordered = {name: team[name] for name in mission.agents if robots is None or name in robots}
     for name in ordered if vehicle is not None else ():
         if (own := mission.vehicle_of(name).name) != vehicle:
@@ -194,7 +194,7 @@ def names_of(
     target.require_options(options)
     written = {name: team[name] for name in mission.agents if robots is None or name in robots}
     if not written:
-        raise BadInput("robots names nobody of the mission; leave it out to write all.")
+        raise BadInput("robots names no robot of the mission; leave it out to write all.")
     whole = {name: team[name].flattened(mission.spec.repeat) for name in mission.agents}
     request = Request(mission, written, mission.spec.repeat, float(mission.margin), "", options, whole=whole)
     return (*target.make(request).files, NOTE)

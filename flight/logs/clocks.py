@@ -1,7 +1,7 @@
 """Robots that were recorded each by itself, brought together on one clock: the mission's, 0 where the flight began.
 
 Files that robots wrote themselves have clocks of their own, which began when their robots were switched on. No fit tells how far they
-lie apart: it would fit away what is to be judged. So it is told, by one instant that is named on every clock, or nothing is read.
+lie apart: it would fit away what is to be checked. So it is told, by one instant that is named on every clock, or nothing is read.
 """
 
 from __future__ import annotations

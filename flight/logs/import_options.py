@@ -102,7 +102,7 @@ class RecordingOptions:
         """
         if self.axes or self.origin or isinstance(self.start, Mapping):
             raise BadInput(
-                f"{source} is a log of ours, on one clock and in the mission's frame: of it only one start may be told."
+                f"{source} is a log of ours, on one clock and in the mission's frame: for it only one start may be given."
             )
 
     def begins(self, robots: Sequence[str]) -> dict[str, Fraction] | None:

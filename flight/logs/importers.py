@@ -119,7 +119,7 @@ def _table(path: Path, robots: tuple[str, ...], told: RecordingOptions) -> tuple
         if export.axes is None and not told.axes:
             raise BadInput(
                 f"{source} does not say which of its axes points up: say it with --axes x,-z,y (its y, as the program has it unless it was "
-                "told otherwise) or --axes x,y,z (its z)."
+                "set otherwise) or --axes x,y,z (its z)."
             )
     else:
         table = read_table(text, source, comments=True)

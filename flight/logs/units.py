@@ -1,4 +1,4 @@
-"""Units that a file does not say: what cannot be metres in this mission is refused."""
+"""Units that a file does not say: what cannot be metres in this mission is rejected."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Airframes: what simulation and control need to know of a vehicle beyond its physical profile.
 
 The files in `airframes/` carry the names of the vehicles in `verify/data/vehicles`; each number there stands next to its
-source. The judge never reads them: a certificate rests on the vehicle's own limits alone.
+source. The checker never reads them: a certificate rests on the vehicle's own limits alone.
 """
 
 from __future__ import annotations

@@ -26,7 +26,7 @@ _SOFT: dict[FormulaVerdict, str] = {
     "open": "nothing broke it yet; it speaks of infinite flights",
     "undecided": "it is too large to be followed",
 }
-"""What is said of soft parts at a flight's end; none of them is an alarm."""
+"""What is said of soft specifications at a flight's end; none of them is an alarm."""
 
 
 COVERED = "the certificate covers this flight"

@@ -54,7 +54,7 @@ def command(
         tuple(mass or USUAL.masses),
         tuple(latency or USUAL.latencies),
         tuple(wind or USUAL.winds),
-        cast("tuple[Drag, ...]", tuple(drag or USUAL.drags)),  # another word is refused there
+        cast("tuple[Drag, ...]", tuple(drag or USUAL.drags)),  # another word is rejected there
     )
     cameras = MotionCapture.parse(noise)
     with simulating(out, REHEARSAL_FILES, quiet=json) as progress:

@@ -170,7 +170,7 @@ class InAir:
             finally:
                 question.answer.drop()
         elif waited > patience:
-            raise Alarm(f"there was no answer in {waited:.1f} s: whoever computes it hangs.")
+            raise Alarm(f"there was no answer in {waited:.1f} s: its computation hangs.")
 
     def drop(self) -> None:
         """Give up what is asked."""

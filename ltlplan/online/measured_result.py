@@ -34,7 +34,7 @@ _BEFORE = 1.0
 
 
 def flown_live(course: OnlineCourse, live: LiveFlight, *, planned_cost: float) -> OnlineFlight:
-    """Return what was flown, judged by what was seen.
+    """Return what was flown, checked by what was seen.
 
     Args:
         course: The flight as it was led.

@@ -106,7 +106,7 @@ class WhatFollows:
         self.due = stage_of(self._found.certified).watched(air.link.accuracy)
 
     def _begin(self, watched: Watched, whole: WholeFlight) -> None:
-        """Begin a proved piece at the very instant with which it was judged."""
+        """Begin a proved piece at the very instant with which it was checked."""
         air = self.air
         if air.now > float(whole.last.start):
             self.due = None

@@ -2,7 +2,7 @@
 
 A plan whose formula fails in flight keeps its assignment and gets waits. They are read off counterexamples: each is ruled
 out by a pair of visits of two robots, the first to be over before the second begins, and among such pairs the one
-that the present times nearly keep is taken. Nothing is claimed here: the flight with its waits is judged anew.
+that the present times nearly keep is taken. Nothing is claimed here: the flight with its waits is checked anew.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ MAX_WAITS = 60
 MAX_ORDERS = 24
 
 ALLOWED = 3_000_000
-"""Steps of all tries together; beyond them no waits are found, and the flight is refused as it stands."""
+"""Steps of all tries together; beyond them no waits are found, and the flight is rejected as it stands."""
 
 FEW = 4
 """Robots that change their letters up to which all are followed; of more, those that matter to a conjunct or are in waits."""

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from verify.recordings.flight_reference import FlightReference
 
 MOST_POINTS = 2000
-"""Of each robot that are drawn; the judge looked at all samples."""
+"""Of each robot that are drawn; the checker looked at all samples."""
 
 MOST_STEPS = 600
 """Of the chart of distances: in each the farthest sample is drawn."""
@@ -47,7 +47,7 @@ def recorded_html(asked: FlightReference, samples: Samples, verdict: FlightVerdi
     """Return one self-contained page for a recorded flight. The same flight gives the same bytes.
 
     Args:
-        asked: What it was held against.
+        asked: What it was compared with.
         samples: What was measured.
         verdict: What that shows.
         source: Names the recording.

@@ -189,7 +189,7 @@ class Client:
         told: RecordingOptions | None = None,
         pauses: Sequence[float] = (),
     ) -> dict[str, Any]:
-        """Judge a recorded flight there, claim by claim; what `ltlplan certify --flight` prints as JSON.
+        """Check a recorded flight there, claim by claim; what `ltlplan certify --flight` prints as JSON.
 
         Args:
             source: What it was to do: a job (or its id), or a run's folder here.
@@ -201,7 +201,7 @@ class Client:
             pauses: How long the team hovered between the parts of a flight in parts, s each.
 
         Raises:
-            LtlplanError: It cannot be judged, and why.
+            LtlplanError: It cannot be checked, and why.
         """
         flown = _sent(Path(recording))
         parts: list[tuple[str, tuple[str, bytes, str]]] = [
@@ -254,7 +254,7 @@ class Client:
             job: A job, or its id.
             out: Folder to write.
             format: What for; `exports` lists them.
-            vehicle: Name of the airframe that will fly, where it is to be held against the certificate's.
+            vehicle: Name of the airframe that will fly, where it is to be compared with the certificate's.
             robots: Names of those that are written, where others of the team fly from another export; None for all.
             rate: px4, ros2: setpoints a second.
             force: Write without a simulated flight that stayed in its tube, with a warning in every file that has room for words.

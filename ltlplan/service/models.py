@@ -148,7 +148,7 @@ class Event(Told):
 
     Attributes:
         id: Grows from event to event of one job.
-        kind: A change of the job's state, a change of a stage's, progress within a stage, or one claim that was judged.
+        kind: A change of the job's state, a change of a stage's, progress within a stage, or one claim that was checked.
         job: The job's id.
         stage: Which stage, if any.
         sentence: For a person.

@@ -189,7 +189,7 @@ def judge_flight(
     said: RecordingAsked,
     report: Progress,
 ) -> bytes:
-    """Judge a recorded flight, claim by claim.
+    """Check a recorded flight, claim by claim.
 
     Args:
         folder: Empty, for use meanwhile.
@@ -200,7 +200,7 @@ def judge_flight(
 
     Raises:
         NotCertified: The flight's certificate is not proved any more.
-        BadInput: A file is missing or unreadable, or the recording cannot be judged.
+        BadInput: A file is missing or unreadable, or the recording cannot be checked.
     """
     from ltlplan.recorded import judge_flight as judged_of
     from ltlplan.recording_options import told_of
@@ -229,7 +229,7 @@ def _fitting(files: Mapping[str, bytes]) -> dict[str, bytes]:
     from verify.run_folder import CERTIFICATE_FILE, MISSION_FILE
 
     if MISSION_FILE not in files:
-        raise NotFound(f"Of the files, {MISSION_FILE} is needed: it says what was asked of the flight.")
+        raise NotFound(f"Of the files, {MISSION_FILE} is needed: it holds the flight's mission.")
     mission = parse_mission(decoded(files[MISSION_FILE], MISSION_FILE, "mission file"), MISSION_FILE, installed=False)
     known = (MISSION_FILE, PLAN_FILE, CERTIFICATE_FILE, EVENTS_FILE, *(f"{robot}.csv" for robot in mission.agents))
     return {name: files[name] for name in known if name in files}

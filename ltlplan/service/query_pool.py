@@ -1,6 +1,6 @@
 """Pool that answers queries: a process of their own, with seconds and megabytes counted, apart from all jobs.
 
-There are two lanes, so that what is typed is checked at once whatever recordings are judged; in each, users take turns.
+There are two lanes, so that what is typed is checked at once whatever recordings are checked; in each, users take turns.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """The service, put together and run: one process that serves and never computes, and processes that compute.
 
-What can be refused is refused first, before anything heavy is loaded: a port in use, a folder that is not ours, a network without
+What can be rejected is rejected first, before anything heavy is loaded: a port in use, a folder that is not ours, a network without
 tokens. Ctrl-C and SIGTERM end it in order: no new requests, streams end, workers end, and the next start goes on with the jobs.
 """
 

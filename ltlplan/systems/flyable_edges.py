@@ -1,4 +1,4 @@
-"""Edges of a mission's environment that no robot can fly for obstacles: they are refused before anything is planned."""
+"""Edges of a mission's environment that no robot can fly for obstacles: they are rejected before anything is planned."""
 
 from __future__ import annotations
 

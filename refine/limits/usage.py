@@ -1,6 +1,6 @@
 """Usage of limits by a spline, from dense samples, as stretching and repairs need it. A filter, never a claim.
 
-The judge proves limits for all times; here samples are dense enough that what they miss is far below the safety share.
+The checker proves limits for all times; here samples are dense enough that what they miss is far below the safety share.
 """
 
 from __future__ import annotations

@@ -100,7 +100,7 @@ class Task:
         return BUFFER + self.clearance
 
     def violations(self, path: Spline, clearance: float = 0.0) -> tuple[Witness, ...]:
-        """Return what the judge would refuse about a path's visits (see `sampled_stays.violations`)."""
+        """Return what the checker would refuse about a path's visits (see `sampled_stays.violations`)."""
         return violations(path, self.mission, self.name, self.robot, clearance)
 
 

@@ -172,7 +172,7 @@ def test_a_log_of_ours_is_judged_in_the_missions_frame_from_its_own_start(certif
         judged = judge_flight(tmp_path / "run", path, max_speed=1.5)
         assert {claim.outcome for claim in judged.verdict.claims if claim.name == "tube"} == {outcome}
         assert judged.verdict.alignment == given(0.0, 0.0)
-        with pytest.raises(BadInput, match="of it only one start may be told"):
+        with pytest.raises(BadInput, match="for it only one start may be given"):
             judge_flight(tmp_path / "run", path, max_speed=1.5, told=flight.RecordingOptions(axes="y,-x,z"))
         read = flight.read_flown(path, tuple(mission.agents), flight.RecordingOptions())
         assert flight.compare(read, done.certificate, done.team).covered == (outcome == "holds")

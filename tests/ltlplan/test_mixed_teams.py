@@ -58,7 +58,7 @@ def test_exports_refuse_other_airframes_and_unknown_robots(tmp_path: Path):
         flight.export(team, certificate, tmp_path / "a", format="ros2", vehicle="crazyflie-2.1", force=True)
     with pytest.raises(BadInput, match="'fats' is not a robot of the mission"):
         flight.export(team, certificate, tmp_path / "b", robots=["fats"], force=True)
-    with pytest.raises(BadInput, match="names nobody"):
+    with pytest.raises(BadInput, match="robots is empty"):
         flight.export(team, certificate, tmp_path / "c", robots=[], force=True)
 
 

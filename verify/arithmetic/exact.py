@@ -68,7 +68,7 @@ def nonnegative(p: fmpq_poly, start: Fraction = Fraction(0), stop: Fraction = Fr
 def roots(p: fmpq_poly, start: Fraction, stop: Fraction, width: Fraction) -> tuple[Root, ...]:
     """Isolate the real roots in [start, stop], in order, in intervals no wider than `width` and without common points.
 
-    A polynomial that is zero everywhere has no isolated roots and is refused.
+    A polynomial that is zero everywhere has no isolated roots and is rejected.
 
     Args:
         p: In t, exact.

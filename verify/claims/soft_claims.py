@@ -34,11 +34,11 @@ class SoftClaim:
 
 
 def soft_claims(mission: Mission, judged: Callable[[Mission], Verdict]) -> tuple[SoftClaim, ...]:
-    """Judge each soft part by itself, as if it were the mission's formula.
+    """Check each soft specification by itself, as if it were the mission's formula.
 
     Args:
         mission: Whose parts.
-        judged: The judge of a mission's formula.
+        judged: The checker of a mission's formula.
     """
     found: list[SoftClaim] = []
     for part in mission.soft_parts:

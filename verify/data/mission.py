@@ -77,7 +77,7 @@ class Mission(Value):
         default=None, description="omitted: every region can be reached from every other, as far as there is a way"
     )
     robot: Robot = Field(default_factory=lambda: Robot(), description="omitted: one internal state, no propositions")
-    robots: dict[str, Robot] | None = Field(default=None, description="more kinds of robots, as `robot`, by name")
+    robots: dict[str, Robot] | None = Field(default=None, description="more robot types, as `robot`, by name")
     agents: dict[str, Agent] = Field(min_length=1, description="the quadcopters, by name")
     vehicle: NamedVehicle = Field(description="a shipped profile's name or an inline table")
     limits: Limits = Field(default_factory=lambda: Limits())

@@ -30,7 +30,7 @@ class SoftPart(Value):
     """Soft specification: a formula that is satisfied as far as it can be beside the mission's own."""
 
     formula: str = Field(description="as `spec.formula`")
-    weight: Annotated[Positive, Field(le=1e12)] = Field(default=1.0, description="what it counts against the other soft parts")
+    weight: Annotated[Positive, Field(le=1e12)] = Field(default=1.0, description="weight against the other soft specifications")
 
 
 class Spec(Value):

@@ -1,4 +1,4 @@
-"""The judge's second opinion: Spot, spoken to nowhere else in `verify`.
+"""The checker's second opinion: Spot, spoken to nowhere else in `verify`.
 
 Nothing of Spot leaks out of here. Formulas reach it with quoted names, and never through a shell.
 """

@@ -22,7 +22,7 @@ TEAM = "team"
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """The judge's answer to one question.
+    """The checker's answer to one question.
 
     Attributes:
         outcome: "holds", "fails", or "undecided" where a stated budget ran out.

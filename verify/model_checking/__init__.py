@@ -1,4 +1,4 @@
-"""From what robots must, may or cannot show over time to what a team's words can be, in every order.
+"""From what robots must, may or must not show over time to what a team's words can be, in every order.
 
 Read `timeline` first (the value that `verify.motion` makes of a path), then `robot_letters` and `team_graph` (all words of one
 robot, of a team). Then what holds them against the formula: the room `compositional` for robots that are read one at a time; `inclusion` for

@@ -1,6 +1,6 @@
-"""A formula judged on label timelines, conjunct by conjunct: on what each can see of the letters first, which suffices for a yes.
+"""A formula checked on label timelines, conjunct by conjunct: on what each can see of the letters first, which suffices for a yes.
 
-What robots do apart is judged robot by robot, unions and counts on sums over time before all that the robots can do together, laps on the
+What robots do apart is checked robot by robot, unions and counts on sums over time before all that the robots can do together, laps on the
 words of all of them. What fails is told by whole letters.
 """
 
@@ -59,7 +59,7 @@ class FormulaJudge:
         timelines: One for each robot.
         relations: What is proved of the regions at large.
         clock_error: How far each robot's clock may be off, s.
-        times: For which times it is judged.
+        times: For which times it is checked.
         budget: Configurations that each part of the formula may take.
         detail: What is said of a formula that fails.
         atoms: What counts robots or names one, by the name that stands for it.

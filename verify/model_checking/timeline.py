@@ -1,4 +1,4 @@
-"""The label timeline of one robot: for all times, where it must, may or cannot be.
+"""The label timeline of one robot: for all times, where it must, may or must not be.
 
 `verify.motion.membership` makes timelines from polynomials, `verify.recordings.sampled_timelines` from recorded flights; `word_claims`
 reads them.

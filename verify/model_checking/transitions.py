@@ -27,7 +27,7 @@ def judge_transitions(mission: Mission, timelines: Mapping[str, Timeline], relat
 
     Args:
         mission: Carries the transition system, and where each robot begins.
-        timelines: One for each robot to be judged.
+        timelines: One for each robot to be checked.
         relations: What is proved of the regions at large.
 
     Returns:

@@ -28,7 +28,7 @@ _MANY = 100
 """Names in a formula up to which all of them are followed."""
 
 
-# seven parameters: three say what is judged, the rest how, each by its keyword
+# seven parameters: three say what is checked, the rest how, each by its keyword
 def judge_formula(
     mission: Mission,
     timelines: Mapping[str, Timeline],
@@ -58,7 +58,7 @@ def judge_formula(
         MissingEngine: Spot is absent.
     """
     if not timelines:
-        raise BadInput("There are no timelines to judge: a team has at least one robot.")
+        raise BadInput("There are no timelines to check: a team has at least one robot.")
     asked = mission.spec.trace == "infinite"
     if any((timeline.cycle is not None) != asked for timeline in timelines.values()):
         raise BadInput(
@@ -69,7 +69,7 @@ def judge_formula(
     if asked and len(timelines) > 1:
         require_common_laps(timelines)
         if times == "parallel":
-            raise BadInput("Laps that begin together are judged by their times; `parallel` is for finite traces.")
+            raise BadInput("Synchronised cycles are checked by their times; `parallel` is for finite traces.")
     formula = mission.formula
     if len(formula.names()) > _MANY:  # of a thousand regions a flight comes to a few
         formula = formula.substitute(dict.fromkeys(_never_shown(timelines), FALSE))

@@ -1,4 +1,4 @@
-"""The judge's own reading of a team's trajectories: exact coefficients, exact clocks, and every instant covered.
+"""The checker's own reading of a team's trajectories: exact coefficients, exact clocks, and every instant covered.
 
 A robot's path is a row of segments without gaps: the step from its start pose to where its first polynomial begins,
 its pieces, between them the steps from one piece's end to the next one's start (float32 leaves some), and the hover

@@ -1,9 +1,9 @@
 """A plan's words, checked against its visits and against what the flight shows.
 
-The judge proves visits. A word holds no letter twice in succession and is one that the certified tube can show. Where all regions are
+The checker proves visits. A word holds no letter twice in succession and is one that the certified tube can show. Where all regions are
 disjoint, it is also what the visits come to: it enters their regions in order and changes internal propositions as their actions do.
 A single empty letter states no word. A letter that lasts over the beginning of a cycle may stand on both sides of it. Waypoints (but
-the start), nominal times, costs and notes say how a plan came about and are not judged.
+the start), nominal times, costs and notes say how a plan came about and are not checked.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from verify.motion.regions import relations
 
 
 def false_statement(plan: Plan, timelines: Mapping[str, Timeline]) -> str:
-    """Return what a plan says that is not so, as a sentence; empty where all that can be judged is true.
+    """Return what a plan says that is not so, as a sentence; empty where all that can be checked is true.
 
     Args:
         plan: Its visits must have been proved of the flight.

@@ -40,7 +40,7 @@ class Extent:
 
 @dataclass(frozen=True, slots=True)
 class Ellipsoid:
-    """A region as the judge sees it: centre and stored matrix, exact."""
+    """A region as the checker sees it: centre and stored matrix, exact."""
 
     centre: Point
     matrix: Matrix

@@ -104,7 +104,7 @@ def logged_actions(
 
     Args:
         robot: Name.
-        times: Of the samples in the judged time, s. Shape (n,).
+        times: Of the samples in the checked time, s. Shape (n,).
         internal: Propositions at each.
         mission: Which actions there are.
         rows: The robot's regions.

@@ -41,7 +41,7 @@ class Joined:
     """Times at which a robot that stood on the ground joined the team.
 
     Attributes:
-        since: When it hovered and took part, s of the recording: from then on it is judged like all others.
+        since: When it hovered and took part, s of the recording: from then on it is checked like all others.
         climbs: When it left the ground, s: from then on it keeps away from all others, and from rims and obstacles.
     """
 
@@ -82,7 +82,7 @@ class FlightReference:
     def of_certificate(
         cls, certificate: Certificate, team: Mapping[str, Trajectory], plan: Plan | None = None
     ) -> FlightReference:
-        """Ask what a certificate claims; its actions must have been judged, not read.
+        """Ask what a certificate claims; its actions must have been checked, not read.
 
         Args:
             certificate: What was claimed.
@@ -168,7 +168,7 @@ def load_reference(source: str | Path, pauses: Sequence[float] = ()) -> FlightRe
 
     Args:
         source: A folder that `ltlplan run` or `ltlplan fly` wrote, or a mission file.
-        pauses: How long the team hovered between the parts of a flight in parts, s each; none where it did not. The flight is held against
+        pauses: How long the team hovered between the parts of a flight in parts, s each; none where it did not. The flight is compared with
             its plan with hovers of these lengths, which is proved anew; laps, which are flown as often as is asked, are certified for pauses.
 
     Raises:

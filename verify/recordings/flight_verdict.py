@@ -1,4 +1,4 @@
-"""Recorded flights, judged claim by claim: everything that a certificate says of paths, of positions that something measured.
+"""Recorded flights, checked claim by claim: everything that a certificate says of paths, of positions that something measured.
 
 A recording holds positions at some instants. With a bound on every robot's speed and on the measurement's error, the places
 where a robot can have been at all other instants are known (`tracks`), and each claim is decided on all of them: it holds
@@ -30,7 +30,7 @@ class FlightVerdict:
     """Verdict on a recorded flight, claim by claim.
 
     Attributes:
-        claims: Every claim, held against the recording.
+        claims: Every claim, compared with the recording.
         assumptions: What the verdict rests on, a sentence each.
         alignment: When the flight began on the recording's clock.
         premise: What a formula of laps for ever takes for granted of what comes after the recording; empty where there is none.
@@ -88,7 +88,7 @@ def check_flight(
     start: float | tuple[float, float] | None = None,
     budget: int = DEFAULT_BUDGET,
 ) -> FlightVerdict:
-    """Judge a recorded flight against everything that is claimed of paths.
+    """Check a recorded flight against everything that is claimed of paths.
 
     Args:
         samples: What was measured.
@@ -128,11 +128,11 @@ def _on_the_changes_clock(samples: Samples, begins: tuple[float, float] | None) 
     """Return a recording of a flight in which the world changed with one start: how far that may be off goes to its times.
 
     What changed did so at times of the flight, not of the recording. Where a start is off by s, so is every time, and what was measured
-    then; so that all of it may be judged as if the start were known.
+    then; so that all of it may be checked as if the start were known.
     """
     if begins is None:
         raise BadInput(
-            "The world changed in flight, or robots left or joined, at times that count from the flight's start, and nobody says when that was "
+            "The world changed in flight, or robots left or joined, at times that count from the flight's start, which is not known "
             "on the recording's clock: give start (--start), in s."
         )
     middle, half = begins[0] / 2 + begins[1] / 2, (begins[1] - begins[0]) / 2 * (1 + 1e-12)

@@ -20,7 +20,7 @@ from verify.motion.passages import rim_distance, unit_normal
 from verify.recordings.reachable_sets import Cells, Floats, Track, Value, least
 
 TELLS: dict[Outcome, str] = {"holds": "holds", "fails": "broken", "undecided": "the samples cannot tell"}
-"""What a claim's outcome is called where a recording is judged."""
+"""What a claim's outcome is called where a recording is checked."""
 
 _ROUNDS = 6
 """How often the time in which two robots are near each other is halved."""

@@ -78,7 +78,7 @@ def unseen_sentence(robot: str, times: Floats, start: float, stop: float) -> str
     Args:
         robot: Name.
         times: When it was seen, s. Shape (n,).
-        start: From when on it is judged, s.
+        start: From when on it is checked, s.
         stop: Until when, s.
     """
     seen = times[(times > start) & (times < stop)]

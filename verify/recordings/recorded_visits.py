@@ -115,7 +115,7 @@ def _without_edges(row: Row, around: Row) -> Row:
 def unreadable(wanted: Sequence[str], tokens: Sequence[Token]) -> tuple[str, int | None, Token | None] | None:
     """Say why no way to read tokens gives what was wanted, which wanted one is concerned, and which token; None where one does.
 
-    Where tokens overlap in time their order is open, and only what is missing or was never wanted is held against them.
+    Where tokens overlap in time their order is open, and only what is missing or was never wanted is compared with them.
     """
     possible = {name for token in tokens for name in token.may}
     for index, name in enumerate(wanted):
@@ -267,7 +267,7 @@ def crossings(track: Track, worlds: Sequence[World], margin: float) -> list[Reco
 
 
 def _standing(track: Track, worlds: Sequence[World], name: str) -> Iterator[tuple[Hoop, Track]]:
-    """Yield each place at which a hoop stands while a robot is judged, with the robot's track meanwhile."""
+    """Yield each place at which a hoop stands while a robot is checked, with the robot's track meanwhile."""
     changes = [i for i, world in enumerate(worlds) if i and world.mission.hoops[name] != worlds[i - 1].mission.hoops[name]]
     since = [track.start, *(worlds[i].since for i in changes)]
     until = [*since[1:], track.stop]

@@ -83,7 +83,7 @@ def check_samples(
     require_error(error)
     if mission.spec.formula is None:
         raise BadInput(
-            "The mission has no formula, so nothing would be judged; `check_flight` judges passages and all the rest."
+            "The mission has no formula, so nothing would be checked; `check_flight` checks passages and all the rest."
         )
     if mission.spec.trace == "infinite":
         raise BadInput("A recorded flight ends; it cannot satisfy or break a formula over an infinite trace.")

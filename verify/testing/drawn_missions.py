@@ -58,7 +58,7 @@ def missions(
         trace: "finite", or "infinite", which is one robot's.
         robots: How many there are at most, from 1 to 6.
         regions: How many there are at most, from 1 to 6.
-        soft: How many soft parts there are at most.
+        soft: How many soft specifications there are at most.
 
     Raises:
         BadInput: A number is out of range.

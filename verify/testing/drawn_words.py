@@ -97,7 +97,7 @@ def soft_parts(
     Args:
         names: The propositions.
         robots: As for `formulas`.
-        most: How many soft parts there are at most.
+        most: How many soft specifications there are at most.
     """
     return _soft_parts(tuple(_some(names)), tuple(robots), most)
 

@@ -46,7 +46,7 @@ class AuditLimits:
         min_height: Least z, in m, take-off and landing included.
         margin: How far the drones may be from their paths, in m; None for the mission's, or 0.
         velocity_jump: How far velocities may jump between pieces where acceleration is asked, in m/s.
-        columns: Whether take-off and landing are judged that a show leaves to the autopilot; not of a show's excerpts.
+        columns: Whether take-off and landing are checked that a show leaves to the autopilot; not of a show's excerpts.
         file_limits: Whether limits and fences that the files themselves hold are asked, where neither these nor a mission or vehicle say them.
     """
 
@@ -144,11 +144,11 @@ def resolve(fleet: Fleet, mission: Mission | None, limits: AuditLimits) -> Asked
     yaw_rates = _yaw_rates(fleet, mission, vehicle, limits, chosen)
     if not chosen.sources:
         raise BadInput(
-            "Nothing is asked of these flights; give a mission or a vehicle, or a separation, a workspace, a speed, an acceleration or a "
+            "Nothing is required of these flights; give a mission or a vehicle, or a separation, a workspace, a speed, an acceleration or a "
             "least height."
         )
     if limits.separation_above is not None and separation is None:
-        raise BadInput(f"separation_above is {limits.separation_above:g} m, and no separation is asked; give one as well.")
+        raise BadInput(f"separation_above is {limits.separation_above:g} m, and no separation is required; give one as well.")
     radii = np.zeros(len(fleet))
     if vehicle is not None:
         radii = np.full(len(fleet), vehicle.radius)

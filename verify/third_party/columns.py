@@ -56,7 +56,7 @@ class TooNear:
 
 
 def covered_rows(fleet: Fleet) -> NDArray[np.bool_]:
-    """Return which rows are rests in the air in place of which a column is judged. Shape (rows,)."""
+    """Return which rows are rests in the air in place of which a column is checked. Shape (rows,)."""
     found = np.zeros(len(fleet.values), dtype=bool)
     for column in fleet.columns:
         last = int(fleet.first[column.drone + 1]) - 1
@@ -156,7 +156,7 @@ def _beside_paths(fleet: Fleet, asked: Separation, columns: Sequence[Column], tr
 def _met(
     fleet: Fleet, asked: Separation, column: Column, row: int, box: tuple[Floats, Floats], known: dict[tuple[object, ...], bool]
 ) -> TooNear | None:
-    """Judge a column beside one piece of another drone."""
+    """Check a column beside one piece of another drone."""
     other = int(fleet.owner[row])
     begin = fleet.start(row) if column.since is None else max(fleet.start(row), column.since)
     end = fleet.stop(row) if column.until is None else min(fleet.stop(row), column.until)

@@ -117,7 +117,7 @@ class Closest:
 
         Args:
             fleet: The drones.
-            windows: When pieces are held against others.
+            windows: When pieces are compared with others.
             one: Rows of one drone's pieces.
             other: Rows of the other one's.
             least: Greatest values of their negated squared distances, in m^2.
@@ -140,11 +140,11 @@ class Separation:
         steps: Bound on each drone's longest step between pieces, weighted, in m. Shape (drones,).
         fewest: The least of all pairs' limits, in m.
         above: Two drones must keep it only while neither is lower than this, in m; None for always.
-        windows: When pieces are held against others; None for always.
+        windows: When pieces are compared with others; None for always.
     """
 
     def on(self, fleet: Fleet) -> Windows:
-        """Return when pieces are held against others.
+        """Return when pieces are compared with others.
 
         Args:
             fleet: The drones.
@@ -184,7 +184,7 @@ def judge_distances(fleet: Fleet, asked: Separation, pairs: PiecePairs, closest:
 
 
 def _judge(fleet: Fleet, asked: Separation, one: Indices, other: Indices, closest: Closest) -> Iterator[Breach]:
-    """Judge pairs of pieces over the times that both last."""
+    """Check pairs of pieces over the times that both last."""
     windows = asked.on(fleet)
     meet = windows.kept[one] & windows.kept[other]
     meet &= is_before(windows.starts[one], windows.stops[other]) & is_before(windows.starts[other], windows.stops[one])
@@ -243,7 +243,7 @@ def _judge(fleet: Fleet, asked: Separation, one: Indices, other: Indices, closes
         yield Breach(*drones, float(limit), distance, time, float(begin), float(end), sure)
 
 
-# five parameters: pairs of pieces, and how they are held against each other
+# five parameters: pairs of pieces, and how they are compared with each other
 def _offsets(fleet: Fleet, windows: Windows, one: Indices, other: Indices, weight: Fraction) -> Balls:
     """Return one drone's place less the other's, weighted, during the times that both pieces last. Shape (pairs, 3, degree + 1)."""
     begin = _later(windows.starts[one], windows.starts[other])
@@ -305,7 +305,7 @@ def common_time(windows: Windows, a: int, b: int) -> tuple[Fraction, Fraction]:
     """Return from when until when two pieces both last, exact, in s.
 
     Args:
-        windows: When pieces are held against others.
+        windows: When pieces are compared with others.
         a: Row of a piece.
         b: Row of another one.
     """

@@ -100,7 +100,7 @@ class Fleet:
         homes: For each drone places where it must stand by what is said elsewhere: what that is, at which end of its path (0 or 1), where.
         durations: Of pieces in powers of local time, in s, each one float exactly (at rest any). Shape (rows,).
         own: What the files ask of the flights themselves.
-        notes: What the files hold and nobody judges, in sentences.
+        notes: What the files hold and nobody checks, in sentences.
         yaws: Of drones whose file says it, by index: times in s and headings in deg, between which they turn evenly. Shape (setpoints, 2).
         columns: Where drones take off and land outside their paths.
         assumed: What is assumed of `columns`, in sentences.
@@ -228,7 +228,7 @@ class Fleet:
 
     @cached_property
     def digest(self) -> str:
-        """SHA-256 of the numbers that are judged, in hexadecimal."""
+        """SHA-256 of the numbers that are checked, in hexadecimal."""
         hasher = hashlib.sha256(f"fleet-1 {self.basis} {self.degree} {' '.join(map(repr, self.names))}".encode())
         for array in (self.first.astype("<i8"), self.knots.astype("<f8"), self.degrees, self.values.astype("<f8")):
             hasher.update(np.ascontiguousarray(array).data)
@@ -296,7 +296,7 @@ def assemble(source: str, basis: Basis, flights: Sequence[Flight]) -> Fleet:
     if not flights:
         raise BadInput(f"{source} holds no drones; an audit needs at least one.")
     if len(flights) > MOST_DRONES:
-        raise BadInput(f"{source} holds {len(flights)} drones; at most {MOST_DRONES} are judged at once.")
+        raise BadInput(f"{source} holds {len(flights)} drones; at most {MOST_DRONES} are checked at once.")
     names = [flight.name for flight in flights]
     if len(set(names)) < len(names):
         twice = next(name for i, name in enumerate(names) if name in names[:i])

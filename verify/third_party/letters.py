@@ -85,7 +85,7 @@ class FleetPaths(TeamPaths):
 
 
 def check_words(mission: Mission) -> None:
-    """Reject a mission whose formula no flight with an end can be judged against.
+    """Reject a mission whose formula no flight with an end can be checked against.
 
     Args:
         mission: The mission.

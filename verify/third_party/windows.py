@@ -21,7 +21,7 @@ _WIDTH = Fraction(1, 2**60)
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Windows:
-    """A stretch of each piece, outside of which it is not held against others.
+    """A stretch of each piece, outside of which it is not compared with others.
 
     Attributes:
         starts: Exact, in s, each the sum of two floats. Shape (rows, 2).
@@ -37,7 +37,7 @@ class Windows:
 
 
 def windows_of(fleet: Fleet, above: float | None, covered: NDArray[np.bool_] | None = None) -> Windows:
-    """Return when pieces are held against others.
+    """Return when pieces are compared with others.
 
     A piece that crosses the height is cut at its first and last crossing, at the next float outside.
 
@@ -119,7 +119,7 @@ def high_drones(windows: Windows, above: float | None, first: Indices, last: Ind
     """Return which of some runs of pieces reach a height.
 
     Args:
-        windows: When pieces are held against others.
+        windows: When pieces are compared with others.
         above: In m; None for any.
         first: First row of each run. Shape (k,).
         last: Last row. Shape (k,).

@@ -1,4 +1,4 @@
-"""Words of a team held against a formula under stated precedences: every team word that keeps them must satisfy it.
+"""Words of a team checked against a formula under stated precedences: every team word that keeps them must satisfy it.
 
 An *event* is a robot's coming to a letter of its word (entering or leaving a region, an action); a *precedence* says that one
 robot's event is over before another robot's happens. With none this is the claim `parallel`. Like that one it is decided

@@ -1,4 +1,4 @@
-"""Words of a team held against a formula: one robot after another, and all at once.
+"""Words of a team checked against a formula: one robot after another, and all at once.
 
 Each claim is about every team word, so a conjunction is decided conjunct by conjunct, each seeing only its own
 propositions: most robots then do nothing that it could notice. `sequential` follows what whole words do to the states
@@ -55,7 +55,7 @@ def check_team(
 
     Raises:
         FormulaError: The text is no formula.
-        BadInput: No robots, an empty word, a lasso in a team of several robots (laps are judged with their times), or a formula under "own" that counts robots.
+        BadInput: No robots, an empty word, a lasso in a team of several robots (laps are checked with their times), or a formula under "own" that counts robots.
         MissingEngine: Spot, which gives the second opinion, is absent.
     """
     formula, given = as_team(formula, words, team)

@@ -27,7 +27,7 @@ _FEW = 5
 
 
 def _pose_rate(request: Request) -> int:
-    """Return how often a second poses are reported: as often as recordings are best judged, or as a radio has room for."""
+    """Return how often a second poses are reported: as often as recordings are best checked, or as a radio has room for."""
     return 50 if len(request.team) <= _FEW * (request.mission.radios or 1) else 20
 
 

@@ -153,7 +153,7 @@ class Said:
         follower = CONTROLLERS.find(controller)
         if self.mass is not None:
             if not isinstance(follower, Mellinger | Lee):
-                raise BadInput(f"--mass is what `mellinger` or `lee` is told; '{controller}' is told none.")
+                raise BadInput(f"--mass is the mass that `mellinger` or `lee` assumes; '{controller}' assumes none.")
             follower = replace(follower, mass=self.mass)
         sensor = None if self.noise is None else MotionCapture.parse(self.noise)
         if self.latency is not None:

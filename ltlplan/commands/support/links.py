@@ -68,7 +68,7 @@ def require_sense(asked: Asked, said: Said) -> None:
 
 
 def require_batteries(asked: Asked, mission: Mission) -> str:
-    """Reject vehicles whose battery cannot be held against the flight's length, unless that is accepted; return a sentence on them, or nothing.
+    """Reject vehicles whose battery cannot be compared with the flight's length, unless that is accepted; return a sentence on them, or nothing.
 
     Args:
         asked: Which link; simulated vehicles always have an endurance.

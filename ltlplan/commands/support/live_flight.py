@@ -125,7 +125,7 @@ def write_texts(texts: Mapping[str, str], folder: Path) -> None:
 
 
 def _abort(kind: str, flown: tuple[Stage, ...]) -> str:
-    """Return what is proved of breaking the flight off, all stages judged."""
+    """Return what is proved of breaking the flight off, all stages checked."""
     from flight.link.phases import BRAKING
     from ltlplan.result import aborts_of
 

@@ -46,7 +46,7 @@ def read_mission(
     """Load a mission and replace what the command line says otherwise; the result is checked like a file.
 
     A `--formula` alone drops the mission's sequence, and a `--sequence` alone drops its formula: whoever types one
-    of them wants that one flown. Give both to have the sequence judged against the formula.
+    of them wants that one flown. Give both to have the sequence checked against the formula.
 
     Args:
         source: A path, or the name of a shipped mission.

@@ -45,7 +45,7 @@ class ShippedMission(_Answer):
 
 
 class WordsRequest(BaseModel):
-    """Words to be held against a formula."""
+    """Words to be checked against a formula."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -63,7 +63,7 @@ class WordsRequest(BaseModel):
 
 
 class VerdictAnswer(_Answer):
-    """The judge's answer to one question."""
+    """The checker's answer to one question."""
 
     outcome: Literal["holds", "fails", "undecided"]
     sentence: str
@@ -80,7 +80,7 @@ class VerdictAnswer(_Answer):
 
 
 class WordsCheck(_Answer):
-    """Words, held against a formula: `word` of one, `sequential` and `parallel` of a team."""
+    """Words, checked against a formula: `word` of one, `sequential` and `parallel` of a team."""
 
     formula: str
     words: dict[str, str]

@@ -14,7 +14,7 @@ def notation(word: Letters | str, cycle: Iterable[Iterable[str]] | None = None) 
     """Return a word in Spot's notation."""
     if isinstance(word, str) and cycle is None:
         return word
-    given = as_word(word, cycle)  # type: ignore[arg-type]  # a text with a cycle is refused there
+    given = as_word(word, cycle)  # type: ignore[arg-type]  # a text with a cycle is rejected there
     parts = [_letter(letter) for letter in given.prefix]
     if given.cycle is not None:
         parts.append(f"cycle{{{'; '.join(map(_letter, given.cycle))}}}")

@@ -21,7 +21,7 @@ class ExportAsked:
 
     Attributes:
         target: Name of the format.
-        vehicle: Name of the airframe that will fly, where it is to be held against the certificate's.
+        vehicle: Name of the airframe that will fly, where it is to be compared with the certificate's.
         robots: Those that are written, where others of the team fly from another export; None for all.
         options: The target's own.
         anyway: Write without a simulated flight that stayed in its tube, with a warning in the files.

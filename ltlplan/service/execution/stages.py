@@ -140,7 +140,7 @@ def _round(candidate: Candidate, progress: Progress) -> Outcome:
     low, width, number = _PLANNED, (_CERTIFIED - _PLANNED) / MAX_ROUNDS, min(candidate.rounds, MAX_ROUNDS - 1)
     say = part_of(progress, low + number * width, low + (number + 1) * width)
     tried = attempted(candidate, progress=say)
-    while isinstance(tried, Conflict):  # other words, until a flight can be judged
+    while isinstance(tried, Conflict):  # other words, until a flight can be checked
         after = following(candidate, tried)
         if isinstance(after, Certified):
             return Outcome(to_bytes(after), _round_data(after.certificate, certified=True), FLIGHT)

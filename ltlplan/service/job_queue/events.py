@@ -48,7 +48,7 @@ def stage_event(job: Job, stage: Stage, number: int) -> Event:
 
 
 def claim_events(job: Job, stage: Stage, number: int) -> list[Event]:
-    """Return an event for each claim that a stage judged.
+    """Return an event for each claim that a stage checked.
 
     Args:
         job: Whose.

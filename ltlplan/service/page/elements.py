@@ -143,7 +143,7 @@ class Flight(Element, component="assets/flight.js"):
             self.update()
 
     def look(self, view: str) -> None:
-        """Show it to be watched ("watch"), trusted ("trust") or judged ("judge")."""
+        """Show it to be watched ("watch"), trusted ("trust") or checked ("judge")."""
         self._props["view"] = view
         self.update()
 

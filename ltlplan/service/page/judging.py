@@ -63,7 +63,7 @@ def _finite(text: str, name: str) -> float:
 def judged(
     folder: Path, files: tuple[tuple[str, str], ...], recording: bytes, said: RecordingAsked, report: Progress
 ) -> dict[str, Any]:  # of any type: JSON nests
-    """Judge a recorded flight for the page.
+    """Check a recorded flight for the page.
 
     Args:
         folder: Empty, for use meanwhile.
@@ -76,7 +76,7 @@ def judged(
         `words`, `sentence`, `claims`, `assumptions`, and by robot the places where it was seen (`flown`).
 
     Raises:
-        BadInput: The recording cannot be judged.
+        BadInput: The recording cannot be checked.
     """
     from ltlplan.recorded import judge_flight
     from ltlplan.recording_options import told_of

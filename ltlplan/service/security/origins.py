@@ -2,7 +2,7 @@
 
 A page of another site can make a browser ask a service on its own machine. It cannot choose the header `Host` but by naming a host of
 its own that leads here (DNS rebinding), so only our names are answered; and it cannot hide that it is another site's (`Origin`,
-`Sec-Fetch-Site`), so what would change something is refused to it.
+`Sec-Fetch-Site`), so what would change something is rejected to it.
 """
 
 from __future__ import annotations

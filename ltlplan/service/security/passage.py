@@ -149,7 +149,7 @@ class Passage:
                 self._end_of_socket.set()
                 await self._refuse(self._ended)
         if self._ended is not None:
-            raise OSError("who asked may not ask any more")
+            raise OSError("the client may no longer send requests")
         await self._put(message)
 
     async def _put(self, message: Message) -> None:

@@ -73,7 +73,7 @@ class Tokens:
         return token
 
     def revoke(self, name: str) -> None:
-        """Take a token away; who uses it is refused from now on.
+        """Take a token away; who uses it is rejected from now on.
 
         Raises:
             BadInput: There is none of that name.

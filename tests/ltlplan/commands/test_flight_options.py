@@ -23,7 +23,7 @@ def test_options_become_conditions() -> None:
 @pytest.mark.parametrize(
     ("controller", "given", "said"),
     [
-        ("pid", {"mass": 0.03}, "`mellinger` or `lee` is told; 'pid' is told none"),
+        ("pid", {"mass": 0.03}, "`mellinger` or `lee` assumes; 'pid' assumes none"),
         ("mellinger", {"mass": -1.0}, "a mass above 0 in kg"),
         ("mellinger", {"latency": 0.02}, "give --noise as well"),
         ("mellinger", {"estimator": "ekf"}, "give `noise`"),

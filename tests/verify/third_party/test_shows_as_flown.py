@@ -182,7 +182,7 @@ def test_distances_may_be_asked_above_a_height(tmp_path: Path) -> None:
     assert claim.outcome == "fails"
     assert "d7 and d8 are nearer than 3.0000 m above z = 2.5 m" in claim.sentence
     assert claim.bound == pytest.approx(1.5)
-    with pytest.raises(BadInput, match=r"separation_above is 2\.5 m, and no separation is asked"):
+    with pytest.raises(BadInput, match=r"separation_above is 2\.5 m, and no separation is required"):
         verify.audit(tmp_path / "show.skyc", limits=verify.AuditLimits(speed=9.0, separation_above=2.5))
 
 

@@ -62,7 +62,7 @@ def checked_members(source: str, members: Iterable[zipfile.ZipInfo], bounds: Arc
             )
         key = posixpath.normpath(name)
         if key in found:
-            raise BadInput(f"{source} holds {name[:100]!r} twice; one of them would be judged and the other flown.")
+            raise BadInput(f"{source} holds {name[:100]!r} twice; one of them would be checked and the other flown.")
         total += member.file_size
         if total > bounds.size:
             size = f"{bounds.size // 10**9} GB" if bounds.size >= 10**9 else f"{bounds.size // 10**6} MB"

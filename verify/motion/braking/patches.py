@@ -140,7 +140,7 @@ class Patches:
             BadInput: Coefficients are too large.
         """
         if not (np.all(self.size < _FAR) and np.all(self.rad < _FAR)):
-            raise BadInput("These coefficients are too large to tell where braking leads.")
+            raise BadInput("These coefficients are too large to bound braking.")
 
     def _halves_rad(self, degree: int) -> Floats:
         """Bound what the coefficients of halves are off: they are means of these, in exact shares, rounded."""

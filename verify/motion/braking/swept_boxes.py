@@ -3,7 +3,7 @@
 Boxes come from Bernstein coefficients, so a robot that brakes from a part is in its box, whatever the instant and the share. Time is cut
 into windows. In each window a robot's box holds the parts that begin there, and another box those that may be flown at the same time, by
 clocks that differ. Where a robot's box is farther from another's than these two must keep, they cannot come too near in braking that the
-first begins there: nothing is sampled. Of the windows that are left single parts are held against each other in the same way.
+first begins there: nothing is sampled. Of the windows that are left single parts are compared with each other in the same way.
 """
 
 from __future__ import annotations

@@ -28,7 +28,7 @@ SLACK = 1e-4
 _FAR_SLACK = 0.01
 """And this share of what it is more than is needed."""
 _SLICE = 8
-"""So many segments of a robot are held against a part at once, to begin with."""
+"""So many segments of a robot are compared with a part at once, to begin with."""
 _FIRST, _SECOND = 4, 32
 """So many of the nearest slices of each robot, and then of its nearest segments, are looked at to know about how near it comes."""
 _DEPTH, _DEPTH_AT_LIMIT = 30, 44

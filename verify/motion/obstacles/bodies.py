@@ -69,7 +69,7 @@ class SolidBodies:
         """Return how far hulls stay from parts, proved, and about how far one place of each is.
 
         Args:
-            parts: The part that each hull is held against. Shape (n,).
+            parts: The part that each hull is compared with. Shape (n,).
             hulls: n of them.
             places: One place of each, m. Shape (n, 3).
             enough: Hulls of which as much as this is proved soon are not looked at any closer, m. Shape (n,).

@@ -13,7 +13,7 @@ from verify.third_party.shows.own_limits import Fence
 
 
 def fence_claims(fleet: Fleet, fences: Sequence[Fence], margin: Fraction) -> tuple[list[Claim], list[Instant]]:
-    """Judge every polygon of a geofence.
+    """Check every polygon of a geofence.
 
     Args:
         fleet: The drones.

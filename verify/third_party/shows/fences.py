@@ -122,7 +122,7 @@ def judge_fence(fleet: Fleet, fence: Fence, margin: Fraction) -> tuple[Kept, lis
 
 # six parameters: two are brought up to date
 def _block(fleet: Fleet, fence: Fence, margin: float, rows: Indices, kept: Kept, broken: dict[int, Outside]) -> Indices:
-    """Judge pieces as far as floats can; return those that are left open."""
+    """Check pieces as far as floats can; return those that are left open."""
     parts = _Parts(fleet.positions(rows)[:, :2], rows, np.zeros(len(rows)), 1.0)
     for level in range(DEEPEST + 1):
         low, first, last, same = _distances(fence, parts)

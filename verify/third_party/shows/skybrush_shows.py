@@ -71,7 +71,7 @@ class _Seen:
     """The drones read so far: mutable while a show is read.
 
     Attributes:
-        unjudged: Drones with settings of each kind that nobody judges.
+        unjudged: Drones with settings of each kind that nobody checks.
         starts: Names by first positions.
         keyframes: Of all drones together.
     """
