@@ -87,7 +87,7 @@ def test_sums_begin_where_a_long_hover_brings_them(law, seconds, vehicle):
 
 @pytest.mark.parametrize("mass", [0.0, -0.03, float("nan")])
 def test_a_mass_that_is_none_is_refused(mass):
-    with pytest.raises(BadInput, match="told a mass above 0 in kg"):
+    with pytest.raises(BadInput, match="mass is above 0 in kg"):
         Mellinger(mass=mass)
 
 
