@@ -34,9 +34,9 @@ def command(
     mass: flight_options.MassOption = None,
     json: options.JsonOption = False,
 ) -> None:
-    """Fly a certified mission many times in simulation: which share of the flights kept tube and formula.
+    """Fly a certified mission many times in simulation: the proportion of flights that stayed in the tube and satisfied the formula.
 
-    By whom and in what is as for `fly`, whose flight with the same options and seed is one of them.
+    Controllers and conditions are those of `fly`, whose flight with the same options and seed is one of them.
     """
     from flight import campaign
     from ltlplan.output import CAMPAIGN_FILES, write_campaign

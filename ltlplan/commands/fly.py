@@ -53,7 +53,7 @@ def command(
     real_time: Annotated[bool, typer.Option("--real-time", help="With --link simulated: a second takes a second.")] = False,
     json: options.JsonOption = False,
 ) -> None:
-    """Fly a certified mission once in simulation, or live over a link; exit code 5 where it left its tube, broke its formula or was ended."""
+    """Fly a certified mission once in simulation, or live over a link; exit code 5 if it left its tube, violated its formula or was ended."""
     from flight import fly
     from ltlplan.output import LOG_FILES, write_flight
 

@@ -62,10 +62,10 @@ def command(
     ] = None,
     json: options.JsonOption = False,
 ) -> None:
-    """Share tasks while flying; exit code 5 where the flown words do not keep the formula, or a live flight was ended.
+    """Reassign tasks in flight; exit code 5 if the flown words violate the formula, or a live flight was ended.
 
-    With --certified each piece is certified before it is flown, and with --link it is flown over a link: computing takes the time that it
-    takes, while robots fly on or hover. There is nothing to export.
+    With --certified each segment is certified before it is flown, and with --link it is flown over a link: robots fly on or hover while the next
+    one is computed. There is nothing to export.
     """
     from ltlplan.online.event_sources.lines import parse_events
 
