@@ -1,10 +1,11 @@
 """Simulation, monitoring, comparison and export of certified flights, and live flights over a link.
 
-`flights` flies once and `campaigns` many times (in `batches`), both in `conditions` (wind, sensors, model, controller) and by
-`closed_loop`, which lets `control` steer what `model` moves (`onboard_simulation` for what vehicles carry; `simulation_setup` and `random_streams` are common to both). `rehearsal` flies under everything that may be otherwise. `monitoring` judges while flying, `logs` keeps what happened,
-`comparison` holds it against a certificate, `exports` writes for real vehicles, and `pictures` draws (over `shapes`). `certificate_checks` is
-asked at every door; `processes` shares work; `storage` writes files and folders.
-`frames` turns certified flights into the laboratory's frame, `mixed_fleet` simulates several airframes at once, and `link` flies live.
+Read `flights` (one simulated flight), `campaigns` (many, in `batches`) and `rehearsal` (all combinations of conditions), each in `conditions` (wind,
+sensors, model, controller) and by `closed_loop`, in which `control` steers what `model` moves. `onboard_simulation` is the software that vehicles
+carry; `simulation_setup` and `random_streams` serve both, and `mixed_fleet` several airframes at once. `monitoring` checks in flight, `logs`
+reads and writes flights, and `comparison` compares recordings with a certificate. `exports` writes files for vehicles, `link` flies live, and
+`frames` turns flights into the laboratory's frame. `certificate_checks` guards each entry point. `pictures` draws (over `shapes`), `processes`
+spreads work, and `storage` writes files and folders.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
-"""Free space among obstacles: visibility graphs, shortest paths, and bottlenecks.
+"""Free space among obstacles, and its bottlenecks.
 
-Read `free_space` (the door: a mission's free space for one size of vehicle), then `inflated_obstacles` (a mission's obstacles grown by
-the clearance, with openings). Bodies and the roadmap around them are those of `refine.obstacles`.
-Everything is in floats, without chance and without a clock.
-`bottlenecks` finds the narrowest place of the widest path where none fits.
+Read `free_space` (the entry point: a mission's free space for one size of vehicle), then `inflated_obstacles` (a mission's obstacles, inflated by the
+clearance, with openings). Bodies and the roadmap around them are those of `refine.obstacles`. `bottlenecks` finds the narrowest place of the
+widest path where none fits. All is in floats, without random draws and without a clock.
 """

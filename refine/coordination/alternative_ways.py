@@ -19,7 +19,7 @@ from verify.data.validation.spacing import Spacing
 
 @dataclass(frozen=True, slots=True)
 class Way:
-    """How a team flies: who waits for whose arrivals (None: as planned), and whether each robot rests where it is nearest.
+    """Alternative for a team: waits for arrivals (None: as planned), and whether each robot hovers where it is nearest.
 
     Robots may be kept from giving way to each other on their ways: always, or where they share places.
     """

@@ -113,7 +113,7 @@ class Reports:
 
     @property
     def settled(self) -> bool | None:
-        """Whether the variances of its estimated position stay as they are; None where it does not say."""
+        """True if the variances of its estimated position stay as they are; None where it does not say."""
         return supervisor.settled(self._variances, {"settled": SETTLED})
 
     @property

@@ -59,9 +59,7 @@ class SpanningTreeBound:
         found = self._known.get(key)
         if found is None:
             near = self._near(robot, self._graph.key(robot, node))
-            found = self._known[key] = self._tree(
-                {goal: near[goal] for goal, bit in enumerate(self._bits) if missing & bit}
-            )
+            found = self._known[key] = self._tree({goal: near[goal] for goal, bit in enumerate(self._bits) if missing & bit})
         return found
 
     def _distances(self, robot: int, here: tuple[int, int]) -> list[float]:
