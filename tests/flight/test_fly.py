@@ -12,6 +12,7 @@ from flight.closed_loop import Setup, steps
 from flight.model.reference import sample_reference
 from flight.model.sensing import MotionCapture
 from flight.model.timing import CONTROL_STEP, SUBSTEPS
+from tests.helpers.few import few_of
 from tests.helpers.stand_ins import Instant, StandIn, hop, mission, rest_to_rest, stand_in, through_a_hoop
 from tests.helpers.stand_ins import flight as made_flight
 from verify.data import BadInput, NotCertified, Plan, RobotPlan, Trajectory, Visit, Waypoint, Word, load_vehicle
@@ -23,7 +24,8 @@ def plan_and_team():
     return made_flight()
 
 
-@pytest.mark.parametrize(
+@few_of(
+    1,
     ("model", "controller"),
     [
         ("full", "geometric"),

@@ -6,6 +6,7 @@ import pytest
 import ltlplan
 from ltlplan.online.simulated_online_flight import fly_online
 from ltlplan.pipeline import plan, run
+from tests.helpers.few import few_of
 from verify.data import BadInput, Mission, load_plan, parse_mission
 from verify.data.files.mission_file import load_mission_file
 
@@ -26,7 +27,7 @@ def small(method: str, seed: int) -> Mission:
     return parse_mission(TEXT.format(method=method, seed=seed))
 
 
-@pytest.mark.parametrize("method", ["exact", "mtac-e"])
+@few_of(1, "method", ["exact", "mtac-e"])
 def test_a_given_seed_is_the_missions_own_from_then_on(method: str) -> None:
     given, own = plan(small(method, 0), seed=7), plan(small(method, 7))
     assert given == own

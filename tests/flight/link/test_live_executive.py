@@ -21,6 +21,7 @@ from flight.monitoring.thresholds import NEAR
 from ltlplan.commands.support.live_view import interrupts_land
 from ltlplan.live_phases import stages
 from ltlplan.pipeline import certified_team
+from tests.helpers.few import few_of
 from tests.helpers.live_failures import KINDS, Remembers, disturb, fault, on_the_ground, require_whole_logs
 from tests.helpers.live_missions import PAIR
 from verify.data import BadInput
@@ -135,8 +136,8 @@ def test_parameters_that_are_not_on_board_are_named(ready) -> None:
     assert link.spinning == ()
 
 
-@pytest.mark.parametrize(
-    "kind", ["unseen", "pushed", "lost", *(pytest.param(kind, marks=pytest.mark.slow) for kind in ("flat", "deaf", "both"))]
+@few_of(
+    1, "kind", ["unseen", "pushed", "lost", *(pytest.param(kind, marks=pytest.mark.slow) for kind in ("flat", "deaf", "both"))]
 )
 def test_the_team_ends_on_the_ground_whatever_fails_in_flight(ready, kind) -> None:
     mission, flown = ready
@@ -151,7 +152,7 @@ def test_the_team_ends_on_the_ground_whatever_fails_in_flight(ready, kind) -> No
         assert "landing" not in done.record.starts, "it did not go on as if nothing had been"
 
 
-@pytest.mark.parametrize("when", [0.2, 7.5, *(pytest.param(when, marks=pytest.mark.slow) for when in (2.0, 13.0))])
+@few_of(1, "when", [0.2, 7.5, *(pytest.param(when, marks=pytest.mark.slow) for when in (2.0, 13.0))])
 @pytest.mark.parametrize("error", [KeyboardInterrupt, ValueError])
 def test_interruptions_and_errors_land_the_team(ready, when, error) -> None:
     mission, flown = ready

@@ -12,6 +12,7 @@ from flight.storage.ownership import files_in
 from ltlplan.cli import app
 from ltlplan.online.files import ONLINE_FILES
 from ltlplan.output import CAMPAIGN_FILES, LOG_FILES, PLAN_FILES, REHEARSAL_FILES, run_files
+from tests.helpers.few import few_of
 from tests.ltlplan.commands.test_commands import SMALL
 from verify.data import BadInput
 
@@ -71,9 +72,7 @@ def here(made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path / "here"
 
 
-@pytest.mark.parametrize(
-    "command", [pytest.param(name, marks=pytest.mark.slow) if name == "compressed" else name for name in COMMANDS]
-)
+@few_of(2, "command", [pytest.param(name, marks=pytest.mark.slow) if name == "compressed" else name for name in COMMANDS])
 def test_a_second_time_nothing_of_the_users_is_lost(command: str, here: Path) -> None:
     arguments, names = COMMANDS[command]
     said = run(*arguments)

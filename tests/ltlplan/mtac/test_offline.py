@@ -15,6 +15,7 @@ from ltlplan.mtac.optimality_gap import straight_cost, straight_line_costs
 from ltlplan.mtac.robot_tasks import RobotTask
 from ltlplan.planner import make_plan
 from ltlplan.search.exact import assign
+from tests.helpers.few import few_of
 from tests.helpers.random_missions import random_mission
 from verify import check_team
 from verify.data import BadInput, Mission, Unsatisfiable, parse_mission
@@ -179,7 +180,7 @@ def test_the_heuristic_is_a_lower_bound(seed):
 MOST = [*range(12), *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(12, 60))]
 
 
-@pytest.mark.parametrize("seed", MOST)
+@few_of(3, "seed", MOST)
 @pytest.mark.parametrize("objective", ["sum", "longest"])
 def test_one_more_robot_in_free_flight_never_makes_the_exact_optimum_worse(seed, objective):
     # these formulas stay true when an idle {} word joins

@@ -17,6 +17,7 @@ from ltlplan.online.certified_team import CertifiedTeam
 from ltlplan.online.online_flight import NOT_ALL_CERTIFIED
 from ltlplan.online.simulated_online_flight import fly_online
 from tests.helpers import dense_sampler
+from tests.helpers.few import few_of
 from tests.helpers.own_places import own_places
 from tests.helpers.worlds import world
 from verify import check_samples, check_word
@@ -230,7 +231,7 @@ def test_what_was_flown_is_taken_off_the_endurance():
     assert any("its endurance is" in event.sentence or "endurance in the team" in event.sentence for event in short.log.events)
 
 
-@pytest.mark.parametrize(("region", "said"), [("b", "inside it at once"), ("ring", "The rim of ring moves onto quad0")])
+@few_of(1, ("region", "said"), [("b", "inside it at once"), ("ring", "The rim of ring moves onto quad0")])
 def test_a_hoop_that_moves_onto_a_robot_is_said_at_once_and_the_robot_holds(turning, region, said):
     at = CertifiedTeam(turning, seed=1).present.team["quad0"].evaluate(0.8)[:3]
     center = (float(at[0]), float(at[1]), float(at[2]) + (0.26 if region == "ring" else 0.0))

@@ -8,6 +8,7 @@ import pytest
 from ltlplan.mtac.agent_moves import World
 from ltlplan.mtac.decomposable_task import Reader
 from ltlplan.online_mtac.formula_progression import formula_left, progressed
+from tests.helpers.few import few_of
 from tests.helpers.plain_team_words import holds
 from tests.helpers.random_counts import random_counting_formula
 from tests.ltlplan.mtac.test_offline import small
@@ -73,7 +74,8 @@ def readings(first, shown, most):
 
 
 @pytest.mark.parametrize("text", ["F a & F b", "!b U a", "G(a -> F c)", "G(a -> (a W c))", "F(a & F b)", "(!a U c) | F b"])
-@pytest.mark.parametrize(
+@few_of(
+    2,
     ("changes", "most"),
     [
         ((), 3),

@@ -13,6 +13,7 @@ from ltlplan.online_mtac.events import falls_on, in_order
 from ltlplan.online_mtac.online_team import OnlineTeam
 from ltlplan.online_mtac.team_in_flight import PERIOD
 from ltlplan.search.exact import assign
+from tests.helpers.few import few_of
 from tests.helpers.random_missions import random_mission
 from verify import check_team
 from verify.data import BadInput, Mission, Unsatisfiable, parse_mission
@@ -103,7 +104,7 @@ SECONDS = [
 ]
 
 
-@pytest.mark.parametrize(("robot", "second"), SECONDS)
+@few_of(1, ("robot", "second"), SECONDS)
 def test_a_robot_that_fails_at_any_second_leaves_a_mission_that_the_others_finish_or_that_is_refused(fire, robot, second):
     flight = Flight(fire, events=[RobotLeaves(time=float(second), robot=robot)])
     ended = flight.fly(40)

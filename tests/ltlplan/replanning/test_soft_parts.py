@@ -17,6 +17,7 @@ from ltlplan.replanning.soft_parts import kept_by_words
 from ltlplan.report.summary import soft_sentences
 from ltlplan.search.exact import assign
 from ltlplan.search.explanations.unsatisfiable_cores import NoPlan
+from tests.helpers.few import few_of
 from tests.helpers.own_places import own_places
 from tests.helpers.published_cases import loads
 from tests.helpers.worlds import world
@@ -54,7 +55,7 @@ def assert_best(mission: Mission) -> None:
     assert verify.check_team(mission.formula, made.words, reading=mission.spec.team).sequential
 
 
-@pytest.mark.parametrize(("formula", "robots"), [("F a", 1), ("F b & (!c U a)", 1), ("F(a | b)", 2)])
+@few_of(1, ("formula", "robots"), [("F a", 1), ("F b & (!c U a)", 1), ("F(a | b)", 2)])
 def test_no_set_of_soft_parts_weighs_more_or_costs_less(formula: str, robots: int) -> None:
     assert_best(wishing(formula, *SOFT[: 6 if robots == 1 else 4], robots=robots))
 

@@ -11,6 +11,7 @@ import pytest
 from ltlplan.mtac.optimality_gap import straight_cost
 from ltlplan.planner import make_plan
 from ltlplan.search.exact import assign
+from tests.helpers.few import few_of
 from tests.helpers.kinds import mixed, mixed_text
 from verify.data import Infeasible, Mission, Unsatisfiable, parse_mission
 
@@ -129,7 +130,7 @@ def test_endurance_is_kept_as_trying_everything_keeps_it(objective, team):
     assert shared or objective == "longest"
 
 
-@pytest.mark.parametrize(("method", "team"), [("exact", "own"), ("exact", "joint"), ("mtac-e", "own")])
+@few_of(1, ("method", "team"), [("exact", "own"), ("exact", "joint"), ("mtac-e", "own")])
 def test_endurance_makes_robots_share(method, team):
     """Alone one of them would do it all for less."""
     text = (

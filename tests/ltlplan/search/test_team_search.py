@@ -23,6 +23,7 @@ from ltlplan.search.sequential_reading import Objective
 from ltlplan.search.team_planning import least_in_one_order, plan_team
 from ltlplan.search.team_reading import TeamReading, is_complete
 from ltlplan.systems.transition_systems import TransitionSystem
+from tests.helpers.few import few_of
 from tests.helpers.graphs import simple_words, systems, tasks
 from tests.helpers.team_automaton import TeamAutomaton
 from tests.helpers.worlds import world
@@ -210,7 +211,8 @@ def grid(formula: str, *, robots: int, width: int = 4, height: int = 3) -> Missi
     )  # fmt: skip
 
 
-@pytest.mark.parametrize(
+@few_of(
+    2,
     "formula",
     [
         "F n0_2 & F(n1_1 & F n2_2)",

@@ -14,6 +14,7 @@ from refine.limits.usage import peaks
 from refine.planes import Plane
 from refine.solvers.fastest import stretched_guess
 from refine.solvers.retiming import pace, retime
+from tests.helpers.few import few_of
 from tests.helpers.refinement_courses import (
     HOOP6,
     HOOP6_BLEND,
@@ -63,7 +64,7 @@ def test_a_turned_course_takes_as_long() -> None:
     assert there.duration == pytest.approx(here.duration, rel=1e-3)
 
 
-@pytest.mark.parametrize("seed", range(4))
+@few_of(1, "seed", range(4))
 def test_random_courses_are_certified_and_never_slower_than_stretching(seed: int) -> None:
     rng = np.random.default_rng(seed)
     points = np.cumsum(rng.normal(size=(int(rng.integers(2, 6)), 3)), axis=0)

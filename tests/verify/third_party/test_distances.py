@@ -9,6 +9,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
+from tests.helpers.few import few_of
 from tests.helpers.fleets import sampled, wandering
 from tests.helpers.flights import legs, small_mission
 from verify.arithmetic.balls import Floats
@@ -51,7 +52,7 @@ def same(one: tuple[Nearest, list[Breach]], other: tuple[Nearest, list[Breach]])
 
 
 @pytest.mark.parametrize("common", [True, False])
-@pytest.mark.parametrize("seed", range(4))
+@few_of(1, "seed", range(4))
 def test_the_broad_phase_leaves_nothing_out(seed: int, common: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     rng = np.random.default_rng(seed)
     fleet = wandering(int(rng.integers(2, 8)), 4, rng, common=common, size=float(rng.uniform(3, 9)))
@@ -83,7 +84,7 @@ def test_the_broad_phase_leaves_nothing_out_of_many_teams(monkeypatch: pytest.Mo
         assert same(plainly(fleet, asked), quickly(fleet, asked, monkeypatch))
 
 
-@pytest.mark.parametrize("seed", range(3))
+@few_of(1, "seed", range(3))
 def test_the_judge_agrees_with_a_dense_sampler(seed: int) -> None:
     rng = np.random.default_rng(100 + seed)
     fleet = wandering(3, 3, rng, common=seed != 1, size=4.0)

@@ -7,6 +7,7 @@ import random
 
 import pytest
 
+from tests.helpers.few import few_of
 from verify import check_team, check_word
 from verify.data import Formula, Word, parse_formula
 from verify.data.language.counting import written_out
@@ -56,7 +57,7 @@ def random_team(seed: int, size: int) -> dict[str, list[set[str]]]:
         *(pytest.param(size, 3, marks=pytest.mark.slow) for size in (20, 30)),
     ],
 )
-@pytest.mark.parametrize("family", FAMILIES)
+@few_of(2, "family", FAMILIES)
 def test_one_after_another_is_what_all_orders_give(family: str, size: int, teams: int) -> None:
     """Held against every order, word by word, by direct semantics."""
     formula = parse_formula(FAMILIES[family](size))

@@ -18,6 +18,7 @@ from ltlplan.search.team_planning import plan_team
 from ltlplan.systems.robot_systems import Systems
 from ltlplan.systems.transition_systems import TransitionSystem
 from ltlplan.systems.visit_words import word_of
+from tests.helpers.few import few_of
 from tests.helpers.graphs import simple_words, systems, tasks
 from tests.helpers.worlds import world
 from tests.strategies import formulas
@@ -55,7 +56,8 @@ def test_joint_plans_against_brute_force(formula: Formula) -> None:
     assert check_team(mission.formula, {n: r.word for n, r in plan.robots.items()}, reading="joint").sequential
 
 
-@pytest.mark.parametrize(
+@few_of(
+    3,
     "formula",
     ["F a & F b", "F(a & F b)", "F a & F b & G !(a & b)", "F(a & b)", "F b & G(b -> a)", "F a & F G b", "F(a & F(b & F a))"],
 )
@@ -118,7 +120,8 @@ def test_eight_robots_that_watch_each_other() -> None:
     assert alone.cost <= plan.cost + 1e-9  # less is asked
 
 
-@pytest.mark.parametrize(
+@few_of(
+    1,
     ("team", "robots", "rest", "budgets"),
     [
         ("joint", 8, "F(p1 & F(p2 & F p3)) & F(p6 & p4)", (20_000, 5_000)),

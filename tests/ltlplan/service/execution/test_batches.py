@@ -15,6 +15,7 @@ from ltlplan.service.execution.batches import RECORD, exit_code, run_batch
 from ltlplan.service.execution.clusters import Cluster, ClusterError
 from ltlplan.service.execution.workers import LocalWorkers
 from tests.helpers.clusters import local_cluster
+from tests.helpers.few import few_of
 from tests.helpers.flights import small_mission
 from verify.data import BadInput, mission_to_yaml
 
@@ -84,7 +85,7 @@ def test_what_was_done_is_not_done_again(done: Path) -> None:
     assert contents(done.parent / "out") == before
 
 
-@pytest.mark.parametrize("change", ["seed", "version", "mission"])
+@few_of(1, "change", ["seed", "version", "mission"])
 def test_another_seed_version_or_mission_is_run(
     change: str, done: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -17,6 +17,7 @@ from ltlplan import pipeline
 from ltlplan.replanning import candidates
 from ltlplan.service.execution.serialization import from_bytes, to_bytes
 from ltlplan.service.execution.stages import Outcome, mission_bytes, plan_of, run_stage, share_after
+from tests.helpers.few import few_of
 from tests.helpers.flights import small_mission
 from verify.data import InternalError, Mission, Trajectory
 from verify.data.progress import silent
@@ -111,7 +112,7 @@ def test_what_stages_find_is_plain_data_for_people() -> None:
     assert outcomes["files"].problem is None
 
 
-@pytest.mark.parametrize("stage", ["plan", "round 1", "flight"])
+@few_of(1, "stage", ["plan", "round 1", "flight"])
 def test_a_stages_value_survives_to_the_last_bit(stage: str) -> None:
     value = dict(staged(with_margin()))[stage].value
     again = from_bytes(value)
