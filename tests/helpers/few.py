@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable
 from typing import Any
 
 import pytest
+from hypothesis import given, settings
 
 _CASE = type(pytest.param())
 
@@ -28,3 +29,26 @@ def few_of(number: int, names: str | tuple[str, ...], cases: Iterable[Any], **op
         row if row.marks or id(row) in kept else pytest.param(*row.values, id=row.id, marks=pytest.mark.slow) for row in rows
     ]
     return pytest.mark.parametrize(names, slow, **options)
+
+
+def given_few(few: int, many: int, *drawn: Any, **named: Any) -> Callable[[Callable[..., None]], Callable[[int], None]]:
+    """Hold a law to few random cases by default, and to many with the slow tests.
+
+    Args:
+        few: How many cases are drawn by default.
+        many: How many are drawn with the slow tests.
+        drawn: Strategies, as `hypothesis.given` takes them.
+        named: Strategies by the law's arguments.
+    """
+
+    def decorate(law: Callable[..., None]) -> Callable[[int], None]:
+        held = {number: settings(max_examples=number, deadline=None)(given(*drawn, **named)(law)) for number in (few, many)}
+
+        @pytest.mark.parametrize("examples", [few, pytest.param(many, marks=pytest.mark.slow)])
+        def test(examples: int) -> None:
+            held[examples]()
+
+        test.__name__, test.__doc__, test.__module__ = law.__name__, law.__doc__, law.__module__
+        return test
+
+    return decorate

@@ -88,6 +88,7 @@ def test_the_dense_search_finds_what_is_there_and_knows_a_fault_when_it_flies_on
     assert {"leaves the workspace", "breaks speed"} <= set(faults(mission, plan.robots["q"], low))
 
 
+@pytest.mark.slow
 def test_shares_of_time_that_suit_each_robot_do_not_cost_the_team_its_flight() -> None:
     count = Count()
     hold_to_it(52, count)

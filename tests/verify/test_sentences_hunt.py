@@ -105,6 +105,7 @@ def test_many_sentences_of_planned_flights_say_what_is_flown(tmp_path: Path) -> 
 ROOMS = {"a": (0.0, 0.0), "b": (3.0, 0.0), "c": (0.0, 3.0)}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "formula",
     [

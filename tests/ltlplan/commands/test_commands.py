@@ -203,6 +203,7 @@ def test_px4_is_written_anyway_only_as_its_controller_is_not_modelled(folder: Pa
         assert "not rehearsed with this vehicle's controller" in (out / name).read_text(), name
 
 
+@pytest.mark.slow
 def test_a_run_says_why_crazyflies_have_no_export(tmp_path: Path) -> None:
     """Their profile names no controller, so that the flight is `geometric`'s, which no Crazyflie runs."""
     mission = ltlplan.load_mission("hoops-sequence")

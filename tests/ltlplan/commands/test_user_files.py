@@ -113,6 +113,7 @@ def test_a_folder_made_by_hand_is_refused(command: str, here: Path) -> None:
     assert {name: (here / "out" / name).read_text() for name in files_in(here / "out")} == by_hand
 
 
+@pytest.mark.slow
 def test_exports_into_a_runs_folder_outlive_the_next_run(here: Path) -> None:
     run("export", "run", "--format", "crazyflie")
     run("export", "run")  # crazyswarm2, as the run wrote it

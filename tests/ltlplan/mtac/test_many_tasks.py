@@ -70,6 +70,7 @@ def test_the_same_seed_gives_the_same_bytes_and_the_gap_is_told():
     assert plan.lower_bound is not None
 
 
+@pytest.mark.slow
 def test_words_of_the_exact_search_are_taken_where_their_paths_cost_less():
     mission = mission_of_many_tasks(4, MANY_TASKS["sequences"], objective="longest")
     kept = make_plan(mission, method=partial(mtac_e, options=QUICK), seed=4)

@@ -234,6 +234,7 @@ def test_a_robot_is_led_around_one_that_hovers_in_its_straight_way(seed):
     assert any("quad0 is led around quad1" in event.sentence for event in flight.log.events)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
 def test_an_idle_robot_steps_aside_where_another_one_is_to_go(seed):
     mission = parse_mission(OCCUPIED)

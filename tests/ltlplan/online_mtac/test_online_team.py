@@ -287,6 +287,7 @@ workspace: {{min: [-2, -2, 0.2], max: [{1.2 * robots + 1:.1f}, 4, 1.8]}}
     )
 
 
+@pytest.mark.slow
 def test_a_team_of_eight_is_shared_out_by_the_cheapest_search_and_takes_off():
     mission = row_of(8, " & ".join(f"F r{i}" for i in range(8)))
     team = OnlineTeam(mission, rng=np.random.default_rng(0))

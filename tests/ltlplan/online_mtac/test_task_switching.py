@@ -92,6 +92,7 @@ def test_the_set_is_that_of_the_present_states():
     assert not online_team.reader.in_decomposition_set(now)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("asked_at_three_seconds")
 def test_a_robot_whose_own_weights_make_it_dear_hands_over_in_flight():
     mission = small("F b", regions=PLACES, agents=[(-1.4, 0, 1), (1.5, -2.4, 1)])
@@ -156,6 +157,7 @@ def test_without_what_binds_it_the_same_part_changes_hands():
     assert flight.words["quad0"] == [frozenset()]
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("asked_at_three_seconds")
 def test_a_robot_may_keep_the_first_visits_of_what_it_gives_away():
     flight = Flight(small("F a & F b", regions=PLACES, agents=[(-0.6, 0, 1), TWO[1]]))
@@ -166,6 +168,7 @@ def test_a_robot_may_keep_the_first_visits_of_what_it_gives_away():
     assert check_word("F a & F b", flown(flight))
 
 
+@pytest.mark.slow
 def test_a_region_that_moves_away_is_shared_again_and_another_robot_flies_there():
     mission = small("F b & F c", regions=PLACES, agents=[(0.3, -0.5, 1), (-1.0, -1.5, 1), (2.5, 2.0, 1)])
     moves = HoopMoves(time=1.5, region="b", center=(-1.5, -1.5, 1.0))

@@ -91,6 +91,7 @@ def test_retiming_keeps_the_path_and_beats_stretching() -> None:
     assert strict.duration == pytest.approx(guess.duration, rel=2e-3)  # nothing fits so closely: stretching stands
 
 
+@pytest.mark.slow
 def test_a_race_with_rotor_limits_and_little_spin() -> None:
     """The first legs of the Split-S course: every limit of the racer but tilt, for all times."""
     vehicle, points = racer(), SPLIT_S[:5]

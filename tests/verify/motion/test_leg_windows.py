@@ -262,7 +262,7 @@ def random_balls(rng: np.random.Generator) -> str:
 
 
 @pytest.mark.parametrize("lasso", [pytest.param(False, marks=pytest.mark.slow), True])
-@pytest.mark.parametrize("count", [14, pytest.param(400, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("count", [6, *(pytest.param(count, marks=pytest.mark.slow) for count in (14, 400))])
 def test_limits_of_legs_against_dense_samples(lasso, count):
     rng = np.random.default_rng(count + lasso)
     judgements = 0

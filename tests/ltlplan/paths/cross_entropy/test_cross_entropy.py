@@ -155,6 +155,7 @@ def ended(populations, seed):
     return minimise(valleys, search, rng=np.random.default_rng(seed))[0].best_cost
 
 
+@pytest.mark.slow
 def test_several_populations_miss_the_deeper_valley_less_often_than_one():
     one, four = (np.array([ended(populations, seed) for seed in range(12)]) for populations in (1, 4))
     assert four.mean() < one.mean() - 0.05
@@ -245,6 +246,7 @@ def judged(mission, plan):
     return [claim.sentence for claim in claims if claim.outcome != "holds"]
 
 
+@pytest.mark.slow
 def test_every_returned_path_passes_the_judge():
     cases = [(m, p) for m, _, p in shipped() if len(m.agents) == 1] + courses(seed=21, count=2)
     for mission, nominal in cases:

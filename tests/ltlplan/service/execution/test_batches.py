@@ -68,6 +68,7 @@ def done(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.mark.slow
 def test_each_folder_is_what_run_writes_and_a_record(done: Path, tmp_path: Path) -> None:
     ltlplan.run(done / "good.yaml", tmp_path / "run")
     ours, theirs = contents(tmp_path / "run"), contents(done.parent / "out" / "good")

@@ -156,6 +156,7 @@ def test_a_flight_in_parts_comes_back_in_parts(cycle: int | None, cuts: tuple[in
     assert again.digest() == flight.digest()
 
 
+@pytest.mark.slow
 def test_what_planning_and_refining_a_flight_in_parts_store_comes_back(monkeypatch: pytest.MonkeyPatch) -> None:
     found = list(stored(load_mission("door-puzzle"), "flight", monkeypatch))
     assert [stage for stage, _, _ in found] == ["plan", "round 1"]
