@@ -212,9 +212,10 @@ def _same_recording(name: str, text: str, found: Any) -> None:
         assert len({(Fraction(row[clock].strip()), row[robot].strip()) for row in own}) == len(own)
 
 
-def test_no_mutant_crashes_a_reader(seeds: Seeds) -> None:
-    read = hunt(seeds, 900, seed=0)
-    assert sum(read.values()) > 30  # some are harmless, or the hunt would show nothing
+@pytest.mark.parametrize("count", [300, pytest.param(900, marks=pytest.mark.slow)])
+def test_no_mutant_crashes_a_reader(seeds: Seeds, count: int) -> None:
+    read = hunt(seeds, count, seed=0)
+    assert sum(read.values()) > count / 30  # some are harmless, or the hunt would show nothing
 
 
 @pytest.mark.slow
@@ -341,8 +342,9 @@ def hunt_folders(seeds: Seeds, place: Path, count: int, seed: int) -> tuple[int,
     return accepted[0], accepted[1]
 
 
-def test_no_mutated_folder_gets_a_false_verdict(seeds: Seeds, tmp_path: Path) -> None:
-    as_they_were, _ = hunt_folders(seeds, tmp_path / "mutant", 36, seed=0)
+@pytest.mark.parametrize("count", [12, pytest.param(36, marks=pytest.mark.slow)])
+def test_no_mutated_folder_gets_a_false_verdict(seeds: Seeds, tmp_path: Path, count: int) -> None:
+    as_they_were, _ = hunt_folders(seeds, tmp_path / "mutant", count, seed=0)
     assert as_they_were
 
 

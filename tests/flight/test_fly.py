@@ -67,6 +67,7 @@ def test_a_run_among_many_is_bit_for_bit_the_run_alone(plan_and_team):
     assert np.array_equal(together.attitude[:, 2:4], alone.attitude)
 
 
+@pytest.mark.slow
 def test_without_a_certificate_the_log_says_so(plan_and_team):
     plan, team = plan_and_team
     log = flight.fly(plan, team, model="paper")
@@ -180,6 +181,7 @@ def test_of_a_sequence_of_hoops_no_formula_is_called_satisfied():
     assert left.notes[-1].startswith("whether hoops were passed in their order was not judged; `ltlplan certify RUN --flight`")
 
 
+@pytest.mark.slow
 def test_a_campaign_of_a_sequence_of_hoops_counts_tubes_alone():
     plan, team = through_a_hoop()
     found = flight.campaign(plan, team, stand_in(plan, team), runs=2, wind="0+0.1", model="paper")

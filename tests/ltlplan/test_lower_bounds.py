@@ -24,6 +24,7 @@ def asking(mission: Mission, method: str, cost: dict[str, float]) -> Mission:
     return mission.changed(planner=mission.planner.model_copy(update={"method": method, "cost": cost}))
 
 
+@pytest.mark.slow
 @few_of(1, "name", ["window-inspection", "firefighting"])
 def test_bounds_of_shipped_missions_are_below_their_costs(name: str) -> None:
     assert_below(ltlplan.load_mission(name))

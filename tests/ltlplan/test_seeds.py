@@ -48,6 +48,7 @@ def test_a_run_flies_with_the_given_seed_and_writes_it_down(tmp_path) -> None:
     assert again.certificate.to_json() == done.certificate.to_json()
 
 
+@pytest.mark.slow
 def test_an_online_flight_states_its_seed() -> None:
     flown = fly_online(small("exact", 0), seed=7)
     assert flown.mission.planner.seed == flown.log.seed == 7

@@ -164,6 +164,7 @@ def test_robots_that_are_near_each_other_only_over_the_seam_are_refused(error: f
     assert found == expected or (expected == "fails" and found == "undecided")
 
 
+@pytest.mark.slow
 def test_the_compressed_format_keeps_no_laps_together(flown, tmp_path):
     made, team = flown
     with pytest.raises(DoesNotFit, match="begin together"):
@@ -179,6 +180,7 @@ def test_where_laps_begin_is_found_in_files_too(flown, tmp_path):
     assert read_folder(tmp_path)[1] == team
 
 
+@pytest.mark.slow
 def test_soft_parts_of_laps_are_kept_by_weight():
     asked = patrol("G F west", places="west east post")
     soft = ({"formula": "G F east", "weight": 2.0}, {"formula": "G !east", "weight": 1.0})

@@ -159,7 +159,7 @@ def test_a_plan_for_other_robots_is_bad_input(fire):
 
 
 @pytest.mark.parametrize("size", [1e4, *(pytest.param(size, marks=pytest.mark.slow) for size in (1e20, 1e150)), 1e300])
-@few_of(2, "power", [0, 1, 4, 7])
+@few_of(1, "power", [7, 4, 1, 0])
 def test_absurd_numbers_are_refused_without_a_traceback(size, power):
     mission = small_mission("F a", regions=BALL)
     path = legs([[0, 0, 1], [1, 0, 1]])

@@ -131,7 +131,7 @@ def forged(folder: Path, data: dict[str, Any]) -> None:
     (folder / "certificate.json").write_text(json.dumps(certificate))
 
 
-@pytest.mark.parametrize("made", [finite, laps])
+@few_of(1, "made", [finite, laps])
 def test_what_is_changed_in_a_plan_is_refused_or_changes_no_claim(tmp_path: Path, made: Any) -> None:
     assert hunt(tmp_path, made, every=23)
 

@@ -89,6 +89,7 @@ def hunt(folder: Path, seeds: range) -> dict[str, int]:
     return seen
 
 
+@pytest.mark.slow
 def test_sentences_of_planned_flights_say_what_is_flown(tmp_path: Path) -> None:
     seen = hunt(tmp_path, range(2, 4))
     assert seen["certified"] >= 1

@@ -101,6 +101,7 @@ def test_what_is_wrong_before_take_off_is_said_and_nothing_spins(ready, faults, 
     assert done.record.poses == []
 
 
+@pytest.mark.slow
 def test_a_battery_of_which_nothing_is_known_is_said_not_to_be_checked(ready) -> None:
     mission, flown = ready
 
@@ -200,6 +201,7 @@ def test_a_second_interruption_stops_motors_at_once(ready) -> None:
     assert any("interrupted again" in event.sentence for event in done.record.events)
 
 
+@pytest.mark.slow
 def test_however_often_it_is_interrupted_all_that_hear_stop_and_the_others_are_named(ready) -> None:
     mission, flown = ready
     link = link_to(mission, Faults(deaf={"two": 11.0}))
@@ -219,6 +221,7 @@ def test_however_often_it_is_interrupted_all_that_hear_stop_and_the_others_are_n
     require_whole_logs(done)
 
 
+@pytest.mark.slow
 def test_two_signals_at_once_land_the_team_as_one_does(ready) -> None:
     mission, flown = ready
     link = link_to(mission)
@@ -252,6 +255,7 @@ def test_stages_that_do_not_join_are_refused(ready) -> None:
         fly_live(link_to(mission), flown, grounds={"one": 0.0})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "kind", ["flown", *(pytest.param(kind, marks=pytest.mark.slow) for kind in ("interrupted", "flat", "pushed"))]
 )

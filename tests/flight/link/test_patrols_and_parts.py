@@ -83,6 +83,7 @@ def test_a_patrol_brakes_to_rest_behind_its_laps_and_lands(patrol) -> None:
     assert "it was proved for such a flight" in covered[2]
 
 
+@pytest.mark.slow
 def test_of_a_patrols_recording_its_laps_are_judged(patrol) -> None:
     done = flown_over(link_to(patrol), patrol)
     stage = patrol[1]
@@ -215,6 +216,7 @@ def test_what_fails_between_parts_ends_on_the_ground(parts, kind) -> None:
     assert link.spinning == ()
 
 
+@pytest.mark.slow
 def test_who_does_not_begin_the_next_part_ends_it_for_all(parts) -> None:
     link = link_to(parts, Faults(deaf={"r1": pause_of(parts)}))
     done = flown_over(link, parts)

@@ -109,6 +109,7 @@ def test_a_recorded_flight_is_judged(folder: Path) -> None:
         ok("certify", str(folder), "--flight", flight)
 
 
+@pytest.mark.slow
 def test_a_table_of_motion_capture_is_judged(folder: Path, tmp_path: Path) -> None:
     """Times with all their digits say how well they are known; with zeros left out they may as well be rounded to 10 ms."""
     rows = [row.split(",")[:5] for row in (folder / "flight.csv").read_text().splitlines()[1:]]
@@ -189,6 +190,7 @@ def test_export_after_proving_again(folder: Path, tmp_path: Path) -> None:
     assert not (tmp_path / "nothing").exists()
 
 
+@pytest.mark.slow
 def test_px4_is_written_anyway_only_as_its_controller_is_not_modelled(folder: Path, tmp_path: Path) -> None:
     out = tmp_path / "px4"
     refused = runner.invoke(app, ["export", str(folder), "--format", "px4", "--out", str(out)])

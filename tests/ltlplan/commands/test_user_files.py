@@ -72,7 +72,7 @@ def here(made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path / "here"
 
 
-@few_of(2, "command", [pytest.param(name, marks=pytest.mark.slow) if name == "compressed" else name for name in COMMANDS])
+@few_of(1, "command", [pytest.param(name, marks=pytest.mark.slow) if name == "compressed" else name for name in COMMANDS])
 def test_a_second_time_nothing_of_the_users_is_lost(command: str, here: Path) -> None:
     arguments, names = COMMANDS[command]
     said = run(*arguments)

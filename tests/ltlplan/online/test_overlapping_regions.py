@@ -47,6 +47,7 @@ def test_a_robot_joins_inside_them_and_takes_its_part(regions, start, joins, for
     assert flight.team.belief.accepts()
 
 
+@pytest.mark.slow
 def test_a_new_formula_is_shared_from_where_a_robot_hovers_inside_two():
     flight = Flight(mission_of("into a region in another"), events=[NewFormula(time=6.5, formula="F desk & F d")])
     assert flight.fly(60) is not None

@@ -169,6 +169,7 @@ def test_a_robot_that_joins_takes_part(fire):
     assert check_team(fire.formula, flight.words).sequential
 
 
+@pytest.mark.slow
 def test_robots_wait_where_letters_must_not_be_held_side_by_side():
     mission = parse_mission("""
 format: 1
@@ -306,6 +307,7 @@ def test_a_team_of_eight_is_shared_out_by_the_cheapest_search_and_takes_off():
     assert max(math.dist(positions[name], agent.start) for name, agent in mission.agents.items()) > 0.1
 
 
+@pytest.mark.slow
 def test_two_places_that_are_to_be_held_at_once_are_shared_out():
     """No walk of one robot after another leads to acceptance: neither letter alone is what is asked."""
     mission = row_of(2, "F(r0 & r1)", "joint")

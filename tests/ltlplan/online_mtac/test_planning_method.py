@@ -69,6 +69,7 @@ def test_the_plan_is_what_the_online_team_flew(firefighting: Mission, plan):
     assert check_team(firefighting.formula, plan.words).sequential
 
 
+@pytest.mark.slow
 def test_it_is_not_the_plan_of_another_method(firefighting: Mission, plan):
     for method in ("exact", "mtac-e"):
         other = ltlplan.plan(by_online(firefighting, method), seed=3)

@@ -77,6 +77,7 @@ def test_the_checker_holds_a_flight_with_a_hand_over():
     assert flight.require() is flight
 
 
+@pytest.mark.slow
 def test_the_set_is_that_of_the_present_states():
     flight = Flight(small(FIRST_A, regions=PLACES, agents=TWO))
     online_team, handover = flight.team, Handover("quad0", "quad1", 0)
@@ -134,6 +135,7 @@ def asked_throughout(flight, seconds):
     return answers
 
 
+@pytest.mark.slow
 def test_in_a_state_outside_the_set_nothing_changes_hands_however_cheap():
     # whoever goes to b must not come before anybody's visit of c: no part is anybody else's, from the first state on
     flight = Flight(small("F b & G(b -> G !c)", regions=PLACES, agents=[(-1.4, 0.6, 1), (1.5, -0.6, 1)]))

@@ -106,6 +106,7 @@ def test_improving_a_flight_that_hovers_improves_what_leads_there():
     assert found.cost == pytest.approx(plan_cost(found.plan, cost_of(mission, "quad0")))
 
 
+@pytest.mark.slow
 def test_pictures_of_a_lasso_that_hovers():
     assert "optimised path" in pictures_html(asking("F hoop0 & F G free"))
 

@@ -279,6 +279,7 @@ def test_other_words_are_tried_before_a_soft_part_is_given_up(formula: str, soft
     assert done.plan.mission == made.mission
 
 
+@pytest.mark.slow
 def test_what_was_found_for_a_choice_of_parts_is_what_is_planned() -> None:
     mission = wishing("F a", ("F(b & F c)", 1.0), ("F(c & F b)", 1.0), robots=2)
     made, asked = ltlplan.plan(mission), mission.asking("(F a) & (F(b & F c)) & (F(c & F b))")

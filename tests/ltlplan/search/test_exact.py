@@ -5,7 +5,6 @@ import math
 from collections.abc import Iterator
 
 import pytest
-from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ltlplan.logic.budget import Budget, TooLarge
@@ -306,8 +305,7 @@ def test_one_robot_against_brute_force(formula: Formula) -> None:
     assert_cheapest(world(str(formula), regions=SMALL), 3)
 
 
-@settings(max_examples=4, deadline=None)
-@given(formulas(size=5))
+@given_few(2, 4, formulas(size=5))
 def test_two_robots_against_brute_force(formula: Formula) -> None:
     assert_cheapest(world(str(formula), regions=SMALL, robots=2, starts=((-0.5, -0.5), (2.5, 0.5))), 2)
 

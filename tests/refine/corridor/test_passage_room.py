@@ -31,6 +31,7 @@ def test_a_region_too_small_for_its_passage_is_the_reason() -> None:
         refine(ltlplan.plan(mission, seed=0))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shape", ["box", *(pytest.param(name, marks=pytest.mark.slow) for name in SHAPES if name != "box")])
 def test_rings_stand_in_regions_of_all_shapes(shape: str) -> None:
     for formula in ("F a & F goal", "F(goal & F G a)"):

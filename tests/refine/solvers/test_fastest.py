@@ -135,6 +135,7 @@ def test_bad_input_is_named(change: dict, words: str) -> None:
         time_optimal(arguments.pop("waypoints"), arguments.pop("limits"), **arguments)
 
 
+@pytest.mark.slow
 def test_walls_that_no_flight_can_keep_are_refused() -> None:
     with pytest.raises(Infeasible, match="walls"):
         time_optimal(HOOP6[:3], HOOP6_LIMITS, walls=[Plane(np.array([0.0, 0.0, 1.0]), 5.0)])

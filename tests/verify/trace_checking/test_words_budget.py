@@ -139,6 +139,7 @@ def test_many_robots_at_once_are_counted_by_readings() -> None:
     assert f"more than {READINGS * 500} readings" in verdict.sentence or "more than 500 configurations" in verdict.sentence
 
 
+@pytest.mark.slow
 def test_reading_an_infinite_trace_is_counted() -> None:
     text = " | ".join(f"(G F a{i} & F G b{i})" for i in range(14))
     tableau = Tableau(normal_form(parse_formula(text), negated=True))

@@ -289,6 +289,7 @@ def test_populations_begin_at_the_nominal_path_and_over_and_under_it():
     assert one.best_cost == problem.costs(problem.mean[None])[0]
 
 
+@pytest.mark.slow
 def test_blocks_of_a_round_cost_what_the_round_costs():
     mission = load_mission("hoops-sequence")
     problem = path_problem(mission, route_sequence(mission), EFFORT)

@@ -120,6 +120,7 @@ def test_a_plan_moves_and_turns_with_the_world(angle, shift):
     assert [w.role for w in there.waypoints] == [w.role for w in here.waypoints]
 
 
+@pytest.mark.slow
 def test_random_courses_never_enter_a_hoop_that_is_not_next_in_the_sequence():
     crowds = courses(seed=11, count=8, hoops=5, passages=3) + courses(seed=12, count=3, hoops=8, passages=5)
     for mission, plan in crowds:

@@ -236,6 +236,7 @@ def filling(robots: int, repeat: int, objective: str) -> Mission:
     )  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("objective", ["sum", pytest.param("longest", marks=pytest.mark.slow)])
 def test_robots_that_wait_for_each_others_actions_act_where_they_come_to(objective: str):
     plan = assign(filling(3, 2, objective))

@@ -109,6 +109,7 @@ def test_what_counterexamples_cannot_mend_goes_back_to_planning(team: str) -> No
     assert done.plan.precedences == plan.precedences
 
 
+@pytest.mark.slow
 def test_words_that_only_whole_words_in_turn_keep_are_given_up_for_others() -> None:
     """Each order of the robots does it; but b may be read late, so no flight of these words does unless quad0 leaves b."""
     asked = "F a & F c & G(a -> (!c U b)) & G(c -> (!a U d)) & F b & F d"

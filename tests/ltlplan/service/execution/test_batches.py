@@ -137,6 +137,7 @@ def test_what_ends_the_whole_leaves_whole_folders_and_is_gone_on_with(error: typ
     assert [(entry.name, entry.exit_code, entry.found) for entry in again] == [("one", 0, True), ("two", 0, False)]
 
 
+@pytest.mark.slow
 def test_a_flight_that_leaves_its_tube_is_written_and_not_certified(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     folder = missions(tmp_path / "missions", one="F a")
     monkeypatch.setattr("ltlplan.report.summary.shortfall", lambda _result: "r0 strayed")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import json
 import zipfile
 from io import BytesIO
@@ -39,9 +40,15 @@ def with_margin(formula: str = "F a") -> Mission:
     return small_mission(formula, margin=0.05)
 
 
+@functools.cache
+def done() -> tuple[tuple[str, Outcome], ...]:
+    """Do all stages of the mission of one region."""
+    return tuple(staged(with_margin()))
+
+
 def test_a_jobs_files_are_those_of_the_command(tmp_path: Path) -> None:
     mission = with_margin()
-    outcomes = staged(mission)
+    outcomes = done()
     assert [name for name, _ in outcomes] == ["plan", "round 1", "flight", "files"]
     ltlplan.run(mission, tmp_path / "run")
     written = {
@@ -99,7 +106,7 @@ def _refused(mission: Mission) -> tuple[dict[str, Trajectory], verify.Certificat
 
 
 def test_what_stages_find_is_plain_data_for_people() -> None:
-    outcomes = dict(staged(with_margin()))
+    outcomes = dict(done())
     found = {name: json.loads(json.dumps(outcome.found, allow_nan=False)) for name, outcome in outcomes.items()}
     assert found["plan"]["visits"] == {"r0": "a"}
     assert found["round 1"]["certified"]
@@ -114,16 +121,15 @@ def test_what_stages_find_is_plain_data_for_people() -> None:
 
 @few_of(1, "stage", ["plan", "round 1", "flight"])
 def test_a_stages_value_survives_to_the_last_bit(stage: str) -> None:
-    value = dict(staged(with_margin()))[stage].value
+    value = dict(done())[stage].value
     again = from_bytes(value)
     assert to_bytes(again) == value
     assert to_bytes(from_bytes(to_bytes(again))) == value
 
 
 def test_the_plan_can_be_read_from_what_planning_made() -> None:
-    mission = with_margin()
-    outcomes = dict(staged(mission))
-    plan = ltlplan.plan(mission)
+    outcomes = dict(done())
+    plan = ltlplan.plan(with_margin())
     assert plan_of(outcomes["plan"].value) == plan
     assert plan_of(outcomes["round 1"].value).digest() == plan.digest()
 
