@@ -43,7 +43,8 @@ def test_published_cases_are_planned_to_the_cheapest_words(case: str, cost: floa
     assert plan.cost == pytest.approx(cost, abs=1e-3)
 
 
-@pytest.mark.parametrize(
+@few_of(
+    2,
     ("case", "cost"),
     [
         ("Bai, first", 12.236),

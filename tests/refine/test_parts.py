@@ -75,6 +75,7 @@ def test_a_team_is_cut_at_common_rests() -> None:
     assert judge(done.plan, paused, largest=False).holds, "what is flown with pauses, and skew of the starts, is as certified"
 
 
+@pytest.mark.slow
 def test_laps_that_do_not_fit_are_flown_from_rest_to_rest() -> None:
     agents = {"q0": {"start": (-1.0, -1.5, 1.0)}}
     made = plan(patrol("G F west & G F east", repeat=10, agents=agents))

@@ -26,7 +26,7 @@ from verify.data.shapes.region import Hoop, Region
 from verify.data.vehicle import load_vehicle
 
 
-@pytest.mark.parametrize("make", [sequence_plan, patrol_plan, fire_plan])
+@few_of(1, "make", [sequence_plan, patrol_plan, fire_plan])
 def test_what_comes_back_is_certified(make) -> None:
     plan = make()
     team = refine(plan)

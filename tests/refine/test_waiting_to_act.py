@@ -45,6 +45,7 @@ def test_a_robot_waits_in_the_region_in_which_it_acts(formula: str, start: str) 
     assert all(claim.outcome == "holds" for claim in done.certificate.claims)
 
 
+@pytest.mark.slow
 def test_who_counts_acts_only_when_others_have_come() -> None:
     """Until now such words were planned without the wait, and failed in the planner's own check."""
     formula = "F(quad0.water & !quad0.carrying & quad1.b) & F quad0.carrying & G(quad0.carrying -> !quad1.b)"

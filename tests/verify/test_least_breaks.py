@@ -113,7 +113,8 @@ def walled(by: float, lasso: bool) -> Flown:
 
 
 @BOTH
-@pytest.mark.parametrize(
+@few_of(
+    7,
     ("claim", "case", "least"),
     [
         ("formula", never, 1e-9),

@@ -104,7 +104,8 @@ def test_waits_of_words_that_hold_in_every_order_are_kept_and_no_order_is_claime
     assert len(claims(certificate, "precedences")) == 1
 
 
-@pytest.mark.parametrize(
+@few_of(
+    4,
     ("wait", "holds"),
     [
         (Precedence(first=("r0", 0), then=("r1", 0), done="entered"), True),

@@ -45,7 +45,7 @@ def response(name, steps_of=(((0.0, 0.0, 0.0), 0.0),), seconds=2.5, **options):
     return times, place, np.array([euler(entry.attitude)[2] for entry in entries])
 
 
-@pytest.mark.parametrize("name", shipped_airframes())
+@few_of(1, "name", shipped_airframes())
 def test_the_geometric_controllers_step_responses_overshoot_little_and_settle(name):
     times, place, yaw = response(name, STEPS)
     for k, (jump, _) in enumerate(STEPS[:2]):

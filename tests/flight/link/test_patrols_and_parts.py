@@ -226,6 +226,7 @@ def test_who_does_not_begin_the_next_part_ends_it_for_all(parts) -> None:
     assert link.spinning == ()
 
 
+@pytest.mark.slow
 @few_of(1, "seconds", [0.1, 0.4])
 def test_a_patrol_that_is_interrupted_while_it_brakes_lands(patrol, seconds) -> None:
     link = link_to(patrol)

@@ -60,6 +60,7 @@ def ok(*arguments: str) -> str:
     return done.output
 
 
+@pytest.mark.slow
 def test_a_margin_below_the_missions_is_said_aloud(folder: Path) -> None:
     assert "the mission asks" not in ok("recheck", str(folder))
     (folder / "certificate.json").unlink()
@@ -105,6 +106,7 @@ def test_a_hand_edited_certificate_gives_no_states(folder: Path, actions: object
         ok("certify", str(folder), "--flight", str(table(folder)), "--max-speed", "1.2")
 
 
+@pytest.mark.slow
 def test_certifying_again_keeps_the_clock_error(folder: Path) -> None:
     path = folder / "certificate.json"
     path.unlink()

@@ -61,6 +61,7 @@ def test_few_tasks_are_walked_as_the_paper_says():
     assert many_tasks(mission_of_many_tasks(0, "F a & F b & F c", objective="longest")) is not None
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_bytes_and_the_gap_is_told():
     mission = mission_of_many_tasks(2, MANY_TASKS["visits"], objective="longest")
     plan = make_plan(mission, method="mtac-e", seed=4)

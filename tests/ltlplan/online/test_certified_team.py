@@ -180,6 +180,7 @@ def test_a_robot_that_looks_along_its_path_goes_on_from_the_heading_that_it_has(
     assert abs(begun[4] - begun[3]) > 5
 
 
+@pytest.mark.slow
 def test_slowing_down_keeps_the_limits_of_the_leg_that_it_ends():
     mission = parse_mission(TURNING + "limits: {legs: {a: {speed: 0.4, acceleration: 1.0}}}\n")
     flight = finished(flown(mission, NewFormula(time=1.0, formula="F b")))
@@ -254,7 +255,7 @@ def test_a_sequence_is_not_flown_online(firefighting):
         fly_online(firefighting.model_copy(update={"sequence": "waterF"}))
 
 
-@pytest.mark.parametrize("seed", range(20))
+@few_of(6, "seed", range(20))
 def test_slowing_down_ends_at_rest_and_begins_as_the_flight_did(seed):
     rng = np.random.default_rng(seed)
     track = Trajectory(rng.uniform(0.5, 2, 3).astype(np.float32), rng.normal(0, 0.3, (3, 4, 8)).astype(np.float32))
@@ -306,6 +307,7 @@ def through(mission, kind, seed):
     return flight
 
 
+@pytest.mark.slow
 def test_a_region_that_moves_is_reached_where_it_is_then(turning):
     flight = finished(flown(turning, HoopMoves(time=0.5, region="a", center=(0.3, 0.6, 1.1))))
     assert len(flight.pieces) == 3

@@ -37,6 +37,7 @@ def test_the_threshold_tracks_the_quantile_of_a_fixed_distribution(elite):
     assert np.mean([threshold for threshold, _ in calm]) == pytest.approx(-2 * math.log(1 - elite), abs=0.04)
 
 
+@pytest.mark.slow
 def test_the_mean_converges_on_a_quadratic():
     chosen = OnlineSettings()
     rng = np.random.default_rng(3)

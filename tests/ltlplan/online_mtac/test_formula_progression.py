@@ -32,7 +32,7 @@ def test_progression_asks_of_the_rest_what_the_formula_asks_of_the_whole(text, l
         assert bool(check_word(left, rest)) == bool(check_word(formula, whole)), (str(left), whole)
 
 
-@pytest.mark.parametrize("seed", range(12))
+@few_of(4, "seed", range(12))
 def test_progression_asks_the_same_of_formulas_that_count(seed):
     rng, names = Random(seed), ("quad0", "quad1", "quad2")
     formula = random_counting_formula(rng, 6, names)

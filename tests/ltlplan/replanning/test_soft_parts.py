@@ -255,6 +255,7 @@ def in_turn_only(formula: str, *soft: str) -> Mission:
     return plain.changed(spec={**plain.spec.model_dump(), "soft": parts})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("formula", "soft"),
     [

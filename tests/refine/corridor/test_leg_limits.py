@@ -67,7 +67,8 @@ def test_planned_flights_keep_the_limits_of_their_legs(formula, trace, leg, pace
     assert_kept(judge(plan, refine(plan, pace=pace), largest=False))
 
 
-@pytest.mark.parametrize(
+@few_of(
+    2,
     ("regions", "visits", "leg"),
     [
         (OVERLAPPING, "ab", "b: {speed: 0.25}"),

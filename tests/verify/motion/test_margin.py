@@ -95,6 +95,7 @@ b: {center: [1.0, 1.0, 1.0], radii: [0.4, 0.3, 0.3], yaw_deg: 30}
 c: {center: [0.0, 1.0, 1.0], radii: [0.3, 0.5, 0.3]}"""
 
 
+@pytest.mark.slow
 def test_random_flights_with_random_formulas():
     """Whatever the judge certifies of the formula, no perturbed flight breaks; refusals are not held against it."""
     rng = np.random.default_rng(1)

@@ -93,7 +93,7 @@ RINGED = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("visits", "points", "right"), [r[1:] for r in RINGED], ids=[r[0] for r in RINGED])
+@few_of(6, ("visits", "points", "right"), [r[1:] for r in RINGED], ids=[r[0] for r in RINGED])
 def test_passages(visits, points, right):
     mission = small_mission(regions="", hoops=RING, margin=0.05)
     path = legs(points)

@@ -191,6 +191,7 @@ def against_spot(count: int, seed: int) -> dict[str, int]:
     return found
 
 
+@pytest.mark.slow
 def test_what_is_said_of_laps_is_what_spot_says_of_their_letters():
     assert min(against_spot(80, 5).values()) > 8
 

@@ -62,7 +62,7 @@ def test_the_broad_phase_leaves_nothing_out(seed: int, common: bool, monkeypatch
         assert same(plainly(fleet, asked), quickly(fleet, asked, monkeypatch))
 
 
-@pytest.mark.parametrize("seed", [80, 237, 353])
+@few_of(1, "seed", [80, 237, 353])
 def test_pairs_are_kept_of_which_one_drone_changes_pieces_meanwhile(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Of 400 teams those in which a breach is near a joint of one drone's path alone."""
     rng = np.random.default_rng(seed)
@@ -196,7 +196,7 @@ def grid_fleet(values: np.ndarray, starts: Floats) -> Fleet:
     return assemble("show", "bernstein", flights)
 
 
-@pytest.mark.parametrize("seed", range(3))
+@few_of(1, "seed", range(3))
 def test_folders_of_csv_files_are_judged_as_certificates_are(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     rng = np.random.default_rng(seed)
     starts = [tuple(row) for row in rng.uniform(0, 2, (7, 3)).tolist()]

@@ -15,6 +15,7 @@ from ltlplan.paths.sampling.path_problem import path_problem
 from ltlplan.pipeline import certified_team
 from tests.benchmarks.hoops_scenarios import LIMIT, lengths, under_the_limit, wide_course
 from tests.helpers.courses import courses
+from tests.helpers.few import few_of
 from verify import judge
 from verify.data import BadInput, Plan, Trajectory, Visit, Word
 
@@ -410,7 +411,7 @@ def test_a_word_too_long_for_the_search_keeps_its_nominal_path():
     assert [v.region for v in found.plan.visits] == [v.region for v in nominal.visits]
 
 
-@pytest.mark.parametrize("seed", range(3))
+@few_of(1, "seed", range(3))
 def test_prefix_and_suffix_come_below_five_metres_where_they_are_not_at_first(seed: int) -> None:
     """Scenario 4.3's example J <= 5, on a course whose nominal lap is above it; a sample that is not kept ends no search."""
     nominal, found = under_the_limit(seed)

@@ -262,6 +262,7 @@ def test_two_hoops_in_each_others_way_are_passed_by_the_points_of_both():
     assert keeps_clear(mission, [start, *(p.position for p in points), end])
 
 
+@pytest.mark.slow
 def test_avoid_keeps_clear_of_all_hoops_between_the_control_points_of_crowded_ones():
     rng, found = np.random.default_rng(7), []
     for _ in range(6):

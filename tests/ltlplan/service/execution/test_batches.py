@@ -119,6 +119,7 @@ def test_a_folder_that_somebody_changed_is_theirs(done: Path, tmp_path: Path) ->
     assert "did not write it" in never.sentence
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("error", [KeyboardInterrupt, pytest.param(ClusterError, marks=pytest.mark.slow)])
 def test_what_ends_the_whole_leaves_whole_folders_and_is_gone_on_with(error: type[BaseException], tmp_path: Path) -> None:
     folder = missions(tmp_path / "missions", one="F a", two="F a & F free")

@@ -59,6 +59,7 @@ def test_a_jobs_files_are_those_of_the_command(tmp_path: Path) -> None:
     assert [name for name in written if made[name] != written[name]] == []
 
 
+@pytest.mark.slow
 def test_soft_parts_go_through_the_stages_as_through_the_library() -> None:
     plain = with_margin()
     mission = plain.changed(spec={**plain.spec.model_dump(), "soft": [{"formula": "F a"}, {"formula": "G !a", "weight": 0.5}]})
