@@ -147,6 +147,7 @@ def test_firefighting_has_the_best_assignment() -> None:
     assert visits == [[], ["loc1"], ["water", "smoke", "loc2"]]
 
 
+@pytest.mark.slow
 def test_same_seed_same_bytes(shipped_folder, tmp_path: Path) -> None:
     """In another process by the command line, where sets have another order: none may leak into a file."""
     ours, folder = shipped_folder("firefighting"), tmp_path / "firefighting"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 import ltlplan
 from flight import fly
@@ -40,6 +41,7 @@ def test_masks_are_what_each_region_says(count: int) -> None:
     assert table[masks[0]] == {f"r{count - 1}"}
 
 
+@pytest.mark.slow
 def test_a_flight_to_the_last_of_a_hundred_regions_shows_it() -> None:
     mission = field(100)
     done = certified_team(ltlplan.plan(mission, seed=0))

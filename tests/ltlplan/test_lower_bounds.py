@@ -30,6 +30,7 @@ def test_bounds_of_shipped_missions_are_below_their_costs(name: str) -> None:
     assert_below(ltlplan.load_mission(name))
 
 
+@pytest.mark.slow
 def test_the_bound_is_known_and_close_where_regions_are_small() -> None:
     made = ltlplan.plan(ltlplan.load_mission("window-inspection"), seed=0)
     assert made.lower_bound is not None

@@ -24,7 +24,7 @@ def planned(case: str) -> tuple[Mission, Assignment]:
 
 
 @few_of(
-    3,
+    2,
     ("case", "cost"),
     [
         ("Bai, second", 19.424),

@@ -265,6 +265,7 @@ def test_nothing_is_printed_into_the_files_where_streams_are_closed(tmp_path: Pa
     assert recheck(tmp_path / "run").holds
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full, a disk without room")
 @few_of(
     1,

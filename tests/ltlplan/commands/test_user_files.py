@@ -123,6 +123,7 @@ def test_exports_into_a_runs_folder_outlive_the_next_run(here: Path) -> None:
     run("export", "run", "--format", "crazyflie")
 
 
+@pytest.mark.slow
 def test_show_replaces_its_own_page_and_no_other(here: Path) -> None:
     page = here / "small.html"
     for _ in range(2):

@@ -104,6 +104,7 @@ SECONDS = [
 ]
 
 
+@pytest.mark.slow
 @few_of(1, ("robot", "second"), SECONDS)
 def test_a_robot_that_fails_at_any_second_leaves_a_mission_that_the_others_finish_or_that_is_refused(fire, robot, second):
     flight = Flight(fire, events=[RobotLeaves(time=float(second), robot=robot)])
@@ -135,6 +136,7 @@ def test_all_robots_gone_is_said(fire):
     assert flight.team.holding == "No robot is left in the air."
 
 
+@pytest.mark.slow
 def test_a_hoop_that_moves_is_flown_to_where_it_is(fire):
     flight = Flight(fire, events=[HoopMoves(time=2.0, region="loc2", center=(-1.1, 0.1, 1.1))])
     assert flight.fly(40) is not None

@@ -7,7 +7,7 @@ from tests.helpers.few import few_of
 from tests.helpers.overlaps import CASES, NEST, holds_when_sampled, mission_of, overlapping, sampled_word
 
 
-@few_of(3, "case", CASES)
+@few_of(2, "case", CASES)
 def test_the_exact_search_s_words_are_flown_and_proved(case):
     mission = mission_of(case)
     made = plan(mission, seed=1)

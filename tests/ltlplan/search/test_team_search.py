@@ -207,7 +207,7 @@ def grid(formula: str, *, robots: int, width: int = 4, height: int = 3) -> Missi
 
 
 @few_of(
-    2,
+    1,
     "formula",
     [
         "F n0_2 & F(n1_1 & F n2_2)",

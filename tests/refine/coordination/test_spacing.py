@@ -32,6 +32,7 @@ margin: {margin}
 """)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ends", [pytest.param(False, marks=pytest.mark.slow), True])
 @few_of(
     1,

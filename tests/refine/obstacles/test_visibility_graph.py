@@ -70,6 +70,7 @@ def test_bevels_keep_a_growth_within_a_tenth_of_the_clearance() -> None:
     assert not np.any(inside[distances > 1.0 / math.cos(math.pi / 8) ** 2])
 
 
+@pytest.mark.slow
 def test_segments_meet_what_dense_points_on_them_lie_in() -> None:
     rng = np.random.default_rng(3)
     shapes = [

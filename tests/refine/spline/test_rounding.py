@@ -125,6 +125,7 @@ def test_laps_of_long_pieces_close_too(seed: int) -> None:
     np.testing.assert_allclose(flight.evaluate(flight.knots[:-1] + 5.0)[:, :3], _at(path, 5.0), atol=2e-4)
 
 
+@pytest.mark.slow
 @given(st.integers(0, 2**32 - 1), st.sampled_from([0.5, 1.0, 2.0, 4.0, 7.999109268188477, 8.0, 16.0]), st.booleans())
 @settings(max_examples=12, deadline=None)
 @example(32, 8.0, False)

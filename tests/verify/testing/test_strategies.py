@@ -109,6 +109,7 @@ def test_missions_are_varied():
     assert any("load" in m.written.names() for m in found)
 
 
+@pytest.mark.slow
 @quick
 @given(plans(missions(robots=2)))
 def test_plans_are_sound_and_say_what_their_visits_show(plan):

@@ -46,6 +46,7 @@ def done() -> tuple[tuple[str, Outcome], ...]:
     return tuple(staged(with_margin()))
 
 
+@pytest.mark.slow
 def test_a_jobs_files_are_those_of_the_command(tmp_path: Path) -> None:
     mission = with_margin()
     outcomes = done()
