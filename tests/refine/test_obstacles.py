@@ -12,7 +12,6 @@ from refine.corridor.legs import space_for
 from refine.corridor.planned import corridor_of, hovering_corridor
 from refine.corridor.relocation import moved_into_the_clear
 from refine.obstacles.solid_body import SolidBody, solid_bodies
-from refine.obstacles import SolidBody, solid_bodies
 from tests.helpers.few import few_of
 from tests.helpers.plans_by_hand import robot_plan
 from tests.helpers.rooms_by_hand import MARGIN, Box, along, from_boxes, passage, sampled, walled
