@@ -7,6 +7,7 @@ that carry their help in their annotation, as a command's do, need no `Args:`.
 from __future__ import annotations
 
 import ast
+import functools
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -75,7 +76,8 @@ def overloaded(function: Function) -> bool:
     return any("overload" in ast.unparse(each) for each in function.decorator_list)
 
 
-def found(package: str) -> set[str]:
+@functools.cache
+def found(package: str) -> frozenset[str]:
     """Return what lacks a section, as `module.function Section`."""
     result = set()
     for path in sorted((ROOT / package).rglob("*.py")):
@@ -89,7 +91,7 @@ def found(package: str) -> set[str]:
                 if name == "command" and module.startswith("ltlplan.commands."):
                     missing.discard("Args")  # each option says in --help what it is
                 result |= {f"{module}.{name} {section}" for section in missing}
-    return result
+    return frozenset(result)
 
 
 @pytest.mark.parametrize("package", PACKAGES)

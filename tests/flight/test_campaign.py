@@ -110,6 +110,7 @@ def test_where_anything_varies_all_are_flown(short, varying):
     assert flight.fly(*short, seed=7, **varying).to_csv() != flight.fly(*short, seed=8, **varying).to_csv()
 
 
+@pytest.mark.slow
 def test_a_storm_throws_runs_out_of_their_tube(made):
     plan, team, cert = made
     found = flight.campaign(plan, team, dataclasses.replace(cert, margin=0.001), runs=3, model="paper", noise=0.001)
@@ -126,6 +127,7 @@ def test_a_run_inside_its_tube_that_breaks_the_formula_is_reported_as_a_bug(made
     assert any(sentence.startswith("BUG") for sentence in found.sentences)
 
 
+@pytest.mark.slow
 def test_without_a_certificate_nothing_is_said_of_tubes(made):
     plan, team, _ = made
     found = flight.campaign(plan, team, runs=2, model="paper")

@@ -20,6 +20,7 @@ from flight.logs.placed import in_mission
 from ltlplan.live_phases import stages
 from ltlplan.pipeline import certified_team
 from ltlplan.recorded import judge_flight
+from tests.helpers.few import few_of
 from tests.helpers.live_missions import pair
 from tests.helpers.stand_ins import minimum_snap
 from tests.verify.test_run_folder import write_folder
@@ -162,7 +163,7 @@ def our_log(done, off: float = 0.0) -> flight.FlightLog:
     return flight.FlightLog("pair", found.robots, found.times, found.position, zeros, zeros, flat, zeros, flat, letters)
 
 
-@pytest.mark.parametrize("ending", [".csv", ".parquet", ".mcap"])
+@few_of(1, "ending", [".csv", ".parquet", ".mcap"])
 def test_a_log_of_ours_is_judged_in_the_missions_frame_from_its_own_start(certified, tmp_path, ending) -> None:
     pytest.importorskip({".parquet": "pyarrow", ".mcap": "mcap"}.get(ending, "numpy"))
     mission, done = certified

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ltlplan import judge_flight
+from tests.helpers.few import given_few
 from tests.helpers.flights import plan_of, small_mission
 from tests.helpers.recordings import claims, dense, refused
 from verify import FlightReference, Samples, check_flight, load_reference
@@ -96,8 +96,7 @@ def test_a_robot_that_joins_is_one_of_the_team():
     assert claims(verdict(mission, joins, samples=flown(2, apart=0.1)))["separation"] == {"fails"}
 
 
-@settings(max_examples=60, deadline=None)
-@given(st.floats(0.5, 4.0), st.floats(0.5, 4.0), st.sampled_from(["F a", "G !a", "F(a & F(!a & F a))"]))
+@given_few(10, 60, st.floats(0.5, 4.0), st.floats(0.5, 4.0), st.sampled_from(["F a", "G !a", "F(a & F(!a & F a))"]))
 def test_verdicts_are_true_of_the_world_at_every_time(away, back, formula):
     """`a` goes away and comes back while the robot passes; a dense look at both says what was shown."""
     first, second = sorted((round(away, 3), round(back, 3)))

@@ -14,6 +14,7 @@ import pytest
 
 import flight
 from tests.helpers.crazyswarm_peer import Robot, World
+from tests.helpers.few import few_of
 from tests.helpers.flights import legs, plan_of, small_mission
 from verify import certify, check_flight, load_flight_log
 from verify.data.plan import Visit
@@ -123,7 +124,8 @@ def test_it_climbs_only_if_every_robot_is_within_half_a_margin(world_and_script,
     assert all_off(world)
 
 
-@pytest.mark.parametrize(
+@few_of(
+    8,
     ("wrong", "says"),
     [
         (lambda w: w.headings.update(quad1=0.4), "quad1's heading is 23 degrees off: turn it to 0 degrees"),
@@ -345,7 +347,7 @@ def test_a_robot_that_does_not_land_is_told_again_and_its_motors_are_stopped(wor
     assert all_off(world)
 
 
-@pytest.mark.parametrize("after", ["arm", "takeoff", "goTo", "startTrajectory"])
+@few_of(2, "after", ["arm", "takeoff", "goTo", "startTrajectory"])
 @pytest.mark.parametrize("error", [KeyboardInterrupt, RuntimeError])
 def test_every_way_out_lands(world_and_script, after, error, capsys) -> None:
     world, script = world_and_script
@@ -582,7 +584,7 @@ def test_where_no_supervisor_says_so_robots_are_disarmed_by_height_and_speed(wor
     assert all(world.impacts[name] < 1.1 for name in world.robots)
 
 
-@pytest.mark.parametrize("later", [0.1, 1.0, 2.0, 4.0])
+@few_of(1, "later", [0.1, 1.0, 2.0, 4.0])
 def test_an_interruption_at_any_time_of_a_landing_lets_nobody_fall_or_rise(world_and_script, later) -> None:
     world, script = world_and_script
     once(world, "land", interrupt(), later=later)

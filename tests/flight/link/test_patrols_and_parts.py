@@ -11,6 +11,7 @@ import flight
 from flight.link.live_executive import SETTLE, LiveFlight, fly_live
 from flight.link.phases import Stage
 from flight.link.simulated import Faults, SimulatedLink
+from tests.helpers.few import few_of
 from tests.helpers.live_failures import KINDS, disturb, on_the_ground, require_whole_logs
 from tests.helpers.live_stages import laps_stages, parts_stages, patrol_stages, places_of
 from verify import check_flight
@@ -82,6 +83,7 @@ def test_a_patrol_brakes_to_rest_behind_its_laps_and_lands(patrol) -> None:
     assert "it was proved for such a flight" in covered[2]
 
 
+@pytest.mark.slow
 def test_of_a_patrols_recording_its_laps_are_judged(patrol) -> None:
     done = flown_over(link_to(patrol), patrol)
     stage = patrol[1]
@@ -202,7 +204,7 @@ def pause_of(stages: tuple[Stage, ...]) -> float:
     return 0.52 + stages[0].duration + 1.02 + stages[1].parts[0].duration + 0.5
 
 
-@pytest.mark.parametrize("kind", ["unseen", "pushed", "lost"])
+@few_of(1, "kind", ["unseen", "pushed", "lost"])
 def test_what_fails_between_parts_ends_on_the_ground(parts, kind) -> None:
     when = pause_of(parts)
     faults = {"unseen": Faults(unseen={"r1": when}), "pushed": Faults(pushed={"r1": (when, 0.08)}), "lost": Faults(lost=when)}
@@ -214,6 +216,7 @@ def test_what_fails_between_parts_ends_on_the_ground(parts, kind) -> None:
     assert link.spinning == ()
 
 
+@pytest.mark.slow
 def test_who_does_not_begin_the_next_part_ends_it_for_all(parts) -> None:
     link = link_to(parts, Faults(deaf={"r1": pause_of(parts)}))
     done = flown_over(link, parts)
@@ -223,7 +226,8 @@ def test_who_does_not_begin_the_next_part_ends_it_for_all(parts) -> None:
     assert link.spinning == ()
 
 
-@pytest.mark.parametrize("seconds", [0.1, 0.4])
+@pytest.mark.slow
+@few_of(1, "seconds", [0.1, 0.4])
 def test_a_patrol_that_is_interrupted_while_it_brakes_lands(patrol, seconds) -> None:
     link = link_to(patrol)
     when = 0.52 + patrol[0].duration + 1.02 + patrol[1].claimed["r0"].duration + seconds

@@ -12,6 +12,7 @@ import flight
 from flight import RecordingOptions
 from ltlplan import judge_flight
 from tests.helpers import foreign_logs
+from tests.helpers.few import few_of
 from tests.helpers.flights import small_mission
 from verify.data import BadInput, mission_to_yaml
 
@@ -144,7 +145,7 @@ def test_a_recording_covers_what_its_files_hold_or_promise(tmp_path: Path, kind:
     assert found.covers[1] - seen[-1] == pytest.approx(2.0 - LAST + after, abs=3e-3)
 
 
-@pytest.mark.parametrize("kind", FORMATS)
+@few_of(5, "kind", FORMATS)
 def test_nothing_is_satisfied_of_what_was_not_seen(tmp_path: Path, kind: str) -> None:
     """The robot may have flown into `a`, 0.5 m away, before it was seen first or after it was seen last."""
     mission = small_mission("G !a", regions="a: {center: [0.2, 0.6, 1.0], radii: [0.1, 0.1, 0.1]}")

@@ -11,6 +11,7 @@ import pytest
 import flight
 from flight import RecordingOptions
 from tests.helpers import foreign_logs
+from tests.helpers.few import few_of
 from verify.data import BadInput
 
 TIMES = np.arange(0, 200) * 0.01
@@ -78,7 +79,7 @@ FORMATS = {
 }
 
 
-@pytest.mark.parametrize("kind", FORMATS)
+@few_of(4, "kind", FORMATS)
 def test_a_flight_is_the_same_in_every_format(tmp_path, kind):
     told = FORMATS[kind](tmp_path)
     found = flight.read_flown(tmp_path / "log.csv", ROBOTS, told)

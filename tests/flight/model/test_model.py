@@ -34,6 +34,7 @@ from flight.model.dynamics import (
     rotor_thrusts,
 )
 from flight.model.paper import PAPER_STATES, paper_derivative, paper_step
+from tests.helpers.few import few_of
 from tests.helpers.stand_ins import hoop6
 from verify.data import GRAVITY, load_vehicle
 
@@ -52,7 +53,7 @@ def hovering(made, n=1):
     return hover_state(made.airframe, np.tile([[0.3], [-0.2], [1.0]], (1, n)), np.zeros(n))
 
 
-@pytest.mark.parametrize("name", shipped_airframes())
+@few_of(2, "name", shipped_airframes())
 def test_a_vehicle_at_hover_speed_stays_where_it_is(name):
     made = model(name)
     state = begin = hovering(made)

@@ -103,6 +103,7 @@ def brushless():
     return plan, {"r0": legs([[0, 0, 1], [0.5, 0, 1], [1, 0, 1]], speed=0.5)}
 
 
+@pytest.mark.slow
 def test_a_drag_that_is_a_guess_is_flown_at_both_ends_of_its_range():
     plan, team = brushless()
     few = Combinations(("mellinger",), (1.0,), (0.015,), ("0",))

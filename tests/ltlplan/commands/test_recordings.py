@@ -11,6 +11,7 @@ from typer.testing import CliRunner
 
 from ltlplan.cli import app
 from tests.helpers import foreign_logs
+from tests.helpers.few import few_of
 from tests.helpers.recordings import gates
 from tests.ltlplan.commands.test_proofs import write_folder
 from verify.data import BadInput
@@ -136,7 +137,7 @@ HOSTILE = {
 }
 
 
-@pytest.mark.parametrize("name", HOSTILE)
+@few_of(5, "name", HOSTILE)
 def test_a_log_that_is_none_ends_in_one_sentence(run, tmp_path, name):
     write, message = HOSTILE[name]
     if name.endswith(".ulg"):

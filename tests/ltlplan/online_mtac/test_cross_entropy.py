@@ -7,6 +7,7 @@ import pytest
 
 from ltlplan.online_mtac import cross_entropy as online
 from ltlplan.online_mtac.cross_entropy import OnlineSettings
+from tests.helpers.few import few_of
 from verify.data import BadInput
 
 ALL = np.ones(1, dtype=bool)
@@ -25,7 +26,7 @@ def follow(chosen, steps, rng):
         state = online.tell(state, np.zeros((40, 1, 1)), costs, np.ones(40, bool), settings=chosen)
 
 
-@pytest.mark.parametrize("elite", [0.05, *(pytest.param(elite, marks=pytest.mark.slow) for elite in (0.1, 0.3)), 0.5])
+@few_of(1, "elite", [0.05, *(pytest.param(elite, marks=pytest.mark.slow) for elite in (0.1, 0.3)), 0.5])
 def test_the_threshold_tracks_the_quantile_of_a_fixed_distribution(elite):
     # with the paper's a and b the step stays as large as the costs' own differences, so lambda is restless, but the
     # share of paths that pass it is rho; with a = 0 the step stays small and lambda itself is the quantile
@@ -36,6 +37,7 @@ def test_the_threshold_tracks_the_quantile_of_a_fixed_distribution(elite):
     assert np.mean([threshold for threshold, _ in calm]) == pytest.approx(-2 * math.log(1 - elite), abs=0.04)
 
 
+@pytest.mark.slow
 def test_the_mean_converges_on_a_quadratic():
     chosen = OnlineSettings()
     rng = np.random.default_rng(3)

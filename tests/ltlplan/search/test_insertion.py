@@ -6,7 +6,6 @@ import itertools
 import math
 
 import pytest
-from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ltlplan.logic.budget import DEFAULT_BUDGET, Budget
@@ -19,6 +18,7 @@ from ltlplan.search.reduced_graph import ReducedGraph, Team, letter_classes
 from ltlplan.search.sequential_reading import Objective
 from ltlplan.search.team_planning import MANY, plan_team
 from ltlplan.systems.transition_systems import TransitionSystem
+from tests.helpers.few import given_few
 from tests.helpers.graphs import systems, tasks
 from verify import check_team
 from verify.data import Formula, Mission, Word, parse_formula, parse_mission
@@ -35,8 +35,7 @@ VISITS = st.sampled_from(
 )
 
 
-@settings(max_examples=60, deadline=None)
-@given(st.lists(systems(), min_size=1, max_size=3), st.one_of(VISITS.map(parse_formula), tasks(with_next=False)))
+@given_few(10, 60, st.lists(systems(), min_size=1, max_size=3), st.one_of(VISITS.map(parse_formula), tasks(with_next=False)))
 def test_its_paths_do_the_tasks_and_its_bound_is_one(each: list[TransitionSystem], formula: Formula) -> None:
     found = shared(each, formula)
     if found is None:

@@ -23,6 +23,7 @@ from ltlplan.search.sequential_reading import Objective
 from ltlplan.search.team_planning import least_in_one_order, plan_team
 from ltlplan.search.team_reading import TeamReading, is_complete
 from ltlplan.systems.transition_systems import TransitionSystem
+from tests.helpers.few import few_of, given_few
 from tests.helpers.graphs import simple_words, systems, tasks
 from tests.helpers.team_automaton import TeamAutomaton
 from tests.helpers.worlds import world
@@ -48,8 +49,7 @@ def cheapest_by_plain_walk(each: list[TransitionSystem], formula: Formula) -> fl
     return min((cost for node, cost in lengths.items() if graph.nodes[node]["accepting"]), default=math.inf)
 
 
-@settings(max_examples=80, deadline=None)
-@given(st.lists(systems(), min_size=1, max_size=3), tasks(with_next=True))
+@given_few(13, 80, st.lists(systems(), min_size=1, max_size=3), tasks(with_next=True))
 def test_short_cuts_keep_the_smallest_cost(each: list[TransitionSystem], formula: Formula) -> None:
     run = least_in_one_order(own_task(each, formula), DEFAULT_BUDGET)
     best = cheapest_by_plain_walk(each, formula)
@@ -64,8 +64,7 @@ def test_short_cuts_keep_the_smallest_cost(each: list[TransitionSystem], formula
     assert satisfies(formula, Word(tuple(itertools.chain(*words))))
 
 
-@settings(max_examples=60, deadline=None)
-@given(st.lists(systems(5), min_size=2, max_size=3), tasks(with_next=False))
+@given_few(10, 60, st.lists(systems(5), min_size=2, max_size=3), tasks(with_next=False))
 def test_plans_of_any_graphs_hold_in_every_order(each: list[TransitionSystem], formula: Formula) -> None:
     found = plan_team(own_task(each, formula), Budget(candidates=200, states=20_000))
     words = [simple_words(system, 3) for system in each]
@@ -118,15 +117,13 @@ def assert_lower_bounds(reading: TeamReading) -> None:
         assert reading.left(state) <= cost + 1e-9
 
 
-@settings(max_examples=60, deadline=None)
-@given(st.lists(systems(), min_size=1, max_size=3), tasks(with_next=True))
+@given_few(10, 60, st.lists(systems(), min_size=1, max_size=3), tasks(with_next=True))
 def test_estimates_are_lower_bounds(each: list[TransitionSystem], formula: Formula) -> None:
     task = own_task(each, formula)
     assert_lower_bounds(task.reading(range(len(task.task.parts))))
 
 
-@settings(max_examples=60, deadline=None)
-@given(st.lists(systems(5), min_size=2, max_size=3), tasks(with_next=False))
+@given_few(10, 60, st.lists(systems(5), min_size=2, max_size=3), tasks(with_next=False))
 def test_joint_estimates_are_lower_bounds(each: list[TransitionSystem], formula: Formula) -> None:
     joint = JointTask(each, conjunct_automata(formula, "finite"))
     assert_lower_bounds(joint.reading(range(len(joint.parts))))
@@ -142,8 +139,7 @@ def test_a_step_that_several_conjuncts_need_counts_once_under_joint() -> None:
     assert reading.left(begin) == pytest.approx(1.0)
 
 
-@settings(max_examples=40, deadline=None)
-@given(st.lists(systems(5), min_size=2, max_size=3), tasks(with_next=False))
+@given_few(6, 40, st.lists(systems(5), min_size=2, max_size=3), tasks(with_next=False))
 def test_the_longest_robot_of_any_graphs(each: list[TransitionSystem], formula: Formula) -> None:
     found = plan_team(own_task(each, formula), DEFAULT_BUDGET, Objective(longest=True))
     least = plan_team(own_task(each, formula), DEFAULT_BUDGET)
@@ -210,7 +206,8 @@ def grid(formula: str, *, robots: int, width: int = 4, height: int = 3) -> Missi
     )  # fmt: skip
 
 
-@pytest.mark.parametrize(
+@few_of(
+    1,
     "formula",
     [
         "F n0_2 & F(n1_1 & F n2_2)",

@@ -21,6 +21,7 @@ from ltlplan.service.client_parts.transport import Wire, require_success, unpack
 from ltlplan.service.problems import NotFound, Unreachable
 from ltlplan.service.queries import zipped
 from tests.helpers import foreign_logs
+from tests.helpers.few import few_of
 from tests.helpers.services import ONE_HOOP
 from verify.data import BadInput, DoesNotFit, FormulaError, MissionError, NotCertified, Unsatisfiable, parse_mission
 from verify.run_folder import read_folder
@@ -61,7 +62,7 @@ def test_recordings_are_judged(client: Client, done: Submitted, tmp_path: Path) 
         client.judge_flight(done.id, tmp_path / "flown.csv")
 
 
-@pytest.mark.parametrize("kind", ["ulog", "bag", "motive", "crazyflie folder"])
+@few_of(1, "kind", ["ulog", "bag", "motive", "crazyflie folder"])
 def test_recordings_of_every_kind_are_judged_as_here(client: Client, done: Submitted, tmp_path: Path, kind: str) -> None:
     folder, flown = done.download(tmp_path / "run"), tmp_path / "flown"
     (path,) = read_folder(folder)[1].values()

@@ -11,6 +11,7 @@ import pytest
 from refine.obstacles.inflated_bodies import InflatedBodies, grown_bodies
 from refine.obstacles.visibility_graph import Roadmap
 from tests.helpers.box_worlds import Boxes, grid_length
+from tests.helpers.few import few_of
 from verify.data.shapes.region import Region
 
 CLEARANCE, SIDE = 0.2, 4.0
@@ -37,7 +38,7 @@ def box(center: tuple[float, float, float], size: tuple[float, float, float]) ->
     return Region.model_validate({"center": center, "size": size})
 
 
-@pytest.mark.parametrize("seed", range(20))
+@few_of(6, "seed", range(20))
 def test_ways_in_random_rooms_agree_with_a_fine_grid(seed: int) -> None:
     rng = np.random.default_rng(seed)
     boxes = Boxes.random(rng, int(rng.integers(2, 9)), SIDE)
@@ -69,6 +70,7 @@ def test_bevels_keep_a_growth_within_a_tenth_of_the_clearance() -> None:
     assert not np.any(inside[distances > 1.0 / math.cos(math.pi / 8) ** 2])
 
 
+@pytest.mark.slow
 def test_segments_meet_what_dense_points_on_them_lie_in() -> None:
     rng = np.random.default_rng(3)
     shapes = [

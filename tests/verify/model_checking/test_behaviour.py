@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.helpers.few import given_few
 from tests.helpers.timelines import APART, END, at, fill, mission, random_readings, random_signal, random_unions, timeline
 from tests.strategies import formulas, timelines
 from verify.data import BadInput, InternalError, Word
@@ -57,8 +58,7 @@ def assert_no_flight_breaks_it(formula, lines, team, rng: Random):
         assert [low for low, _ in verdict.times] == sorted(low for low, _ in verdict.times)
 
 
-@settings(max_examples=20, deadline=None)
-@given(formulas(size=8), st.lists(timelines(), min_size=1, max_size=2), st.sampled_from(["own", "joint"]))
+@given_few(4, 20, formulas(size=8), st.lists(timelines(), min_size=1, max_size=2), st.sampled_from(["own", "joint"]))
 def test_parallel_implies_timed(formula, lines, team):
     asked = mission(str(formula), team=team, robots=len(lines))
     named = {f"q{i}": Timeline(f"q{i}", line.initial, line.changes, line.duration) for i, line in enumerate(lines)}
@@ -208,8 +208,7 @@ def test_a_spell_of_may_that_never_ends_is_left_by_the_lap():
     assert judged("G F a", line).outcome == "fails"
 
 
-@settings(max_examples=40, deadline=None)
-@given(formulas(size=6), timelines(), st.integers(0, 11))
+@given_few(6, 40, formulas(size=6), timelines(), st.integers(0, 11))
 def test_tableau_and_spot_agree_on_laps(formula, line, cycle):
     """Their disagreement would be an InternalError."""
     lap = Timeline("q0", line.initial, line.changes, line.duration, cycle=Fraction(cycle))

@@ -29,6 +29,7 @@ def flown(path: Trajectory, pauses: tuple[float, ...]) -> Samples:
     return Samples(times, {"r0": real.evaluate(times)[:, :3]})
 
 
+@pytest.mark.slow
 def test_a_flight_with_pauses_satisfies_what_its_parts_are_certified_for(folder) -> None:
     place, path = folder
     samples = flown(path, (3.5, 0.0))

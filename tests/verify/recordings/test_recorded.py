@@ -8,6 +8,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
+from tests.helpers.few import few_of
 from tests.helpers.flights import legs, plan_of, small_mission
 from tests.helpers.recordings import aside, asked, claims, fires, gates, judged, recorded, refused
 from verify import FlightReference, Samples, certify, check_flight
@@ -16,7 +17,7 @@ from verify.recordings.flight_reference import World
 from verify.recordings.reachable_sets import Bounds, track
 
 
-@pytest.mark.parametrize("made", [fires, gates])
+@few_of(1, "made", [fires, gates])
 def test_a_true_flight_is_satisfied_in_every_claim(made):
     verdict = judged(made(), recorded(made()))
     assert verdict, [claim.sentence for claim in verdict.claims if claim.outcome != "holds"]
@@ -40,7 +41,7 @@ def test_robots_that_pass_each_other_between_their_samples_are_as_near_as_their_
     assert claim.time == pytest.approx(1.0, abs=0.01)
 
 
-@pytest.mark.parametrize("missed", [None, 0, 1, 2])
+@few_of(2, "missed", [None, 0, 1, 2])
 def test_planned_actions_of_every_lap_are_judged_where_the_robot_then_was(missed):
     regions = """a: {center: [1.0, 0.0, 1.0], radii: [0.2, 0.2, 0.2]}
 b: {center: [0.0, 1.0, 1.0], radii: [0.2, 0.2, 0.2]}"""

@@ -239,6 +239,7 @@ def test_a_meeting_is_planned_flown_and_certified():
     assert all(claim.outcome == "holds" for claim in done.certificate.claims)
 
 
+@pytest.mark.slow
 def test_whoever_comes_first_waits_in_flight():
     made = plan(parse_mission(MEETING.replace("FORMULA", "F(count(dock) >= 2) & F all(home)")))
     assert {(meeting.first[0], meeting.then[0]) for meeting in made.meetings} == {("quad0", "quad1"), ("quad1", "quad0")}

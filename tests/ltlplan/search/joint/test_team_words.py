@@ -4,7 +4,6 @@ import itertools
 import math
 
 import pytest
-from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ltlplan.logic.budget import Budget, TooLarge
@@ -18,6 +17,7 @@ from ltlplan.search.team_planning import plan_team
 from ltlplan.systems.robot_systems import Systems
 from ltlplan.systems.transition_systems import TransitionSystem
 from ltlplan.systems.visit_words import word_of
+from tests.helpers.few import few_of, given_few
 from tests.helpers.graphs import simple_words, systems, tasks
 from tests.helpers.worlds import world
 from tests.strategies import formulas
@@ -28,8 +28,7 @@ from verify.data.sections import TeamReading
 NEAR = {"a": (0.0, 0.0), "b": (2.0, 0.0)}
 
 
-@settings(max_examples=15, deadline=None)
-@given(formulas(names=("a", "b"), size=4))
+@given_few(4, 15, formulas(names=("a", "b"), size=4))
 def test_joint_plans_against_brute_force(formula: Formula) -> None:
     mission = world(str(formula), regions=NEAR, robots=2, team="joint")
     tours = [(), ("a",), ("b",), ("a", "b"), ("b", "a")]
@@ -55,7 +54,8 @@ def test_joint_plans_against_brute_force(formula: Formula) -> None:
     assert check_team(mission.formula, {n: r.word for n, r in plan.robots.items()}, team="joint").sequential
 
 
-@pytest.mark.parametrize(
+@few_of(
+    3,
     "formula",
     ["F a & F b", "F(a & F b)", "F a & F b & G !(a & b)", "F(a & b)", "F b & G(b -> a)", "F a & F G b", "F(a & F(b & F a))"],
 )
@@ -118,7 +118,8 @@ def test_eight_robots_that_watch_each_other() -> None:
     assert alone.cost <= plan.cost + 1e-9  # less is asked
 
 
-@pytest.mark.parametrize(
+@few_of(
+    1,
     ("team", "robots", "rest", "budgets"),
     [
         ("joint", 8, "F(p1 & F(p2 & F p3)) & F(p6 & p4)", (20_000, 5_000)),
@@ -140,8 +141,7 @@ def test_a_budget_leaves_a_plan_and_a_bound(team: TeamReading, robots: int, rest
         assert any("a cheaper one may exist" in note for note in plan.notes)
 
 
-@settings(max_examples=60, deadline=None)
-@given(st.lists(systems(4), min_size=2, max_size=3), tasks(with_next=False))
+@given_few(10, 60, st.lists(systems(4), min_size=2, max_size=3), tasks(with_next=False))
 def test_joint_plans_of_any_graphs(each: list[TransitionSystem], formula: Formula) -> None:
     try:
         found = plan_team(JointTask(each, conjunct_automata(formula, "finite")), Budget(states=200_000, candidates=1000))

@@ -19,6 +19,7 @@ from ltlplan.service.client_parts.long_polling import FollowedService
 from ltlplan.service.event_inbox.names import parts_of
 from ltlplan.service.problems import NotFound
 from ltlplan.service.security.tokens import Tokens
+from tests.helpers.few import few_of
 from tests.helpers.services import Served, serving, start
 from verify.data import BadInput
 from verify.data.events import RobotLeaves
@@ -126,7 +127,8 @@ def test_what_was_fetched_and_not_heard_before_the_end_is_said(client: Client, f
     assert "ended" in answer
 
 
-@pytest.mark.parametrize(
+@few_of(
+    8,
     ("method", "path", "kind", "body", "status"),
     [
         ("POST", "/api/live/nobody/events", "text/plain", b"one fails", 404),
