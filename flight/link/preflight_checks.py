@@ -116,6 +116,6 @@ def _asked(robot: str, stage: Stage | Part, lasts: float) -> Asked:
 
 
 def _known(link: Link, robot: str, seen: Sequence[Pose], wanted: Mapping[str, float]) -> Known:
-    health, differs = link.health(robot), "; ".join(differing(link.parameters(robot), wanted))
+    differs = "; ".join(differing(link.parameters(robot), wanted))
     wrong = differs and f"{robot}: {differs}: set them again, and look whether the firmware has them"
-    return Known(seen, health.ready, health.settled, health.endurance, wrong, why=health.why)
+    return Known(seen, link.health(robot), wrong)

@@ -70,10 +70,9 @@ class Stream:
 
     def _known(self, vehicle: Vehicle, now: float) -> Known:
         """Return what is known of a vehicle; its parameters are set, and read back, once all that only looks has passed."""
-        name, says = vehicle.name, vehicle.says
-        self.record.said["batteries"][name] = says.charge
-        lasts, poses = self.team.battery_left(name, says.charge), vehicle.since(now - self.team.limits["watched"])
-        return Known(poses, says.armed, says.settled, lasts, "", why=says.why)
+        self.record.said["batteries"][vehicle.name] = vehicle.says.charge
+        health = replace(vehicle.health, ready=vehicle.says.armed)
+        return Known(vehicle.since(now - self.team.limits["watched"]), health, "")
 
     def _reach(self) -> None:
         """Wait until all speak, and report often."""
@@ -179,9 +178,8 @@ class Stream:
 
     def _require_in_flight(self) -> None:
         """Refuse to go on where a robot has left offboard flight, or must not go on."""
-        says = {vehicle.name: vehicle.says for vehicle in self.vehicles}
-        lasts = self.team.battery_left
-        self._watch.require(time.monotonic(), lambda name: (lasts(name, says[name].charge), says[name].fault))
+        by_name = {vehicle.name: vehicle for vehicle in self.vehicles}
+        self._watch.require(time.monotonic(), lambda name: by_name[name].health)
 
     def _seen(self, vehicle: Vehicle, pose: Pose) -> None:
         """Take in a pose."""
