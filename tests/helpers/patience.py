@@ -12,7 +12,7 @@ LATE = 0.45
 """s by which a set-point may be late: vehicles level out 0.5 s after their last one."""
 _WHAT = {
     **{f"flight.monitoring.thresholds.{name}": UNSEEN for name in ("FRESH", "SLOW")},
-    **{f"flight.link.{module}.FRESH": UNSEEN for module in ("tracking_monitor", "preflight_checks")},
+    "flight.link.tracking_monitor.FRESH": UNSEEN,
     "flight.link.streaming.LATE": LATE,
 }
 

@@ -262,6 +262,22 @@ def heading_of(robot: str, heading: float | None, asked: float, limits: Mapping[
     return Check("heading", robot, passed, what if passed else f"{what}: turn it to {math.degrees(asked):.0f} degrees")
 
 
+def at_start(robot: str, pose: Pose | None, asked: Asked, limits: Mapping[str, float], now: float) -> list[Check]:
+    """Check whether a robot in flight is seen, where what it flies next begins, and looks as that does, where its heading is measured.
+
+    Args:
+        robot: Its name.
+        pose: Its last; None where it was never seen.
+        asked: What is asked of it.
+        limits: The numbers.
+        now: s of the poses' clock.
+    """
+    if pose is None or now - pose.time > limits["fresh"]:
+        return [Check("pose", robot, False, f"{robot} was not seen lately: look at motion capture and the markers")]
+    looks = [] if pose.heading is None else [heading_of(robot, pose.heading, asked.heading, limits)]
+    return [at_place(robot, pose.position, asked, limits), *looks]
+
+
 def one_body_each(places: Mapping[str, Place], limits: Mapping[str, float]) -> list[Check]:
     """Refuse two robots that are measured at one place: one body is taken for both.
 
@@ -344,18 +360,13 @@ def _turned(measured: Mapping[str, tuple[Place, float | None]], asked: Mapping[s
         turn = cmath.phase(sum((one - there) * (other - middle).conjugate() for one, other in zip(seen, shown, strict=True)))
         off = [one - there - (other - middle) * cmath.rect(1.0, turn) for one, other in zip(seen, shown, strict=True)]
         stands = all(math.hypot(abs(left), up - rise) <= most for left, up in zip(off, rises, strict=True))
-        looks = all(
-            heading is not None
-            and abs(math.remainder(heading - sense * asked[name].heading - turn, math.tau)) <= limits["heading"]
-            for name, (_, heading) in measured.items()
-        )
+        headings = [(heading, turn + sense * asked[name].heading) for name, (_, heading) in measured.items()]
+        looks = all(at is not None and heading_of("", at, end, limits).passed for at, end in headings)
         if stands and looks and not (mirrored and swapped):
             moved = there - middle * cmath.rect(1.0, turn)
             by = f"turned by {math.degrees(turn):.1f} degrees about z and moved by ({moved.real:.2f}, {moved.imag:.2f}, {rise:.2f}) m"
-            what, wrong = (
-                ("but mirrored and ", "axes of motion capture are") if mirrored else ("but ", "the mission's `frame` is")
-            )
-            return f"the robots are measured where the mission has them, {what}{by}: if they stand right, {wrong} wrong by that"
+            what, wrong = ("mirrored and ", "axes of motion capture are") if mirrored else ("", "the mission's `frame` is")
+            return f"the robots are measured where the mission has them, but {what}{by}: if they stand right, {wrong} wrong by that"
     return ""
 
 

@@ -7,7 +7,7 @@ from collections import Counter
 from pathlib import Path
 from typing import Any
 
-from flying.checks import Place, Pose
+from flying.checks import Pose
 from flying.crazyswarm import Swarm
 from flying.ending import Ending, see_down
 from flying.paths import PiecewisePath, Row
@@ -112,7 +112,8 @@ class Flight:
                     loaded = index
                     watch.begin(swarm.now())  # nobody was listened to meanwhile
                 self._go_on(0.5, watch)
-            self._require_at(part["starts"])
+            poses = {name: swarm.pose(name) for name in self.team.names}
+            self.team.require_at_start(poses, part["starts"], "the start", swarm.now())
             if number and swarm.now() - since > data["pause"]:
                 raise Refused(f"the pause before part {number + 1} of {len(order)} lasted more than {data['pause']:g} s")
             self._begin = swarm.now()
@@ -208,18 +209,6 @@ class Flight:
             for name, place in places.items():
                 self.swarm.go_to(name, tuple(place), 1.0)
             self._go_on(0.6, watch)
-
-    def _require_at(self, places: dict[str, Any]) -> None:
-        """Refuse to start where a robot is not where its part begins."""
-        wanted: dict[str, Place] = {name: tuple(place[:3]) for name, place in places.items()}
-        faults: list[str] = []
-        for name, place in places.items():
-            pose = self.swarm.pose(name)
-            if pose is None:
-                raise Refused(f"{name} was not seen")
-            faults += self.team.place_faults(name, pose, wanted, place[3], "the start")
-        if faults:
-            raise Refused("; ".join(faults))
 
     def _off(self, name: str, pose: Pose) -> tuple[float, Row]:
         """Return how far a robot is from where it should be, m, and where that is."""

@@ -142,14 +142,9 @@ class Stream:
         ):
             others = [vehicle.name for vehicle in self.vehicles if vehicle.says.mode != OFFBOARD]
             raise Refused(f"{', '.join(others)} did not change to offboard flight within {ANSWER:g} s")
-        starts: dict[str, Place] = {vehicle.name: vehicle.wanted(0) for vehicle in self.vehicles}
-        headings = {name: row["start"][3] for name, row in self.team.data["robots"].items()}
-        if faults := [
-            fault
-            for vehicle in self.vehicles
-            for fault in self.team.place_faults(vehicle.name, vehicle.poses[-1], starts, headings[vehicle.name], "its start")
-        ]:
-            raise Refused("; ".join(faults))
+        poses = {vehicle.name: vehicle.poses[-1] for vehicle in self.vehicles}
+        starts = {name: row["start"] for name, row in self.team.data["robots"].items()}
+        self.team.require_at_start(poses, starts, "its start", time.monotonic())
 
     def fly(self) -> None:
         """Send all setpoints in real time, all robots by one clock.

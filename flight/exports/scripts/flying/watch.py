@@ -7,10 +7,10 @@ about it. Places are x, y, z in m, headings in rad.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from .checks import Asked, Health, Place, Pose, at_place, heading_of, margin_fault
+from .checks import Asked, Health, Place, Pose, at_start, margin_fault
 
 
 class Refused(Exception):
@@ -61,19 +61,29 @@ class Team:
         heading = self.data["robots"][name]["start"][3]
         return Asked(places, where, heading, self.margin, self.data["lasts"], above)
 
-    def place_faults(self, name: str, pose: Pose, places: dict[str, Place], heading: float, where: str) -> list[str]:
-        """Return that a robot in flight is not where what it flies next begins, or looks elsewhere; nothing where it is, and does.
+    def require_at_start(
+        self, poses: Mapping[str, Pose | None], places: Mapping[str, Sequence[float]], where: str, now: float
+    ) -> None:
+        """Refuse to begin where robots in flight are not seen where what they fly next begins, or look elsewhere.
 
         Args:
-            name: The robot's.
-            pose: Where it is measured.
-            places: Where each robot has to be.
-            heading: rad.
+            poses: The last of each robot.
+            places: Where each has to be, and its heading, rad.
             where: In words.
+            now: s.
+
+        Raises:
+            Refused: As said.
         """
-        asked = Asked(places, where, heading, self.margin, 0.0)
-        found = (at_place(name, pose.position, asked, self.limits), heading_of(name, pose.heading, heading, self.limits))
-        return [check.sentence for check in found if check.passed is False]
+        ends: dict[str, Place] = {name: (x, y, z) for name, (x, y, z, _) in places.items()}
+        found = [
+            check.sentence
+            for name, pose in poses.items()
+            for check in at_start(name, pose, Asked(ends, where, places[name][3], self.margin, 0.0), self.limits, now)
+            if check.passed is False
+        ]
+        if found:
+            raise Refused("; ".join(found))
 
     # In flight
 
