@@ -168,8 +168,9 @@ class Stream:
             for vehicle in self.vehicles:
                 vehicle.send(index)
         self.record.ended(FLIGHT, begin + self.team.data["duration"])
-        self.wait(time.monotonic() + 4 * AGE, sending=True)
-        self._require_in_flight()
+        for _ in range(4):
+            self.wait(time.monotonic() + AGE, sending=True)
+            self._require_in_flight()
 
     def _require_in_flight(self) -> None:
         """Refuse to go on where a robot has left offboard flight, or must not go on."""
