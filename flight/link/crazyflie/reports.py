@@ -1,4 +1,4 @@
-"""Reports of a Crazyflie: its estimated position, its supervisor, its battery, and its estimator's variances."""
+"""What a Crazyflie says of itself: where it takes itself to be, its supervisor, its battery, and how sure its estimator is."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _WHOLE = 0.02
 
 
 class Reports:
-    """Reports of one vehicle, as they come.
+    """What one vehicle reports, as it comes.
 
     Attributes:
         estimate: Where it takes itself to be.
@@ -96,13 +96,13 @@ class Reports:
 
     @property
     def state(self) -> State | None:
-        """Last state of its supervisor; None where it reports nothing."""
+        """What its supervisor last said; None where it says nothing."""
         info = self._told.get("supervisor.info")
         return None if info is None else State(int(info))
 
     @property
     def state_at(self) -> float:
-        """Time of that report, s."""
+        """When it said so, s."""
         return self._told_at
 
     @property
@@ -114,12 +114,12 @@ class Reports:
     @property
     def settled(self) -> bool | None:
         """True if the variances of its estimated position stay as they are; None where it does not say."""
-        return supervisor.settled(self._variances, {"settled": SETTLED})
+        return supervisor.is_settled(self._variances, {"settled": SETTLED})
 
     @property
     def battery(self) -> float | None:
         """Share of its charge that is left; None where it does not say."""
-        return supervisor.charge(self._told.get("pm.state", 0.0), self._told.get("pm.batteryLevel"))
+        return supervisor.charge_of(self._told.get("pm.state", 0.0), self._told.get("pm.batteryLevel"))
 
 
 def _start(cf: Any, config: Any) -> None:
