@@ -1,4 +1,4 @@
-"""What a link to vehicles is: poses and health in, trajectories and a few commands out.
+"""Protocol of a link to vehicles: poses and health in, trajectories and a few commands out.
 
 A link kind is a module with a class that has these methods. Commands are told to be acknowledged or not, never assumed: who
 calls repeats them. All vehicles share one clock, the link's.

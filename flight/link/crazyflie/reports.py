@@ -1,4 +1,4 @@
-"""What a Crazyflie says of itself: where it takes itself to be, its supervisor, its battery, and how sure its estimator is."""
+"""Reports of a Crazyflie: its estimated position, its supervisor, its battery, and its estimator's variances."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _WHOLE = 0.02
 
 
 class Reports:
-    """What one vehicle reports, as it comes.
+    """Reports of one vehicle, as they come.
 
     Attributes:
         estimate: Where it takes itself to be.
@@ -96,13 +96,13 @@ class Reports:
 
     @property
     def state(self) -> State | None:
-        """What its supervisor last said; None where it says nothing."""
+        """Last state of its supervisor; None where it reports nothing."""
         info = self._told.get("supervisor.info")
         return None if info is None else State(int(info))
 
     @property
     def state_at(self) -> float:
-        """When it said so, s."""
+        """Time of that report, s."""
         return self._told_at
 
     @property
