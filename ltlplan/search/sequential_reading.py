@@ -71,6 +71,7 @@ class SequentialReading(ABC, Generic[Progress]):
         self._handed_over: dict[int, int] = {}
         self._rest: list[float] = []
         self._missing: list[int] = []
+        self._left: dict[int, float] = {}
         self._number(first, 0.0, 0)
 
     @abstractmethod
@@ -168,11 +169,12 @@ class SequentialReading(ABC, Generic[Progress]):
         reached, own = paid
         if is_complete(state):
             return reached, total
-        at, robot, node = self._parted(state)
-        rest = max(self._rest[at], self._tree(self._missing[at], robot, node))
+        rest = self._left.get(state)
+        if rest is None:
+            rest = self._left[state] = self.left(state)
         if not self._objective.longest:
             return reached + rest, total
-        return max(reached, own, (own + rest) / (self._robots - robot)), total
+        return max(reached, own, (own + rest) / (self._robots - state // self._width % self._robots)), total
 
     def paths(self, states: Sequence[int]) -> tuple[tuple[int, ...], ...]:
         """Return the nodes of each robot's system along the states of a plan."""
