@@ -13,7 +13,7 @@ from ltlplan.logic.transition_monoid import Element, OrderCheck, TransitionMonoi
 from ltlplan.search.bounds.conjunct_bounds import ConjunctBounds
 from ltlplan.search.bounds.conjunct_graph import ConjunctGraph
 from ltlplan.search.bounds.order_bounds import OrderBounds
-from ltlplan.search.own.insertion import share_by_insertion
+from ltlplan.search.insertion import share_by_insertion
 from ltlplan.search.reduced_graph import MAX_TABLE, ReducedGraph, Team, letter_classes
 from ltlplan.search.sequential_reading import SLACK, Objective, SequentialReading
 from ltlplan.search.team_planning import PlanningOutcome, TeamRun
