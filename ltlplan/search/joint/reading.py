@@ -205,7 +205,7 @@ class JointReading(SequentialReading[Progress]):
 
         Args:
             progress: When the robot has landed.
-            rest: The lower bound on what is left.
+            rest: A lower bound on what is left then.
             missing: What must still be shown, as bits.
         """
         robot, states, own, held, elements, before = progress
