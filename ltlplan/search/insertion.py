@@ -11,6 +11,7 @@ With n robots and m tasks: a table of n x m costs, then some m paths for one rob
 
 from __future__ import annotations
 
+import heapq
 import itertools
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -22,8 +23,8 @@ from scipy.sparse.csgraph import maximum_bipartite_matching
 from ltlplan.logic.automaton import DEAD
 from ltlplan.logic.conjunct_automata import Deterministic, Part
 from ltlplan.logic.product_automaton import Task
-from ltlplan.search.own.task_paths import GRAIN, Steps, TaskPaths
 from ltlplan.search.reduced_graph import ReducedGraph
+from ltlplan.search.task_paths import GRAIN, Steps, TaskPaths
 
 MOST_STEPS = 3_000_000
 """Steps between places, of all robots that share none, up to which tables of costs are made."""
@@ -122,20 +123,24 @@ def _assigned(robots: TaskPaths) -> list[frozenset[int]] | None:
 def _auctioned(robots: TaskPaths) -> list[frozenset[int]] | None:
     """Give the tasks away one after another, each time the one whose best bidder then pays least."""
     found = [frozenset[int]() for _ in range(len(robots))]
-    bids = robots.alone.copy()  # lower bounds until they are looked at, which grow as the robot wins others
-    taken = 0
-    while taken < len(robots.tasks) and bids.min() < np.inf:
-        robot, column = divmod(int(bids.argmin()), len(robots.tasks))
-        tasks = found[robot] | {robots.tasks[column]}
-        cost = robots.cost(robot, tasks)
+    taken: set[int] = set()
+    bids = [(robots.least(robot, frozenset({index})), robot, index) for robot in range(len(robots)) for index in robots.tasks]
+    heapq.heapify(bids)
+    while len(taken) < len(robots.tasks) and bids:
+        bid, robot, index = heapq.heappop(bids)
+        if index in taken:
+            continue
+        cost = robots.cost(robot, found[robot] | {index})
         if robots.spent:
             return None
-        if cost > bids[robot, column] + GRAIN:
-            bids[robot, column] = cost
+        if cost == np.inf:
             continue
-        found[robot], bids[:, column] = tasks, np.inf
-        taken += 1
-    return found if taken == len(robots.tasks) else None
+        if cost > bid + GRAIN:  # bids are lower bounds until they are looked at, and grow as the robot wins others
+            heapq.heappush(bids, (cost, robot, index))
+            continue
+        found[robot] |= {index}
+        taken.add(index)
+    return found if len(taken) == len(robots.tasks) else None
 
 
 def _exchanged(robots: TaskPaths, found: list[frozenset[int]]) -> list[frozenset[int]]:
