@@ -6,7 +6,7 @@ import pytest
 
 import ltlplan
 from ltlplan.pipeline import certified_team
-from ltlplan.replanning.k_best_alternatives import asked_again, legs_of, words_without
+from ltlplan.replanning.soft_alternatives import asked_again, legs_of, words_without
 from ltlplan.search.method import without_legs
 from tests.helpers.worlds import PLACES, world
 from verify.data import Mission, Plan
@@ -53,7 +53,7 @@ def test_other_words_keep_a_soft_part_that_the_cheapest_cannot(mission: Mission)
 def test_other_words_do_without_a_leg() -> None:
     made = ltlplan.plan(wishing("F b", "F a"))
     parts = next(asked_again(made, ()))
-    found = words_without(made, parts, frozenset(), lambda asked, shut: ltlplan.plan(asked, method=without_legs(shut)))
+    found = words_without(made, parts, frozenset())
     assert found is not None
     assert found.plan.words != made.words
     assert found.shut & legs_of(made)
@@ -71,7 +71,7 @@ def test_other_words_keep_out_of_what_is_entered_again() -> None:
         seen.append(ltlplan.plan(asked, method=without_legs(shut)))  # type: ignore[arg-type]
         return seen[-1]
 
-    found = words_without(made, {0}, frozenset(), planned, [Witness(claim="formula", sentence="", word=again)])  # type: ignore[arg-type]
+    found = words_without(made, {0}, frozenset(), [Witness(claim="formula", sentence="", word=again)], planned=planned)  # type: ignore[arg-type]
     assert found is not None
     assert len(seen) == 1
     assert visited(found.plan) == {"b", "d"}
@@ -81,4 +81,4 @@ def test_there_are_no_other_words_where_each_needs_the_leg() -> None:
     plain = world("F b", regions={"b": (2.0, 0.0)})
     made = ltlplan.plan(plain.changed(spec={**plain.spec.model_dump(), "soft": [{"formula": "F G b"}]}))
     assert list(asked_again(made, {0})) == []
-    assert words_without(made, {0}, frozenset(), lambda asked, shut: ltlplan.plan(asked, method=without_legs(shut))) is None
+    assert words_without(made, {0}, frozenset()) is None
