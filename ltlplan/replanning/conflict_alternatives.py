@@ -162,6 +162,7 @@ def _without_a_leg(refusal: Refusal) -> Iterator[Candidate | None]:
     made, candidate = refusal.plan, refusal.tried
     budget = _COUNTED if made.mission.written.counts else _BUDGET
     known = Known(budget=budget, capacities=candidate.capacities)
+    about_words = refusal.conflict is not None and refusal.conflict.claim == "formula"
 
     def solve(shut: frozenset[Leg]) -> Iterator[tuple[float, frozenset[Leg]]]:
         try:
@@ -177,12 +178,8 @@ def _without_a_leg(refusal: Refusal) -> Iterator[Candidate | None]:
             other = plan(made.mission, method=without_legs(shut), known=known)
         except _NONE:
             continue
-        if not _breaks_formula(refusal) or hold_under_precedences(other):
+        if not about_words or hold_under_precedences(other):
             yield _answered(refusal, other, legs=shut)
-
-
-def _breaks_formula(refusal: Refusal) -> bool:
-    return refusal.conflict is not None and refusal.conflict.claim == "formula"
 
 
 def _legs(refusal: Refusal) -> Iterator[frozenset[Leg]]:

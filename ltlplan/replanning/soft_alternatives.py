@@ -10,8 +10,7 @@ from __future__ import annotations
 
 import itertools
 from collections import Counter
-from collections.abc import Callable, Collection, Iterable, Iterator
-from dataclasses import dataclass
+from collections.abc import Collection, Iterable, Iterator
 
 from ltlplan.allocation import Itinerary, Leg
 from ltlplan.planner import SEQUENCE
@@ -21,7 +20,7 @@ from ltlplan.replanning.cuts import Candidate, how_many_wish_less
 from ltlplan.replanning.refusals import Refusal
 from ltlplan.replanning.soft_parts import KEPT, is_timed, kept_by_plan, part_text
 from ltlplan.replanning.soft_searches import asking
-from ltlplan.search.lawler import Partition
+from ltlplan.search.lawler import Member, Partition
 from ltlplan.search.method import under_precedences, without_legs
 from verify.data import BadInput, Infeasible, Mission, NotCertified, Plan, Unsatisfiable, Witness
 from verify.data.choices import PLANNING_METHODS
@@ -101,7 +100,7 @@ def without_a_leg(refusal: Refusal) -> Candidate | None:
         found = words_without(made, parts, tried.legs, witnesses)
         if found is not None:
             why = str(refusal.error) if anew else refusal.why
-            return refusal.answered("legs", found.plan, why=why, anew=anew, legs=found.shut)
+            return refusal.answered("legs", found.solution, why=why, anew=anew, legs=found.space)
     return None
 
 
@@ -205,31 +204,12 @@ def _reworded(made: Plan, other: Plan, why: str) -> Plan:
     )
 
 
-@dataclass(frozen=True, slots=True)
-class OtherWords:
-    """A plan whose words do without some legs.
-
-    Attributes:
-        plan: The plan.
-        shut: The legs that it does without.
-    """
-
-    plan: Plan
-    shut: frozenset[Leg]
-
-
-def _planned_without(mission: Mission, shut: frozenset[Leg]) -> Plan:
-    return plan(mission, method=without_legs(shut))
-
-
 def words_without(
     made: Plan,
     parts: Collection[int],
     shut: frozenset[Leg],
     witnesses: Iterable[Witness] = (),
-    *,
-    planned: Callable[[Mission, frozenset[Leg]], Plan] = _planned_without,
-) -> OtherWords | None:
+) -> Member[frozenset[Leg], Plan] | None:
     """Return the cheapest plan that keeps the formula and some soft parts by words that do without one of a plan's legs.
 
     Args:
@@ -237,16 +217,15 @@ def words_without(
         parts: The soft parts, by index.
         shut: Legs that have to be done without anyway.
         witnesses: What breaks the soft parts in that flight.
-        planned: Plans a mission without soft parts by words that do without legs, where there are such words.
 
     Returns:
-        None where there are no such words.
+        The plan, and the legs that it does without; None where there are no such words.
     """
     asked = asking(made.mission, frozenset(parts))
 
     def solve(legs: frozenset[Leg]) -> Iterator[tuple[float, Plan]]:
         try:
-            other = planned(asked, legs)
+            other = plan(asked, method=without_legs(legs))
         except _NONE:
             return
         if other.words != made.words and not legs_of(other) & legs:
@@ -257,7 +236,7 @@ def words_without(
     for several in (regions, legs):
         spaces = (shut | those for those in several if those)
         if (other := next(iter(Partition(spaces, solve, searches=_SHUT)), None)) is not None:
-            return OtherWords(other.solution, other.space)
+            return other
     return None
 
 
