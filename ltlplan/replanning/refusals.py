@@ -131,6 +131,8 @@ class Refusal:
     def answered(self, kind: CutKind, plan: Plan | None, /, *, why: str | None = None, **forbidden: Any) -> Candidate | None:
         """Return the candidate that comes next; None where there is no plan for it.
 
+        Other words are never said to be the cheapest, unless these are proved to be impossible.
+
         Args:
             kind: What is forbidden.
             plan: The plan that does without it.
@@ -139,6 +141,8 @@ class Refusal:
         """
         if plan is None:
             return None
+        if plan.words != self.plan.words and not forbidden.get("proved"):  # cheaper words may have flights that were not found
+            plan = plan.model_copy(update={"complete": False})
         cut = Cut(kind, self.why if why is None else why, self.tried.rounds, **forbidden)
         judged = self.tried.rounds - isinstance(self.found, Conflict)
         return replace(self.tried, plan=plan, cuts=(*self.tried.cuts, cut), rounds=judged)
