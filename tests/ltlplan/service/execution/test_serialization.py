@@ -12,7 +12,7 @@ from typing import Any, get_args, get_type_hints
 
 import numpy as np
 import pytest
-from ltlplan.replanning.candidates import Candidate, Certified, Cut
+from ltlplan.replanning.cuts import Candidate, Certified, Cut
 
 from ltlplan.missions import load_mission
 from ltlplan.service.execution import stages
