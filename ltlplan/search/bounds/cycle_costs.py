@@ -1,7 +1,7 @@
 """A lower bound on what a team still pays before its cycles and in them: shortest ways over all places.
 
 It knows what the formula forbids and what it remembers, where `cycle_shares` knows that nobody can be in two places. Without it searches for cycles of three and
-four robots take a third longer.
+four robots take a fifth longer.
 """
 
 from __future__ import annotations
