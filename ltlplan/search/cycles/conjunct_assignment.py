@@ -2,8 +2,9 @@
 
 `F p` and `G F p` ask that some robot shows p, `G p` and `F G p` that all do, in whatever order robots are read. So each part of the first
 kind is given to one robot, which flies its own cheapest lasso for what it was given and for what all keep; no product of robots
-is needed. All ways to share the parts out are compared, by the sum of costs or the highest. Five parts `G F p` take four robots
-0.3 s, and their product 1.2 s; `F a & F b & G F c & G F d & G F e` takes eight robots 8 s, and their product more than 80 s.
+is needed. All ways to share the parts out are compared, by the sum of costs or the highest. That is two to four times as fast as the
+search of the product, and goes further: four robots with five parts `F p` and two `G F p` among ten places pay 10.4 m at the most, where the product's
+search ends with 12.6 m.
 """
 
 from __future__ import annotations
