@@ -46,7 +46,7 @@ def with_planned_waits(plan: Plan) -> Plan | None:
     """
     if plan.mission.spec.trace == "infinite" or len(plan.robots) < 2 or plan.meetings:
         return None
-    from ltlplan.search.partial_orders.planned_words import precedences_for
+    from ltlplan.search.orders.planned_words import precedences_for
 
     found = precedences_for(plan)
     if not found or set(found) <= set(plan.precedences):

@@ -99,7 +99,7 @@ def _first_flyable(others: Iterable[Candidate | None]) -> Candidate | None:
 def _held_letter(made: Plan) -> list[str]:
     """Return which letter breaks a formula of `own` that the words satisfy in a single order, and whether `joint` has a plan."""
     from ltlplan.search.explanations.held_letters import held_letter
-    from ltlplan.search.partial_orders.planned_words import systems_of_words
+    from ltlplan.search.orders.planned_words import systems_of_words
 
     if made.mission.spec.team == "joint" or made.mission.spec.trace == "infinite" or hold_under_precedences(made):
         return []

@@ -19,12 +19,11 @@ from ltlplan.search.counting.counting_propositions import Marks
 from ltlplan.search.counting.planning import plan_counts, plan_hovering, roomy_marks
 from ltlplan.search.counting.symmetry_classes import CountedTeam, Rooms
 from ltlplan.search.counting.synchronisation import HoversOutside, precedences_of, waits_of
+from ltlplan.search.cycles import planning as cycles
 from ltlplan.search.endurance import require_endurance
 from ltlplan.search.joint import planning as joint
-from ltlplan.search.lassos.laps import assign_lasso
-from ltlplan.search.lassos.team_laps import assign_team_laps
+from ltlplan.search.orders import planning as orders
 from ltlplan.search.own import planning as own
-from ltlplan.search.partial_orders.ordered_assignment import assign_ordered
 from ltlplan.search.problem import Problem
 from ltlplan.systems.robot_systems import interchangeable
 from ltlplan.systems.transition_systems import Cost
@@ -92,7 +91,7 @@ def assign_under_precedences(
         TooLarge: A budget was used up before an answer was found.
     """
     problem = Problem(mission, budget, _cheapest, _no_plan, cost)
-    found = _ordered(problem)
+    found = orders.plan(problem)
     if found is None:
         return None
     require_endurance(mission, problem.systems, found.robots)
@@ -102,7 +101,7 @@ def assign_under_precedences(
 def _tries(problem: Problem) -> tuple[Callable[[Problem], Assignment], ...]:
     """Return what is tried for a mission: each after the one before has found that it has no words."""
     if problem.mission.spec.trace == "infinite":
-        return (_team_laps,) if problem.several else (_laps,)
+        return (cycles.plan,)
     if not problem.several:
         return (own.plan,)
     if problem.mission.written.counts:
@@ -110,24 +109,10 @@ def _tries(problem: Problem) -> tuple[Callable[[Problem], Assignment], ...]:
     return joint.plan if problem.mission.spec.team == "joint" else own.plan, _under_precedences
 
 
-def _laps(problem: Problem) -> Assignment:
-    """Plan one robot's laps."""
-    return assign_lasso(problem.mission, problem.systems, problem.each[0], problem.budget, problem.cheapest)
-
-
-def _team_laps(problem: Problem) -> Assignment:
-    """Plan laps that all robots begin together."""
-    return assign_team_laps(problem.mission, problem.systems, problem.each, problem.budget, problem.cheapest)
-
-
-def _ordered(problem: Problem) -> Assignment | None:
-    return assign_ordered(problem.mission, problem.systems, problem.each, list(problem.automata), problem.known, problem.budget)
-
-
 def _under_precedences(problem: Problem) -> Assignment:
     """Plan words that hold under precedences, or where these would wait for actions that nobody can wait for, stage by stage."""
     try:
-        found = _ordered(problem)
+        found = orders.plan(problem)
     except Infeasible:
         if problem.mission.spec.team == "joint":
             with contextlib.suppress(TooLarge, NoWords, HoversOutside):
@@ -151,7 +136,7 @@ def _stage_by_stage(problem: Problem) -> Assignment:
         waits, precedences = waits_of(each, found)
     except HoversOutside:  # but flights may be timed so that nobody has to, or it waits there
         with contextlib.suppress(TooLarge, Infeasible):
-            ordered = _ordered(problem)
+            ordered = orders.plan(problem)
             if ordered is not None:
                 return ordered
         events = precedences_of(each, found)
@@ -185,7 +170,7 @@ def _waiting_outside(problem: Problem) -> Assignment:
         marks = roomy_marks(each, problem.automata, problem.known, rooms.most)
         found = plan_hovering(team, Budget(states=_HOVERING_STATES), marks)
         waits = None if found is None else precedences_of(each, found)
-        ordered = _ordered(problem) if found is not None and waits is None else None
+        ordered = orders.plan(problem) if found is not None and waits is None else None
         if ordered is not None:
             return ordered
         if found is not None and waits is not None:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import heapq
 import itertools
+import math
 from collections.abc import Callable, Hashable, Iterable, Iterator
 from dataclasses import dataclass
 from typing import Generic, Literal, TypeVar
@@ -32,7 +33,8 @@ class BestFirst(Generic[Key]):
         successors: Next key and cost of the step for each key, and whatever else its user wants to know; costs are not negative.
         heuristic: Lower bound on the cost from a key to a goal, infinite where there is none; None for nothing known.
         weight: How much the heuristic counts; with more than 1 goals come sooner, and not the cheapest first (Pohl 1970).
-        ties: Of equal bounds, the smallest key comes first, or the one that was reached first.
+        ties: Of equal bounds, the smallest key comes first, or the one that was reached first. `farthest`: bounds are equal up to rounding, and
+            the key with the highest cost comes first; it comes again when a path to it is cheaper at all.
 
     Attributes:
         costs: The least cost found for each key that was reached.
@@ -46,19 +48,23 @@ class BestFirst(Generic[Key]):
         heuristic: Callable[[Key], float] | None = None,
         *,
         weight: float = 1.0,
-        ties: Literal["key", "first"] = "key",
+        ties: Literal["key", "first", "farthest"] = "key",
     ) -> None:
         self.costs: dict[Key, float] = dict.fromkeys(starts, 0.0)
         self.parents: dict[Key, Key] = {}
         self._successors, self._heuristic, self._weight = successors, heuristic, weight
         self._ties = itertools.count() if ties == "first" else itertools.repeat(0)
+        self._farthest = ties == "farthest"
 
     def __iter__(self) -> Iterator[tuple[Key, float, float]]:
         """Yield (key, cost, bound on the cost of any path through it)."""
         costs, parents, successors, heuristic = self.costs, self.parents, self._successors, self._heuristic
         weight, tie = self._weight, self._ties.__next__
         push, pop, unreachable = heapq.heappush, heapq.heappop, float("inf")
-        heap = [(0.0 if heuristic is None else weight * heuristic(key), tie(), key) for key in costs]
+        farthest, slack = self._farthest, 0.0 if self._farthest else _ROUNDING
+        heap: list[tuple[float, float, Key]] = [
+            (0.0 if heuristic is None else weight * heuristic(key), tie(), key) for key in costs
+        ]
         heapq.heapify(heap)
         closed: set[Key] = set()
         while heap:
@@ -71,13 +77,17 @@ class BestFirst(Generic[Key]):
             for onwards in successors(key):
                 target, total = onwards[0], cost + onwards[1]
                 known = costs.get(target, unreachable)
-                if total < known and (target not in closed or (weight == 1.0 and total < known - _ROUNDING)):
+                if total < known and (target not in closed or (weight == 1.0 and total < known - slack)):
                     left = 0.0 if heuristic is None else heuristic(target)
                     if left < unreachable:
                         closed.discard(target)
                         costs[target] = total
                         parents[target] = key
-                        push(heap, (total + weight * left, tie(), target))
+                        bound = total + weight * left
+                        if farthest:
+                            push(heap, (math.floor(bound / _ROUNDING) * _ROUNDING, -total, target))
+                        else:
+                            push(heap, (bound, tie(), target))
 
     def path(self, key: Key) -> list[Key]:
         """Return the path from a start to a key that was reached."""

@@ -22,8 +22,8 @@ from ltlplan.logic.conjunction import conjunct_automata
 from ltlplan.logic.product_automaton import Task
 from ltlplan.logic.translation import translate
 from ltlplan.missions import load_mission
+from ltlplan.search.cycles.lasso import cheapest_lasso
 from ltlplan.search.exact import assign
-from ltlplan.search.lassos.lasso import cheapest_lasso
 from ltlplan.search.own.reading import OwnTask
 from ltlplan.search.reduced_graph import Team
 from ltlplan.search.team_planning import plan_team

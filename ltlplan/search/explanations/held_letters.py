@@ -8,11 +8,10 @@ from ltlplan.logic.automaton import Automaton
 from ltlplan.logic.budget import TooLarge
 from ltlplan.logic.conjunction import conjunct_automata, conjuncts
 from ltlplan.search.counting.counting_propositions import Marks
-from ltlplan.search.partial_orders.event_sequences import Course
-from ltlplan.search.partial_orders.linearisations import Linearisations
-from ltlplan.search.partial_orders.ordered_plans import shown_by, words_and_order
-from ltlplan.search.partial_orders.reachable_state_sets import Reading
-from ltlplan.search.partial_orders.single_words import SingleWord, single_word
+from ltlplan.search.orders.linearisations import Linearisations
+from ltlplan.search.orders.planning import words_and_order
+from ltlplan.search.orders.reading import Course
+from ltlplan.search.orders.single_words import SingleWord, single_word
 from ltlplan.systems.transition_systems import TransitionSystem
 from verify.data import Formula, Mission
 from verify.data.language.word import show_letter
@@ -43,10 +42,8 @@ def held_letter(
         automata += own
         owner += [index] * len(own)
     marks = Marks(automata, {})
-    reading = Reading(marks, joint=False)
-    shown = shown_by(marks, systems)
     try:
-        word = single_word(systems, shown, reading, _STATES)
+        word = single_word(systems, marks, _STATES)
         if word is None:
             return []
         words, order = words_and_order(marks, systems, word.course)

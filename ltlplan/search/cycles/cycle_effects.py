@@ -1,0 +1,165 @@
+"""Conjuncts that remember more than the last letter, and what a cycle does to the states of their automata.
+
+An automaton need not be back in its state after a cycle for its word to go on for ever: several cycles may be one round of the automaton. So a cycle is
+judged by where it leads from each state, and by whether it passes an accepting state on the way.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from functools import cache
+from typing import Protocol
+
+from ltlplan.search.cycles.team_readers import Reader
+from ltlplan.search.numbering import Numbers
+from verify.data import Letter
+
+Row = Sequence[tuple[int, int]]
+"""For each state: where a cycle can lead, as bits, and where passing an accepting state, as bits."""
+
+
+Masks = tuple[int, ...]
+"""For each conjunct that remembers, the states that its automaton may be in, as bits."""
+
+
+_Effect = tuple[
+    tuple[tuple[int, int], ...], ...
+]  # for each conjunct and state: where a way leads, and where by an accepting state
+
+
+class Steps(Protocol):
+    """For each state where a letter leads, as bits."""
+
+    def __getitem__(self, state: int, /) -> int:
+        """Return where a letter leads from one state, as bits."""
+        ...
+
+
+def image(mask: int, steps: Steps) -> int:
+    """Return where a letter, or a cycle, leads from some states.
+
+    Args:
+        mask: The states, as bits.
+        steps: Where it leads from each.
+    """
+    result = 0
+    while mask:
+        low = mask & -mask
+        result |= steps[low.bit_length() - 1]
+        mask ^= low
+    return result
+
+
+def goes_round(mask: int, row: Row) -> bool:
+    """Tell whether from some states rounds of cycles with an accepting state in it can be reached.
+
+    Args:
+        mask: The states before the first cycle, as bits.
+        row: What a cycle does.
+    """
+    reach = [r for r, _ in row]
+    reachable = _closure(mask, reach)
+    for state, (_, marked) in enumerate(row):
+        if reachable >> state & 1 and marked and _closure(marked, reach) >> state & 1:
+            return True
+    return False
+
+
+def _closure(mask: int, reach: Sequence[int]) -> int:
+    while True:
+        more = mask | image(mask, reach)
+        if more == mask:
+            return mask
+        mask = more
+
+
+class Followers:
+    """Conjuncts that remember, read letter by letter.
+
+    Attributes:
+        readers: Their automata.
+        after: The states after some states and a letter of the team; None where a conjunct is lost.
+        steps: Where a letter leads from each state of one conjunct, by its number.
+
+    Args:
+        readers: Their automata.
+    """
+
+    def __init__(self, readers: Sequence[Reader]) -> None:
+        self.readers = tuple(readers)
+        self.steps = cache(self._steps)
+        self.after = cache(self._after)
+
+    def begin(self) -> Masks:
+        """Return the states before the first letter."""
+        return tuple(1 << reader.initial for reader in self.readers)
+
+    def _after(self, masks: Masks, letter: Letter) -> Masks | None:
+        found = tuple(image(mask, self.steps(k, letter)) for k, mask in enumerate(masks))
+        return found if all(found) else None
+
+    def _steps(self, k: int, letter: Letter) -> _Steps:
+        return _Steps(self.readers[k], letter)
+
+
+class _Steps(dict[int, int]):
+    """Where a letter leads from each state, as bits; found out as it is asked for."""
+
+    def __init__(self, reader: Reader, letter: Letter) -> None:
+        super().__init__()
+        self._reader, self._letter = reader, letter
+
+    def __missing__(self, state: int) -> int:
+        found = self[state] = sum(1 << target for target in set(self._reader.successors(state, self._letter)))
+        return found
+
+
+class CycleEffects:
+    """What ways from one home do to the states that conjuncts may be in there, by number; 0 is to do nothing.
+
+    Attributes:
+        after: The effect of a way that was gone on with, of its own and the next letter of the team.
+
+    Args:
+        followers: The conjuncts that remember.
+        at: All states in which they may be at home.
+    """
+
+    def __init__(self, followers: Followers, at: Iterable[Masks]) -> None:
+        self._followers = followers
+        every = [0] * len(followers.readers)
+        for masks in at:
+            every = [a | b for a, b in zip(every, masks, strict=True)]
+        self._domain = [[s for s in range(mask.bit_length()) if mask >> s & 1] for mask in every]
+        self._effects = Numbers([tuple(tuple((1 << s, 0) for s in own) for own in self._domain)])
+        self.after = cache(self._after)
+
+    def _after(self, effect: int, letter: Letter) -> int:
+        rows: _Effect = ()
+        for k, row in enumerate(self._effects.known[effect]):
+            steps, accepting = self._followers.steps(k, letter), self._followers.readers[k].accepting
+            moved = [(image(reach, steps), image(marked, steps)) for reach, marked in row]
+            final = sum(1 << s for s in _bits(moved) if s in accepting)
+            rows = (*rows, tuple((reach, marked | reach & final) for reach, marked in moved))
+        return self._effects[rows]
+
+    def accepts(self, masks: Masks, effect: int) -> bool:
+        """Tell whether all conjuncts accept a cycle that is repeated for ever.
+
+        Args:
+            masks: The states at home before the first cycle.
+            effect: What a cycle does.
+        """
+        for mask, own, row in zip(masks, self._domain, self._effects.known[effect], strict=True):
+            every, size = dict(zip(own, row, strict=True)), max(mask, *(reach for reach, _ in row)).bit_length()
+            # a state that is not known comes up only where a cycle or the next one loses another conjunct
+            if not goes_round(mask, [every.get(s, (0, 0)) for s in range(size)]):
+                return False
+        return True
+
+
+def _bits(moved: Sequence[tuple[int, int]]) -> Iterable[int]:
+    every = 0
+    for reach, _ in moved:
+        every |= reach
+    return (s for s in range(every.bit_length()) if every >> s & 1)

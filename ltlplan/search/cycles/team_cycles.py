@@ -1,0 +1,110 @@
+"""A team's cycles as a value: what each robot does, one move a stage, and where cycles may begin."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from ltlplan.search.cycles.concurrent_cycle_steps import Course, Move, Stage
+from ltlplan.search.cycles.team_system import Nodes, TeamSystem, resting
+from ltlplan.systems.transition_systems import TransitionSystem
+from verify.data import Mission
+from verify.data.shapes.inequalities import Point
+from verify.data.validation.spacing import spacing_of
+
+
+@dataclass(frozen=True, slots=True)
+class TeamCycles:
+    """What a team does for ever.
+
+    Attributes:
+        prefixes: Each robot's nodes up to where its cycle begins, that one included.
+        cycles: Each robot's nodes in a cycle, from where it begins back to there; one node where it rests.
+        course: The same in stages; None where no robot waits for another.
+        least: No cycles cost less, in sum or for the robot with the highest cost, as was asked; None where that is not known.
+        exact: Whether no cycles of robots that fly one at a time cost less.
+        reached: States that the search went on with, or lassos of single robots.
+    """
+
+    prefixes: tuple[tuple[int, ...], ...]
+    cycles: tuple[tuple[int, ...], ...]
+    course: Course | None
+    least: float | None
+    exact: bool
+    reached: int
+
+
+def may_begin(mission: Mission, system: TransitionSystem) -> list[bool]:
+    """Tell of each node whether a robot's cycle may begin there: at rest, not in a hoop.
+
+    Args:
+        mission: Says which regions have rings.
+        system: The robot's.
+    """
+    rests = resting(system)
+    if not system.nodes:
+        return rests
+    return [rest and not node.regions & mission.hoops.keys() for rest, node in zip(rests, system.nodes, strict=True)]
+
+
+def are_apart(mission: Mission, systems: Sequence[TransitionSystem], nodes: Sequence[int]) -> bool:
+    """Tell whether robots are as far from each other as they have to be at rest.
+
+    Args:
+        mission: Says where regions are, and how far robots keep apart.
+        systems: Each robot's.
+        nodes: What the robots are at.
+    """
+    places = [_place(mission, s, n) for s, n in zip(systems, nodes, strict=True)]
+    kept = spacing_of(mission)
+    return all(a is None or b is None or kept.between(a, b) >= kept.at_rest for a, b in itertools.combinations(places, 2))
+
+
+def _place(mission: Mission, system: TransitionSystem, index: int) -> Point | None:
+    if not system.nodes:
+        return None
+    node = system.nodes[index]
+    return node.position if node.position is not None else mission.all_regions[node.place].center
+
+
+def without_stays(way: Sequence[int]) -> tuple[int, ...]:
+    """Return a robot's nodes, each once as long as it stays there."""
+    return tuple(node for node, _ in itertools.groupby(way))
+
+
+def course_of(system: TeamSystem, prefix: Sequence[Nodes], cycle: Sequence[Nodes]) -> Course:
+    """Return cycles of robots that fly one at a time, one move a stage.
+
+    Args:
+        system: The team's.
+        prefix: What all robots are at, one move after another, up to where the cycle begins.
+        cycle: From where it begins back to there.
+    """
+    return Course(system.nodes(system.initial), _moves(system, prefix), _moves(system, cycle))
+
+
+def _moves(system: TeamSystem, nodes: Sequence[Nodes]) -> tuple[Stage, ...]:
+    """Return the moves between places at which all robots rest, each a stage; what a robot does where it is belongs to its last move."""
+    found: list[Move] = []
+    for robot, way in _single_moves(system, nodes):
+        where = [system.systems[robot].nodes[n] for n in way] if system.systems[robot].nodes else []
+        stays = bool(where) and len({(node.place, node.flying, node.position) for node in where}) == 1
+        if found and found[-1].robot == robot and stays:
+            found[-1] = Move(robot, (*found[-1].way, *way[1:]))
+        else:
+            found.append(Move(robot, way))
+    return tuple((move,) for move in found)
+
+
+def _single_moves(system: TeamSystem, nodes: Sequence[Nodes]) -> Iterator[tuple[int, tuple[int, ...]]]:
+    begun: list[int] = []
+    for before, after in itertools.pairwise(nodes):
+        movers = [robot for robot, (a, b) in enumerate(zip(before, after, strict=True)) if a != b]
+        if not movers:
+            continue
+        (robot,) = movers
+        begun = [*(begun or [before[robot]]), after[robot]]
+        if system.rests(robot, after[robot]):
+            yield robot, tuple(begun)
+            begun = []

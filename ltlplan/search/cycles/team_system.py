@@ -1,0 +1,139 @@
+"""What a team can do, one robot flying at a time: the product of its robots' systems, made as it is walked.
+
+A node is the node of every robot and who moved last. A robot sets out when all others rest, in a region or where they start; so a
+path of the product is a flight of the team, one robot after another, whose every letter is read. What robots may do at
+the same time is decided afterwards (`team_stages`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from ltlplan.search.numbering import Numbers
+from ltlplan.systems.transition_systems import TransitionSystem
+from verify.data import Letter
+
+Nodes = tuple[int, ...]
+NOBODY = -1
+"""Who moved last where nobody has moved yet."""
+SEAM = -2
+"""Instead of a robot: a cycle ends, in which each is read at least once, and the next begins."""
+
+
+class TeamLetters:
+    """Letters of all robots at one time, with who moved last, as one letter of a product."""
+
+    def __init__(self) -> None:
+        """Begin without letters."""
+        self._meant: dict[Letter, tuple[tuple[Letter, ...], int]] = {}
+
+    def written(self, letters: Sequence[Letter], mover: int) -> Letter:
+        """Return one letter for what all robots show.
+
+        Args:
+            letters: Each robot's.
+            mover: Who moved last.
+        """
+        found = frozenset({f"{robot}.{name}" for robot, letter in enumerate(letters) for name in letter} | {f"{mover}"})
+        self._meant.setdefault(found, (tuple(letters), mover))
+        return found
+
+    def read(self, letter: Letter) -> tuple[tuple[Letter, ...], int]:
+        """Return each robot's letter and who moved last.
+
+        Args:
+            letter: One that was written.
+        """
+        return self._meant[letter]
+
+
+class TeamSystem:
+    """The product of a team's systems.
+
+    Attributes:
+        systems: One for each robot.
+        letters: What its labels mean.
+        places: The node of every robot, and who moved last, by number; numbered as it is walked.
+        initial: The number of the first place.
+        labels, edges, final: As of one robot's system; robots may stay where all rest, or anywhere if they fly together.
+
+    Args:
+        systems: One for each robot.
+        together: Whether several robots may be on their way at the same time, each of them making a step at a time.
+    """
+
+    def __init__(self, systems: Sequence[TransitionSystem], *, together: bool = False) -> None:
+        self.systems, self._together = tuple(systems), together
+        self.letters = TeamLetters()
+        self._rests = [resting(own) for own in self.systems]
+        self.places: Numbers[tuple[Nodes, int]] = Numbers()
+        self.labels: list[Letter] = []
+        self.final: dict[int, float] = {}
+        self.edges = _Edges(self)
+        self.initial = self.number(tuple(system.initial for system in self.systems), NOBODY)
+
+    def nodes(self, place: int) -> Nodes:
+        """Return the node of every robot at a place of the product."""
+        return self.places.known[place][0]
+
+    def letter(self, nodes: Nodes, mover: int) -> Letter:
+        """Return the letter of all robots.
+
+        Args:
+            nodes: The node of every robot.
+            mover: Who moved last.
+        """
+        return self.letters.written([own.labels[node] for own, node in zip(self.systems, nodes, strict=True)], mover)
+
+    def rests(self, robot: int, node: int) -> bool:
+        """Tell whether a robot at this node can wait for others."""
+        return self._rests[robot][node]
+
+    def moves(self, nodes: Nodes) -> Iterator[tuple[int, float, Nodes]]:
+        """Yield who can move where all robots are, what it pays, and where all are then.
+
+        Args:
+            nodes: The node of every robot.
+        """
+        flying = [robot for robot, node in enumerate(nodes) if not self._rests[robot][node]]
+        for robot in flying if flying and not self._together else range(len(nodes)):
+            for target, cost in self.systems[robot].edges[nodes[robot]]:
+                yield robot, cost, (*nodes[:robot], target, *nodes[robot + 1 :])
+
+    def number(self, nodes: Nodes, mover: int) -> int:
+        """Return the number of a place.
+
+        Args:
+            nodes: The node of every robot.
+            mover: Who moved last.
+        """
+        place = self.places[nodes, mover]
+        if place == len(self.labels):
+            self.labels.append(self.letter(nodes, mover))
+            if self._together or all(map(self.rests, range(len(nodes)), nodes)):
+                self.final[place] = 0.0
+        return place
+
+
+class _Edges(dict[int, tuple[tuple[int, float], ...]]):
+    """The edges of a product, made when they are asked for."""
+
+    def __init__(self, system: TeamSystem) -> None:
+        super().__init__()
+        self._system = system
+
+    def __missing__(self, place: int) -> tuple[tuple[int, float], ...]:
+        moves = self._system.moves(self._system.nodes(place))
+        found = self[place] = tuple((self._system.number(after, robot), cost) for robot, cost, after in moves)
+        return found
+
+
+def resting(system: TransitionSystem) -> list[bool]:
+    """Tell of each node whether a robot can wait there; anywhere, where nodes mean nothing.
+
+    Args:
+        system: The robot's.
+    """
+    if not system.nodes:
+        return [True] * len(system.labels)
+    return [not node.flying or index == system.initial for index, node in enumerate(system.nodes)]

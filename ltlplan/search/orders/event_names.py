@@ -1,0 +1,98 @@
+"""Which visits a robot's events belong to: what a plan can say of them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from ltlplan.search.orders.linearisations import Event, Pair
+from ltlplan.systems.transition_systems import TransitionSystem
+from ltlplan.systems.visit_log import VisitLog
+from verify.data.plan import Done, Due, Precedence
+
+_DONE: Mapping[Done, int] = {"left": 0, "entered": 1, "acted": 2}
+_DUE: Mapping[Due, int] = {"enters": 0, "leaves": 1, "acts": 2}
+
+
+@dataclass(frozen=True, slots=True)
+class EventName:
+    """What a robot does as it comes to a letter.
+
+    Attributes:
+        done: (what it has done then, index of visit).
+        due: (what it does then, index of visit).
+    """
+
+    done: tuple[tuple[Done, int], ...]
+    due: tuple[tuple[Due, int], ...]
+
+
+def event_names(system: TransitionSystem, path: Sequence[int]) -> list[EventName]:
+    """Return the names of a path's events: those of letter 1, 2 and so on of its word.
+
+    Args:
+        system: The robot's.
+        path: Its nodes.
+    """
+    log, label, regions, internal = VisitLog(), system.labels[path[0]], frozenset[str](), ""
+    found: list[tuple[list[tuple[Done, int]], list[tuple[Due, int]]]] = []
+    acted: dict[int, list[int]] = {}
+    for step, index in enumerate(path):
+        node = system.nodes[index]
+        left = [log.current(region) for region in sorted(regions - node.regions)]
+        new = log.enter(node.regions)
+        if step and system.labels[index] != label:
+            entered = [log.current(region) for region in new]
+            done: list[tuple[Done, int]] = [*(("left", visit) for visit in left), *(("entered", visit) for visit in entered)]
+            due: list[tuple[Due, int]] = [*(("enters", visit) for visit in entered), *(("leaves", visit) for visit in left)]
+            if node.internal != internal:
+                change = internal, node.internal
+                at = next(a.at for a in system.actions if (a.source, a.target) == change and a.at in node.regions)
+                acted.setdefault(log.current(at), []).append(len(found))
+            found.append((done, due))
+        label, regions, internal = system.labels[index], node.regions, node.internal
+    lasting = {log.current(region) for region in regions}
+    for visit, events in acted.items():
+        found[events[0]][1].append(("acts", visit))
+        if visit not in lasting:  # else its actions come later the longer the others fly
+            found[events[-1]][0].append(("acted", visit))
+    place = log.numbers
+    return [
+        EventName(tuple((what, place[visit]) for what, visit in done), tuple((what, place[visit]) for what, visit in due))
+        for done, due in found
+    ]
+
+
+class Names:
+    """Precedences between events of a team, as plans say them.
+
+    Args:
+        systems: One for each robot.
+        paths: Their nodes.
+    """
+
+    def __init__(self, systems: Sequence[TransitionSystem], paths: Sequence[Sequence[int]]) -> None:
+        self._robots = [system.robot for system in systems]
+        self._names = [event_names(system, path) for system, path in zip(systems, paths, strict=True)]
+
+    def price(self, pair: Pair) -> tuple[int, ...] | None:
+        """Return how unlike a precedence is to the plainest one, that one robot enters when another has left; None where there is no name for it."""
+        found = self._plainest(pair)
+        return None if found is None else (_DONE[found.done] + _DUE[found.due], _DUE[found.due])
+
+    def precedence(self, pair: Pair) -> Precedence:
+        """Return the precedence as a plan says it; it has a price."""
+        found = self._plainest(pair)
+        assert found is not None
+        return found
+
+    def _plainest(self, pair: Pair) -> Precedence | None:
+        first, then = pair
+        done, due = self._named(first).done, self._named(then).due
+        if not done or not due:
+            return None
+        (what, visit), (waits, other) = min(done, key=lambda d: _DONE[d[0]]), min(due, key=lambda d: _DUE[d[0]])
+        return Precedence(first=(self._robots[first[0]], visit), then=(self._robots[then[0]], other), done=what, due=waits)
+
+    def _named(self, event: Event) -> EventName:
+        return self._names[event[0]][event[1] - 1]

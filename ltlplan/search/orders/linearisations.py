@@ -1,0 +1,135 @@
+"""Team words that precedences leave open: one that breaks the formula, or none."""
+
+from __future__ import annotations
+
+import itertools
+from collections import deque
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+from ltlplan.logic.automaton import DEAD
+from ltlplan.logic.budget import TooLarge
+from ltlplan.search.counting.counting_propositions import Marks
+from ltlplan.search.joint.conjuncts import JointConjunct
+from ltlplan.search.orders.state_sets import Reading, Shown
+
+Event = tuple[int, int]
+"""A robot, by number, and the index of the letter of its word that it comes to."""
+
+Pair = tuple[Event, Event]
+"""The first event is over before the second happens."""
+
+At = tuple[int, ...]
+"""For each robot the index of its letter."""
+
+MOST_STEPS = 400_000
+"""Steps of looking for a team word that breaks one conjunct."""
+
+
+@dataclass(frozen=True, slots=True)
+class BreakingWord:
+    """A team word that keeps some precedences and breaks a conjunct.
+
+    Attributes:
+        part: Which conjunct, by index.
+        way: Where robots are, one event after another or several at once.
+        reader: Whose letter was read last: a robot, or 0 for the whole team under `joint`.
+    """
+
+    part: int
+    way: tuple[At, ...]
+    reader: int
+
+
+_Node = tuple[At, int, int]
+"""Where robots are, the conjunct's state, and the readers (robots, or the team) not yet read, as bits."""
+
+
+class Linearisations:
+    """The team words of robots that give fixed words.
+
+    Args:
+        marks: What the formula sees.
+        words: For each robot what it shows, letter by letter.
+        joint: Whether the letter of the whole team is read, or each robot's by itself.
+    """
+
+    def __init__(self, marks: Marks, words: Sequence[Sequence[Shown]], *, joint: bool) -> None:
+        self.marks, self.words, self.joint = marks, tuple(map(tuple, words)), joint
+        self.ends = tuple(len(word) - 1 for word in self.words)
+        self._reading = Reading(marks, joint=joint)
+
+    def broken(self, pairs: Sequence[Pair]) -> BreakingWord | None:
+        """Return a team word that keeps precedences and breaks the formula; None where all of them satisfy it.
+
+        Args:
+            pairs: The precedences that are kept.
+
+        Raises:
+            TooLarge: There are too many team words.
+        """
+        before: dict[Event, list[Event]] = {}
+        for first, then in pairs:
+            before.setdefault(then, []).append(first)
+        found = (self._broken(index, part, before) for index, part in enumerate(self.marks.parts))
+        return next((word for word in found if word is not None), None)
+
+    def _broken(self, index: int, part: JointConjunct, before: Mapping[Event, Sequence[Event]]) -> BreakingWord | None:
+        start, readers = (0,) * len(self.words), 1 if self.joint else len(self.words)
+        first = start, part.initial, (1 << readers) - 1
+        came: dict[_Node, tuple[_Node, int | None] | None] = {first: None}
+        queue = deque([first])
+        steps = 0
+        while queue:
+            node = queue.popleft()
+            at, state, unread = node
+            if state == DEAD or (at == self.ends and not unread and not part.accepting(state)):
+                return _word(index, came, node)
+            if part.finished(state):
+                continue
+            for reader, following in self._following(part, node, before):
+                steps += 1
+                if following not in came:
+                    came[following] = node, reader
+                    queue.append(following)
+            if steps > MOST_STEPS:
+                raise TooLarge("Trying all orders of some robots' events takes", steps, "steps", MOST_STEPS)
+        return None
+
+    def _following(
+        self, part: JointConjunct, node: _Node, before: Mapping[Event, Sequence[Event]]
+    ) -> Iterator[tuple[int | None, _Node]]:
+        at, state, unread = node
+        letters = self._reading.letters(tuple(word[place] for word, place in zip(self.words, at, strict=True)))
+        for reader, own in enumerate(letters):
+            for letter in own:
+                yield reader, (at, part.step(state, letter), unread & ~(1 << reader))
+        ready = [
+            robot
+            for robot, place in enumerate(at)
+            if place < self.ends[robot]
+            and not unread >> (0 if self.joint else robot) & 1
+            and all(at[other] >= index for other, index in before.get((robot, place + 1), ()))
+        ]
+        if not self.joint:
+            for robot in ready:
+                yield None, ((*at[:robot], at[robot] + 1, *at[robot + 1 :]), state, unread | 1 << robot)
+            return
+        for choice in itertools.product((0, 1), repeat=len(ready)):  # any of them at one instant
+            if any(choice):
+                moved = list(at)
+                for robot, moves in zip(ready, choice, strict=True):
+                    moved[robot] += moves
+                yield None, (tuple(moved), state, 1)
+
+
+def _word(part: int, came: Mapping[_Node, tuple[_Node, int | None] | None], node: _Node) -> BreakingWord:
+    """Return the word that has led to a node."""
+    way, reader = [node[0]], None
+    at = node
+    while (step := came[at]) is not None:
+        reader = step[1] if reader is None else reader
+        at = step[0]
+        if way[-1] != at[0]:
+            way.append(at[0])
+    return BreakingWord(part, tuple(reversed(way)), reader or 0)

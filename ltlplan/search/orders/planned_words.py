@@ -1,0 +1,91 @@
+"""Precedences for words that are planned already: what a flight that may break the formula is given to keep."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator
+
+from ltlplan.logic.budget import TooLarge
+from ltlplan.logic.conjunction import conjunct_automata
+from ltlplan.search.orders.event_names import event_names
+from ltlplan.search.orders.planning import plan_ordered
+from ltlplan.systems.transition_systems import Node, TransitionSystem
+from ltlplan.systems.visit_log import VisitLog
+from verify.data import Infeasible, Letter, Plan, RobotPlan, Unsatisfiable
+from verify.data.language.counting import atoms
+from verify.data.plan import Precedence
+from verify.data.sections import Action
+
+
+def precedences_for(plan: Plan) -> tuple[Precedence, ...] | None:
+    """Return few precedences under which every team word of a plan's words satisfies the formula; None where that is not known.
+
+    Args:
+        plan: Of a finite trace.
+
+    Raises:
+        Unsatisfiable: These words satisfy it under no precedences.
+    """
+    known = systems_of_words(plan)
+    if known is None:
+        return None
+    formula = plan.mission.formula
+    try:
+        found = plan_ordered(
+            known, conjunct_automata(formula, "finite"), atoms(formula), joint=plan.mission.spec.team == "joint"
+        )
+    except (TooLarge, Infeasible):
+        return None
+    if found is None:
+        raise Unsatisfiable("These words satisfy the formula under no precedences between their events.")
+    return found.precedences
+
+
+def systems_of_words(plan: Plan) -> list[TransitionSystem] | None:
+    """Return for each robot a system that can only give its planned word; None where one does not show the planned visits.
+
+    Args:
+        plan: Of a finite trace.
+    """
+    systems = [_chain(plan, name, robot) for name, robot in plan.robots.items()]
+    known = [system for system in systems if system is not None]
+    return known if len(known) == len(systems) else None
+
+
+def _chain(plan: Plan, name: str, robot: RobotPlan) -> TransitionSystem | None:
+    """Return a system that can only give the planned word; None where that does not show the planned visits."""
+    letters, regions = robot.word.letters, frozenset(plan.mission.all_regions)
+    internal = [letter - regions for letter in letters]
+    acts = [action.at for visit in robot.visits for action in _seen(plan, name, visit.actions)]
+    actions: list[Action] = []
+    for before, after in itertools.pairwise(internal):
+        if before != after:
+            if not acts:
+                return None
+            actions.append(Action.model_validate({"from": _state(before), "to": _state(after), "at": acts.pop(0)}))
+    nodes = tuple(
+        Node(place="", flying=not letter & regions, internal=_state(own), regions=letter & regions, entered="")
+        for letter, own in zip(letters, internal, strict=True)
+    )
+    log = VisitLog()
+    for node in nodes:
+        log.enter(node.regions)
+    last = len(letters) - 1
+    if [visit.region for visit in log.visits] != [visit.region for visit in robot.visits]:
+        return None
+    edges = tuple(((index + 1, 1.0),) if index < last else () for index in range(len(letters)))
+    system = TransitionSystem(letters, edges, final={last: 0.0}, nodes=nodes, robot=name, actions=tuple(actions))
+    try:
+        event_names(system, range(len(letters)))
+    except (KeyError, StopIteration):
+        return None  # an action is not where its region is
+    return system
+
+
+def _seen(plan: Plan, name: str, actions: tuple[Action, ...]) -> Iterator[Action]:
+    states = plan.mission.robot_of(name).states
+    return (action for action in actions if set(states[action.source]) != set(states[action.target]))
+
+
+def _state(shown: Letter) -> str:
+    return " ".join(sorted(shown)) or "-"

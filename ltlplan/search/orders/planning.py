@@ -1,0 +1,208 @@
+"""Plans that hold under precedences between events, where none holds in every order of the robots, by the sum of costs or the robot with the highest.
+
+First a cheapest course of events is looked for all of whose team words satisfy the formula; where there is none, no words and no
+precedences do. Then few of the precedences of that course are kept, so that robots wait for each other only where they must.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from ltlplan.logic.automaton import Automaton
+from ltlplan.logic.budget import TooLarge
+from ltlplan.search.assignment import TIES, Assignment
+from ltlplan.search.counting.counting_propositions import Marks
+from ltlplan.search.orders.abstraction import alike_merged
+from ltlplan.search.orders.event_names import Names
+from ltlplan.search.orders.linearisations import Event, Linearisations
+from ltlplan.search.orders.minimal_precedences import needed_orders
+from ltlplan.search.orders.reading import Course, EventReading, is_event, shown_by
+from ltlplan.search.orders.state_sets import Reading, Shown, shown_at
+from ltlplan.search.problem import Problem
+from ltlplan.systems.transition_systems import TransitionSystem
+from verify.data import Infeasible
+from verify.data.language.counting import Atom
+from verify.data.plan import Precedence
+
+MOST_STATES = 10_000
+"""States of a search over interleavings that are expanded before it says that it cannot tell."""
+
+
+@dataclass(frozen=True, slots=True)
+class OrderedPlan:
+    """Words of a team, and what is waited for.
+
+    Attributes:
+        paths: Nodes of each robot's system.
+        precedences: All team words that keep them satisfy the formula.
+        cost: Sum over the robots.
+        reached: States that were seen.
+    """
+
+    paths: tuple[tuple[int, ...], ...]
+    precedences: tuple[Precedence, ...]
+    cost: float
+    reached: int
+
+
+def plan(problem: Problem) -> Assignment | None:
+    """Plan words that hold under precedences between events; None where none do.
+
+    Raises:
+        Infeasible: There are such words, but their precedences cannot be said of visits and their actions.
+        TooLarge: The budget was used up; nothing is known.
+    """
+    budget = problem.budget
+    most = min(MOST_STATES, budget.states // 50 if budget.courses is None else budget.courses)
+    team = _Team(problem.each, Marks(problem.automata, problem.known), joint=problem.mission.spec.team == "joint")
+    found = team.cheapest(most)
+    if found is None:
+        return None
+
+    def costs(plan: OrderedPlan) -> list[float]:
+        return [robot.cost for robot in problem.itineraries(plan.paths).values()]
+
+    total = sum(costs(found))
+    least = max(0.0, total - TIES)
+    notes = [
+        "No words hold in every order of the robots; these hold under the plan's precedences: every team word that keeps them satisfies "
+        f"the formula. The search reached {found.reached:,} states of all robots together."
+    ]
+    if problem.longest:
+        better, least = team.of_least_highest(most, max(costs(found)) - TIES)
+        found, least = better or found, max(0.0, least - TIES)  # what breaks ties counts in `least`
+        total = max(costs(found))
+    complete = total <= least + 3 * TIES
+    if not complete:
+        notes.append("A plan whose dearest robot costs less may exist.")
+    robots, said = problem.itineraries(found.paths), (*notes, *problem.systems.unclear())
+    return Assignment(robots, total, least, complete, 1, said, precedences=found.precedences)
+
+
+def plan_ordered(
+    systems: Sequence[TransitionSystem],
+    automata: Sequence[Automaton],
+    atoms: dict[str, Atom],
+    *,
+    joint: bool,
+    most: int = MOST_STATES,
+) -> OrderedPlan | None:
+    """Return a plan with the least sum whose team words all satisfy the formula under some precedences; None where there are none.
+
+    Args:
+        systems: One for each robot.
+        automata: One for each conjunct.
+        atoms: The formula's propositions of the whole team, where it counts.
+        joint: Whether it reads the letter of the whole team.
+        most: States that may be expanded.
+
+    Raises:
+        TooLarge: The budget was used up; nothing is known.
+        Infeasible: There is such a plan, but its precedences cannot be said of visits and their actions.
+    """
+    return _Team(systems, Marks(automata, atoms), joint=joint).cheapest(most)
+
+
+def ordered_possible(
+    systems: Sequence[TransitionSystem], automata: Sequence[Automaton], *, joint: bool, most: int = MOST_STATES
+) -> bool:
+    """Tell whether there are words whose team words all satisfy a formula without counts under some precedences.
+
+    Args:
+        systems: One for each robot.
+        automata: One for each conjunct.
+        joint: Whether it reads the letter of the whole team.
+        most: States that may be expanded.
+
+    Raises:
+        TooLarge: The budget was used up; nothing is known.
+    """
+    team = _Team(systems, Marks(automata, {}), joint=joint)
+    return team.may_be_possible(most) and team.events(systems).cheapest(most) is not None
+
+
+class _Team:
+    """Robots, and how the formula reads their events."""
+
+    def __init__(self, systems: Sequence[TransitionSystem], marks: Marks, *, joint: bool) -> None:
+        self._systems, self._marks, self._reading = systems, marks, Reading(marks, joint=joint)
+        self._shown = shown_by(marks, systems)
+
+    def events(self, systems: Sequence[TransitionSystem]) -> EventReading:
+        """Return the reading of these robots, or of ones that may end in fewer places."""
+        return EventReading(systems, self._shown, self._reading)
+
+    def may_be_possible(self, most: int) -> bool:
+        """Tell whether smaller systems that can do more can do it; True where that takes too long to find out."""
+        merged = [alike_merged(s, own, self._reading.is_idle) for s, own in zip(self._systems, self._shown, strict=True)]
+        small, shown = [system for system, _ in merged], [own for _, own in merged]
+        if not self._reading.some_word(shown):
+            return False
+        try:
+            return EventReading(small, shown, self._reading).cheapest(most) is not None
+        except TooLarge:
+            return True
+
+    def cheapest(self, most: int) -> OrderedPlan | None:
+        """Return a plan with the least sum; None where there is none."""
+        if not self.may_be_possible(most):
+            return None
+        course = self.events(self._systems).cheapest(most)
+        found = course and self._ordered(course)
+        if course is None or found is not None:
+            return found
+        course = self.events([_leaving_after_actions(system) for system in self._systems]).cheapest(most)
+        found = course and self._ordered(course)
+        if found is None:
+            raise Infeasible(
+                "Words satisfy the formula where one robot's event follows another's, but it is an action that nobody can wait for: one of several "
+                "in its visit, or one of a visit that lasts to the end."
+            )
+        return found
+
+    def of_least_highest(self, most: int, below: float) -> tuple[OrderedPlan | None, float]:
+        """Return a plan whose robot with the highest cost pays less than a limit, if one is found, and what that is at the least in all."""
+        course, bound = self.events(self._systems).of_least_highest(most, below)
+        return course and self._ordered(course), min(bound, below)
+
+    def _ordered(self, course: Course) -> OrderedPlan | None:
+        """Return a course with few of its precedences; None where they cannot be said of visits and their actions."""
+        words, order = words_and_order(self._marks, self._systems, course)
+        paths = [[system.initial] for system in self._systems]
+        for robot, node in course.steps:
+            paths[robot].append(node)
+        names = Names(self._systems, paths)
+        pairs = needed_orders(Linearisations(self._marks, words, joint=self._reading.joint), order, names.price)
+        if pairs is None:
+            return None
+        kept = tuple(dict.fromkeys(map(names.precedence, pairs)))
+        return OrderedPlan(tuple(map(tuple, paths)), kept, course.cost, course.reached)
+
+
+def _leaving_after_actions(system: TransitionSystem) -> TransitionSystem:
+    """Return the system without ends in regions where it acts: an action is over for sure when its region is left."""
+    acting = {action.at for action in system.actions}
+    if not acting:
+        return system
+    ends = dict.fromkeys(range(len(system.labels)), 0.0) if system.final is None else system.final
+    return replace(system, final={n: cost for n, cost in ends.items() if acting.isdisjoint(system.nodes[n].regions)})
+
+
+def words_and_order(marks: Marks, systems: Sequence[TransitionSystem], course: Course) -> tuple[list[list[Shown]], list[Event]]:
+    """Return what each robot shows, letter by letter, along a course, and its events in their order.
+
+    Args:
+        marks: What the formula sees.
+        systems: One for each robot.
+        course: Steps of the robots.
+    """
+    words = [[shown_at(marks, system, system.initial)] for system in systems]
+    at = [system.initial for system in systems]
+    order: list[Event] = []
+    for robot, node in course.steps:
+        if is_event(systems[robot], at[robot], node):
+            words[robot].append(shown_at(marks, systems[robot], node))
+            order.append((robot, len(words[robot]) - 1))
+        at[robot] = node
+    return words, order

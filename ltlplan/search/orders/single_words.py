@@ -1,0 +1,95 @@
+"""A single team word of `own` that satisfies a formula, where no precedences make all of them do so.
+
+Each letter is read when it helps, so that this is what an interleaving can do at best. That is a sentence for a person, and no plan: a
+robot cannot choose when a letter that it holds is looked at.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from ltlplan.logic.automaton import DEAD
+from ltlplan.logic.budget import TooLarge
+from ltlplan.search.counting.counting_propositions import Marks
+from ltlplan.search.numbering import Numbers
+from ltlplan.search.orders.reading import Course, Nodes, is_event, shown_by, steps_along
+from ltlplan.search.team_reading import Step, complete, least_sum
+from ltlplan.systems.transition_systems import TransitionSystem
+
+_Place = tuple[Nodes, tuple[int, ...], int]
+"""Where robots are, the conjuncts' states, and the robots not yet read, as bits."""
+
+
+@dataclass(frozen=True, slots=True)
+class SingleWord:
+    """One team word.
+
+    Attributes:
+        course: The steps of the robots, in order.
+        readings: (robot, node) of each letter that is read.
+    """
+
+    course: Course
+    readings: tuple[tuple[int, int], ...]
+
+
+def single_word(systems: Sequence[TransitionSystem], marks: Marks, most: int) -> SingleWord | None:
+    """Return a shortest team word of `own` that satisfies the formula, or None where there is none.
+
+    Args:
+        systems: One for each robot.
+        marks: What the formula sees.
+        most: States that may be expanded.
+
+    Raises:
+        TooLarge: More would have to be.
+    """
+    letters = _LetterReading(systems, marks)
+    found = least_sum(letters, most)
+    if found.stopped is not None:
+        raise TooLarge("Looking for a single interleaving takes", found.explored, "states", most)
+    if not found.states:
+        return None
+    path = [letters.places.known[state] for state in found.states]
+    readings: list[tuple[int, int]] = []
+    for (nodes, _, unread), (_, _, left) in itertools.pairwise(path):
+        if read := unread & ~left:
+            readings.append((read.bit_length() - 1, nodes[read.bit_length() - 1]))
+    return SingleWord(Course(steps_along([nodes for nodes, _, _ in path]), 0.0, found.reached), tuple(readings))
+
+
+class _LetterReading:
+    """Words whose letters are read one by one: steps of robots, and readings of what one of them shows, of which each counts 1."""
+
+    def __init__(self, systems: Sequence[TransitionSystem], marks: Marks) -> None:
+        self._systems, self._marks = systems, marks
+        self._letters = [[marks.letter(own[0]) for own in each] for each in shown_by(marks, systems)]
+        self.places: Numbers[_Place] = Numbers()
+
+    def begin(self) -> int:
+        initial = tuple(system.initial for system in self._systems)
+        return self.places[initial, tuple(part.initial for part in self._marks.parts), (1 << len(initial)) - 1]
+
+    def steps(self, state: int) -> Iterator[Step]:
+        nodes, states, unread = self.places.known[state]
+        ends = all(s.final is None or n in s.final for s, n in zip(self._systems, nodes, strict=True))
+        if not unread and ends and self._marks.accepting(states):
+            yield complete(state), 0.0, None
+        for robot, system in enumerate(self._systems):
+            bit, letter = 1 << robot, self._letters[robot][nodes[robot]]
+            after = tuple(part.step(at, letter) for part, at in zip(self._marks.parts, states, strict=True))
+            if DEAD not in after:
+                yield self.places[nodes, after, unread & ~bit], 1.0, None
+            for target, _ in system.edges[nodes[robot]]:
+                event = is_event(system, nodes[robot], target)
+                if not (event and unread & bit):
+                    moved = (*nodes[:robot], target, *nodes[robot + 1 :])
+                    yield self.places[moved, states, unread | bit if event else unread], 1.0, None
+
+    def left(self, _: int) -> float:
+        return 0.0
+
+    def holds(self, _: int) -> bool:
+        return True

@@ -1,0 +1,200 @@
+"""All team words of robots whose events come in a known order, followed as sets of the formula's states.
+
+A letter that is held is read at least once and as often as one likes. Under `own` the robots' letters are read one by one in any order,
+so that after each event a conjunct may be in several states; under `joint` the team's letter is the only one. At a wall that two rooms
+share each of several letters may be read (see `shown_at`). A *possibility* is a state of a conjunct and who has not been read since
+coming to a letter.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterable, Sequence
+from functools import cache
+
+from ltlplan.logic.automaton import DEAD
+from ltlplan.search.counting.counting_propositions import Marks, Sums
+from ltlplan.search.joint.conjuncts import JointConjunct
+from ltlplan.search.numbering import Numbers
+from ltlplan.systems.transition_systems import TransitionSystem
+
+_MOST_LETTERS = 4_000
+"""Letters of a team, or states of the formula, that are looked at to find out whether any word satisfies it."""
+
+Shown = tuple[Sums, ...]
+"""The marks that a robot's letter makes; at a wall that rooms share those of each letter that it may show."""
+
+Known = tuple[int, ...]
+"""For each conjunct the number of what is possible."""
+
+_Letters = tuple[tuple[int, ...], ...]
+"""For each reader (a robot, or the whole team) the letters that may be read, as bits."""
+
+_Possible = frozenset[tuple[int, int]]
+"""States of a conjunct, each with bits: bit r says that reader r has not been read since it came to its letter."""
+
+
+def shown_at(marks: Marks, system: TransitionSystem, node: int) -> Shown:
+    """Return what a robot may show at a node: its label, and where rooms share a wall none of them or one alone as well.
+
+    Args:
+        marks: What the formula sees.
+        system: The robot's.
+        node: Of the system.
+    """
+    label = system.labels[node]
+    rooms = system.walls.get(node)
+    if rooms is None:
+        return (marks.of(system.robot, label),)
+    left, entered = rooms
+    letters = (label, label - {left, entered}, label - {entered}, label - {left})
+    return tuple(dict.fromkeys(marks.of(system.robot, letter) for letter in letters))
+
+
+class Reading:
+    """How a formula reads a team's events.
+
+    Attributes:
+        marks, joint: As given.
+        letters: What each reader may read of what each robot shows.
+
+    Args:
+        marks: What the formula sees.
+        joint: Whether the letter of the whole team is read, or each robot's by itself.
+    """
+
+    def __init__(self, marks: Marks, *, joint: bool) -> None:
+        self.marks, self.joint = marks, joint
+        self._parts = [_Possibilities(part) for part in marks.parts]
+        self.letters = cache(self._letters)
+
+    def begin(self, team: tuple[Shown, ...]) -> Known | None:
+        """Return what is possible before the first event; None where some team word has lost the task.
+
+        Args:
+            team: What each robot shows.
+        """
+        letters = self.letters(team)
+        return _all(part.begin(letters) for part in self._parts)
+
+    def after(self, known: Known, team: tuple[Shown, ...], robot: int) -> Known | None:
+        """Return what is possible when one robot has come to its next letter; None where some team word has lost the task.
+
+        Args:
+            known: What was possible before.
+            team: What each robot shows now.
+            robot: Who has come to another letter.
+        """
+        letters, reader = self.letters(team), 0 if self.joint else robot
+        return _all(part.after(at, letters, reader) for part, at in zip(self._parts, known, strict=True))
+
+    def accepting(self, known: Known) -> bool:
+        """Tell whether every team word that ends here satisfies the formula."""
+        return all(part.accepting(at) for part, at in zip(self._parts, known, strict=True))
+
+    def some_word(self, shown: Sequence[Sequence[Shown]]) -> bool:
+        """Tell whether letters that robots can show satisfy the formula in some order, wherever robots are; True where there are many.
+
+        Args:
+            shown: For each robot what it shows at each node.
+        """
+        distinct = [list(dict.fromkeys(own)) for own in shown]
+        if self.joint and math.prod(map(len, distinct)) > _MOST_LETTERS:
+            return True
+        teams = itertools.product(*distinct) if self.joint else ((each,) for own in distinct for each in own)
+        letters = {letter for team in teams for own in self.letters(team) for letter in own}
+        first = tuple(part.initial for part in self.marks.parts)
+        found, waiting = {first}, [first]
+        for states in waiting:  # grows while it is walked
+            for letter in letters:
+                after = tuple(part.step(state, letter) for part, state in zip(self.marks.parts, states, strict=True))
+                if DEAD in after or after in found:
+                    continue
+                if self.marks.accepting(after) or len(found) > _MOST_LETTERS:
+                    return True
+                found.add(after)
+                waiting.append(after)
+        return False
+
+    def is_idle(self, shown: Shown) -> bool:
+        """Tell whether it makes no difference that a robot which goes on showing the same is read again."""
+        if self.joint:
+            return True
+        return all(part.is_idle(self.marks.letter(own)) for own in shown for part in self._parts)
+
+    def _letters(self, team: tuple[Shown, ...]) -> _Letters:
+        if not self.joint:
+            return tuple(tuple(dict.fromkeys(map(self.marks.letter, own))) for own in team)
+        sums = (tuple(map(sum, zip(*held, strict=True))) for held in itertools.product(*team))
+        return (tuple(dict.fromkeys(map(self.marks.letter, sums))),)
+
+
+def _all(found: Iterable[int | None]) -> Known | None:
+    kept: list[int] = []
+    for at in found:
+        if at is None:
+            return None
+        kept.append(at)
+    return tuple(kept)
+
+
+class _Possibilities:
+    """What one conjunct may have come to, numbered."""
+
+    def __init__(self, part: JointConjunct) -> None:
+        self.part = part
+        self._sets: Numbers[_Possible] = Numbers()
+        self._moved, self._unchanged = cache(self._after), cache(self._is_idle)
+
+    def begin(self, letters: _Letters) -> int | None:
+        """Return the number of what is possible at first."""
+        cut = self._cut(letters)
+        unread = sum(1 << reader for reader, own in enumerate(cut) if not self._all_idle(own))
+        return self._read({(self.part.initial, unread)}, cut)
+
+    def after(self, number: int, letters: _Letters, reader: int) -> int | None:
+        """Return the number of what is possible when one reader has come to a new letter; it has been read before."""
+        return self._moved(number, self._cut(letters), reader)
+
+    def _after(self, number: int, cut: _Letters, reader: int) -> int | None:
+        bit = 0 if self._all_idle(cut[reader]) else 1 << reader
+        return self._read(
+            {(state, unread | bit) for state, unread in self._sets.known[number] if not unread >> reader & 1}, cut
+        )
+
+    def accepting(self, number: int) -> bool:
+        """Tell whether all that is possible once everybody has been read is accepting."""
+        return all(unread or self.part.accepting(state) for state, unread in self._sets.known[number])
+
+    def _cut(self, letters: _Letters) -> _Letters:
+        return tuple(tuple(sorted({letter & self.part.mask for letter in own})) for own in letters)
+
+    def _all_idle(self, letters: Sequence[int]) -> bool:
+        return all(map(self.is_idle, letters))
+
+    def is_idle(self, letter: int) -> bool:
+        """Tell whether reading a letter never changes anything."""
+        return self._unchanged(letter & self.part.mask)
+
+    def _is_idle(self, letter: int) -> bool:
+        return all(self.part.step(state, letter) == state for state in {*self.part.domain, self.part.initial})
+
+    def _read(self, possible: set[tuple[int, int]], letters: _Letters) -> int | None:
+        """Return the number of what is possible after any readings of held letters; None where some lose the task."""
+        bits: dict[int, list[int]] = {}
+        for reader, own in enumerate(letters):
+            for letter in own if not self._all_idle(own) else ():
+                bits.setdefault(letter, []).append(1 << reader)
+        found, waiting = set(possible), list(possible)
+        for state, unread in waiting:  # grows while it is walked
+            for letter, readers in bits.items():
+                after = self.part.step(state, letter)
+                if after == DEAD:
+                    return None
+                for bit in readers:
+                    reached = after, unread & ~bit
+                    if reached not in found:
+                        found.add(reached)
+                        waiting.append(reached)
+        return self._sets[frozenset(found)]

@@ -1,8 +1,0 @@
-"""Plans whose words do not hold in every order of the robots, but under precedences between events.
-
-Read `ordered_plans` first; `ordered_assignment` makes an assignment of its answer. An *event* is a robot's coming to another letter.
-`reachable_state_sets` follows all team words that a course of events leaves open, `event_sequences` searches for a cheapest course all of whose team words
-satisfy the formula, `linearisations` looks for a team word that some precedences leave open and that breaks it, and `minimal_precedences` finds
-few precedences that leave none open. `event_names` says which visit an event belongs to.
-`abstraction` makes smaller systems, `planned_words` finds precedences for words that are planned already, and `single_words` a single team word.
-"""
