@@ -16,8 +16,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from ltlplan.search.counting.concurrent_steps import Turn, stages
+from ltlplan.search.counting.counted_plans import CountedPlan
 from ltlplan.search.counting.counting_propositions import Marks, Sums
-from ltlplan.search.counting.planning import CountedPlan
 from ltlplan.systems.transition_systems import TransitionSystem
 from verify.data import Letter
 

@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ltlplan.search.counting.planning import CountedPlan
+from ltlplan.search.counting.counted_plans import CountedPlan
 from ltlplan.systems.transition_systems import TransitionSystem
 
 Floats = NDArray[np.float64]

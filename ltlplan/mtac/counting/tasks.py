@@ -34,8 +34,9 @@ from ltlplan.paths.improvement import without_swings
 from ltlplan.paths.nominal import lay_path
 from ltlplan.search.assignment import asked_of
 from ltlplan.search.counting.capacities import small_rooms
+from ltlplan.search.counting.counted_plans import CountedPlan
 from ltlplan.search.counting.counting_propositions import Marks
-from ltlplan.search.counting.planning import CountedPlan, plan_counts
+from ltlplan.search.counting.planning import plan_counts
 from ltlplan.search.counting.synchronisation import HoversOutside, waits_of
 from ltlplan.search.endurance import require_endurance
 from ltlplan.search.itineraries import itinerary

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from itertools import accumulate, pairwise
 
-from ltlplan.search.counting.symmetry_classes import CountedPlan
+from ltlplan.search.counting.counted_plans import CountedPlan
 from ltlplan.search.partial_orders.event_names import Names
 from ltlplan.systems.transition_systems import TransitionSystem
 from ltlplan.systems.visit_log import VisitLog

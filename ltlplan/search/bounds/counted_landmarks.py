@@ -48,7 +48,7 @@ class _Needed:
         return max(0, self.least - now if self.goal.made else now - self.least + 1)
 
 
-class Landmarks:
+class CountedLandmarks:
     """What must still be done, by states and sums.
 
     Args:

@@ -9,8 +9,8 @@ from __future__ import annotations
 from ltlplan.logic.automaton import DEAD
 from ltlplan.search.counting.classes import Classes
 from ltlplan.search.counting.counting_propositions import States, Sums
-from ltlplan.search.heuristics.heuristic import UNREACHABLE
 from ltlplan.search.label_setting import distances
+from ltlplan.search.team_reading import UNREACHABLE
 
 MOST_ABSTRACT = 5_000
 """States of one conjunct, with the sums that it sees, up to which what is left of it is estimated."""

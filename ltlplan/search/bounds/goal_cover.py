@@ -15,10 +15,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ltlplan.search.bounds.counted_landmarks import CountedLandmarks
 from ltlplan.search.counting.classes import Classes, Numbers
 from ltlplan.search.counting.counting_propositions import States, Sums
-from ltlplan.search.counting.landmarks import Landmarks
-from ltlplan.search.heuristics.heuristic import UNREACHABLE
+from ltlplan.search.team_reading import UNREACHABLE
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -31,7 +31,7 @@ _ROUNDING = 1e-7
 """By how much less than computed a bound is, in units of costs: sums of the same costs differ by their order."""
 
 
-class CoverBound:
+class GoalCover:
     """Lower bounds on what is left, from goals that must be reached.
 
     Args:
@@ -39,7 +39,7 @@ class CoverBound:
     """
 
     def __init__(self, classes: Classes) -> None:
-        self._landmarks = Landmarks(classes.marks)
+        self._landmarks = CountedLandmarks(classes.marks)
         self._bits = [1 << index for index in range(len(self._landmarks.goals[:MOST_GOALS]))]
         costs = self._costs(classes)
         self._open = [self._missed((own,)) for own in classes.resting]
@@ -70,7 +70,7 @@ class CoverBound:
             found = max(found, *(prices.bound(missing, numbers, places) for prices in self._priced(asked, missing, numbers)))
         return max(0.0, found - _ROUNDING)
 
-    def dearest(self, states: States, sums: Sums, robots: Sequence[tuple[int, float]]) -> float:
+    def highest(self, states: States, sums: Sums, robots: Sequence[tuple[int, float]]) -> float:
         """Return a lower bound on what the dearest robot pays in the end.
 
         A goal that is needed of all robots that have not reached it adds to what each of them pays; of any other one, so many robots that
