@@ -5,8 +5,9 @@ With n robots and m tasks: a table of n x m costs by one search backwards from e
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Hashable, Iterator
 from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +26,58 @@ States = tuple[int, ...]
 GRAIN = 1e-6
 """Costs that differ by less are the same: tiny amounts break ties between equally long ways."""
 
-_DONE = (-1, -1, ())  # where a robot's path is complete
+_DONE = -1  # in place of a node, where a robot's path is complete
+State = TypeVar("State", bound=Hashable)
+
+
+def path_search(
+    graph: ReducedGraph,
+    robot: int,
+    begin: tuple[int, State],
+    read: Callable[[State, int], State | None],
+    may_end: Callable[[State], bool] | None = None,
+    left: Callable[[tuple[int, State]], float] | None = None,
+    *,
+    skips: bool = False,
+) -> BestFirst[tuple[int, State]]:
+    """Return a search over the paths of one robot: over its nodes that matter, and the states of what reads their letters.
+
+    Args:
+        graph: The team's.
+        robot: By index.
+        begin: Its node, and the state there.
+        read: The state after a letter; None where nothing is to be gone on with.
+        may_end: Whether a path may end in a state; the search then ends at `is_done`. None: it walks all paths, of equal costs those
+            that were reached first.
+        left: Lower bound on what is left (A*).
+        skips: Whether nodes that are no short cut are left out where their letters change no state.
+    """
+    label = graph.label[robot]
+
+    def successors(key: tuple[int, State]) -> Iterator[tuple[tuple[int, State], float]]:
+        node, state = key
+        if node == _DONE:
+            return
+        here = graph.successors(robot, node)
+        if may_end is not None and here.ending is not None and may_end(state):
+            yield (_DONE, begin[1]), here.ending
+        for target, step in here.edges:
+            after = read(state, label[target])
+            if after is not None and not (skips and after == state and graph.redundant(robot, node, target, step)):
+                yield (target, after), step
+
+    if left is None:
+        return BestFirst([begin], successors, ties="first")
+    return BestFirst([begin], successors, lambda key: 0.0 if key[0] == _DONE else left(key))
+
+
+def is_done(key: tuple[int, object]) -> bool:
+    """Tell whether a path is complete, the node before being the last one.
+
+    Args:
+        key: That a `path_search` yields.
+    """
+    return key[0] == _DONE
 
 
 class Steps:
@@ -185,31 +237,22 @@ class TaskPaths:
             after = tuple(part.row(state)[letter] for part, state in zip(parts, states, strict=True))
             return None if DEAD in after else after
 
-        def successors(key: tuple[int, int, States]) -> Iterator[tuple[tuple[int, int, States], float]]:
-            _, node, states = key
-            here = graph.successors(robot, node)
-            if here.ending is not None and all(part.accepting(state) for part, state in zip(parts, states, strict=True)):
-                yield _DONE, here.ending
-            for target, step in here.edges:
-                after = read(states, label[target])
-                if after is not None and not (after == states and graph.redundant(robot, node, target, step)):
-                    yield (0, target, after), step
+        def may_end(states: States) -> bool:
+            return all(part.accepting(state) for part, state in zip(parts, states, strict=True))
 
-        def heuristic(key: tuple[int, int, States]) -> float:
-            if key == _DONE:
-                return 0.0
-            at = number[key_of(robot, key[1])]
-            return max((float(table[at, key[2][place]]) for place, table in left), default=0.0)
+        def heuristic(key: tuple[int, States]) -> float:
+            at = number[key_of(robot, key[0])]
+            return max((float(table[at, key[1][place]]) for place, table in left), default=0.0)
 
         start = graph.start[robot]
         begin = read(tuple(part.initial for part in parts), label[start])
         if begin is None:
             return np.inf, []
-        search = BestFirst([(0, start, begin)], successors, heuristic)
+        search = path_search(graph, robot, (start, begin), read, may_end, heuristic, skips=True)
         for key, cost, _ in search:
             self.states_left -= 1
-            if key == _DONE:
-                nodes = [node for _, node, _ in search.path(key)[:-1]]
+            if is_done(key):
+                nodes = [node for node, _ in search.path(key)[:-1]]
                 return (cost, nodes) if self._allows(robot, cost) else (np.inf, [])
             if self.spent:
                 break

@@ -34,7 +34,7 @@ from ltlplan.paths.improvement import without_swings
 from ltlplan.paths.nominal import lay_path
 from ltlplan.search.assignment import asked_of
 from ltlplan.search.counting.capacities import small_rooms
-from ltlplan.search.counting.counted_plans import CountedPlan
+from ltlplan.search.counting.counted_plans import CountedPlan, has_room
 from ltlplan.search.counting.counting_propositions import Marks
 from ltlplan.search.counting.planning import plan_counts
 from ltlplan.search.counting.synchronisation import HoversOutside, waits_of
@@ -139,7 +139,7 @@ class _Counted:
         letters = [frozenset(label for system in self.systems for label in system.labels if label & names) for names in tasks]
         course = _Visits(courses, letters, Objective(self.longest), rng).cheapest(courses.of(core))
         plan = None if course is None else courses.plan(course, bound=core.bound, reached=core.reached)
-        return plan if plan is not None and courses.has_room(plan, self._rooms) else None
+        return plan if plan is not None and has_room(self.systems, plan, self._rooms) else None
 
     def _planned(self, parts: Sequence[Formula], states: int) -> CountedPlan | None:
         automata: list[Automaton] = [conjunct_automaton(part) for part in parts]
