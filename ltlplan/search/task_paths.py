@@ -5,7 +5,7 @@ With n robots and m tasks: a table of n x m costs by one search backwards from e
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterator
+from collections.abc import Callable, Hashable, Iterator, Sequence
 from functools import cached_property
 from typing import TypeVar
 
@@ -15,7 +15,7 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
 from ltlplan.logic.automaton import DEAD
-from ltlplan.logic.conjunct_automata import Deterministic
+from ltlplan.logic.conjunct_automata import Deterministic, Part
 from ltlplan.logic.product_automaton import Task
 from ltlplan.search.label_setting import BestFirst
 from ltlplan.search.reduced_graph import ReducedGraph
@@ -78,6 +78,33 @@ def is_done(key: tuple[int, object]) -> bool:
         key: That a `path_search` yields.
     """
     return key[0] == _DONE
+
+
+def reached_states(part: Part, most: int | None = None) -> tuple[int, ...]:
+    """Return all states of a conjunct that letters lead to; none where there are more than a limit.
+
+    Args:
+        part: The conjunct.
+        most: The limit, if any.
+    """
+    found = [part.initial]
+    for state in found:  # grows while it is walked
+        found += [after for after in dict.fromkeys(part.row(state)) if after != DEAD and after not in found]
+        if most is not None and len(found) > most:
+            return ()
+    return tuple(found)
+
+
+def is_task(part: Part, reached: Sequence[int]) -> bool:
+    """Tell whether any robot can do a conjunct at any time: it is never lost, and what is done stays done.
+
+    Args:
+        part: The conjunct.
+        reached: Its states.
+    """
+    rows = {state: part.row(state) for state in reached}
+    safe = all(DEAD not in row and (not part.accepting(s) or all(map(part.accepting, row))) for s, row in rows.items())
+    return safe and not part.accepting(part.initial)
 
 
 class Steps:

@@ -88,11 +88,17 @@ class CourseSearch:
         found = least_sum(CountReading(self.classes, self._bounds), states, weight=_WEIGHTS[-1])
         return found.stopped is not None or bool(found.states)
 
-    def least(self) -> float:
-        """Return a lower bound on the sum of any course, without a search; infinite where there is none."""
+    def least(self, *, longest: bool = False) -> float:
+        """Return a lower bound on the cost of any course, without a search; infinite where there is none.
+
+        Args:
+            longest: Whether the highest cost of a robot counts, not the sum.
+        """
         reading = CountReading(self.classes, self._bounds)
         begin = reading.begin()
-        return UNREACHABLE if begin is None else reading.left(begin)
+        if begin is None:
+            return UNREACHABLE
+        return reading.rank(begin, reading.nothing_paid(), 0.0)[0] if longest else reading.left(begin)
 
     def least_highest(self, starts: tuple[int, ...], below: float, states: int) -> Searched:
         """Return the course whose robot with the highest cost pays least, or any below the limit where the states do not suffice for that.
