@@ -11,7 +11,6 @@ With n robots and m tasks: a table of n x m costs, then some m paths for one rob
 
 from __future__ import annotations
 
-import heapq
 import itertools
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -117,24 +116,18 @@ def _assigned(robots: TaskPaths) -> list[frozenset[int]] | None:
 def _auctioned(robots: TaskPaths) -> list[frozenset[int]] | None:
     """Give the tasks away one after another, each time the one whose best bidder then pays least."""
     found = [frozenset[int]() for _ in range(len(robots))]
-    taken: set[int] = set()
-    bids = [(robots.least(robot, frozenset({index})), robot, index) for robot in range(len(robots)) for index in robots.tasks]
-    heapq.heapify(bids)
-    while len(taken) < len(robots.tasks) and bids:
-        bid, robot, index = heapq.heappop(bids)
-        if index in taken:
-            continue
-        cost = robots.cost(robot, found[robot] | {index})
+    bids = robots.alone.copy()  # lower bounds until they are looked at, as they grow while the robot wins others
+    while np.isfinite(bids).any():
+        robot, column = map(int, np.unravel_index(np.argmin(bids), bids.shape))
+        won = found[robot] | {robots.tasks[column]}
+        cost = robots.cost(robot, won)
         if robots.spent:
             return None
-        if cost == np.inf:
-            continue
-        if cost > bid + GRAIN:  # bids are lower bounds until they are looked at, and grow as the robot wins others
-            heapq.heappush(bids, (cost, robot, index))
-            continue
-        found[robot] |= {index}
-        taken.add(index)
-    return found if len(taken) == len(robots.tasks) else None
+        if cost > bids[robot, column] + GRAIN:
+            bids[robot, column] = cost
+        else:
+            found[robot], bids[:, column] = won, np.inf
+    return found if sum(map(len, found)) == len(robots.tasks) else None
 
 
 def _exchanged(robots: TaskPaths, found: list[frozenset[int]]) -> list[frozenset[int]]:

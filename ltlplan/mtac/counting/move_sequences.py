@@ -8,7 +8,6 @@ finished course.
 
 from __future__ import annotations
 
-import heapq
 import itertools
 import math
 from collections.abc import Iterator, Sequence
@@ -172,7 +171,7 @@ class CountedCourses:
         if rests(at):
             ways = self._ways(robot, at).costs.items()
             there = ((cost, node) for node, cost in ways if labels[node] in letters and rests(node))
-            yield from heapq.nsmallest(_NEAREST, there)
+            yield from sorted(there)[:_NEAREST]
 
     def _way(self, robot: int, at: int, target: int, task: int | None) -> Step | None:
         """Return the cheapest move from a node to another one; None where there is none."""

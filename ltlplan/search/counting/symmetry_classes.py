@@ -15,6 +15,7 @@ from ltlplan.search.counting.counted_plans import CountedPlan, Flown, in_stages
 from ltlplan.search.counting.counting_propositions import Marks, Sums
 from ltlplan.search.counting.moves import Move, RobotMoves
 from ltlplan.search.counting.reading import Course
+from ltlplan.search.insertion import cheapest_assignment
 from ltlplan.systems.transition_systems import Node, TransitionSystem
 from verify.data import InternalError
 
@@ -188,7 +189,6 @@ class TeamClasses:
         waiting: dict[int, deque[int]] = {}
         roles: list[tuple[int, ClassMove]] = []  # of each role its start's class and first move
         made: list[int] = []
-        started = [0] * len(self.classes)
         for move in course.moves:
             queue = waiting.setdefault(move.source, deque())
             if queue:
@@ -196,18 +196,14 @@ class TeamClasses:
             else:
                 role = len(roles)
                 roles.append((move.source, move))
-                started[move.source] += 1
             made.append(role)
             waiting.setdefault(move.target, deque()).append(role)
-        from scipy.optimize import linear_sum_assignment  # here: it takes long to load, and few plans need it
-
         robot_of: dict[int, int] = {}
         for at in sorted({place for place, _ in roles}):
             mine = [robot for robot, place in enumerate(self.start) if place == at]
             asked = [role for role, (place, _) in enumerate(roles) if place == at]
             prices = np.array([[self._price(robot, roles[role][1]) for role in asked] for robot in mine])
-            for row, column in zip(*linear_sum_assignment(prices), strict=True):
-                robot_of[asked[column]] = mine[row]
+            robot_of |= {asked[column]: mine[row] for row, column in cheapest_assignment(prices, longest=False) or ()}
         return [robot_of[role] for role in made]
 
     def _price(self, robot: int, step: ClassMove) -> float:
