@@ -48,11 +48,6 @@ class Move:
     key: Key = field(compare=False)
     shown: tuple[Letter, ...] = field(compare=False)
 
-    @property
-    def internal(self) -> str:
-        """The internal state afterwards."""
-        return self.end.internal
-
 
 class World:
     """The moves of a mission's robots.

@@ -176,12 +176,21 @@ def _steps(place: tuple[int, ...], lengths: Sequence[int], *, together: bool) ->
 
 def can_finish(belief: Belief, ahead: Ahead) -> bool:
     """Tell whether some serial order of what is ahead ends in acceptance, whatever was read when."""
-    return next(_finishing(belief, ahead), None) is not None
+    vain: set[tuple[frozenset[str], frozenset[Pair]]] = set()
 
+    def finishes(here: Belief, left: frozenset[str]) -> bool:
+        key = (left, here.pairs)
+        if key in vain or len(vain) >= MAX_ORDERS:
+            return False
+        followed = (
+            (follow(here, ((robot, letter) for letter in ahead[robot])), left - {robot}) for robot in ahead if robot in left
+        )
+        found = any(finishes(after, others) for after, others in followed) if left else here.accepts()
+        if not found:
+            vain.add(key)
+        return found
 
-def finishing_order(belief: Belief, ahead: Ahead) -> tuple[str, ...] | None:
-    """Return robots in an order in which they can finish one after another, or None."""
-    return next(_finishing(belief, ahead), None)
+    return finishes(belief, frozenset(robot for robot, letters in ahead.items() if letters))
 
 
 def follow(belief: Belief, moves: Iterable[tuple[str, Letter]]) -> Belief:
@@ -198,28 +207,6 @@ def after_events(belief: Belief, events: Mapping[str, Letter]) -> Belief:
     for first in range(0, len(names), MAX_TOGETHER):
         belief = belief.after_all({name: events[name] for name in names[first : first + MAX_TOGETHER]})
     return belief
-
-
-def _finishing(belief: Belief, ahead: Ahead) -> Iterator[tuple[str, ...]]:
-    """Yield serial orders that end in acceptance; what is left after some robots is not looked at twice in vain."""
-    vain: set[tuple[frozenset[str], frozenset[Pair]]] = set()
-
-    def complete(before: tuple[str, ...], here: Belief, left: tuple[str, ...]) -> Iterator[tuple[str, ...]]:
-        key = (frozenset(left), here.pairs)
-        if key in vain or len(vain) >= MAX_ORDERS:
-            return
-        found = not left and here.accepts()
-        if found:
-            yield before
-        for robot in left:
-            after = follow(here, ((robot, letter) for letter in ahead[robot]))
-            for order in complete((*before, robot), after, tuple(other for other in left if other != robot)):
-                found = True
-                yield order
-        if not found:
-            vain.add(key)
-
-    yield from complete((), belief, tuple(robot for robot, letters in ahead.items() if letters))
 
 
 def _joint(automaton: Accepting, states: Iterable[State], held: Mapping[str, Letter]) -> frozenset[Pair]:
