@@ -1,4 +1,4 @@
-"""What is surely left to fly: for every state of the team automaton a lower bound on the cost that the team still has to pay.
+"""Admissible heuristic of the beam search: for every state of the team automaton a lower bound on the cost that is left.
 
 It comes from one backward shortest-path search over a relaxation in which any robot that is free may be used again. It guides the
 beam search of MTAC-E, and it never rules out what is best.

@@ -1,4 +1,4 @@
-"""What a robot can do next while a formula is shared: the visits that it can make from where it is.
+"""Moves of a robot while tasks are allocated: the visits that it can make from where it is.
 
 The team automaton of the 2022 paper (Def. 4.6) is walked, never built: a state of it is a robot, the automaton's
 states so far, and the robot's `AgentState` in A = E x R (`agent_states`). A robot's next step is a whole visit: it leaves where it is,

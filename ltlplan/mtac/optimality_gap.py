@@ -1,4 +1,4 @@
-"""How near an assignment is to the best one: both counted as the exact search counts, by straight lines or by ways around obstacles."""
+"""Optimality gap of an assignment: its cost and the best one, both by straight lines or by paths around obstacles, as the exact search counts."""
 
 from __future__ import annotations
 

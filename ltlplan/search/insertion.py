@@ -16,13 +16,12 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import csr_matrix
-from scipy.sparse.csgraph import maximum_bipartite_matching
 
-from ltlplan.logic.conjunct_automata import Deterministic, Part
+from ltlplan.logic.conjunct_automata import Deterministic, Part, is_task, reached_states
 from ltlplan.logic.product_automaton import Task
+from ltlplan.search.least_cost_matching import cheapest_assignment
 from ltlplan.search.reduced_graph import ReducedGraph
-from ltlplan.search.task_paths import GRAIN, Floats, Steps, TaskPaths, is_task, reached_states
+from ltlplan.search.task_paths import GRAIN, Steps, TaskPaths
 
 MOST_STEPS = 3_000_000
 """Steps between places, of all robots that share none, up to which tables of costs are made."""
@@ -61,7 +60,11 @@ def share_by_insertion(graph: ReducedGraph, task: Task, allows: Callable[[int, f
     steps = Steps(graph)
     if len(steps.source) > MOST_STEPS:
         return None
-    tasks = [index for index, part in enumerate(task.parts) if isinstance(part, Deterministic) and is_task(part, reached_states(part))]
+    tasks = [
+        index
+        for index, part in enumerate(task.parts)
+        if isinstance(part, Deterministic) and is_task(part, reached_states(part))
+    ]
     kept = [index for index in range(len(task.parts)) if index not in set(tasks)]
     open_tasks = [index for index in tasks if not _done_at_start(graph, task.parts[index])]
     robots = TaskPaths(task, steps, tuple(kept), tuple(open_tasks), allows, states)
@@ -79,29 +82,6 @@ def share_by_insertion(graph: ReducedGraph, task: Task, allows: Callable[[int, f
 def _done_at_start(graph: ReducedGraph, part: Part) -> bool:
     letters = {graph.label[robot][node] for robot, node in enumerate(graph.start)}
     return any(part.accepting(part.row(part.initial)[letter]) for letter in letters)
-
-
-def cheapest_assignment(costs: Floats, *, longest: bool, slack: float = 0.0) -> list[tuple[int, int]] | None:
-    """Return an assignment of columns to rows at the least cost, as pairs; None where some column can be assigned to no row.
-
-    Args:
-        costs: Infinite where a row cannot take a column. Shape (rows, columns), no fewer rows than columns.
-        longest: Whether the highest cost counts (Gross 1959), and the sum only then.
-        slack: By how much a cost may be higher than the least highest one.
-    """
-    from scipy.optimize import linear_sum_assignment  # here: it takes long to load, and few plans need it
-
-    limits = np.unique(costs[np.isfinite(costs)])
-    low, high = (0, len(limits)) if longest else (len(limits) - 1, len(limits) - 1)
-    while low < high:
-        middle = (low + high) // 2
-        matched = maximum_bipartite_matching(csr_matrix(limits[middle] >= costs.T), perm_type="column")
-        low, high = (low, middle) if (matched >= 0).all() else (middle + 1, high)
-    if not 0 <= low < len(limits):
-        return None
-    cheap = np.where(costs <= limits[low] + slack, costs, 1e6 * (1.0 + limits[low]))
-    rows, columns = linear_sum_assignment(cheap)
-    return list(zip(rows.tolist(), columns.tolist(), strict=True))
 
 
 def _assigned(robots: TaskPaths) -> list[frozenset[int]] | None:

@@ -5,9 +5,8 @@ With n robots and m tasks: a table of n x m costs by one search backwards from e
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterator, Sequence
+from collections.abc import Callable
 from functools import cached_property
-from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,96 +14,16 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
 from ltlplan.logic.automaton import DEAD
-from ltlplan.logic.conjunct_automata import Deterministic, Part
+from ltlplan.logic.conjunct_automata import Deterministic
 from ltlplan.logic.product_automaton import Task
-from ltlplan.search.label_setting import BestFirst
 from ltlplan.search.reduced_graph import ReducedGraph
+from ltlplan.search.robot_paths import is_done, path_search
 
 Floats = NDArray[np.float64]
 States = tuple[int, ...]
 
 GRAIN = 1e-6
 """Costs that differ by less are the same: tiny amounts break ties between equally long ways."""
-
-_DONE = -1  # in place of a node, where a robot's path is complete
-State = TypeVar("State", bound=Hashable)
-
-
-def path_search(
-    graph: ReducedGraph,
-    robot: int,
-    begin: tuple[int, State],
-    read: Callable[[State, int], State | None],
-    may_end: Callable[[State], bool] | None = None,
-    left: Callable[[tuple[int, State]], float] | None = None,
-    *,
-    skips: bool = False,
-) -> BestFirst[tuple[int, State]]:
-    """Return a search over the paths of one robot: over its nodes that matter, and the states of what reads their letters.
-
-    Args:
-        graph: The team's.
-        robot: By index.
-        begin: Its node, and the state there.
-        read: The state after a letter; None where nothing is to be gone on with.
-        may_end: Whether a path may end in a state; the search then ends at `is_done`. None: it walks all paths, of equal costs those
-            that were reached first.
-        left: Lower bound on what is left (A*).
-        skips: Whether nodes that are no short cut are left out where their letters change no state.
-    """
-    label = graph.label[robot]
-
-    def successors(key: tuple[int, State]) -> Iterator[tuple[tuple[int, State], float]]:
-        node, state = key
-        if node == _DONE:
-            return
-        here = graph.successors(robot, node)
-        if may_end is not None and here.ending is not None and may_end(state):
-            yield (_DONE, begin[1]), here.ending
-        for target, step in here.edges:
-            after = read(state, label[target])
-            if after is not None and not (skips and after == state and graph.redundant(robot, node, target, step)):
-                yield (target, after), step
-
-    if left is None:
-        return BestFirst([begin], successors, ties="first")
-    return BestFirst([begin], successors, lambda key: 0.0 if key[0] == _DONE else left(key))
-
-
-def is_done(key: tuple[int, object]) -> bool:
-    """Tell whether a path is complete, the node before being the last one.
-
-    Args:
-        key: That a `path_search` yields.
-    """
-    return key[0] == _DONE
-
-
-def reached_states(part: Part, most: int | None = None) -> tuple[int, ...]:
-    """Return all states of a conjunct that letters lead to; none where there are more than a limit.
-
-    Args:
-        part: The conjunct.
-        most: The limit, if any.
-    """
-    found = [part.initial]
-    for state in found:  # grows while it is walked
-        found += [after for after in dict.fromkeys(part.row(state)) if after != DEAD and after not in found]
-        if most is not None and len(found) > most:
-            return ()
-    return tuple(found)
-
-
-def is_task(part: Part, reached: Sequence[int]) -> bool:
-    """Tell whether any robot can do a conjunct at any time: it is never lost, and what is done stays done.
-
-    Args:
-        part: The conjunct.
-        reached: Its states.
-    """
-    rows = {state: part.row(state) for state in reached}
-    safe = all(DEAD not in row and (not part.accepting(s) or all(map(part.accepting, row))) for s, row in rows.items())
-    return safe and not part.accepting(part.initial)
 
 
 class Steps:

@@ -1,4 +1,4 @@
-"""Who takes which part of a plan with counts: robots of one kind that are not named exchange parts that show the same letters."""
+"""Assignment of the parts of a counted plan to robots: robots of one kind that are not named exchange parts that show the same letters."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from ltlplan.search.counting.counted_plans import CountedPlan
-from ltlplan.search.insertion import cheapest_assignment
+from ltlplan.search.least_cost_matching import cheapest_assignment
 from ltlplan.systems.transition_systems import TransitionSystem
 
 

@@ -12,8 +12,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from copy import copy
 
+from ltlplan.logic.conjunct_automata import is_task, reached_states
 from ltlplan.logic.product_automaton import Task
-from ltlplan.search.task_paths import is_task, reached_states
 
 MOST_STATES = 64
 """Of a conjunct's automaton, up to which all its states are looked at."""

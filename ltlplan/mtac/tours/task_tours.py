@@ -1,4 +1,4 @@
-"""What tasks cost robots, one after another: cheapest ways from task to task, each found once; or in the cheapest order.
+"""Costs of tasks for single robots, in a given order by cheapest legs, each found once, or in the cheapest order.
 
 A tour does tasks in a stated order, each by a cheapest way from where the one before was done, and is quick to change. A flight does them in
 whatever order costs least, by a search (A*), where they are few. Both are paths over the nodes that matter of the graph of the exact
@@ -16,7 +16,7 @@ from ltlplan.logic.conjunct_automata import Part
 from ltlplan.logic.product_automaton import Task
 from ltlplan.mtac.tours.task_kinds import TaskKinds
 from ltlplan.search.reduced_graph import ReducedGraph
-from ltlplan.search.task_paths import is_done, path_search
+from ltlplan.search.robot_paths import is_done, path_search
 
 MOST_SEARCHED = 8
 """Tasks of one robot up to which the cheapest order is searched."""

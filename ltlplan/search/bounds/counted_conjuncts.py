@@ -1,4 +1,4 @@
-"""How much is surely left, from each conjunct by itself: on the sums of the marks that it sees, and nothing else.
+"""Lower bounds from each conjunct that counts robots by itself: on the sums of the marks that it sees, and nothing else.
 
 Any move that exists anywhere may be made there at its least cost, shared out among the conjuncts whose marks it changes, so that the
 conjuncts' amounts may be added up.

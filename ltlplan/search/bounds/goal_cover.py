@@ -1,4 +1,4 @@
-"""How much is surely left, from where the robots rest: ways that between them reach every goal that is needed.
+"""Lower bounds from the places of the robots: paths that between them reach every goal that is needed.
 
 What one robot pays at the least for a set of goals, in whatever order, is found once for each class from which it may begin (Held and
 Karp 1962, over moves). The goals are then shared out among robots. Where each is needed once, at the least cost of joining sets: no less

@@ -1,4 +1,4 @@
-"""What a robot can do from one rest to the next: fly to another region, or to one where it acts and on to another.
+"""Moves of a robot from one rest to the next: a flight to another region, or to one where it acts and on to another.
 
 Robots rest at their starts and in the middles of regions. An action happens at some time of a visit, so a robot that acts
 flies on within the same move: once it has come to rest again the action is done for sure. Where nobody waits for that it may also stay

@@ -15,7 +15,7 @@ from ltlplan.search.counting.counted_plans import CountedPlan, Flown, in_stages
 from ltlplan.search.counting.counting_propositions import Marks, Sums
 from ltlplan.search.counting.moves import Move, RobotMoves
 from ltlplan.search.counting.reading import Course
-from ltlplan.search.insertion import cheapest_assignment
+from ltlplan.search.least_cost_matching import cheapest_assignment
 from ltlplan.systems.transition_systems import Node, TransitionSystem
 from verify.data import InternalError
 

@@ -1,4 +1,4 @@
-"""From stages to waits: who must have arrived before who sets out, or acts."""
+"""Waits between concurrent steps: which robot must have arrived before which other one sets out, or acts."""
 
 from __future__ import annotations
 
