@@ -196,8 +196,8 @@ class _Planning:
         """
         best, bound = None, 0.0
         for variant in _VARIANTS:
-            if best is not None and best.cost <= bound + _TIES:
-                break
+            if variant.apart if best is None else best.cost <= bound + _TIES:
+                break  # no plan exists, or none is cheaper
             classes = self._made[variant.stays]
             if variant.apart:
                 classes = classes.distinguished()
