@@ -1,10 +1,11 @@
-"""Simulate certified flights, watch them, compare them with recordings, and export them to real vehicles.
+"""Simulation, monitoring, comparison and export of certified flights, and live flights over a link.
 
-`flights` flies once and `campaigns` many times (in `batches`), both in `conditions` (wind, sensors, model, controller) and by
-`closed_loop`, which lets `control` steer what `model` moves (`onboard_simulation` for what vehicles carry; `simulation_setup` and `random_streams` are common to both). `rehearsal` flies under everything that may be otherwise. `monitoring` judges while flying, `logs` keeps what happened,
-`comparison` holds it against a certificate, `exports` writes for real vehicles, and `pictures` draws (over `shapes`). `certificate_checks` is
-asked at every door; `processes` shares work.
-`frames` turns certified flights into the laboratory's frame, `mixed_fleet` simulates several airframes at once, and `link` flies live.
+Read `flights` (one simulated flight), `campaigns` (many, in `batches`) and `rehearsal` (all combinations of conditions), each in `conditions` (wind,
+sensors, model, controller) and by `closed_loop`, in which `control` steers what `model` moves. `onboard_simulation` is the software that vehicles
+carry; `simulation_setup` and `random_streams` serve both, and `mixed_fleet` several airframes at once. `monitoring` checks in flight, `logs`
+reads and writes flights, and `comparison` compares recordings with a certificate. `exports` writes files for vehicles, `link` flies live, and
+`frames` turns flights into the laboratory's frame. `certificate_checks` guards each entry point. `pictures` draws (over `shapes`), `processes`
+spreads work, and `storage` writes files and folders.
 """
 
 from __future__ import annotations
@@ -13,13 +14,13 @@ from verify.data.loading import loaded_at_first_use
 
 TYPE_CHECKING = False  # type checkers take it for True
 if TYPE_CHECKING:
-    from flight.campaigns import Campaign, Share, campaign
+    from flight.campaigns import Campaign, Proportion, campaign
     from flight.comparison import Comparison, compare
     from flight.conditions import Conditions, conditions_of
     from flight.control.controller import Controller
     from flight.exports import Exported, ExportTarget, Product, Request, export, formats, quantised, upload, with_hovers
     from flight.flights import fly
-    from flight.logs.import_options import Told
+    from flight.logs.import_options import RecordingOptions
     from flight.logs.importers import read_flown, read_recording
     from flight.logs.log import Event, FlightLog
     from flight.logs.recordings import Recording
@@ -29,7 +30,7 @@ if TYPE_CHECKING:
     from flight.model.plant import AirframeModel
     from flight.model.sensing import MotionCapture
     from flight.monitoring.monitor import Monitor
-    from flight.rehearsal.rehearse import Combinations, rehearse
+    from flight.rehearsal.combinations import Combinations, rehearse
     from flight.rehearsal.table import Cell, Rehearsal
 
 __all__ = [
@@ -48,11 +49,11 @@ __all__ = [
     "Monitor",
     "MotionCapture",
     "Product",
+    "Proportion",
     "Recording",
+    "RecordingOptions",
     "Rehearsal",
     "Request",
-    "Share",
-    "Told",
     "Wind",
     "airframe_of",
     "campaign",
@@ -76,7 +77,7 @@ if not TYPE_CHECKING:  # which know all names from above, so that a misspelt one
     __getattr__, __dir__ = loaded_at_first_use(
         __name__,
         {
-            "flight.campaigns": ("Campaign", "Share", "campaign"),
+            "flight.campaigns": ("Campaign", "Proportion", "campaign"),
             "flight.comparison": ("Comparison", "compare"),
             "flight.conditions": ("Conditions", "conditions_of"),
             "flight.control.controller": ("Controller",),
@@ -96,13 +97,15 @@ if not TYPE_CHECKING:  # which know all names from above, so that a misspelt one
             "flight.logs.importers": ("read_flown", "read_recording"),
             "flight.logs.recordings": ("Recording",),
             "flight.logs.tables": ("read_log", "write_log"),
-            "flight.logs.import_options": ("Told",),
+            "flight.logs.import_options": ("RecordingOptions",),
             "flight.model.airframe": ("Airframe", "airframe_of", "shipped_airframes"),
             "flight.model.disturbances": ("Wind",),
             "flight.model.plant": ("AirframeModel",),
             "flight.model.sensing": ("MotionCapture",),
             "flight.monitoring.monitor": ("Monitor",),
-            "flight.rehearsal.rehearse": ("Combinations", "rehearse"),
+            "flight.rehearsal.combinations": ("Combinations", "rehearse"),
             "flight.rehearsal.table": ("Cell", "Rehearsal"),
         },
+        Share="Proportion",
+        Told="RecordingOptions",
     )

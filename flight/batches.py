@@ -1,4 +1,4 @@
-"""Runs of a campaign, simulated side by side and each judged by the words that it flew."""
+"""Runs of a campaign, simulated side by side and each checked by the words that it flew."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ from verify.data.progress import Progress, silent
 
 @dataclass(frozen=True, slots=True)
 class Job:
-    """What all runs of a campaign have in common.
+    """Settings that all runs of a campaign have in common.
 
     Attributes:
-        mission: Whose formula is judged.
+        mission: Whose formula is checked.
         reference: The plan, sampled.
         setup: The simulation, but for seeds.
         actions: When internal states change.
@@ -59,7 +59,7 @@ def simulate(job: Job, batches: Sequence[range], *, workers: Workers | None, pro
         job: What all runs have in common.
         batches: Seeds of the runs that are simulated side by side, a batch each.
         workers: Who does it; None does all in this process.
-        progress: Told a sentence and the share done, 0 to 1.
+        progress: Receives a sentence and the share done, 0 to 1.
 
     Raises:
         BadInput: A process was ended from outside.

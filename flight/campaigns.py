@@ -40,8 +40,8 @@ LEAST_SHARE = 400
 
 
 @dataclass(frozen=True, slots=True)
-class Share:
-    """A share of runs, with its exact (Clopper-Pearson) 95 % confidence interval."""
+class Proportion:
+    """Proportion of runs, with its exact (Clopper-Pearson) 95 % confidence interval."""
 
     count: int
     of: int
@@ -49,7 +49,7 @@ class Share:
     high: float
 
     @classmethod
-    def make(cls, good: NDArray[np.bool_]) -> Share:
+    def make(cls, good: NDArray[np.bool_]) -> Proportion:
         """Return the share of runs that are True."""
         n, k = len(good), int(np.count_nonzero(good))
         low = 0.0 if k == 0 else float(betaincinv(k, n - k + 1, 0.025))
@@ -67,7 +67,7 @@ class Share:
 
 @dataclass(frozen=True, eq=False)
 class Campaign:
-    """What a campaign found. Arrays are read-only, one entry a run.
+    """Results of a campaign. Arrays are read-only, one entry a run.
 
     Attributes:
         mission: The mission's name.
@@ -101,14 +101,14 @@ class Campaign:
     varied: bool
 
     @property
-    def share_inside(self) -> Share | None:
+    def share_inside(self) -> Proportion | None:
         """Share of runs inside the tube; None without a certificate."""
-        return None if self.inside is None else Share.make(self.inside)
+        return None if self.inside is None else Proportion.make(self.inside)
 
     @property
-    def share_satisfied(self) -> Share | None:
+    def share_satisfied(self) -> Proportion | None:
         """Share of runs whose path satisfies the formula; None of a mission without one."""
-        return None if self.satisfied is None else Share.make(self.satisfied)
+        return None if self.satisfied is None else Proportion.make(self.satisfied)
 
     @property
     def worst_seed(self) -> int:
@@ -124,7 +124,7 @@ class Campaign:
 
     @property
     def sentences(self) -> tuple[str, ...]:
-        """What was found, a sentence each."""
+        """The results, a sentence each."""
         worst = int(np.argmax(self.worst_error))
         if not self.varied:
             return self._sentences_of_one()
@@ -286,7 +286,7 @@ def _batches(seed: int, runs: int, processes: int) -> list[range]:
     return [range(seed + first, seed + min(first + size, runs)) for first in range(0, runs, size)]
 
 
-def _share(share: Share) -> dict[str, float]:
+def _share(share: Proportion) -> dict[str, float]:
     return {"count": share.count, "of": share.of, "low": share.low, "high": share.high}
 
 

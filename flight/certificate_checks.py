@@ -30,7 +30,7 @@ def certified_mission(cert: Any) -> Mission:  # of any type: whether it is a cer
 
 
 def require_certificate(cert: Certificate, plan: Plan, team: Mapping[str, Trajectory]) -> None:
-    """Refuse a certificate that is not of this plan's mission and these trajectories, or leaves no tube to fly in.
+    """Reject a certificate that is not of this plan's mission and these trajectories, or leaves no tube to fly in.
 
     Args:
         cert: What `verify.certify` returned.
@@ -50,7 +50,7 @@ def require_certificate(cert: Certificate, plan: Plan, team: Mapping[str, Trajec
 
 
 def require_tube(margin: float) -> None:
-    """Refuse to fly in closed loop with a margin of 0, whose tube every flight leaves.
+    """Reject to fly in closed loop with a margin of 0, whose tube every flight leaves.
 
     Raises:
         BadInput: The margin is 0.

@@ -22,7 +22,7 @@ from flight.monitoring.tube import TubeVerdict, relative_acceleration
 from verify.certificate import Certificate
 from verify.data import BadInput, Letter, Mission, NotCertified, Plan, Trajectory, check_trajectories
 from verify.recordings.flight_log import Samples
-from verify.recordings.flight_reference import Asked
+from verify.recordings.flight_reference import FlightReference
 from verify.recordings.flight_verdict import FlightVerdict, check_flight
 
 LONGEST_GAP = 1.0
@@ -44,7 +44,7 @@ class Comparison:
         formula: State of the formula on the sampled path.
         closest: Least distance between two robots at a sample, m, and who; None for one robot.
         events: What a monitor says of it, in order.
-        judged: Every claim of the certificate's paths, held against the flight; None without the trajectories.
+        judged: Every claim of the certificate's paths, compared with the flight; None without the trajectories.
     """
 
     robots: tuple[str, ...]
@@ -61,12 +61,12 @@ class Comparison:
 
     @property
     def covered(self) -> bool:
-        """Whether the certificate covers this flight."""
+        """True if the certificate covers this flight."""
         return self.tube == "inside"
 
     @property
     def sentences(self) -> tuple[str, ...]:
-        """What can be said, a sentence each."""
+        """The results, a sentence each."""
         errors = tuple(
             f"{name}: worst {1000 * self.worst_error[name]:.1f} mm at {self.worst_time[name]:.2f} s, "
             f"RMS {1000 * self.rms_error[name]:.1f} mm, margin {1000 * self.margin:.1f} mm."
@@ -91,9 +91,9 @@ def compare(
     Args:
         log: The flight, in whatever frame it is; of a FlightLog the positions are taken as measured.
         cert: The certificate.
-        team: The certified trajectories. A FlightLog can do without, by the errors that it holds; then only the tube is judged,
+        team: The certified trajectories. A FlightLog can do without, by the errors that it holds; then only the tube is checked,
             and pieces are taken to be longer than the gaps between samples.
-        plan: The plan, so that visits and passages are judged too.
+        plan: The plan, so that visits and passages are checked too.
         measurement: Bound on a measured position's error, m.
         max_speed: Bound on every robot's speed, m/s; None takes what the vehicle's rotors allow between the samples, which bound the
             acceleration.
@@ -125,7 +125,7 @@ def compare(
     _require_sense(log.times - shift, shortest, longest)
     judged = None
     if team is not None:
-        asked = Asked.of_certificate(cert, team, plan)
+        asked = FlightReference.of_certificate(cert, team, plan)
         judged = _judged(samples, asked, measurement=measurement, max_speed=max_speed, begins=begins)
         shift = shift if judged.alignment.fitted is None else judged.alignment.fitted
     times = log.times - shift
@@ -176,7 +176,7 @@ def _internal(log: FlightLog | Recording) -> dict[str, list[Letter]] | None:
 
 
 def _judged(
-    samples: Samples, asked: Asked, *, measurement: float, max_speed: float | None, begins: tuple[float, float] | None
+    samples: Samples, asked: FlightReference, *, measurement: float, max_speed: float | None, begins: tuple[float, float] | None
 ) -> FlightVerdict:
     """Let the checker judge the flight."""
     mission = asked.mission
@@ -220,7 +220,7 @@ def _fastest(samples: Samples, push: float, error: float, start: float, stop: fl
         if len(times) == 1:
             return np.inf
         if not len(times):
-            continue  # refused in words where the flight is judged
+            continue  # refused in words where the flight is checked
         shortest, longest = np.diff(times) - 2 * late, np.diff(times) + 2 * late
         moved = np.divide(steps + 2 * error, shortest, out=np.full(len(steps), np.inf), where=shortest > 0)
         beyond = max(float(times[0]) - start, stop - float(times[-1]), 0.0)
@@ -264,7 +264,7 @@ def _errors(
 
 
 def _require_sense(times: Floats, duration: float, longest: float) -> None:
-    """Refuse a log whose times cannot be this flight's in seconds."""
+    """Reject a log whose times cannot be this flight's in seconds."""
     span = float(times[-1] - times[0])
     if span > 50.0 * max(longest, 1.0):
         raise BadInput(

@@ -1,4 +1,4 @@
-"""What a simulated flight flies in and with: one value for single flights, campaigns and flights online."""
+"""Conditions of a simulated flight: one value for single flights, campaigns and flights online."""
 
 from __future__ import annotations
 
@@ -105,7 +105,7 @@ class Conditions:
 
     @property
     def on_board(self) -> bool:
-        """Whether controller or estimator run on board, at the rates of common firmware."""
+        """True if controller or estimator run on board, at the rates of common firmware."""
         return self.estimator == "ekf" or isinstance(self.controller, OnBoardController)
 
     def follower(self, vehicle: Vehicle) -> str:
@@ -124,7 +124,7 @@ class Conditions:
 
     @property
     def sentence(self) -> str:
-        """What is flown in, for a person."""
+        """The conditions as a sentence, for a person."""
         who = self._controller
         who = "the controllers of the vehicles' profiles" if who == "profile" else f"the controller {who}"
         air = "still air" if self.wind is None else f"wind of {self.wind.speed:g} m/s with gusts of {self.wind.gust:g} m/s"
@@ -135,7 +135,7 @@ class Conditions:
 
     @property
     def varies(self) -> bool:
-        """Whether seeds make a difference: still or steady air and perfect sensors leave nothing to chance."""
+        """True if seeds make a difference: still or steady air and perfect sensors leave nothing to chance."""
         return (self.wind is not None and self.wind.gust > 0.0) or (self.noise is not None and self.noise.varies)
 
     def changed(self, **changes: Unpack[ConditionKeywords]) -> Conditions:

@@ -33,7 +33,7 @@ class Workers(Protocol):
 
     @property
     def count(self) -> int:
-        """How many pieces of work are done at the same time."""
+        """Number of pieces of work that are done at the same time."""
         ...
 
     def submit(self, work: Callable[..., Found], /, *arguments: object, progress: Progress | None = None) -> Future[Found]:
@@ -81,7 +81,7 @@ def shared(
         job: What all parts have in common.
         parts: One call each.
         workers: Who does them.
-        progress: Told the share done, 0 to 1.
+        progress: Receives the share done, 0 to 1.
 
     Raises:
         BadInput: A process was ended from outside.

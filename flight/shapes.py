@@ -16,7 +16,7 @@ from plotly.basedatatypes import BaseTraceType
 from scipy.spatial import ConvexHull
 
 from verify.data.shapes.convex_parts import outline
-from verify.data.shapes.inequalities import surface
+from verify.data.shapes.inequalities import Inequality
 from verify.data.shapes.obstacle import Obstacle
 from verify.data.shapes.placed_body import PlacedBody
 from verify.data.shapes.region import Hoop, Region
@@ -79,7 +79,7 @@ def _body(name: str, region: PlacedBody, colour: str, *, opacity: float = 0.28, 
     """A translucent ellipsoid, by its radii and yaw or by where rays from its centre leave it."""
     azimuth, polar = np.meshgrid(np.linspace(0, 2 * np.pi, around + 1)[:-1], np.linspace(0, np.pi, around // 2 + 1))
     ways = np.stack([np.sin(polar) * np.cos(azimuth), np.sin(polar) * np.sin(azimuth), np.cos(polar)], axis=-1).reshape(-1, 3)
-    own = surface(region.body, ways) if region.radii is None else (ways * region.radii) @ _turn_z(region.yaw).T
+    own = surface_points(region.body, ways) if region.radii is None else (ways * region.radii) @ _turn_z(region.yaw).T
     corners = own + np.array(region.center)
     return _mesh(corners, _grid_faces(around // 2 + 1, around), name, colour, group=name, opacity=opacity)
 
@@ -268,3 +268,23 @@ def rounded(values: Floats) -> list[float | None]:
     """Return numbers with four digits after the point, two where the greatest has two before it; None where there is none, which ends a line."""
     digits = 2 if np.nanmax(np.abs(values), initial=0.0) >= _WITH_TWO else 4
     return [None if math.isnan(value) else round(float(value), digits) for value in values]
+
+
+def surface_points(parts: Sequence[Sequence[Inequality]], ways: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return where rays from the centre leave a convex body that holds its centre.
+
+    Args:
+        parts: The body; of several parts the first.
+        ways: Directions. Shape (n, 3).
+
+    Returns:
+        Points relative to the centre, m. Shape (n, 3).
+    """
+    reach = np.full(len(ways), np.inf)
+    for inequality in parts[0]:
+        square = np.einsum("ni,ij,nj->n", ways, np.array(inequality.quadratic), ways)
+        slope = ways @ np.array(inequality.linear)
+        with np.errstate(all="ignore"):  # 2 b / (slope + root) is the positive root for half-spaces too
+            far = 2 * inequality.bound / (slope + np.sqrt(slope**2 + 4 * square * inequality.bound))
+        reach = np.minimum(reach, np.where(far > 0, far, np.inf))
+    return reach[:, None] * ways

@@ -20,7 +20,7 @@ def is_whole(number: object) -> bool:
 
 
 def require_seed(seed: int) -> None:
-    """Refuse what is no seed.
+    """Reject what is no seed.
 
     Args:
         seed: As a caller gave it.
@@ -47,7 +47,7 @@ def not_simulated(robot: str, vehicle: Vehicle, when: str) -> BadInput:
 
 
 class Guidance(Protocol):
-    """Where the robots should be: a plan that was sampled (`Reference`), or one that is made while they fly."""
+    """Source of the robots' set-points: a plan that was sampled (`Reference`), or one that is made while they fly."""
 
     @property
     def robots(self) -> tuple[str, ...]:
@@ -56,7 +56,7 @@ class Guidance(Protocol):
 
     @property
     def start(self) -> Floats:
-        """Where they hover at first: x, y, z in m and heading in rad. Shape (4, robots)."""
+        """Initial hovers: x, y, z in m and heading in rad. Shape (4, robots)."""
         ...
 
     @property

@@ -1,12 +1,13 @@
-"""The front door: missions in, certified flights out.
+"""Planning from temporal logic to certified flights, with its command line, service and reports.
 
 Names are loaded at first use, so that `import ltlplan` and `ltlplan --help` stay quick.
 
-Read `pipeline`, then `planner`, which asks a method (`search`, `mtac`, `online_mtac`; what one returns is in `allocation`) and lays
-`paths`; below are `systems` and `logic`. What is tried where no flight keeps a plan is in `replanning`. `online` flies while sharing, `report` and `output` show and write, `commands` ask.
-`free_space` holds paths among obstacles, `precedences` the waits that counterexamples ask for, and `result` what a run makes. `missions` reads
-mission files; `recorded` and `recording_options` lead from a recording to a verdict. `transfers` and `live_phases` are what comes before and
-after a certified flight. `service` plans over HTTP; `start` and `cli` are the command line.
+Read `missions` (files in), `pipeline` (from a mission to a certified flight) and `result` (what it returns). Then `planner`, which calls a
+planning method (`search`, `mtac` or `online_mtac`; their return value is `allocation`) and lays `paths`. These stand on `systems`, `logic` and
+`free_space` (paths among obstacles); `precedences` are the waits that counterexamples require, and `replanning` chooses the next plan after a
+rejected certificate. `online` flies while tasks are reassigned. `transfers` and `live_phases` lead to the starts and to the ground.
+`recorded` and `recording_options` check recorded flights. `report` and `output` show and write. `commands`, `cli` and `start` are the command
+line, `service` the same over HTTP.
 """
 
 from __future__ import annotations

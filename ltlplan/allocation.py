@@ -1,4 +1,4 @@
-"""What a planning method returns: which robot makes which visits, showing which word.
+"""Return value of a planning method: which robot makes which visits, showing which word.
 
 A planning method is a function from a mission to an `Allocation`. It lays no paths and makes no plan: `ltlplan.paths.nominal`
 lays paths along any method's allocation, `ltlplan.paths.improvement` improves them, `ltlplan.planner` makes the plan. A method
@@ -31,7 +31,7 @@ Key = tuple[str, tuple[str, ...]]
 
 @dataclass(frozen=True, slots=True)
 class Itinerary:
-    """What one robot does.
+    """Visits of one robot.
 
     Attributes:
         visits: Regions in the order in which they are entered, with the actions made there. A robot that starts inside a
@@ -64,7 +64,7 @@ class Itinerary:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Allocation:
-    """Who does what.
+    """Allocation of a mission to its robots.
 
     Attributes:
         robots: What each of the mission's agents does, in the mission's order; idle ones too.
@@ -92,7 +92,7 @@ class Allocation:
 
 @dataclass(frozen=True, slots=True)
 class Known:
-    """What was found before a method is asked, for the searches to come.
+    """Results of earlier searches, for the searches to come.
 
     Attributes:
         found: Allocations of missions that differ in their formulas alone, by `key_of`; they need not be searched for again.
@@ -112,11 +112,11 @@ def key_of(mission: Mission) -> Key:
 
 @dataclass(frozen=True, slots=True)
 class Context:
-    """What a planning method is given beside the mission.
+    """Inputs of a planning method beside the mission.
 
     Attributes:
         rng: Source of every draw.
-        progress: Told a sentence and the share done, 0 to 1.
+        progress: Receives a sentence and the share done, 0 to 1.
         blocked: Legs along which no path could be laid. A method that knows nothing of them may return the same allocation
             again; the mission is then said to be infeasible.
         known: What earlier searches and refinements found; a method may leave it aside.

@@ -20,21 +20,21 @@ COMMANDS = {
     "run": "Plan, refine, certify, fly in simulation and export a mission.",
     "batch": "Run every mission of a folder, each into a folder of its own.",
     "plan": "Plan a mission: each robot's word, visits and cost.",
-    "certify": "Prove a folder's trajectories, or judge a recorded flight.",
+    "certify": "Prove a folder's trajectories, or check a recorded flight.",
     "recheck": "Prove a folder's certificate again, from its files alone.",
-    "audit": "Judge, for all times, flights that others planned.",
+    "audit": "Check, for all times, flights that others planned.",
     "fly": "Fly a certified mission once: in simulation, or live over a link.",
     "campaign": "Fly a certified mission many times in simulation.",
-    "rehearse": "Fly it by several controllers, in all that may be otherwise.",
-    "online": "Share tasks while flying: in simulation, or certified over a link.",
+    "rehearse": "Fly it by several controllers, in combinations of conditions.",
+    "online": "Reassign tasks in flight: in simulation, or certified over a link.",
     "export": "Write a certified flight for a real vehicle.",
     "show": "Draw hoops, primitives, sampled and optimised paths.",
     "automaton": "Show a formula's automaton, or a mission's systems.",
-    "check": "Hold words of a robot or a team against a formula.",
+    "check": "Check words of a robot or a team against a formula.",
     "serve": "Serve planning over HTTP, with a page for the browser.",
     "missions": "List the shipped missions, show one, or start your own.",
 }
-"""Each command with a sentence for the list; what is said of one alone stands at its function."""
+"""Each command with a sentence for the list; its own help is the docstring of its function."""
 
 
 class _Commands(TyperGroup):

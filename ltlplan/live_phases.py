@@ -34,7 +34,7 @@ def stages(
         team: Its trajectories.
         cert: Their certificate.
         places: Where each robot stands, x, y and z in m.
-        progress: Told a sentence and the share done, 0 to 1.
+        progress: Receives a sentence and the share done, 0 to 1.
 
     Raises:
         BadInput: A robot has no place or stands where no flight can begin.

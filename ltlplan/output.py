@@ -1,6 +1,6 @@
-"""What a run, a flight, a campaign or a rehearsal writes into its folder, and under which names.
+"""Files of a run, a flight, a campaign or a rehearsal, and their names.
 
-`verify.data.storage.folders` puts it there whole or not at all.
+`flight.storage.folders` puts it there whole or not at all.
 """
 
 from __future__ import annotations
@@ -12,10 +12,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from flight.storage.folders import PROOF, write_folder
 from verify.data import Mission, Plan, Trajectory, mission_to_yaml
 from verify.data.files.trajectory_csv import write_csv
 from verify.data.progress import Progress, part_of, silent
-from verify.data.storage.folders import PROOF, write_folder
 
 if TYPE_CHECKING:
     from flight import Campaign, ExportTarget, FlightLog, Rehearsal
@@ -68,7 +68,7 @@ def write_run(result: Result, target: Path) -> tuple[Path, ...]:
 
 
 def _too_long(mission: Mission, name: str, path: Trajectory) -> bool:
-    """Tell whether a robot's memory, by the mission or as Crazyflies have it, cannot hold a flight or one of its parts."""
+    """Return whether a robot's memory, by the mission or as Crazyflies have it, cannot hold a flight or one of its parts."""
     from flight.exports.crazyflies.fits import held_at_once
 
     uploaded = (end - begin for begin, end in path.parts) if path.cuts else (len(path.flattened(mission.spec.repeat)),)
@@ -152,7 +152,7 @@ def _write(texts: Mapping[str, str], folder: Path) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Export:
-    """What a certified folder's flight becomes for a vehicle.
+    """Export of a certified folder's flight for a vehicle.
 
     Attributes:
         files: Contents by file name.
@@ -173,7 +173,7 @@ def make_export(
     vehicle: str | None = None,
     robots: Collection[str] | None = None,
     options: Mapping[str, Any] | None = None,  # of any type that the target reads
-    anyway: bool = False,
+    force: bool = False,
     named: Callable[[Collection[str]], object] | None = None,
     progress: Progress | None = None,
 ) -> Export:
@@ -187,13 +187,13 @@ def make_export(
     Args:
         folder: What `ltlplan run` wrote.
         format: A target, or a name of one.
-        vehicle: Name of the airframe that will fly, where it is to be held against the certificate's.
+        vehicle: Name of the airframe that will fly, where it is to be compared with the certificate's.
         robots: Names of those that are written, where others of the team fly from another export; None for all.
         options: As the target's `options` say.
-        anyway: Fly nothing, and write with a warning in every file that has room for words.
-        named: Told the names of all files before anything is proved, where they are known by then, and again before the flight is flown;
+        force: Fly nothing, and write with a warning in every file that has room for words.
+        named: Receives the names of all files before anything is proved, where they are known by then, and again before the flight is flown;
             what it raises ends the work.
-        progress: Told a sentence and the share done, 0 to 1.
+        progress: Receives a sentence and the share done, 0 to 1.
 
     Raises:
         LtlplanError: As `flight.export` and `verify.recheck`.
@@ -212,7 +212,7 @@ def make_export(
     say("proving the folder's certificate again", 0.0)
     certificate = recheck(Path(folder))
     plan, given = read_folder(Path(folder))
-    if not anyway:
+    if not force:
         require_controllers(target, plan.mission, robots or given)
     if target.prepare is not None:
         say("fitting the paths to the format", 0.4)
@@ -222,14 +222,14 @@ def make_export(
         say("proving the paths as they are written", 0.6)
         certificate = certify(plan, team, margin=certificate.margin, clock_error=certificate.clock_error)
     say("writing files", 0.7)
-    product = make_product(team, certificate, target, vehicle=vehicle, robots=robots, anyway=anyway, **(options or {}))
+    product = make_product(team, certificate, target, vehicle=vehicle, robots=robots, force=force, **(options or {}))
     files = dict(product.files)
     if anew:
         texts = {**_plan_texts(plan, team), PROOF: certificate.to_json()}
         files |= {name: text.encode() for name, text in texts.items()}
     if named is not None:
         named(files)
-    if not anyway:
+    if not force:
         conditions = conditions_of(plan.mission)
         log = fly(plan, team, certificate, seed=plan.seed, conditions=conditions, progress=part_of(say, 0.75, 1.0))
         require_flight(log, certificate, plan.mission, robots or team, target)

@@ -77,6 +77,7 @@ def attempted(candidate: Candidate, *, margin: float | None = None, progress: Pr
         BadInput: The plan or its mission is not sound.
     """
     import verify
+    from ltlplan.replanning.repair_precedences import with_proposed_waits
 
     say, number = progress or silent, candidate.rounds + 1
     again = "" if number == 1 else f", round {number}"
@@ -90,7 +91,7 @@ def attempted(candidate: Candidate, *, margin: float | None = None, progress: Pr
     except (Infeasible, DoesNotFit) as error:
         return Conflict(error)
     say(f"proving{again}", 0.5)
-    return Flight(plan, team, verify.judge(plan, team, margin=margin))
+    return Flight(plan, team, with_proposed_waits(verify.judge(plan, team, margin=margin)))
 
 
 def _refined(candidate: Candidate, refining: Progress) -> tuple[Plan, dict[str, Trajectory]]:
@@ -149,8 +150,8 @@ def run(
     import flight
     from flight.certificate_checks import require_tube
     from flight.conditions import conditions_of
+    from flight.storage.folders import check_folder
     from ltlplan import output
-    from verify.data.storage.folders import check_folder
 
     mission = as_mission(mission)
     require_tube(mission.margin)

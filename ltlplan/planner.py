@@ -3,7 +3,7 @@
     mission - allocation - nominal paths - improved paths - plan
 
 Each arrow is a function; the first is the planning method (`ltlplan.allocation`), the others are shared by all methods. Planning
-shares only plain data with the checker; whether the plan keeps its word is judged above this layer, in `pipeline`.
+shares only plain data with the checker; whether the plan keeps its word is checked above this layer, in `pipeline`.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ def make_plan(
         mission: What is asked.
         method: Who does what is decided by this function, or the one of this name; by default the mission's `planner.method`.
         seed: Source of every draw, instead of the mission's own `planner.seed`.
-        progress: Told a sentence and the share done, 0 to 1.
+        progress: Receives a sentence and the share done, 0 to 1.
         workers: Who improves robots' paths side by side; None does it here. The plan does not depend on it.
         known: What earlier searches and refinements found.
 

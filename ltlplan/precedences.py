@@ -16,8 +16,8 @@ def with_waits(plan: Plan, witnesses: Iterable[Witness]) -> Plan:
     """Return the plan with the precedences that the witnesses ask for.
 
     Args:
-        plan: The plan whose trajectories were refused.
-        witnesses: What the judge refused; those with an `order` say which visit must be over before which.
+        plan: The plan whose trajectories were rejected.
+        witnesses: What the checker refused; those with an `order` say which visit must be over before which.
 
     Raises:
         NotCertified: The waits go round in a circle; the message names it.
@@ -31,7 +31,7 @@ def with_waits(plan: Plan, witnesses: Iterable[Witness]) -> Plan:
     circle = _circle(plan, known)
     if circle:
         named = " before ".join(f"{robot}'s visit of {plan.robots[robot].visits[visit].region}" for robot, visit in circle)
-        raise NotCertified(f"The waits that the formula asks for go round in a circle: {named}.", witnesses)
+        raise NotCertified(f"The waits that the formula requires go round in a circle: {named}.", witnesses)
     return plan.model_copy(update={"precedences": tuple(known)})
 
 
@@ -39,7 +39,7 @@ def with_planned_waits(plan: Plan) -> Plan | None:
     """Return the plan with precedences that planning finds for its words, in the place of those that it has; None where that changes nothing.
 
     Args:
-        plan: The plan whose trajectories were refused, with no waits that mend them.
+        plan: The plan whose trajectories were rejected, with no waits that mend them.
 
     Raises:
         Unsatisfiable: The words satisfy the formula under no precedences, so that other words are needed.

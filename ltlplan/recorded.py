@@ -1,4 +1,4 @@
-"""Recorded flights, held against what was asked of them: the way from two files to a verdict."""
+"""Recorded flights, compared with what was asked of them: the way from two files to a verdict."""
 
 from __future__ import annotations
 
@@ -11,28 +11,28 @@ from typing import TYPE_CHECKING
 from verify.data.progress import Progress, silent
 
 if TYPE_CHECKING:
-    from flight import Told
+    from flight import RecordingOptions
     from verify import FlightVerdict
     from verify.data import Mission
     from verify.recordings.flight_log import Samples
-    from verify.recordings.flight_reference import Asked
+    from verify.recordings.flight_reference import FlightReference
 
 
 @dataclass(frozen=True, slots=True)
 class Recorded:
-    """A recorded flight, judged.
+    """A recorded flight, checked.
 
     Attributes:
         mission: Name of the mission that was flown.
         verdict: What the recording shows, claim by claim.
         samples: What was measured.
-        asked: What it was held against.
+        asked: What it was compared with.
     """
 
     mission: str
     verdict: FlightVerdict
     samples: Samples
-    asked: Asked
+    asked: FlightReference
 
 
 # eight parameters: the two files, and what is known of the recording, each by its keyword
@@ -43,11 +43,11 @@ def judge_flight(
     max_speed: float | None = None,
     error: float = 0.0,
     start: float | None = None,
-    told: Told | None = None,
+    told: RecordingOptions | None = None,
     pauses: Sequence[float] = (),
     progress: Progress | None = None,
 ) -> Recorded:
-    """Judge a recorded flight, claim by claim, for all times between its samples too.
+    """Check a recorded flight, claim by claim, for all times between its samples too.
 
     Args:
         source: What it was to do: a run's folder, or a mission file.
@@ -57,18 +57,18 @@ def judge_flight(
         start: When the flight began on the recording's clock, s; None where it is to be found.
         told: More that the files do not say, `start` included.
         pauses: How long the team hovered between the parts of a flight in parts, s each.
-        progress: Told a sentence and the share done, 0 to 1.
+        progress: Receives a sentence and the share done, 0 to 1.
 
     Raises:
         NotCertified: The folder's certificate is not proved any more, or a file was changed since.
-        BadInput: A file is missing or unreadable, or the recording cannot be judged.
+        BadInput: A file is missing or unreadable, or the recording cannot be checked.
     """
-    from flight import Told
+    from flight import RecordingOptions
     from verify import check_flight
-    from verify.recordings.flight_reference import asked_of
+    from verify.recordings.flight_reference import load_reference
 
-    told = Told(start=start) if told is None else told
-    asked = asked_of(Path(source), pauses)
+    told = RecordingOptions(start=start) if told is None else told
+    asked = load_reference(Path(source), pauses)
     (progress or silent)("reading the recording", 0.0)
     if _shows_internal_states(recording):
         samples, begins = _our_log(recording, asked.mission, told)
@@ -83,16 +83,16 @@ _Begins = tuple[float, float] | None
 """From when to when a flight may have begun, s of the samples' clock; None where that is to be found."""
 
 
-def _our_log(recording: str | os.PathLike[str], mission: Mission, told: Told) -> tuple[Samples, _Begins]:
+def _our_log(recording: str | os.PathLike[str], mission: Mission, told: RecordingOptions) -> tuple[Samples, _Begins]:
     """Read a log of ours that shows internal states, 0 where the flight began."""
     from flight import read_log
     from verify.data import BadInput
     from verify.recordings.flight_log import load_flight_log, read_flight_log
 
     told.require_start_only(str(recording))
-    if told.called:
+    if told.rename:
         raise BadInput(
-            f"{recording} is a log of ours, in which all is called as in the mission: nothing else may be told of it."
+            f"{recording} is a log of ours, in which all is called as in the mission: no other option applies to it."
         )
     if Path(recording).suffix == ".parquet":
         samples = read_flight_log(read_log(recording).to_csv(), str(recording), mission)
@@ -103,7 +103,7 @@ def _our_log(recording: str | os.PathLike[str], mission: Mission, told: Told) ->
     return replace(samples, times=samples.times - zero, zero=zero), told.began or (0.0, 0.0)
 
 
-def _others(recording: str | os.PathLike[str], asked: Asked, told: Told) -> tuple[Samples, _Begins]:
+def _others(recording: str | os.PathLike[str], asked: FlightReference, told: RecordingOptions) -> tuple[Samples, _Begins]:
     """Read what others recorded, 0 where the flight began as far as that is told."""
     from flight import read_flown
     from flight.logs.placed import samples_of

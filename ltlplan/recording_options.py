@@ -1,4 +1,4 @@
-"""What a person tells of a recording in words, on the command line or in a form: pairs such as `quad0=cf231`, one start or one a robot, origins."""
+"""Options of a recording as text, on the command line or in a form: pairs such as `quad0=cf231`, one start or one a robot, origins."""
 
 from __future__ import annotations
 
@@ -6,10 +6,12 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from flight import Told
+    from flight import RecordingOptions
 
 
-def told_of(start: str | None, start_error: float, called: Sequence[str], axes: str | None, origin: Sequence[str]) -> Told:
+def told_of(
+    start: str | None, start_error: float, called: Sequence[str], axes: str | None, origin: Sequence[str]
+) -> RecordingOptions:
     """Read what is told of a recording.
 
     Args:
@@ -22,7 +24,7 @@ def told_of(start: str | None, start_error: float, called: Sequence[str], axes: 
     Raises:
         BadInput: One of them is not written so, or said twice.
     """
-    from flight import Told
+    from flight import RecordingOptions
     from verify.data import BadInput
 
     if start is None and start_error:
@@ -32,10 +34,10 @@ def told_of(start: str | None, start_error: float, called: Sequence[str], axes: 
         ours, equals, theirs = pair.partition("=")
         if not equals or not ours.strip() or not theirs.strip():
             raise BadInput(
-                f"--called is {pair[:60]!r}; it must be what we call it, = and what the recording calls it: quad0=cf231."
+                f"--rename is {pair[:60]!r}; it must be what we call it, = and what the recording calls it: quad0=cf231."
             )
         if ours.strip() in names:
-            raise BadInput(f"--called says twice what {ours.strip()[:40]} is called.")
+            raise BadInput(f"--rename says twice what {ours.strip()[:40]} is called.")
         names[ours.strip()] = theirs.strip()
     places: dict[str, tuple[float, float, float]] = {}
     for text in origin:
@@ -47,10 +49,10 @@ def told_of(start: str | None, start_error: float, called: Sequence[str], axes: 
             raise BadInput(f"--origin is given twice for {robot.strip()[:40] or 'all robots'}.")
         x, y, z = (value or 0.0 for value in place)
         places[robot.strip()] = (x, y, z)
-    return Told(_start(start), start_error, names, axes or "", places)
+    return RecordingOptions(_start(start), start_error, names, axes or "", places)
 
 
-def in_words(told: Told) -> dict[str, list[str]]:
+def in_words(told: RecordingOptions) -> dict[str, list[str]]:
     """Return what `told_of` reads: by option the words for it, one for each time that it is given.
 
     Args:
@@ -63,7 +65,7 @@ def in_words(told: Told) -> dict[str, list[str]]:
     return {
         "start": [] if start is None else [start if isinstance(start, str) else repr(float(start))],
         "start_error": [repr(float(told.start_error))] if told.start_error else [],
-        "called": [f"{ours}={theirs}" for ours, theirs in told.called.items()],
+        "called": [f"{ours}={theirs}" for ours, theirs in told.rename.items()],
         "axes": [told.axes] if told.axes else [],
         "origin": [f"{robot}={place}" if robot else place for robot, place in places.items()],
     }

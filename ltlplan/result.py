@@ -1,4 +1,4 @@
-"""What a run makes, from the plan to the simulated flight: the value that the pipeline returns and the report shows."""
+"""Result of a run, from the plan to the simulated flight: the value that the pipeline returns and the report shows."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Result:
-    """What a run made.
+    """Result of a run.
 
     Attributes:
         mission: What was asked, with the seed that was used.
@@ -50,14 +50,14 @@ class Result:
 
     @property
     def abort(self) -> AbortVerdict:
-        """Whether braking to a hover from every instant is certified; judged when it is first asked for."""
+        """Verdict on braking to a hover from every instant; computed at its first use."""
         if not self._aborts:
             self._aborts.append(aborts_of(self.mission, self.team, self.certificate))
         return self._aborts[0]
 
 
 def aborts_of(mission: Mission, team: Mapping[str, Trajectory], cert: Certificate) -> AbortVerdict:
-    """Judge braking to a hover as vehicles do it: at the certificate's margin and clock error.
+    """Check braking to a hover as vehicles do it: at the certificate's margin and clock error.
 
     Args:
         mission: The world, and who flies.

@@ -1,4 +1,4 @@
-"""Where the command line begins and ends: interrupts and closed outputs are seen to before anything that takes time is loaded."""
+"""Begin and end of the command line: it sees to interrupts and closed outputs before anything that takes time is loaded."""
 
 from __future__ import annotations
 
@@ -110,7 +110,7 @@ def _let_go() -> int:
 
 
 def _has_outputs() -> bool:
-    """Tell whether standard output is open; where another standard stream is closed, let it be the null device.
+    """Return whether standard output is open; where another standard stream is closed, let it be the null device.
 
     A closed one's number would else be given to the next file that is opened, and what libraries print would go into that.
     """

@@ -1,6 +1,6 @@
 """Certified flights before and after the claim: from where robots stand to their starts, and from their ends to the ground.
 
-Each is a mission of its own that asks for nothing but to be somewhere else (formula `true`), refined and judged like any other:
+Each is a mission of its own that asks for nothing but to be somewhere else (formula `true`), refined and checked like any other:
 separation, obstacles, rims, workspace and limits hold for all times. Robots climb where they stand, each to the height of its start,
 then all fly to their starts, whoever stands below whose. After the flight they sink where they are, or, where one would come
 down on another or on an obstacle, fly home first. All robots hover between these flights, so that pauses of any length keep them apart.
@@ -68,11 +68,11 @@ class Transfer:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Solo:
-    """A flight of one robot while all others hover, judged with them.
+    """A flight of one robot while all others hover, checked with them.
 
     Attributes:
         name: `climb` or `way`.
-        mission: What it was judged in: the mission's world, where everybody begins, formula `true`.
+        mission: What it was checked in: the mission's world, where everybody begins, formula `true`.
         team: One trajectory a robot.
     """
 
@@ -95,7 +95,7 @@ def to_starts(
         mission: What the team was certified for.
         team: Its trajectories.
         places: Where each robot stands, x, y and z in m.
-        progress: Told a sentence and the share done, 0 to 1.
+        progress: Receives a sentence and the share done, 0 to 1.
 
     Raises:
         BadInput: A robot has no place or stands where no flight can begin, or a trajectory does not begin at rest.
@@ -115,7 +115,7 @@ def to_starts(
 def to_join(mission: Mission, robot: str, place: Place, hovers: Mapping[str, Trajectory]) -> tuple[Solo, ...]:
     """Return proved flights that bring one robot from the ground to its start, while all others hover where their flights end.
 
-    It is planned past solid bodies in the others' places, and certified by itself; then it is judged with the others as they hover. They may
+    It is planned past solid bodies in the others' places, and certified by itself; then it is checked with the others as they hover. They may
     hover anywhere, inside of a ring as well.
 
     Args:
@@ -162,7 +162,7 @@ def _still(name: str, path: Trajectory) -> Trajectory:
 def _with_bodies(mission: Mission, robot: str, still: Mapping[str, Trajectory]) -> dict[str, Obstacle]:
     """Return bodies of which who stays clear meets nothing: walls without openings, a ball around each ring, and a box around each robot that hovers.
 
-    They are what is planned with, and hold more than there is; what comes of it is judged in the world itself.
+    They are what is planned with, and hold more than there is; what comes of it is checked in the world itself.
     """
     bodies = {name: wall.model_copy(update={"openings": ()}) for name, wall in mission.obstacles.items()}
     for name, hoop in mission.hoops.items():
@@ -179,7 +179,7 @@ def _with_bodies(mission: Mission, robot: str, still: Mapping[str, Trajectory]) 
 
 
 def _judged(name: str, world: Mission, team: Mapping[str, Trajectory]) -> Solo:
-    """Judge a flight of one robot while the others hover."""
+    """Check a flight of one robot while the others hover."""
     starts = {robot: path.evaluate(0.0).tolist() for robot, path in team.items()}
     places = {robot: (start[0], start[1], start[2]) for robot, start in starts.items()}
     asked = _only_moves(world, name, places, dict.fromkeys(places), {robot: start[3] for robot, start in starts.items()})
@@ -203,7 +203,7 @@ def to_ground(
         mission: What the team was certified for.
         team: Its trajectories; laps are flown as often as the mission repeats them.
         places: Where each robot stood, x, y and z in m. Landings below a robot's end are at the height of its own place.
-        progress: Told a sentence and the share done, 0 to 1.
+        progress: Receives a sentence and the share done, 0 to 1.
 
     Returns:
         One landing, or the way home and a landing there.

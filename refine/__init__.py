@@ -1,12 +1,13 @@
-"""From waypoints and a word to polynomials that a quadrotor can fly.
+"""Refinement of waypoints and a word to polynomials that a quadrotor can fly.
 
-`refine(plan)` serves missions. Whoever has points and no mission takes `minimum_snap` (points and times), `time_optimal`
-(points and limits) or `retime` (a path and limits), a heading from `heading_spline` or `least_spin`, and `quantise`; `split`
-cuts a flight that is too long for the vehicle's memory.
+`refine(plan)` serves missions. For points without a mission there are `minimum_snap` (points and times), `time_optimal` (points and limits) and
+`retime` (a path and limits), a heading by `heading_spline` or `least_spin`, and `quantise`; `split` cuts a flight that is too long for the
+vehicle's memory.
 
-Read `team` (`laps` for teams that fly for ever, `parts` and `team_pauses` for flights that no vehicle holds at once), then `single_robot`
-(one robot as if alone) and `coordination` (all of them), over `corridor`, `solvers`, `heading`, `limits`, `spline`, `keep_out_bodies` and `obstacles`; `feedback` is what the judge's witnesses ask for.
-`planes` keeps a segment beyond a plane; `rest_to_rest` puts stretches between rests on a common clock.
+Read `team` (`laps` for synchronised cycles, over `lap_missions`; `parts` and `team_pauses` for flights that exceed a vehicle's memory), then `single_robot` (one robot
+as if alone) and `coordination` (all of them), over `corridor`, `solvers`, `heading`, `limits` and `spline`. `obstacles` and `planes` are what flights
+stay out of. `rest_to_rest` puts the flights between two hovers on a common clock. `alternatives` tries a plan's own fall-backs in order, and
+`feedback` turns the checker's witnesses into changes of the next attempt.
 """
 
 from __future__ import annotations

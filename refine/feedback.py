@@ -1,4 +1,4 @@
-"""What the judge's witnesses ask of the next attempt: limits tightened, clearances widened, waits added."""
+"""Feedback from the checker's witnesses to the next attempt: limits tightened, clearances widened, waits added."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from verify.data.plan import Meeting, Precedence
 
 @dataclass(frozen=True)
 class Feedback:
-    """What witnesses of a refused certificate ask of the next attempt.
+    """Changes that the witnesses of a rejected certificate require of the next attempt.
 
     Attributes:
         limits: (robot, limit): factor in (0, 1] by which it is tightened.

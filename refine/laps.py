@@ -9,20 +9,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
+from refine.alternatives import first_feasible
 from refine.coordination.spacing import spacing_for
 from refine.corridor.legs import HOVERING
 from refine.corridor.meeting_places import moved_to_meet
 from refine.feedback import Feedback, feedback_of
+from refine.lap_missions import Rest, before_laps, one_lap, rest_after
 from refine.parts import from_rest_to_rest, longer_than_held
 from refine.rest_to_rest import end_of
 from refine.single_robot.task import RefinementOptions
-from verify.data import Infeasible, Mission, Plan, RobotPlan, Trajectory, Visit, Witness
-from verify.data.laps import Rest, before_laps, one_lap, rest_after
+from verify.data import Mission, Plan, RobotPlan, Trajectory, Visit, Witness
 from verify.data.plan import Meeting
 from verify.data.progress import Progress, part_of
 from verify.data.trajectory import HOVER
@@ -33,9 +34,9 @@ def team_laps(plan: Plan, witnesses: tuple[Witness, ...], options: RefinementOpt
 
     Args:
         plan: Who visits what, with where each robot's cycle begins.
-        witnesses: What the judge refused so far.
+        witnesses: What the checker refused so far.
         options: What the caller asked for.
-        tell: Told a sentence and a share of the work.
+        tell: Receives a sentence and a share of the work.
 
     Raises:
         BadInput: The plan's numbers do not fit each other.
@@ -45,15 +46,10 @@ def team_laps(plan: Plan, witnesses: tuple[Witness, ...], options: RefinementOpt
     """
     feedback = feedback_of(plan, witnesses)
     placed, nearer = (_with_own_places(plan, feedback, nearest=nearest) for nearest in (False, True))
-    try:
-        return _laps(placed, witnesses, options, tell)
-    except Infeasible:
-        if placed.robots == nearer.robots:
-            raise
-        with suppress(Infeasible):
-            tell("letting robots rest where each is nearest", 0.0)
-            return _laps(nearer, witnesses, options, tell)
-        raise
+    alternatives = [("", placed)]
+    if placed.robots != nearer.robots:
+        alternatives.append(("letting robots rest where each is nearest", nearer))
+    return first_feasible([(name, partial(_laps, at, witnesses, options, tell)) for name, at in alternatives], tell)
 
 
 def _laps(plan: Plan, witnesses: tuple[Witness, ...], options: RefinementOptions, tell: Progress) -> dict[str, Trajectory]:
@@ -91,7 +87,7 @@ def _with_own_places(plan: Plan, feedback: Feedback, *, nearest: bool) -> Plan:
 
 
 def _shared(plan: Plan) -> bool:
-    """Tell whether a robot visits a region in which another one rests between laps."""
+    """Return whether a robot visits a region in which another one rests between laps."""
     homes: dict[str, str] = {}
     for name, robot in plan.robots.items():
         if robot.cycle_waypoint is not None and (region := robot.waypoints[robot.cycle_waypoint].region) is not None:
@@ -160,5 +156,5 @@ def _lap(plan: Plan, rests: Mapping[str, Rest], yaws: Mapping[str, float]) -> Pl
 
 
 def _silent(mission: Mission) -> Mission:
-    """Return the mission without its formula, which is judged of the whole flight: places for meetings are chosen already."""
+    """Return the mission without its formula, which is checked of the whole flight: places for meetings are chosen already."""
     return mission.asking(None)

@@ -54,9 +54,9 @@ def from_rest_to_rest(
 
     Args:
         plan: Who visits what.
-        witnesses: What the judge refused so far.
+        witnesses: What the checker refused so far.
         options: What the caller asked for.
-        tell: Told a sentence and a share of the work.
+        tell: Receives a sentence and a share of the work.
         least: s that it lasts where nobody moves.
 
     Raises:

@@ -78,7 +78,7 @@ class Stretch:
         }
 
     def fits(self, held: Mapping[str, int | None]) -> bool:
-        """Tell whether all vehicles hold the whole stretch at once.
+        """Return whether all vehicles hold the whole stretch at once.
 
         Args:
             held: Pieces that each vehicle holds; None for any number.

@@ -43,9 +43,9 @@ def refine(
 
     Args:
         plan: Who visits what, with waypoints and nominal times.
-        witnesses: What the judge refused so far; each is repaired (limits tightened, clearances widened, waits added), starting
+        witnesses: What the checker refused so far; each is repaired (limits tightened, clearances widened, waits added), starting
             from the plan again. Hand in those of all earlier attempts together.
-        progress: Told a sentence and a share of the work.
+        progress: Receives a sentence and a share of the work.
         pace: "nominal": the plan's times, longer where limits ask for it; "time": as fast as limits and labels allow;
             "blend": least of the integral of |snap|^2 plus `weight` times the duration. In the latter two the points of
             visits may move within their regions and openings, less margin and radius; where the programme with movable

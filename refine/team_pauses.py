@@ -40,7 +40,7 @@ _WITHIN = np.linspace(0.0, 1.0, 9)[1:-1]
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Clock:
-    """When the plan's times are flown.
+    """Map from the plan's times to those at which they are flown.
 
     Attributes:
         rests: Times of the plan at which all rest, s, increasing, at least `length` apart.
@@ -52,7 +52,7 @@ class Clock:
 
     @property
     def pauses(self) -> Floats:
-        """When the rests are flown, s."""
+        """Times at which the rests are flown, s."""
         return self.rests + self.length * (np.arange(len(self.rests)) + 0.5)
 
     def flown(self, plan: Floats) -> Floats:
@@ -231,7 +231,7 @@ def _nodes(path: Spline, clock: Clock) -> Floats:
 
 
 def _moves(path: Spline, low: float, high: float) -> bool:
-    """Tell whether a robot moves between two times of the plan."""
+    """Return whether a robot moves between two times of the plan."""
     first, last = np.clip(np.searchsorted(path.knots, [low, high], side="right") - 1, 0, len(path) - 1)
     return not all(_hovers(path)[first : last + 1])
 

@@ -1,4 +1,4 @@
-"""Every benchmark runs: each file of `tests/benchmarks` at its smallest size, as `python -m tests.benchmarks.NAME --smallest` does. No times are judged."""
+"""Every benchmark runs: each file of `tests/benchmarks` at its smallest size, as `python -m tests.benchmarks.NAME --smallest` does. No times are checked."""
 
 from __future__ import annotations
 

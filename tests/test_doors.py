@@ -97,7 +97,7 @@ DOORS: dict[str, Callable[[Mission], Any]] = {
     "verify.certify": lambda mission: verify.certify(behind(PLAN, "mission", mission), TEAM),
     "verify.judge": lambda mission: verify.judge(behind(PLAN, "mission", mission), TEAM),
     "verify.check_samples": lambda mission: verify.check_samples([0, 1], [[0, 0, 1], [0, 0, 1]], mission, max_speed=1.0),
-    "verify.check_flight": lambda mission: verify.check_flight(SAMPLES, verify.Asked.of_mission(mission), max_speed=1.0),
+    "verify.check_flight": lambda mission: verify.check_flight(SAMPLES, verify.FlightReference.of_mission(mission), max_speed=1.0),
     "flight.fly": lambda mission: flight.fly(behind(PLAN, "mission", mission), TEAM),
     "flight.fly's certificate": lambda mission: flight.fly(PLAN, TEAM, dataclasses.replace(CERT, mission=mission)),
     "flight.campaign": lambda mission: flight.campaign(behind(PLAN, "mission", mission), TEAM, runs=1),

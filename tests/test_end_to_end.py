@@ -20,7 +20,10 @@ RATE = 2000.0
 NAMES = PAPER_MISSIONS
 
 
-@pytest.fixture(scope="module", params=NAMES)
+@pytest.fixture(
+    scope="module",
+    params=[pytest.param(name, marks=() if name in ("firefighting", "hoops-sequence") else pytest.mark.slow) for name in NAMES],
+)
 def run_folder(request, shipped_run, shipped_folder) -> tuple[ltlplan.Result, Path]:
     return shipped_run(request.param), shipped_folder(request.param)
 
@@ -144,6 +147,7 @@ def test_firefighting_has_the_best_assignment() -> None:
     assert visits == [[], ["loc1"], ["water", "smoke", "loc2"]]
 
 
+@pytest.mark.slow
 def test_same_seed_same_bytes(shipped_folder, tmp_path: Path) -> None:
     """In another process by the command line, where sets have another order: none may leak into a file."""
     ours, folder = shipped_folder("firefighting"), tmp_path / "firefighting"

@@ -30,6 +30,7 @@ def test_every_example_is_run_here() -> None:
     }  # fmt: skip
 
 
+@pytest.mark.slow
 def test_plan_to_export(tmp_path: Path) -> None:
     said = run(EXAMPLES / "plan_to_export.py", "sent", cwd=tmp_path)
     assert "certified for" in said
@@ -45,6 +46,7 @@ def test_judge_a_flight_which_loads_no_planner(tmp_path: Path) -> None:
     assert "verify" in loaded.split()
 
 
+@pytest.mark.slow
 def test_a_course_of_ones_own(tmp_path: Path) -> None:
     said = run(
         "-m", "pytest", "-p", "verify.testing", "-p", "no:cacheprovider", EXAMPLES / "test_course.py", "--rootdir", tmp_path,

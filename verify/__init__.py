@@ -1,12 +1,12 @@
-"""The judge: what will fly satisfies the formula for all times, or the reason why that is not proved.
+"""Checker of flights: a proof, for all times, that what will fly satisfies the formula, or the reason why that is not proved.
 
-`verify` imports nothing of the planner, of refinement or of flight, and shares with them only the plain data of
-`verify.data`.
+`verify` imports nothing of the planner, of refinement or of flight. It shares with them only the plain data of `verify.data`.
 
-Read `certification` (the door; `certificate` is the value) and `claims`, then `motion` (polynomials), `model_checking` (words over time)
-and `logic` (what a formula says), over `arithmetic`. `trace_checking` judges words alone, `recordings` flights that were flown, `third_party` what
-other programs planned, `flight_segments` flights in changing worlds; `run_folder` proves again from files (`certificate_file`), `testing` is for other people's tests.
-`data` is what all packages share. `aborts` proves braking to a hover; `exported_parts` holds uploaded parts against the flight.
+Read `certification` (the entry point; `certificate` is the value) and `claims`, then `motion` (polynomials), `model_checking` (words over time)
+and `logic` (semantics of formulas), over `arithmetic`. `data` holds missions, plans and trajectories, which all packages share.
+`run_folder` proves a folder again from its files (`certificate_file`). `trace_checking` checks words alone, `recordings` recorded flights, and
+`third_party` flights that other programs planned. `flight_segments` checks flights in changing worlds, `aborts` braking to a hover, and
+`exported_parts` uploaded parts against the flight. `testing` serves the tests of other projects.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from verify.data import NotCertified, Trajectory, Witness
     from verify.logic.verdict import TeamVerdict, Verdict
     from verify.recordings.flight_log import Samples, load_flight_log
-    from verify.recordings.flight_reference import Asked, asked_of
+    from verify.recordings.flight_reference import FlightReference, load_reference
     from verify.recordings.flight_verdict import FlightVerdict, check_flight
     from verify.recordings.samples import check_recording, check_samples
     from verify.run_folder import recheck
@@ -34,11 +34,11 @@ if TYPE_CHECKING:
 
 __all__ = [
     "ActionInstant",
-    "Asked",
     "Audit",
     "AuditLimits",
     "Certificate",
     "Claim",
+    "FlightReference",
     "FlightVerdict",
     "NotCertified",
     "Samples",
@@ -47,7 +47,6 @@ __all__ = [
     "Trajectory",
     "Verdict",
     "Witness",
-    "asked_of",
     "audit",
     "certify",
     "check_flight",
@@ -58,6 +57,7 @@ __all__ = [
     "check_word",
     "judge",
     "load_flight_log",
+    "load_reference",
     "recheck",
 ]
 
@@ -73,7 +73,7 @@ if not TYPE_CHECKING:  # which know all names from above, so that a misspelt one
             "verify.third_party.audit_requirements": ("AuditLimits",),
             "verify.third_party.auditing": ("Audit", "audit"),
             "verify.logic.verdict": ("TeamVerdict", "Verdict"),
-            "verify.recordings.flight_reference": ("Asked", "asked_of"),
+            "verify.recordings.flight_reference": ("FlightReference", "load_reference"),
             "verify.recordings.flight_log": ("Samples", "load_flight_log"),
             "verify.recordings.flight_verdict": ("FlightVerdict", "check_flight"),
             "verify.recordings.samples": ("check_recording", "check_samples"),
@@ -82,4 +82,6 @@ if not TYPE_CHECKING:  # which know all names from above, so that a misspelt one
             "verify.trace_checking.team_verdict": ("check_team",),
             "verify.trace_checking.word_verdict": ("check_word",),
         },
+        Asked="FlightReference",
+        asked_of="load_reference",
     )

@@ -41,7 +41,7 @@ _HALVINGS = 8
 
 @dataclass(frozen=True, slots=True)
 class AbortVerdict:
-    """Whether braking to a hover is certified from every instant; true where it is.
+    """Verdict on braking to a hover from every instant; true where it is certified.
 
     Attributes:
         length: s that braking takes.
@@ -56,7 +56,7 @@ class AbortVerdict:
 
     @property
     def sentence(self) -> str:
-        """What is said of it: of what is refuted, where there is something."""
+        """The verdict as a sentence: on what is refuted, where there is something."""
         if self.refused:
             return f"Abort not certified: {self.refused[0].sentence}"
         return (

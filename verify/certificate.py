@@ -42,7 +42,7 @@ class ActionInstant:
 
 @dataclass(frozen=True, eq=False)
 class Certificate:
-    """What was proved, and of what.
+    """Claims that were proved of a team's trajectories, with the mission that they are about.
 
     Attributes:
         mission: What was asked.
@@ -56,9 +56,9 @@ class Certificate:
         duration: T, in s.
         claims: Every claim, proved or not.
         actions: Instants of the planned actions.
-        versions: Of the software that judged.
+        versions: Of the software that checked.
         timelines: For pictures; not part of the file or the digest.
-        soft: What is said of each of the mission's soft parts; no claims, for the certificate holds without them.
+        soft: What is said of each of the mission's soft specifications; no claims, for the certificate holds without them.
         cuts: For each robot whose flight is cut into parts, the pieces with which parts begin.
     """
 
@@ -88,16 +88,16 @@ class Certificate:
 
     @property
     def holds(self) -> bool:
-        """Whether every claim is proved."""
+        """True if every claim is proved."""
         return bool(self.claims) and all(claim.outcome == "holds" for claim in self.claims)
 
     @property
     def soft_weight(self) -> float:
-        """Weight of the soft parts that are proved."""
+        """Weight of the soft specifications that are proved."""
         return math.fsum(part.weight for part in self.soft if part.outcome == "holds")
 
     def covers(self, team: Mapping[str, Trajectory]) -> bool:
-        """Tell whether every claim is proved of exactly these trajectories, bit for bit."""
+        """Return whether every claim is proved of exactly these trajectories, bit for bit."""
         return self.holds and {name: trajectory.digest() for name, trajectory in team.items()} == self.trajectories
 
     def to_dict(self) -> dict[str, Any]:  # of any type: JSON nests

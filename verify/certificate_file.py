@@ -1,4 +1,4 @@
-"""certificate.json as plain data: read with the shape that it must have, and held against what is proved now."""
+"""certificate.json as plain data: read with the shape that it must have, and compared with what is proved now."""
 
 from __future__ import annotations
 
@@ -175,7 +175,7 @@ _NUMBER = re.compile(r"\d+(?:\.(\d+))?(?:e([+-]\d+))?")
 
 
 def _same_sentence(old: str, new: str) -> bool:
-    """Tell whether two sentences are the same, last places of their numbers aside: on other machines they round otherwise."""
+    """Return whether two sentences are the same, last places of their numbers aside: on other machines they round otherwise."""
     if old == new:
         return True
     if len(old) > 10 * len(new) + 1000 or _NUMBER.sub("0", old) != _NUMBER.sub("0", new):

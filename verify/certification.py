@@ -1,4 +1,4 @@
-"""Certification: trajectories held against their plan and mission, claim by claim, and the largest margin at which all hold.
+"""Certification: trajectories compared with their plan and mission, claim by claim, and the largest margin at which all hold.
 
 `judge` says of every claim whether it is proved; `certify` does the same and raises unless all of them are.
 """
@@ -145,7 +145,7 @@ def judge(
 
 
 def _check_plan(plan: Plan) -> None:
-    """Refuse a plan that names unknown regions, or whose cycles are not the mission's."""
+    """Reject a plan that names unknown regions, or whose cycles are not the mission's."""
     mission = plan.mission
     for name, robot in plan.robots.items():
         for index, visit in enumerate(robot.visits):
@@ -226,7 +226,7 @@ def _read(evidence: Evidence, margin: Fraction) -> _Readings:
 
 
 def _at_margin(evidence: Evidence, margin: Fraction, clock_error: Fraction) -> _Tube:
-    """Judge all claims that depend on the margin."""
+    """Check all claims that depend on the margin."""
     plan = evidence.plan
     found = _read(evidence, margin)
     words = [
@@ -252,7 +252,7 @@ def _claims_of_paths(evidence: Evidence, found: _Readings, margin: Fraction, sep
 
 
 def _holds_at(evidence: Evidence, margin: Fraction, clock_error: Fraction) -> bool:
-    """Tell whether all claims that depend on the margin hold; those about words, which take longest, are asked last."""
+    """Return whether all claims that depend on the margin hold; those about words, which take longest, are asked last."""
     mission = evidence.plan.mission
     found = _read(evidence, margin)
     claims = itertools.chain(
@@ -305,7 +305,7 @@ def _with_visit(verdict: Verdict, plan: Plan, matchings: Mapping[str, Matching])
 
 
 def _largest_margin(evidence: Evidence, asked: float, clock_error: Fraction, tube: _Tube) -> float | None:
-    """Find the largest margin at which all claims hold, by bisection to RESOLUTION; a larger one is refused.
+    """Find the largest margin at which all claims hold, by bisection to RESOLUTION; a larger one is rejected.
 
     A tube holds every smaller one, so what is proved at one margin holds at all smaller ones.
     """

@@ -1,4 +1,4 @@
-"""Files of parts that lie beside a run, held against the flight that was certified: what is uploaded must be it, piece by piece."""
+"""Files of parts that lie beside a run, compared with the flight that was certified: what is uploaded must be it, piece by piece."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ PARTS_FOLDER = "crazyswarm2"
 
 
 def require_parts(folder: Path, team: Mapping[str, Trajectory]) -> None:
-    """Refuse files of parts in a run's folder that are not those of its certified flight; no such files are none to refuse.
+    """Reject files of parts in a run's folder that are not those of its certified flight; no such files are none to refuse.
 
     Args:
         folder: The run's.
@@ -40,7 +40,7 @@ def require_parts(folder: Path, team: Mapping[str, Trajectory]) -> None:
 
 
 def _is_part(found: Trajectory, part: Trajectory) -> bool:
-    """Tell whether a file holds a part; one of a single piece may be followed by a hover where it ends, which is a pause."""
+    """Return whether a file holds a part; one of a single piece may be followed by a hover where it ends, which is a pause."""
     if found == part:
         return True
     if len(part) > 1 or len(found) != 2 or found.part(0, 1) != part:

@@ -2,7 +2,7 @@
 
 A certificate speaks of one flight in one world. When the world changes (a region moves, a formula arrives, a robot leaves),
 robots come to rest and go on with another certified flight. The word that counts is the whole one, so the label
-timelines of all pieces are put end to end, each in the world as it then was, and judged against the whole formula: what may
+timelines of all pieces are put end to end, each in the world as it then was, and checked against the whole formula: what may
 have been shown on the way counts as much as what must have been. A piece that was cut short is known by the same bits as
 before up to the cut; nothing here rests on measured positions.
 """
@@ -128,10 +128,10 @@ def judge_stop(
     *,
     seams: Collection[int] = (),
 ) -> tuple[Claim, ...]:
-    """Judge trajectories by which a team comes to rest, whatever it had planned: all that is claimed but words.
+    """Check trajectories by which a team comes to rest, whatever it had planned: all that is claimed but words.
 
-    The flight before `since` was judged before. From then on: workspace, separation, rims and obstacles in this world, no region that is
-    closed to the robot's kind, and an end that is in each region for sure or out of it for sure. Continuity and limits are judged of the
+    The flight before `since` was checked before. From then on: workspace, separation, rims and obstacles in this world, no region that is
+    closed to the robot's kind, and an end that is in each region for sure or out of it for sure. Continuity and limits are checked of the
     whole trajectories.
 
     Args:
@@ -139,7 +139,7 @@ def judge_stop(
         team: One trajectory for each agent, from rest to rest.
         since: Time on the trajectories' clocks, exact, in s.
         towards: For each robot that slows down: when it begins to, and the regions that it is on its way to; the limits of those
-            legs are judged from then on. What was flown of a leg before was judged with the leg.
+            legs are checked from then on. What was flown of a leg before was checked with the leg.
         seams: Pieces with which laps begin anew, where headings may turn fully.
 
     Raises:
@@ -170,7 +170,7 @@ def judge_stop(
 
 @np.errstate(all="ignore")
 def judge_braking(mission: Mission, robot: str, laps: Trajectory, flown: Trajectory, since: Fraction) -> tuple[Claim, ...]:
-    """Judge how the one robot of a patrol comes to rest after its last lap: all that `judge_stop` claims, and that it shows nothing new.
+    """Check how the one robot of a patrol comes to rest after its last lap: all that `judge_stop` claims, and that it shows nothing new.
 
     Until it brakes it flies laps that are certified for ever. From then on it keeps the limits of all legs that it may be on, and comes to
     and leaves regions, if any, in the order in which another lap does: so its word is one that its laps begin with.

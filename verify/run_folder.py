@@ -1,7 +1,7 @@
 """A certificate proved again from its folder alone: mission.yaml, plan.json, one CSV a robot, certificate.json.
 
-Nothing in certificate.json is believed. It says what was proved of which files; all claims are judged anew from those
-files, and whatever differs is refused with the name of the file that was changed.
+Nothing in certificate.json is believed. It says what was proved of which files; all claims are checked anew from those
+files, and whatever differs is rejected with the name of the file that was changed.
 """
 
 from __future__ import annotations
@@ -120,7 +120,7 @@ def read_folder(folder: str | Path) -> tuple[Plan, dict[str, Trajectory]]:
 
 
 def _as_cut(folder: Path, mission: Mission, flown: Mapping[str, Trajectory]) -> dict[str, Trajectory] | None:
-    """Return flights in the parts that a certificate in their folder names, which the judge is to prove; None where it names none for them."""
+    """Return flights in the parts that a certificate in their folder names, which the checker is to prove; None where it names none for them."""
     if not (folder / CERTIFICATE_FILE).exists():
         return None
     written = read_certificate(folder / CERTIFICATE_FILE, earlier=True)["trajectories"]

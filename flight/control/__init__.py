@@ -1,7 +1,6 @@
-"""Controllers: from a plan and what is known of the vehicles to commands.
+"""Controllers: from a plan and a vehicle's estimated state to commands.
 
-`controller` says what a controller is and lists them; each has a file of its own. `flatness` turns a plan into thrust, attitude and
-rates for those on the ground; `onboard_controller` is what those on board have in common, `profiles` what a
-vehicle's profile says of them.
-The controllers are `geometric` and `paper` on the ground; `mellinger`, `pid` and `lee` as the Crazyflie has them on board.
+`controller` is their protocol and registry; each has a file of its own. On the ground: `geometric` and `paper`, over `flatness` (thrust, attitude and
+rates of a plan). On board, as the Crazyflie has them: `mellinger`, `pid` and `lee`, over `onboard_controller`. `profiles` reads the entries of a
+vehicle's profile.
 """

@@ -1,4 +1,4 @@
-"""What a controller is: a value that is chosen by name, and the loop that it begins for some vehicles.
+"""Protocol of a controller: a value that is chosen by name, and the loop that it begins for some vehicles.
 
 A new controller is a module with a subclass of `Controller`, and one line in `CONTROLLERS`; another package names its own in the
 group `ltlplan.controllers` of its entry points (docs/extending.md).
@@ -32,7 +32,7 @@ class ControlLoop(Protocol):
 
 
 class Controller(ABC):
-    """Who follows a plan: a value without state, a frozen dataclass at best, from which loops begin."""
+    """Controller that follows a plan: a value without state, a frozen dataclass at best, from which loops begin."""
 
     @abstractmethod
     def begin(self, airframe: Airframe, flat: Floats) -> ControlLoop:

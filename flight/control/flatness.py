@@ -16,7 +16,7 @@ from verify.data import GRAVITY
 
 @dataclass(frozen=True, slots=True)
 class FeedForward:
-    """What a vehicle without drag does to follow a flat output exactly. Vehicles along the last axis.
+    """Inputs by which a vehicle without drag follows a flat output exactly. Vehicles along the last axis.
 
     Attributes:
         thrust: Mass-normalised thrust |F|, m/s^2. Shape (n,).

@@ -34,7 +34,7 @@ KNOWN = 13
 
 @dataclass(frozen=True, slots=True)
 class Moment:
-    """What laws are told on board. Vehicles along the last axis.
+    """Inputs of the control laws on board. Vehicles along the last axis.
 
     Attributes:
         setpoint: What the commander asks for. Shape (SETPOINT, n).
@@ -52,7 +52,7 @@ class Laws(Protocol):
 
     @property
     def traceable(self) -> bool:
-        """Whether `thrusts` is made of sums, products, quotients, roots and extremes alone, so that it can be compiled."""
+        """True if `thrusts` is made of sums, products, quotients, roots and extremes alone, so that it can be compiled."""
         ...
 
     def at_first(self, setpoint: Floats) -> Floats:
@@ -98,7 +98,7 @@ class OnBoardController(Controller):
     """A controller whose loop runs on board, faster than commands from the ground are sent."""
 
     def begin(self, airframe: Airframe, flat: Floats) -> NoReturn:
-        """Refuse to command from the ground.
+        """Reject to command from the ground.
 
         Args:
             airframe: What it would fly.
@@ -108,7 +108,7 @@ class OnBoardController(Controller):
             BadInput: Always.
         """
         vehicles = f"{flat.shape[-1]} of '{airframe.vehicle.name}'"
-        raise BadInput(f"this controller runs on board and moves rotors; it commands nobody from the ground ({vehicles}).")
+        raise BadInput(f"this controller runs on board and moves rotors; it sends no commands from the ground ({vehicles}).")
 
     @abstractmethod
     def laws(self, airframe: Airframe) -> Laws:
@@ -134,7 +134,7 @@ class ToldItsMass(OnBoardController):
 
     def __post_init__(self) -> None:
         if self.mass is not None and not (is_number(self.mass) and 0.0 < self.mass < 1000.0):
-            raise BadInput(f"a controller is told a mass above 0 in kg, and below 1000, such as 0.029, not {self.mass!r}.")
+            raise BadInput(f"a controller's mass is above 0 in kg, and below 1000, such as 0.029, not {self.mass!r}.")
 
     def laws(self, airframe: Airframe) -> Laws:
         """Return its laws for one airframe; argument as said there."""

@@ -1,4 +1,4 @@
-"""What vehicles' profiles say of what is on board: the controller that margins are meant for, and the table of gains."""
+"""Onboard software in vehicles' profiles: the controller that margins are meant for, and the table of gains."""
 
 from __future__ import annotations
 

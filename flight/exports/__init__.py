@@ -1,4 +1,4 @@
-"""Export of certified flights to real vehicles. What is not certified, or does not fit, is refused.
+"""Export of certified flights to real vehicles. What is not certified, or does not fit, is rejected.
 
 `writer` is the door; `target` says what a target is and lists them. Each has a file of its own that turns a team into the contents of
 files; nothing is written before all of them are made. Every export carries the certificate's digest and a note (`notes`) of what

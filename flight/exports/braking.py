@@ -2,7 +2,7 @@
 
 A lap that is flown through begins and ends in full flight, and a vehicle that has nothing more to fly stops where its memory ends, 0.15 m
 too late at 1 m/s. Its velocity is led to zero by the polynomial of degree 5 that begins with its velocity, acceleration and jerk; how quickly,
-and after how many pieces of one more lap, is tried until the judge has no objection and it rests where a flight may begin: not in a hoop's opening, from
+and after how many pieces of one more lap, is tried until the checker has no objection and it rests where a flight may begin: not in a hoop's opening, from
 where nobody lands. The laps themselves stay as they are.
 """
 
@@ -74,7 +74,7 @@ class AtMost:
 
 
 def ends_in_flight(path: Trajectory) -> bool:
-    """Tell whether a robot still moves where its last lap ends.
+    """Return whether a robot still moves where its last lap ends.
 
     Args:
         path: Its flight.
@@ -109,7 +109,7 @@ def brakings(mission: Mission, name: str, path: Trajectory, join: Join) -> Itera
     for more, before in _longer(path, laps):
         since = sum(map(Fraction, before.durations.tolist()), Fraction(0))
         for length in LENGTHS:
-            flown = join(name, before, _braking(before, length))
+            flown = join(name, before, _to_rest(before, length))
             if flown is None:
                 return
             if not _may_begin(mission, name, flown):
@@ -123,7 +123,7 @@ def brakings(mission: Mission, name: str, path: Trajectory, join: Join) -> Itera
 
 
 def _may_begin(mission: Mission, name: str, flown: Trajectory) -> bool:
-    """Tell whether a mission in this world could begin where a flight ends."""
+    """Return whether a mission in this world could begin where a flight ends."""
     x, y, z = flown.evaluate(flown.duration)[:3].tolist()
     world = {key: getattr(mission, key) for key in ("workspace", "margin", "hoops", "regions")}
     return not any(misplaced((x, y, z), world, mission.vehicle_of(name)))
@@ -144,7 +144,7 @@ def _longer(path: Trajectory, laps: Trajectory) -> Iterator[tuple[int, Trajector
         )
 
 
-def _braking(flown: Trajectory, length: float) -> Trajectory:
+def _to_rest(flown: Trajectory, length: float) -> Trajectory:
     """Return one piece that leads from a flight's end to rest, rounded to float32."""
     begin = np.stack([flown.evaluate(flown.duration, order) for order in range(4)])  # (4 orders, 4 axes)
     length = float(np.float32(length))

@@ -1,8 +1,7 @@
-"""What exports for live flights carry along: scripts as they stand in `scripts`, and `flight.json` with all numbers that they fly by."""
+"""Scripts and numbers bundled with exports for live flights: scripts from `scripts`, and `flight.json` with all numbers that they fly by."""
 
 from __future__ import annotations
 
-import itertools
 import json
 from collections.abc import Mapping
 from importlib import resources
@@ -14,11 +13,22 @@ from flight.exports.target import Request
 from flight.exports.vertical_corridors import Columns, columns
 from flight.monitoring import thresholds
 from flight.monitoring.alarm_response import LANDING_HEIGHT, LANDING_SPEED, braking, braking_length
-from verify.data import Mission
-from verify.data.frame import Frame
 
 DATA = "flight.json"
-_SWARM = ("__init__", "before", "checks", "crazyswarm", "ending", "paths", "record", "simulator", "stages", "standing", "watch")
+_SWARM = (
+    "__init__",
+    "before",
+    "checks",
+    "crazyswarm",
+    "ending",
+    "paths",
+    "record",
+    "simulator",
+    "stages",
+    "standing",
+    "supervisor",
+    "watch",
+)
 _STREAM = ("__init__", "checks", "px4", "record", "reports", "streaming", "watch")
 SWARM = ("fly_mission.py", *(f"flying/{name}.py" for name in _SWARM))
 """With crazyswarm2."""
@@ -92,19 +102,17 @@ def about(request: Request, accuracy: float, robots: Mapping[str, Mapping[str, A
     height = max(max(path.evaluate(0.0)[2], path.evaluate(path.duration)[2]) for path in flown.values())
     duration = max(path.duration for path in flown.values())
     climb = seconds_to_climb(request)
+    watched = thresholds.bounds(mission, rows, request.margin, accuracy, mission.frame)
     return {
         "mission": mission.name,
         "certificate": request.digest,
-        "margin": request.margin,
         "duration": duration,
         "lasts": duration + max(0.0, float(height)) * (climb + 1.0 / LANDING_SPEED) + _BESIDE,
         "robots": rows,
-        "separation": [[one, other, mission.least_distance(one, other)] for one, other in itertools.combinations(rows, 2)],
-        "z_scale": mission.separation / mission.separation_z if mission.separation_z else 1.0,
-        "workspace": _workspace(mission),
+        **watched,
         "braking": _shares(),
         "limits": {
-            **thresholds.limits(accuracy),
+            **watched["limits"],
             "climb": climb,
             "braking": braking_length(mission),
             "landing_height": LANDING_HEIGHT,
@@ -120,17 +128,6 @@ def written(data: Mapping[str, Any]) -> dict[str, bytes]:
         data: What it says.
     """
     return {DATA: (json.dumps(data, indent=1, allow_nan=False) + "\n").encode()}
-
-
-def _workspace(mission: Mission) -> dict[str, Any]:
-    """Return the workspace as the laboratory sees it: upright walls as rows x, y of a normal and how far it reaches along it, and heights."""
-    frame, low, high = mission.frame or Frame(), mission.workspace.min, mission.workspace.max
-    walls: list[list[float]] = []
-    for axis in range(2):
-        normal = frame.matrix[:2, axis]
-        beyond = float(normal @ np.array(frame.offset[:2]))
-        walls += [[*normal.tolist(), high[axis] + beyond], [*(-normal).tolist(), -low[axis] - beyond]]
-    return {"walls": walls, "low": low[2] + frame.offset[2], "high": high[2] + frame.offset[2]}
 
 
 def _shares() -> list[float]:

@@ -23,7 +23,7 @@ WARNING = (
 
 
 def require_controllers(target: ExportTarget, mission: Mission, robots: Iterable[str]) -> None:
-    """Refuse a target whose vehicles do not run the controllers that the margins are meant for, so that no flight can stand for theirs.
+    """Reject a target whose vehicles do not run the controllers that the margins are meant for, so that no flight can stand for theirs.
 
     Args:
         target: The export target.
@@ -36,21 +36,21 @@ def require_controllers(target: ExportTarget, mission: Mission, robots: Iterable
     if not target.controllers:
         raise NotCertified(
             f"{target.name}: the controller of its vehicles is not modelled, and a simulated flight by another says nothing of them. Write it with "
-            "`anyway` (`--anyway`, `anyway=True`) and a warning, or fly vehicles whose controller is modelled."
+            "`--force` (`force=True`) and a warning, or fly vehicles whose controller is modelled."
         )
     for name in (name for name in mission.agents if name in set(robots)):
         if not target.runs(own := controller_name(mission.vehicle_of(name))):
             runs = ", ".join(f"'{controller}'" for controller in target.controllers)
             raise NotCertified(
                 f"the margin of {name} is meant for the controller '{own}', and vehicles of {target.name} run {runs}. Name one of these as "
-                "`controller` in the vehicle's profile, or write it with `anyway` (`--anyway`, `anyway=True`) and a warning."
+                "`controller` in the vehicle's profile, or write it with `--force` (`force=True`) and a warning."
             )
 
 
 def require_flight(
     log: FlightLog | None, cert: Certificate, mission: Mission, robots: Iterable[str], target: ExportTarget
 ) -> None:
-    """Refuse a flight that is not of this certificate, by controllers that the target's vehicles run, inside its tube.
+    """Reject a flight that is not of this certificate, by controllers that the target's vehicles run, inside its tube.
 
     Args:
         log: A simulated flight; None where there is none.
@@ -67,7 +67,7 @@ def require_flight(
     if log is None:
         raise NotCertified(
             "there is no simulated flight that stayed in its tube: fly it (`flight.fly` with conditions=flight.conditions_of(mission)) and "
-            "pass `flight=`, or write it with `anyway=True` and a warning."
+            "pass `flight=`, or write it with `force=True` and a warning."
         )
     if log.certificate != cert.digest():
         raise NotCertified("the flight is of another certificate; fly this one (`flight.fly` with it, `ltlplan run`).")
@@ -84,7 +84,7 @@ def require_flight(
             raise NotCertified(
                 f"in simulation {name}, flown by '{wanted}', strayed {1000 * worst:.1f} mm from its certified path, and the margin is "
                 f"{1000 * cert.margin:g} mm: ask for a greater margin or a slower flight (`ltlplan rehearse` says what it takes), or "
-                "write it anyway."
+                "write it with `--force` (`force=True`)."
             )
     if log.satisfied is False:
         raise NotCertified("the flown path breaks the formula in simulation.")

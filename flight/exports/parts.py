@@ -1,4 +1,4 @@
-"""What of a team's flights is uploaded at once: all of it, or part after part while robots hover."""
+"""Parts of a team's flights that are uploaded at once: all of it, or part after part while robots hover."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from verify.data.trajectory import HOVER, PAUSE
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """What is uploaded at once.
+    """Part of a flight that is uploaded at once.
 
     Attributes:
         ending: What its files are called behind a robot's name; nothing for a flight that is whole.

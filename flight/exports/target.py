@@ -1,4 +1,4 @@
-"""What an export target is: the function that makes its files, its options, and what voids a certificate there.
+"""Protocol of an export target: the function that makes its files, its options, and what voids a certificate there.
 
 A new target is a module with an `ExportTarget`, and one line in `EXPORT_TARGETS`; another package names its own in the group
 `ltlplan.export_targets` of its entry points (docs/extending.md).
@@ -23,7 +23,7 @@ NOTE = "README.txt"
 
 @dataclass(frozen=True, slots=True)
 class Request:
-    """What a target works from.
+    """Input of a target.
 
     Attributes:
         mission: What the certificate is of.
@@ -58,7 +58,7 @@ class Request:
 
 @dataclass(frozen=True, slots=True)
 class Product:
-    """What a target makes.
+    """Output of a target.
 
     Attributes:
         files: Contents by file name.
@@ -72,7 +72,7 @@ class Product:
 
 
 class Sent(Protocol):
-    """What was sent to one vehicle, or would have been."""
+    """Bytes that were sent to one vehicle, or would have been."""
 
     @property
     def robot(self) -> str:
@@ -121,7 +121,7 @@ class ExportTarget:
             as it is, any number of pieces.
         controllers: Names of the controllers that its vehicles run. Only a simulated flight by one of them opens an export. `profile`: the
             one that a vehicle's profile names, for formats that go with no vehicle in particular. Empty: none of them is modelled, so
-            that an export is written `anyway` or not at all.
+            that an export is written with `force` or not at all.
     """
 
     name: str
@@ -135,7 +135,7 @@ class ExportTarget:
     controllers: tuple[str, ...] = ()
 
     def runs(self, controller: str) -> bool:
-        """Tell whether its vehicles run a controller.
+        """Return whether its vehicles run a controller.
 
         Args:
             controller: Its name.
@@ -143,7 +143,7 @@ class ExportTarget:
         return PROFILES in self.controllers or controller in self.controllers
 
     def require_options(self, options: Mapping[str, object]) -> None:
-        """Refuse options that the target does not have.
+        """Reject options that the target does not have.
 
         Raises:
             BadInput: There is one.

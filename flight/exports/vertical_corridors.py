@@ -4,7 +4,7 @@ A robot's column is the upright line between the ground (z = 0 of the laboratory
 robots which stay within the margin of their own columns keep apart, clear of rims and obstacles, and within the workspace's walls, whoever is how
 high at whatever time: nothing is said of clocks, so nothing depends on them. Who has not climbed yet, or has come down already, is in its column.
 
-Robots are kept apart by their distance seen from above, compared without rounding. Everything else is asked of the judge, of one upright
+Robots are kept apart by their distance seen from above, compared without rounding. Everything else is asked of the checker, of one upright
 piece a robot: what it proves for all times of that piece is proved of all places of the column. Its walls are those of the workspace but for the
 lower one, which is moved below the ground. It takes as long as judging a flight of one piece.
 
@@ -42,26 +42,24 @@ _WHERE = {"climb": ("start", "below its start"), "landing": ("end", "below its e
 
 @dataclass(frozen=True, slots=True)
 class Columns:
-    """What is known of a team's climb or landing.
+    """Proof of a team's climb or landing.
 
     Attributes:
         name: Which of them.
         faults: Why it is not certified, a sentence each; none where it is.
-        stacked: The first two robots that are not apart, seen from above; nobody where all are.
     """
 
     name: Name
     faults: tuple[str, ...]
-    stacked: tuple[str, ...] = ()
 
     @property
     def certified(self) -> bool:
-        """Whether it is proved."""
+        """True if it is proved."""
         return not self.faults
 
     @property
     def sentence(self) -> str:
-        """What is to be said of it."""
+        """The proof's outcome as a sentence."""
         start, _ = _WHERE[self.name]
         if self.faults:
             return f"{self.name.capitalize()} not certified: {'; '.join(self.faults)}."
@@ -73,7 +71,7 @@ class Columns:
 
 
 def columns(mission: Mission, team: Mapping[str, Trajectory], name: Name, margin: float) -> Columns:
-    """Judge a team's climb to its starts, or its landing from its ends.
+    """Check a team's climb to its starts, or its landing from its ends.
 
     Args:
         mission: The world; carries the frame, by which the ground lies.
@@ -94,13 +92,15 @@ def columns(mission: Mission, team: Mapping[str, Trajectory], name: Name, margin
             faults.append(f"{robot} does not hover at its {_WHERE[name][0]}")
         elif not z > ground:
             faults.append(f"{robot}'s {_WHERE[name][0]} is not above the ground")
-    near = tuple(_near(mission, tops, margin + 2 * NEAR))
-    faults += [f"{one} and {other} {_WHERE[name][0]} too near to each other, seen from above" for one, other in near]
+    faults += [
+        f"{one} and {other} {_WHERE[name][0]} too near to each other, seen from above"
+        for one, other in _near(mission, tops, margin + 2 * NEAR)
+    ]
     if not faults:
         faults += [
             _worded(claim, name) for claim in _claims(mission, tops, ground, margin + 2 * NEAR) if claim.outcome != "holds"
         ]
-    return Columns(name, tuple(faults), near[0] if near else ())
+    return Columns(name, tuple(faults))
 
 
 def _near(mission: Mission, tops: Mapping[str, Point], margin: float) -> Iterator[tuple[str, str]]:
@@ -116,7 +116,7 @@ def _near(mission: Mission, tops: Mapping[str, Point], margin: float) -> Iterato
 
 @np.errstate(all="ignore")
 def _claims(mission: Mission, tops: Mapping[str, Point], ground: float, margin: float) -> list[Claim]:
-    """Return what the judge says of upright pieces from the ground to the tops."""
+    """Return what the checker says of upright pieces from the ground to the tops."""
     agents = {
         robot: mission.agents[robot].model_copy(update={"start": (x, y, ground), "end": None})
         for robot, (x, y, _) in tops.items()

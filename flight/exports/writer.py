@@ -18,15 +18,16 @@ from flight.exports.target import EXPORT_TARGETS, NOTE, ExportTarget, Product, R
 from flight.frames import team_in_laboratory
 from flight.logs.log import FlightLog
 from flight.model.airframe import airframes_of
+from flight.storage.folders import write_files
 from verify.certificate import Certificate
 from verify.data import BadInput, DoesNotFit, Mission, NotCertified, Trajectory, check_trajectories
 from verify.data.events import unknown
-from verify.data.storage.folders import write_files
+from verify.data.former_names import former_arguments
 
 
 @dataclass(frozen=True, slots=True)
 class Exported:
-    """What was written.
+    """Files that were written.
 
     Attributes:
         format: Name of the format.
@@ -49,6 +50,7 @@ def formats() -> tuple[str, ...]:
 
 
 # as many parameters as `ltlplan export` has options, each by its keyword
+@former_arguments(anyway="force")
 def export(
     team: Mapping[str, Trajectory],
     cert: Certificate,
@@ -58,7 +60,7 @@ def export(
     vehicle: str | None = None,
     robots: Collection[str] | None = None,
     flight: FlightLog | None = None,
-    anyway: bool = False,
+    force: bool = False,
     **options: Any,  # of any type that the target reads
 ) -> Exported:
     """Write a certified team's trajectories for real vehicles.
@@ -72,7 +74,7 @@ def export(
         robots: Names of those that are written, where others of the team fly from another export; None for all.
         flight: A simulated flight under this certificate, which must have stayed in its tube by the profiles' controllers
             (`flight.fly` with `conditions=flight.conditions_of(mission)`); the target's vehicles must run these.
-        anyway: Write without such a flight, with a warning in every file that has room for words.
+        force: Write without such a flight, with a warning in every file that has room for words.
         options: As the target's `options` say: `uris` (crazyswarm2: robot to radio address), `trajectory_ids` and `offset`
             (crazyflie: robot to id, bytes), `rate` (px4, ros2: points a second), `origin` (px4: m, the local frame's origin in ours).
 
@@ -88,8 +90,8 @@ def export(
             the user's that would be overwritten.
     """
     target = EXPORT_TARGETS.resolve(format)
-    product = make_product(team, cert, target, vehicle=vehicle, robots=robots, anyway=anyway, **options)
-    if not anyway:
+    product = make_product(team, cert, target, vehicle=vehicle, robots=robots, force=force, **options)
+    if not force:
         require_flight(flight, cert, certified_mission(cert), robots or team, target)
     written = write_files(out, product.files)
     note = Path(out) / NOTE
@@ -104,7 +106,7 @@ def make_product(
     *,
     vehicle: str | None = None,
     robots: Collection[str] | None = None,
-    anyway: bool = False,
+    force: bool = False,
     **options: Any,  # of any type that the target reads
 ) -> Product:
     """Return what `export` would write, its note included; whether it was flown in simulation is not asked here.
@@ -115,7 +117,7 @@ def make_product(
         format: A target, or a name of one.
         vehicle: Name of the airframe that will fly, where it is to be checked against the certificate's.
         robots: Names of those that are written, where others of the team fly from another export; None for all.
-        anyway: Whether every file that has room for words warns that no flight stayed in its tube.
+        force: Whether every file that has room for words warns that no flight stayed in its tube.
         options: As the target's `options` say.
 
     Raises:
@@ -133,7 +135,7 @@ def make_product(
             if name not in mission.agents:
                 raise BadInput(unknown(name, "robot of the mission", mission.agents))
         if not robots:
-            raise BadInput("robots names nobody; leave it out to write all.")
+            raise BadInput("robots is empty; leave it out to write all.")
     ordered = {name: team[name] for name in mission.agents if robots is None or name in robots}
     for name in ordered if vehicle is not None else ():
         if (own := mission.vehicle_of(name).name) != vehicle:
@@ -156,14 +158,14 @@ def make_product(
         ends,
         apart,
         whole,
-        WARNING if anyway else "",
+        WARNING if force else "",
     )
     product = target.make(request)
     doubts = dict.fromkeys(doubt for airframe in airframes_of(mission, ordered) if (doubt := airframe.doubt))
     guessed = (doubt[:1].upper() + doubt[1:] for doubt in doubts)
-    notes = (*([WARNING] if anyway else []), *([placed] if placed else []), *product.notes, *said, *guessed)
+    notes = (*([WARNING] if force else []), *([placed] if placed else []), *product.notes, *said, *guessed)
     files = {**product.files, NOTE: readme(request, target, notes, product.beyond).encode()}
-    return Product(warned(files) if anyway else files, notes, product.beyond)
+    return Product(warned(files) if force else files, notes, product.beyond)
 
 
 def names_of(
@@ -192,14 +194,14 @@ def names_of(
     target.require_options(options)
     written = {name: team[name] for name in mission.agents if robots is None or name in robots}
     if not written:
-        raise BadInput("robots names nobody of the mission; leave it out to write all.")
+        raise BadInput("robots names no robot of the mission; leave it out to write all.")
     whole = {name: team[name].flattened(mission.spec.repeat) for name in mission.agents}
     request = Request(mission, written, mission.spec.repeat, float(mission.margin), "", options, whole=whole)
     return (*target.make(request).files, NOTE)
 
 
 def _require_common_pauses(target: ExportTarget, mission: Mission, written: Mapping[str, Trajectory]) -> None:
-    """Refuse to write some robots of a flight in parts for a target that would not pause when the others do.
+    """Reject to write some robots of a flight in parts for a target that would not pause when the others do.
 
     Raises:
         DoesNotFit: As said.

@@ -1,4 +1,4 @@
-"""Who is reached where: each robot of a mission has an address of its own."""
+"""Addresses of a mission's robots, one for each."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from verify.data.events import unknown
 def require_addresses(
     mission: Mission, addresses: Mapping[str, str], example: str, reached: Callable[[str], str] = str
 ) -> None:
-    """Refuse addresses that are missing, of nobody, or of two robots.
+    """Reject addresses that are missing, of nobody, or of two robots.
 
     Args:
         mission: Who flies.

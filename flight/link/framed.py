@@ -35,7 +35,7 @@ class FramedLink:
 
     @property
     def failsafe(self) -> str:
-        """What acts on board when the link is gone."""
+        """Reaction on board when the link is gone."""
         return self.link.failsafe
 
     @property
@@ -45,7 +45,7 @@ class FramedLink:
 
     @property
     def streams(self) -> bool:
-        """Whether set-points come from here."""
+        """True if set-points come from here."""
         return self.link.streams
 
     def now(self) -> float:

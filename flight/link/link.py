@@ -1,4 +1,4 @@
-"""What a link to vehicles is: poses and health in, trajectories and a few commands out.
+"""Protocol of a link to vehicles: poses and health in, trajectories and a few commands out.
 
 A link kind is a module with a class that has these methods. Commands are told to be acknowledged or not, never assumed: who
 calls repeats them. All vehicles share one clock, the link's.
@@ -25,13 +25,14 @@ class LinkLost(LtlplanError):
 
 @dataclass(frozen=True, slots=True)
 class Health:
-    """What a vehicle says of itself; None for what it does not say.
+    """Health that a vehicle reports; None for what it does not report.
 
     Attributes:
         ready: Whether it would take off: armed or needing no arming, no supervisor in the way.
         settled: Whether its estimator has settled.
         endurance: s that its battery lasts in hover.
         flying: Whether it says that it flies: its supervisor, its land detector.
+        fault: What blocks it in flight, as of it alone (`has tumbled`); empty where nothing does.
         why: Why something is not known, by the name of its check.
     """
 
@@ -39,6 +40,7 @@ class Health:
     settled: bool | None = None
     endurance: float | None = None
     flying: bool | None = None
+    fault: str = ""
     why: Mapping[str, str] = field(default_factory=dict[str, str])
 
 
@@ -52,7 +54,7 @@ class Link(Protocol):
 
     @property
     def failsafe(self) -> str:
-        """What acts on board when the link is gone, as it was set and read back; a sentence."""
+        """Reaction on board when the link is gone, as it was set and read back; a sentence."""
         ...
 
     @property
@@ -62,7 +64,7 @@ class Link(Protocol):
 
     @property
     def streams(self) -> bool:
-        """Whether set-points come from here: what is flown may then be stored anew, the same up to now, and goes on changed."""
+        """True if set-points come from here: what is flown may then be stored anew, the same up to now, and goes on changed."""
         ...
 
     def now(self) -> float:

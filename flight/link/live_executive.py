@@ -30,7 +30,7 @@ INTERRUPTED = "interrupted"
 
 @dataclass(frozen=True, slots=True)
 class LiveFlight:
-    """How a live flight ended.
+    """Outcome of a live flight.
 
     Attributes:
         flown: Whether every stage was flown to its end, inside the margin.
@@ -182,7 +182,7 @@ class Flying:
 
 
 class Onwards(Protocol):
-    """What is flown after stages that are known before take-off."""
+    """Source of flights after the phases that are known before take-off."""
 
     @property
     def duration(self) -> float:

@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 
 from flight.exports.px4 import FAILSAFE, to_ned
+from flight.exports.scripts.flying.checks import battery_left
 from flight.exports.scripts.flying.reports import (
     ARM,
     BEAT,
@@ -155,7 +156,7 @@ class MavlinkLink:
 
     @property
     def failsafe(self) -> str:
-        """What acts on board when set-points end, as it was read back."""
+        """Reaction on board when set-points end, as it was read back."""
         return (
             f"{FAILSAFE['COM_OF_LOSS_T']:g} s after its last set-point PX4 lands where it is (COM_OF_LOSS_T, COM_OBL_RC_ACT); "
             "one that was told to hold or to land does so to the end"
@@ -196,8 +197,7 @@ class MavlinkLink:
     def health(self, robot: str) -> Health:
         """Return what a vehicle last said of itself."""
         says, endurance = self._vehicles[robot].says, self._mission.vehicle_of(robot).endurance
-        lasts = 0.0 if says.charge == 0.0 else None if says.charge is None or endurance is None else endurance * says.charge
-        return Health(says.ready, says.settled, lasts, says.flying, says.why(endurance=endurance is not None))
+        return Health(says.ready, says.settled, battery_left(says.charge, endurance), says.flying, says.fault, says.why)
 
     def parameters(self, robot: str) -> Mapping[str, float]:
         """Return the parameters that were read back."""

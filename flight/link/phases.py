@@ -1,4 +1,4 @@
-"""What is flown one after another: certified flights, each from a hover to a hover.
+"""Phases of a live flight: certified flights one after another, each from a hover to a hover.
 
 Most stages are begun once. A flight in parts is begun part by part: the team hovers between two of them for as long as it takes, while the plan's
 clock stands still. Laps that end in full flight have a braking behind them: it lies on board with them and is flown without a pause, but
@@ -31,7 +31,7 @@ BRAKING = "braking"
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Part:
-    """What all robots begin at one instant, from a hover.
+    """Part that all robots begin at one instant, from a hover.
 
     Attributes:
         name: The stage's, and which part of it.
@@ -117,12 +117,12 @@ class Stage:
 
     @cached_property
     def claimed(self) -> dict[str, Trajectory]:
-        """What the certificate is about: laps repeated."""
+        """Flights that the certificate is about: cycles repeated."""
         return flown(self.plan.mission, self.team)
 
     @cached_property
     def paths(self) -> dict[str, Trajectory]:
-        """What each robot flies: laps repeated, and the braking behind them; pauses left out."""
+        """Flight of each robot: cycles repeated, and the braking after them; pauses left out."""
         return {name: self.braking.get(name, path) for name, path in self.claimed.items()}
 
     @property
@@ -132,7 +132,7 @@ class Stage:
 
     @cached_property
     def stored(self) -> tuple[dict[str, Trajectory], ...]:
-        """What lies on board, each under a number of its own: all, or each part once."""
+        """Trajectories on board, each under a number of its own: all, or each part once."""
         ranges = {name: path.parts for name, path in self.team.items()}
         if not any(path.cuts for path in self.team.values()):
             return (self.paths,)
@@ -143,7 +143,7 @@ class Stage:
 
     @cached_property
     def parts(self) -> tuple[Part, ...]:
-        """What is begun one after another, each from a hover: a lap in parts as often as laps are flown."""
+        """Parts that begin one after another, each from a hover: a cycle in parts as often as cycles are flown."""
         cut = next((path for path in self.team.values() if path.cuts), None)
         if cut is None:
             claimed = max(path.duration for path in self.claimed.values())
@@ -162,7 +162,7 @@ class Stage:
 
     @cached_property
     def behind(self) -> dict[str, Trajectory]:
-        """What is flown behind the last lap, to rest."""
+        """Flight after the last cycle, to a stop."""
         return {name: path.part(len(self.claimed[name]), len(path)) for name, path in self.braking.items()}
 
     @cached_property
@@ -204,7 +204,7 @@ class Stage:
         return Watched(BRAKING, self.paths, self.margin, monitor)
 
     def _require_braking(self, name: str, path: Trajectory) -> None:
-        """Refuse a braking that is not proved behind certified laps."""
+        """Reject a braking that is not proved behind certified laps."""
         if list(self.team) != [name]:
             raise BadInput(f"{name} brakes behind laps of {', '.join(self.team)}; one robot's laps end in full flight.")
         laps = self.claimed[name]

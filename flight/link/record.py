@@ -1,4 +1,4 @@
-"""What is kept of a live flight: where robots were measured, what was asked of them, and what happened."""
+"""Record of a live flight: measured poses, commands, and events."""
 
 from __future__ import annotations
 

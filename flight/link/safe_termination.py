@@ -1,4 +1,4 @@
-"""How a live flight ends where something is wrong: the whole team holds, lands and stops, told until it has acknowledged that.
+"""Safe termination of a live flight where something is wrong: the whole team holds, lands and stops, repeated until it has acknowledged that.
 
 Hold while all are seen, then land straight down; stop motors where robots stand, where a robot is told to land and does not answer, or on a
 second explicit command. Who is neither heard nor answers is told to land once more, and never to stop: that would reach it in the air, where it is

@@ -60,7 +60,7 @@ def _heard_later() -> Generator[None]:
 
 @dataclass(slots=True)
 class Faults:
-    """What goes wrong in a simulated flight; nothing by default. Times are of the link's clock, in s.
+    """Faults of a simulated flight; none by default. Times are of the link's clock, in s.
 
     Attributes:
         unseen: Robot to when motion capture loses it, for good.
@@ -132,7 +132,7 @@ class SimulatedLink:
 
     @property
     def failsafe(self) -> str:
-        """What acts on board when the link is gone."""
+        """Reaction on board when the link is gone."""
         return f"{_ALONE:g} s without a command or a sign of life a simulated vehicle brakes, and lands where it is {_HOVER:g} s later"
 
     @property
@@ -142,7 +142,7 @@ class SimulatedLink:
 
     @property
     def streams(self) -> bool:
-        """What is stored anew while it is flown goes on changed."""
+        """True: a trajectory that is stored anew while it is flown goes on changed."""
         return True
 
     @property

@@ -150,7 +150,7 @@ class Fleet:
 
     @property
     def start(self) -> Floats:
-        """Where they stand at first. Shape (4, robots)."""
+        """Initial positions and headings. Shape (4, robots)."""
         return self.wanted(0)[0]
 
     @property
@@ -164,4 +164,4 @@ class Fleet:
         return np.stack([commander.wanted(now) for commander in self.commanders.values()], axis=-1)
 
     def planned(self, step: int) -> None:
-        """Nobody planned it: the live flight knows, not the vehicles."""
+        """Return no plan: the live flight has it, not the vehicles."""

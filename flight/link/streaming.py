@@ -26,7 +26,7 @@ LATE = 0.2
 
 @dataclass(frozen=True, slots=True)
 class Setpoint:
-    """What a robot is asked to do at an instant.
+    """Set-point of a robot at an instant.
 
     Attributes:
         time: s of its flight.
@@ -110,7 +110,7 @@ class SetpointStream:
         return self.begin + self._stays
 
     def due(self, now: float) -> bool:
-        """Tell whether set-points are to be sent, and count them as sent.
+        """Return whether set-points are to be sent, and count them as sent.
 
         Args:
             now: s of the link's clock.

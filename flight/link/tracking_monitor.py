@@ -1,4 +1,4 @@
-"""What is watched while a team flies over a link: each robot's distance from what it is to fly, and all that must not go on.
+"""Monitor of a team that flies over a link: each robot's distance from its trajectory, and every condition that ends a flight.
 
 A `Watch` is of one flight at a time: it holds measured poses against paths at the very instants of the measurements, and asks the monitor, which follows
 formula, tube and separation. What it says of a robot alone (not seen, battery) is told apart from what concerns the flight.
@@ -12,17 +12,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from flight.exports.scripts.flying import watch as gate
 from flight.link.link import Link, Pose
 from flight.link.phases import Part, Watched
 from flight.link.record import Record
 from flight.logs.log import Event
 from flight.monitoring.monitor import COVERED
-from flight.monitoring.thresholds import EMPTY, FRESH
+from flight.monitoring.thresholds import FRESH, bounds
 
 
 @dataclass(frozen=True, slots=True)
 class Look:
-    """What a person is shown of a flight as it is flown.
+    """State of a flight as a person is shown it.
 
     Attributes:
         stage: Its name, and which part of it.
@@ -64,8 +65,9 @@ class Watch:
         worst = record.worst.setdefault(watched.name, {})
         self._worst = worst
         worst.update({robot: worst.get(robot, 0.0) for robot in watched.paths})
-        self._last = dict.fromkeys(watched.paths, self._since)
-        self._outside: dict[str, str] = {}
+        numbers = bounds(watched.monitor.mission, watched.paths, watched.margin, link.accuracy)
+        self._gate = gate.Watch(gate.Team({"robots": dict.fromkeys(watched.paths), **numbers}), self._since)
+        self._late = ""
 
     def see_before(self, poses: Sequence[Pose | None]) -> None:
         """Show the monitor where robots were just before they are watched, that the time up to the first look is not left open.
@@ -84,12 +86,12 @@ class Watch:
 
     @property
     def begin(self) -> float:
-        """When the flight began, s of the link's clock."""
+        """Start of the flight, s of the link's clock."""
         return self._begin
 
     @property
     def ended(self) -> float:
-        """When the part that is flown ends and the team hovers until another one begins, s of the link's clock; infinite where none does."""
+        """End of the part that is flown, after which the team hovers until another one begins, s of the link's clock; infinite where none does."""
         return self._part + self._pauses
 
     def go_on(self, part: Part, begin: float) -> None:
@@ -110,21 +112,17 @@ class Watch:
     def look(self) -> Look:
         """Take in what was measured since."""
         now = self._link.now()
-        measured, errors = np.full((3, len(self._last)), np.nan), np.full(len(self._last), np.nan)
+        self._late = self._late or self._gate.late(now)
+        measured, errors = np.full((3, len(self._paths)), np.nan), np.full(len(self._paths), np.nan)
         for index, (robot, path) in enumerate(self._paths.items()):
             pose = self._link.pose(robot)
-            if pose is None or pose.time <= self._last[robot]:
+            if pose is None or pose.time <= self._gate.last[robot]:
                 continue
-            self._last[robot] = pose.time
             wanted = path.evaluate(min(max(pose.time - self._part, 0.0), path.duration))[:3]
             measured[:, index] = pose.position
             errors[index] = np.linalg.norm(measured[:, index] - wanted)
             self._worst[robot] = max(self._worst[robot], float(errors[index]))
-            if not errors[index] + self._link.accuracy < self._watched.margin:
-                self._outside[robot] = (
-                    f"{robot} is {errors[index]:.3f} m from its plan; the margin is {self._watched.margin:g} m, "
-                    f"and its measurement may be off by {self._link.accuracy:.3g} m."
-                )
+            self._gate.see(robot, pose, float(errors[index]))
             self._record.poses.append((pose.time, robot, *pose.position))
             x, y, z = wanted.tolist()
             self._record.setpoints.append((pose.time, robot, x, y, z))
@@ -133,7 +131,7 @@ class Watch:
         new = self._unsaid()
         self._record.events += new
         return Look(
-            self._name, self._on_plan(now), self._watched.duration, dict(zip(self._last, errors.tolist(), strict=True)),
+            self._name, self._on_plan(now), self._watched.duration, dict(zip(self._paths, errors.tolist(), strict=True)),
             self._watched.margin, tuple(new), self._monitor.to_do,
         )  # fmt: skip
 
@@ -155,32 +153,21 @@ class Watch:
     def lost(self) -> tuple[str, str] | None:
         """Return a robot that cannot go on, and why; None where all can."""
         now = self._link.now()
-        for robot, time in self._last.items():
-            when = f"{self._on_plan(now):.2f} s of the {self._watched.name}"
-            if now - time > FRESH:
-                return robot, f"{robot} was not seen for {FRESH:g} s at {when}."
-            endurance = self._link.health(robot).endurance
-            if endurance is not None and endurance < EMPTY:
-                return robot, f"{robot}'s battery lasts {max(endurance, 0.0):.0f} s more at {when}."
+        for robot in self._gate.last:
+            health = self._link.health(robot)
+            if why := self._gate.lost(robot, now, health.endurance, health.fault):
+                return robot, f"{why} at {self._on_plan(now):.2f} s of the {self._watched.name}."
         return None
 
-    def last_seen(self, robot: str) -> float:
-        """Return when a robot was measured last, s of the link's clock."""
-        return self._last[robot]
-
     def outside(self, robot: str) -> str:
-        """Say that a robot was outside of its margin; empty where it was not.
+        """Say that a robot was outside of its margin or the workspace; empty where it was not.
 
         Args:
             robot: Name.
         """
-        return self._outside.get(robot, "")
+        return self._gate.outside.get(robot, "")
 
     def alarm(self) -> str:
         """Return why the flight must not go on, though all robots could; empty where it may."""
-        if self._outside:
-            return next(iter(self._outside.values()))
-        if self._monitor.too_close or self._monitor.formula == "violated":
-            kind = "separation" if self._monitor.too_close else "formula"
-            return [event.sentence for event in self._monitor.events if event.kind == kind][-1]
-        return ""
+        broken = [event.sentence for event in self._monitor.events if event.kind == "formula"][-1:]
+        return self._gate.alarm() or self._late or "".join(broken if self._monitor.formula == "violated" else ())

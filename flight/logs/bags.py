@@ -15,7 +15,7 @@ import numpy as np
 
 from flight.logs.chunks import require_small
 from flight.logs.clocks import Seen, on_one_clock
-from flight.logs.import_options import Told
+from flight.logs.import_options import RecordingOptions
 from flight.logs.recordings import Recording
 from verify.data import BadInput, MissingEngine
 from verify.data.errors import did_you_mean
@@ -75,17 +75,17 @@ class _Clock:
 
 
 def is_bag(path: Path) -> bool:
-    """Tell whether a path is a ROS 2 bag, or one of its files."""
+    """Return whether a path is a ROS 2 bag, or one of its files."""
     return (path / "metadata.yaml").is_file() if path.is_dir() else path.suffix in (".mcap", ".db3")
 
 
-def read_bag(path: Path, robots: Sequence[str], told: Told) -> Recording:
+def read_bag(path: Path, robots: Sequence[str], told: RecordingOptions) -> Recording:
     """Read a bag: its folder, or its one file of sqlite3 or MCAP.
 
     Args:
         path: The bag.
         robots: Names in the mission.
-        told: What is told of the recording; `called` gives topics, or names in arrays of poses.
+        told: What is told of the recording; `rename` gives topics, or names in arrays of poses.
 
     Raises:
         BadInput: It is no bag, is compressed as a whole, too large, damaged, lacks a robot, or holds two topics that could be one's pose.
@@ -112,7 +112,7 @@ def read_bag(path: Path, robots: Sequence[str], told: Told) -> Recording:
         raise BadInput(f"{source} is no bag that can be read: {said[:160]}.") from None
     for robot, one in found.items():
         if not one.counts:
-            raise BadInput(f"{source}: {chosen[robot]} holds no pose of {robot} ({told.called.get(robot, robot)}).")
+            raise BadInput(f"{source}: {chosen[robot]} holds no pose of {robot} ({told.rename.get(robot, robot)}).")
     frames = sorted(set[str]().union(*(one.frames for one in found.values())))
     if len(frames) > 1:
         raise BadInput(f"{source} holds poses in several frames ({', '.join(frames)[:160]}); a recording is in one.")
@@ -134,7 +134,7 @@ def _topics(topics: Mapping[str, str], names: Mapping[str, str], source: str) ->
         if name.startswith("/"):
             if topics.get(name) == NAMED:
                 raise BadInput(
-                    f"{source}: {name} holds poses with names; say what {robot} is called there: --called {robot}=NAME."
+                    f"{source}: {name} holds poses with names; say what {robot} is called there: --rename {robot}=NAME."
                 )
             if topics.get(name) not in POSES:
                 what = f"is a {topics[name]}" if name in topics else "is not there"
@@ -147,14 +147,14 @@ def _topics(topics: Mapping[str, str], names: Mapping[str, str], source: str) ->
         if len(found) > 1:
             raise BadInput(
                 f"{source} holds several topics that could be {robot}'s pose: {', '.join(found)[:200]}. Say which it is: "
-                f"--called {robot}={found[0]}" + (" (of an array's topics only one may be in the bag)." if arrays else ".")
+                f"--rename {robot}={found[0]}" + (" (of an array's topics only one may be in the bag)." if arrays else ".")
             )
         if not found:
             there = sorted(topic for topic, kind in topics.items() if kind in POSES)
             listed = ", ".join(there)[:200] or f"none of {len(topics)}"
             raise BadInput(
                 f"{source} holds no topic of {robot}'s pose, such as /{name}/pose. Topics of poses: {listed}. Say which it is: "
-                f"--called {robot}=/TOPIC."
+                f"--rename {robot}=/TOPIC."
             )
         chosen[robot] = found[0]
     return chosen
@@ -162,7 +162,7 @@ def _topics(topics: Mapping[str, str], names: Mapping[str, str], source: str) ->
 
 # six parameters: what is read, how it is decoded, and who is looked for
 def _read(
-    messages: Iterator[Any], store: Any, chosen: Mapping[str, str], told: Told, robots: Sequence[str], source: str
+    messages: Iterator[Any], store: Any, chosen: Mapping[str, str], told: RecordingOptions, robots: Sequence[str], source: str
 ) -> tuple[dict[str, _Samples], _Clock]:
     """Return what the messages say of each robot, and what their stamps say of the bag's clock."""
     found, clock = {robot: _Samples([], [], set()) for robot in robots}, _Clock(1 << 63, 0, 1 << 63)
@@ -180,7 +180,7 @@ def _read(
             )
         clock.see(stamp, received)
         for robot in whose[connection.topic]:
-            place = _place(message, connection.msgtype, told.called.get(robot, robot), source)
+            place = _place(message, connection.msgtype, told.rename.get(robot, robot), source)
             if place is not None:
                 one = found[robot]
                 one.counts.append(stamp)
@@ -215,7 +215,7 @@ def _place(message: Any, kind: str, name: str, source: str) -> tuple[float, floa
 
 
 def _sort(one: _Samples, robot: str, source: str) -> None:
-    """Refuse stamps that stand still or go back: messages of one publisher come in order."""
+    """Reject stamps that stand still or go back: messages of one publisher come in order."""
     for k in range(1, len(one.counts)):
         if one.counts[k] <= one.counts[k - 1]:
             how = "is the same as" if one.counts[k] == one.counts[k - 1] else "lies before"

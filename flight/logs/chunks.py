@@ -23,7 +23,7 @@ _CHUNK, _INDEX = 6, 8
 
 
 def require_small(path: Path) -> None:
-    """Refuse a bag that is larger than any recording of poses, on disk or unpacked.
+    """Reject a bag that is larger than any recording of poses, on disk or unpacked.
 
     Args:
         path: A bag's folder, or one file of it.
@@ -54,7 +54,7 @@ def require_small(path: Path) -> None:
 
 
 def _require_tables(file: Path) -> None:
-    """Refuse a database whose tables are made up as they are read."""
+    """Reject a database whose tables are made up as they are read."""
     try:
         with closing(sqlite3.connect(f"{file.absolute().as_uri()}?mode=ro", uri=True)) as base:
             made = base.execute("SELECT name FROM sqlite_master WHERE type IN ('view', 'trigger')").fetchall()

@@ -1,7 +1,7 @@
 """Robots that were recorded each by itself, brought together on one clock: the mission's, 0 where the flight began.
 
 Files that robots wrote themselves have clocks of their own, which began when their robots were switched on. No fit tells how far they
-lie apart: it would fit away what is to be judged. So it is told, by one instant that is named on every clock, or nothing is read.
+lie apart: it would fit away what is to be checked. So it is told, by one instant that is named on every clock, or nothing is read.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from flight.logs.import_options import Told
+from flight.logs.import_options import RecordingOptions
 from flight.logs.recordings import Recording
 from flight.model.attitude import Floats
 from verify.data import BadInput
@@ -43,8 +43,8 @@ class Seen:
         return Fraction(self.counts[0]) * Fraction(10) ** self.power
 
 
-def require_common_start(told: Told, robots: Sequence[str], source: str) -> None:
-    """Refuse to bring files with clocks of their own together where nobody says how.
+def require_common_start(told: RecordingOptions, robots: Sequence[str], source: str) -> None:
+    """Reject to bring files with clocks of their own together where nobody says how.
 
     Args:
         told: What is told of them.
@@ -62,7 +62,9 @@ def require_common_start(told: Told, robots: Sequence[str], source: str) -> None
         )
 
 
-def on_one_clock(seen: Mapping[str, Seen], told: Told, source: str, *, shared: bool, beside: Sequence[Seen] = ()) -> Recording:
+def on_one_clock(
+    seen: Mapping[str, Seen], told: RecordingOptions, source: str, *, shared: bool, beside: Sequence[Seen] = ()
+) -> Recording:
     """Bring robots together on one clock, every sample at its own time.
 
     Args:
@@ -106,7 +108,7 @@ def on_one_clock(seen: Mapping[str, Seen], told: Told, source: str, *, shared: b
     return Recording(robots, times, position, (late, off), _said(zeros, told), zero, (min(ends), max(ends)))
 
 
-def _said(zeros: Mapping[str, Fraction], told: Told) -> tuple[str, ...]:
+def _said(zeros: Mapping[str, Fraction], told: RecordingOptions) -> tuple[str, ...]:
     """Say what was told of several clocks."""
     if not isinstance(told.start, Mapping) or len(zeros) < 2:
         return ()

@@ -1,4 +1,4 @@
-"""What a person tells of a recording, since its files do not: what things are called, when the flight began, how its frame lies."""
+"""Options for reading a recording, which its files do not give: names, the start of the flight, the recording's frame."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ import numpy as np
 from flight.model.attitude import Floats
 from verify.data import BadInput
 from verify.data.errors import did_you_mean
+from verify.data.former_names import former_arguments, warn_former
 from verify.recordings.measurement import LARGEST
 
 Axes = tuple[tuple[int, float], tuple[int, float], tuple[int, float]]
@@ -25,21 +26,21 @@ _AXIS = re.compile(r"(-?)([xyz])")
 
 
 @dataclass(frozen=True)
-class Told:
-    """What is told of a recording.
+class RecordingOptions:
+    """Options for reading a recording.
 
     Attributes:
         start: When the flight began on the recording's clock, s; one and the same instant on each robot's own clock, by robot; None
             where nobody says it.
         start_error: How far that may be off, s.
-        called: What the recording calls robots, and for tables, columns: `{"quad0": "cf231", "t": "Frame time"}`.
+        rename: The recording's names of robots, and of a table's columns: `{"quad0": "cf231", "t": "Frame time"}`.
         axes: The mission's x, y, z as axes of the recording ("x,-z,y" where its y points up); empty takes what its format says.
         origin: Where the recording's origin lies in the mission's frame, m, by robot; "" is for all others.
     """
 
     start: float | Mapping[str, float] | None = None
     start_error: float = 0.0
-    called: Mapping[str, str] = field(default_factory=dict)
+    rename: Mapping[str, str] = field(default_factory=dict)
     axes: str = ""
     origin: Mapping[str, tuple[float, float, float]] = field(default_factory=dict)
 
@@ -52,7 +53,7 @@ class Told:
         Raises:
             BadInput: Two robots are called the same, or something is said of a robot that the mission does not have.
         """
-        found = tuple(self.called.get(robot, robot) for robot in robots)
+        found = tuple(self.rename.get(robot, robot) for robot in robots)
         twice = sorted({name for name in found if found.count(name) > 1})
         if twice:
             both = " and ".join(robot for robot, name in zip(robots, found, strict=True) if name == twice[0])
@@ -64,10 +65,10 @@ class Told:
 
     def columns(self, robots: Sequence[str]) -> dict[str, str]:
         """Return what the recording calls anything but the robots."""
-        return {ours: theirs for ours, theirs in self.called.items() if ours not in robots}
+        return {ours: theirs for ours, theirs in self.rename.items() if ours not in robots}
 
     def no_columns(self, robots: Sequence[str], what: str) -> None:
-        """Refuse names of columns for what has none.
+        """Reject names of columns for what has none.
 
         Args:
             robots: Names in the mission.
@@ -91,7 +92,7 @@ class Told:
         return (0.0 - off, off)
 
     def require_start_only(self, source: str) -> None:
-        """Refuse to be told more of a log of ours than when the flight began on its clock.
+        """Reject to be told more of a log of ours than when the flight began on its clock.
 
         Args:
             source: Names the log in messages.
@@ -101,7 +102,7 @@ class Told:
         """
         if self.axes or self.origin or isinstance(self.start, Mapping):
             raise BadInput(
-                f"{source} is a log of ours, on one clock and in the mission's frame: of it only one start may be told."
+                f"{source} is a log of ours, on one clock and in the mission's frame: for it only one start may be given."
             )
 
     def begins(self, robots: Sequence[str]) -> dict[str, Fraction] | None:
@@ -156,6 +157,15 @@ class Told:
 
     def _started(self) -> set[str]:
         return set(self.start) if isinstance(self.start, Mapping) else set()
+
+    @property
+    def called(self) -> Mapping[str, str]:
+        """Former name of `rename`."""
+        warn_former("`called`", "`rename`")
+        return self.rename
+
+
+RecordingOptions.__init__ = former_arguments(called="rename")(RecordingOptions.__init__)
 
 
 def exact_time(start: float) -> Fraction:

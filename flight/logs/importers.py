@@ -11,7 +11,7 @@ import numpy as np
 
 from flight.logs.bags import is_bag, read_bag
 from flight.logs.clocks import on_one_clock
-from flight.logs.import_options import SAME, Axes, Told
+from flight.logs.import_options import SAME, Axes, RecordingOptions
 from flight.logs.motion_capture import export_table
 from flight.logs.own_logs import is_ours, read_mcap, read_parquet
 from flight.logs.recordings import Recording, read_table_recording
@@ -44,13 +44,13 @@ def read_recording(
         BadInput: It cannot be understood, could be meant in two ways, lacks a robot, or its times do not go forward.
         MissingEngine: What reads it is not installed.
     """
-    whole = read_flown(path, robots, Told(start=start, called=columns or {}))
+    whole = read_flown(path, robots, RecordingOptions(start=start, rename=columns or {}))
     later = whole.times >= 0
     covers = max(whole.covers[0], 0.0), whole.covers[1]
     return replace(whole, times=whole.times[later], position=whole.position[later], covers=covers)
 
 
-def read_flown(path: str | os.PathLike[str], robots: Sequence[str], told: Told) -> Recording:
+def read_flown(path: str | os.PathLike[str], robots: Sequence[str], told: RecordingOptions) -> Recording:
     """Read a recording of a flight, with all that came before and after it.
 
     These are read: tables with one row a sample, or one a sample and robot; what Vicon, Motive and Qualisys export of bodies; a
@@ -80,7 +80,7 @@ def read_flown(path: str | os.PathLike[str], robots: Sequence[str], told: Told) 
     return replace(found, robots=tuple(robots), position=position, begins=begins).noted(*notes)
 
 
-def _read(path: Path, robots: tuple[str, ...], told: Told) -> tuple[Recording, Axes]:
+def _read(path: Path, robots: tuple[str, ...], told: RecordingOptions) -> tuple[Recording, Axes]:
     """Return a recording in its own frame, and its axes."""
     if path.suffix == ".mcap" and path.is_file() and is_ours(path):
         return read_mcap(path, robots, told), SAME
@@ -95,7 +95,7 @@ def _read(path: Path, robots: tuple[str, ...], told: Told) -> tuple[Recording, A
     return _table(path, robots, told)
 
 
-def _one_vehicle(path: Path, robots: tuple[str, ...], told: Told) -> Recording:
+def _one_vehicle(path: Path, robots: tuple[str, ...], told: RecordingOptions) -> Recording:
     """Read PX4's log of the only robot."""
     robot, *others = robots
     if others:
@@ -107,7 +107,7 @@ def _one_vehicle(path: Path, robots: tuple[str, ...], told: Told) -> Recording:
     return on_one_clock({robot: seen}, told, str(path), shared=True).noted(*notes)
 
 
-def _table(path: Path, robots: tuple[str, ...], told: Told) -> tuple[Recording, Axes]:
+def _table(path: Path, robots: tuple[str, ...], told: RecordingOptions) -> tuple[Recording, Axes]:
     """Read a table of the whole team, or of its only robot."""
     text, source = read_text(path, most=MAX_BYTES, what="recording"), str(path)
     names, columns, late, axes = told.names(robots), told.columns(robots), 0.0, SAME
@@ -119,7 +119,7 @@ def _table(path: Path, robots: tuple[str, ...], told: Told) -> tuple[Recording, 
         if export.axes is None and not told.axes:
             raise BadInput(
                 f"{source} does not say which of its axes points up: say it with --axes x,-z,y (its y, as the program has it unless it was "
-                "told otherwise) or --axes x,y,z (its z)."
+                "set otherwise) or --axes x,y,z (its z)."
             )
     else:
         table = read_table(text, source, comments=True)

@@ -60,7 +60,7 @@ class FlightLog:
         peak: Largest error of each robot at any step of the simulation, m. Shape (robots,), or None for recordings.
         margin: delta of the certificate in m, or None where there was no certificate.
         events: What the monitor said and what was done about it, in order.
-        satisfied: Whether the flown path satisfies the formula, or None where that was not judged.
+        satisfied: Whether the flown path satisfies the formula, or None where that was not checked.
         tube: `inside`, `outside` or `unknown`; None without a certificate.
         seed: Of the simulation, or None.
         certificate: Digest of the certificate, or None.
@@ -133,7 +133,7 @@ class FlightLog:
 
     @property
     def verdicts(self) -> tuple[str, ...]:
-        """What was said of the flight, in order, a sentence each."""
+        """Verdicts on the flight, in order, a sentence each."""
         return tuple(event.sentence if event.time == 0.0 else f"{event.time:.2f} s: {event.sentence}" for event in self.events)
 
     @property

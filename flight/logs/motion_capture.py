@@ -260,7 +260,7 @@ def _unseen(row: list[str], turned: list[list[int]]) -> list[str]:
 
 
 def _require_bodies(bodies: Sequence[str], robots: Sequence[str], source: str) -> None:
-    """Refuse an export that lacks a body, or holds one twice."""
+    """Reject an export that lacks a body, or holds one twice."""
     for robot in robots:
         if bodies.count(robot) not in (0, 3):
             raise BadInput(f"{source} has {bodies.count(robot)} columns for the position of '{robot}'; three are needed.")
@@ -268,7 +268,7 @@ def _require_bodies(bodies: Sequence[str], robots: Sequence[str], source: str) -
             known = list(dict.fromkeys(bodies))
             raise BadInput(
                 f"{source} has no body '{robot}'.{did_you_mean(robot, known)} Bodies: {', '.join(known)[:200] or 'none'}. Say which it "
-                f"is: --called {robot}=NAME."
+                f"is: --rename {robot}=NAME."
             )
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from flight.logs.chunks import require_small
 from flight.logs.clocks import Seen, on_one_clock
-from flight.logs.import_options import Told
+from flight.logs.import_options import RecordingOptions
 from flight.logs.log import FlightLog
 from flight.logs.recordings import Recording
 from flight.logs.tables import read_log
@@ -38,7 +38,7 @@ def as_recording(log: FlightLog) -> Recording:
     return Recording(log.robots, log.times, log.position, frame="mission", begins=(0.0, 0.0))
 
 
-def read_parquet(path: Path, robots: Sequence[str], told: Told) -> Recording:
+def read_parquet(path: Path, robots: Sequence[str], told: RecordingOptions) -> Recording:
     """Read the positions of a log of ours that was written as Parquet.
 
     Args:
@@ -62,7 +62,7 @@ def read_parquet(path: Path, robots: Sequence[str], told: Told) -> Recording:
     return Recording(tuple(robots), times, log.position[:, columns], zero=float(zero), frame="mission")
 
 
-def read_mcap(path: Path, robots: Sequence[str], told: Told) -> Recording:
+def read_mcap(path: Path, robots: Sequence[str], told: RecordingOptions) -> Recording:
     """Read the poses of a log of ours.
 
     Args:
@@ -99,7 +99,7 @@ def read_mcap(path: Path, robots: Sequence[str], told: Told) -> Recording:
         raise BadInput(f"{source} is no log of ours that can be read: {str(error)[:160] or type(error).__name__}.") from None
     for robot, found in counts.items():
         if not found:
-            raise BadInput(f"{source} holds no pose of {robot} (/{told.called.get(robot, robot)}/pose).")
+            raise BadInput(f"{source} holds no pose of {robot} (/{told.rename.get(robot, robot)}/pose).")
     started = told if told.start is not None else replace(told, start=0)
     seen: dict[str, Seen] = {}
     for robot in robots:

@@ -30,7 +30,7 @@ def in_mission(found: Recording, mission: Mission) -> Recording:
 
 
 def samples_of(found: Recording, mission: Mission, internal: Mapping[str, Sequence[Letter]] | None = None) -> Samples:
-    """Return a recording as what the checker judges: in the mission's frame, with all that its files cover.
+    """Return a recording as what the checker checks: in the mission's frame, with all that its files cover.
 
     Args:
         found: As it was read.

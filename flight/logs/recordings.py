@@ -31,7 +31,7 @@ TIME_NAMES = {
 }  # fmt: skip
 """Columns that hold the time, lower case, and the power of ten of their unit in s."""
 
-_BY_CALL = "--called, or `columns=` of `flight.read_recording`"
+_BY_CALL = "--rename, or `columns=` of `flight.read_recording`"
 """How a caller says what columns are called."""
 
 _STILL = 3
@@ -166,7 +166,7 @@ class _Names:
 
     @staticmethod
     def _is_ours(ours: str) -> bool:
-        """Tell whether a name means a time, a robot's name, or an axis of somebody's position."""
+        """Return whether a name means a time, a robot's name, or an axis of somebody's position."""
         if ours.lower() in TIME_NAMES or ours.lower() in ROBOT_NAMES:
             return True
         parts = [ours, *(ours[i + 1 :] for i, letter in enumerate(ours) if letter in _SEPARATORS)]

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from flight.logs.clocks import Seen, on_one_clock, require_common_start
-from flight.logs.import_options import Told
+from flight.logs.import_options import RecordingOptions
 from flight.logs.recordings import Recording, read_table_recording
 from flight.logs.ulog import read_ulog
 from verify.data import BadInput
@@ -34,13 +34,13 @@ _FAMILIES = {
 """Variables of the firmware's logs that hold a position in m."""
 
 
-def read_robot_files(folder: Path, robots: Sequence[str], told: Told) -> Recording:
+def read_robot_files(folder: Path, robots: Sequence[str], told: RecordingOptions) -> Recording:
     """Read a folder that holds a file for each robot.
 
     Args:
         folder: The folder.
         robots: Names in the mission.
-        told: What is told of the recording; `called` gives files' names without their ending, or with it.
+        told: What is told of the recording; `rename` gives files' names without their ending, or with it.
 
     Raises:
         BadInput: A robot has no file or several, a file cannot be understood, or nobody says how clocks lie to each other.
@@ -74,7 +74,7 @@ def read_robot_files(folder: Path, robots: Sequence[str], told: Told) -> Recordi
     return recording.noted(*notes)
 
 
-def _read(path: Path, robot: str, told: Told) -> tuple[Seen, tuple[str, ...], Sequence[str]]:
+def _read(path: Path, robot: str, told: RecordingOptions) -> tuple[Seen, tuple[str, ...], Sequence[str]]:
     """Read the file of one robot; return what it saw, how it was read, and its columns."""
     if path.suffix == ".ulg":
         return *read_ulog(path), ()
@@ -87,12 +87,12 @@ def _readable(paths: Sequence[Path]) -> dict[str, Seen]:
     found: dict[str, Seen] = {}
     for path in paths:
         with contextlib.suppress(BadInput):
-            found[path.name] = _read(path, path.stem, Told())[0]
+            found[path.name] = _read(path, path.stem, RecordingOptions())[0]
     return found
 
 
 def is_crazyflie_log(table: Table) -> bool:
-    """Tell whether a table holds a position of a Crazyflie's own log."""
+    """Return whether a table holds a position of a Crazyflie's own log."""
     return any(axis in table.header for axes in _FAMILIES.values() for axis in axes)
 
 
@@ -115,7 +115,7 @@ def crazyflie_table(table: Table, called: Sequence[str]) -> tuple[Table, float, 
         if len(found) > 1:
             raise BadInput(
                 f"{table.source} holds {' and '.join(found)}: say which of them is the position, such as "
-                f"--called x={next(iter(found.values()))[0]} (and y, z)."
+                f"--rename x={next(iter(found.values()))[0]} (and y, z)."
             )
         ((what, axes),) = found.items()
         for axis, name in zip("xyz", axes, strict=True):
@@ -128,20 +128,20 @@ def crazyflie_table(table: Table, called: Sequence[str]) -> tuple[Table, float, 
         if odd is not None:
             raise BadInput(
                 f"{table.source}:{table.lines[odd]}: {table.header[clock[0]]} is {cells[odd][:40]!r}, where a Crazyflie counts whole "
-                f"milliseconds; say its unit: --called time_s={table.header[clock[0]]} or --called time_ms={table.header[clock[0]]}."
+                f"milliseconds; say its unit: --rename time_s={table.header[clock[0]]} or --rename time_ms={table.header[clock[0]]}."
             )
         header[clock[0]], late = "timestamp_ms", _TICK / 2
         notes.append("its clock counts whole milliseconds, so that times are known to 1 ms.")
     return Table(table.source, tuple(header), table.rows, table.lines, table.whole), late, tuple(notes)
 
 
-def _one_robot(table: Table, robot: str, told: Told) -> tuple[Seen, tuple[str, ...]]:
+def _one_robot(table: Table, robot: str, told: RecordingOptions) -> tuple[Seen, tuple[str, ...]]:
     """Read the table of one robot."""
     columns, notes, late = told.columns([robot]), tuple[str, ...](), 0.0
     columns = {ours: theirs for ours, theirs in columns.items() if theirs in table.header}
     if is_crazyflie_log(table):
         table, late, notes = crazyflie_table(table, [ours.lower() for ours in columns])
-    name = told.called.get(robot, robot).removesuffix(".csv")
+    name = told.rename.get(robot, robot).removesuffix(".csv")
     found = read_table_recording(table, (name,), start=0, columns=columns)
     if found.frame == "mission":
         raise BadInput(f"{table.source} is a log of ours, which holds the whole team: give it alone.")
@@ -164,13 +164,13 @@ def _file_of(folder: Path, name: str, robot: str) -> Path:
     found = [folder / f"{name}{ending}" for ending in ENDINGS if (folder / f"{name}{ending}").is_file()]
     if len(found) > 1:
         raise BadInput(
-            f"{folder} holds {' and '.join(path.name for path in found)}; say which is {robot}'s: --called {robot}={found[0].name}."
+            f"{folder} holds {' and '.join(path.name for path in found)}; say which is {robot}'s: --rename {robot}={found[0].name}."
         )
     if not found:
         there = sorted(path.stem for path in folder.iterdir() if path.suffix in ENDINGS)
         listed = f" Files: {', '.join(there)[:200]}." if there else " It holds no .csv and no .ulg."
         raise BadInput(
             f"{folder} has no file for '{robot}' ({name}.csv or {name}.ulg).{did_you_mean(name, there)}{listed} Say which it is: "
-            f"--called {robot}=NAME."
+            f"--rename {robot}=NAME."
         )
     return found[0]

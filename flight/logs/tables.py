@@ -18,9 +18,9 @@ import numpy as np
 
 from flight.logs.log import MEASURED_COLUMNS, ROTOR_COLUMNS, Event, FlightLog
 from flight.model.attitude import Floats
+from flight.storage.single_files import write_single
 from verify.data import BadInput, Letter, MissingEngine
 from verify.data.storage.safe_reading import decoded, parse_json, read_bytes
-from verify.data.storage.single_files import write_single
 from verify.data.storage.tables import MAX_BYTES, MAX_ROWS, decimal, read_table
 from verify.recordings.flight_log import LOG_COLUMNS
 
@@ -148,7 +148,7 @@ def _assembled(columns: Mapping[str, Sequence[Any]], kept: Mapping[str, Any], so
 
 
 def require_forward(times: Floats, source: str) -> None:
-    """Refuse times that stand still or go back.
+    """Reject times that stand still or go back.
 
     Raises:
         BadInput: As said, with the place.

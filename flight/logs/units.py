@@ -1,4 +1,4 @@
-"""Units that a file does not say: what cannot be metres in this mission is refused."""
+"""Units that a file does not say: what cannot be metres in this mission is rejected."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _LONG, _SLOW = 200.0, 1.0
 
 
 def require_metres(position: Floats, mission: Mission) -> None:
-    """Refuse positions that are far too large to be metres in a mission's workspace.
+    """Reject positions that are far too large to be metres in a mission's workspace.
 
     Args:
         position: m; NaN where a robot was not seen. Shape (..., 3).
@@ -33,7 +33,7 @@ def require_metres(position: Floats, mission: Mission) -> None:
 
 
 def require_seconds(times: Floats, duration: float) -> None:
-    """Refuse times that are far too far apart to be seconds of a flight.
+    """Reject times that are far too far apart to be seconds of a flight.
 
     Args:
         times: s. Shape (n,), n >= 1.
@@ -47,5 +47,5 @@ def require_seconds(times: Floats, duration: float) -> None:
     if step > max(duration, _SLOW) or (step > _SLOW and span > _LONG * duration):
         raise BadInput(
             f"samples are {step:g} s apart where the flight lasts {duration:.4g} s; are the times in ms or us? Name their column so "
-            "(--called time_ms=t)."
+            "(--rename time_ms=t)."
         )

@@ -1,7 +1,7 @@
 """Airframes: what simulation and control need to know of a vehicle beyond its physical profile.
 
 The files in `airframes/` carry the names of the vehicles in `verify/data/vehicles`; each number there stands next to its
-source. The judge never reads them: a certificate rests on the vehicle's own limits alone.
+source. The checker never reads them: a certificate rests on the vehicle's own limits alone.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ DRAGS: tuple[Drag, ...] = get_args(Drag)
 
 
 class DragRange(Value):
-    """Where a rotor's drag may be, of a vehicle on which it was not measured. kg, force per rad/s and m/s: least and most."""
+    """Range of a rotor's drag, of a vehicle on which it was not measured. kg, force per rad/s and m/s: least and most."""
 
     rotor_drag: tuple[NotNegative, NotNegative] = Field(description="across a rotor's axis")
     inflow_drag: tuple[NotNegative, NotNegative] = Field(description="along it")
@@ -130,7 +130,7 @@ class Airframe(Value):
 
     @property
     def known(self) -> bool:
-        """Whether the airframe was measured or published, rather than estimated from the vehicle's size."""
+        """True if the airframe was measured or published, rather than estimated from the vehicle's size."""
         return self.name != _GENERIC
 
     @property

@@ -14,7 +14,7 @@ from flight.model.plant import Command
 
 @dataclass(frozen=True, slots=True)
 class Held:
-    """What an autopilot holds to between two commands. Vehicles along the last axis.
+    """Commands that an autopilot holds to between two updates. Vehicles along the last axis.
 
     Attributes:
         attitude: Commanded, now, as a quaternion; None where only rates are commanded. Shape (4, n).

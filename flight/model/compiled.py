@@ -3,7 +3,7 @@
 Hundreds of small NumPy calls a step cost a hundred times what they compute where one robot flies. So a step is written once, for arrays; it
 is called with arrays of symbols, and what it does to them is kept as a list of operations on single numbers, which CasADi carries out
 in the same order. Every operation is rounded as NumPy rounds it (sums, products, quotients, roots), so the numbers are NumPy's to the
-last bit. Sines and exponentials are not, and are refused.
+last bit. Sines and exponentials are not, and are rejected.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What disturbs a flight from outside and inside: wind with gusts, and a battery that sags."""
+"""Disturbances from outside and inside: wind with gusts, and a battery that sags."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ class Wind:
 
     @property
     def still(self) -> bool:
-        """Whether there is no wind at all."""
+        """True if there is no wind at all."""
         return self.speed == 0.0 and self.gust == 0.0
 
     def after(self, gusts: Floats, draws: Floats, dt: float) -> Floats:

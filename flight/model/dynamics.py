@@ -206,16 +206,6 @@ class QuadcopterDynamics:
         wanted[1::2] -= yaw
         return np.minimum(np.maximum(wanted, low), high)
 
-    def energy(self, state: Floats) -> Floats:
-        """Return kinetic (of the body) plus potential energy, J, above z = 0. Shape (17, n) to (n,)."""
-        spin = state[RATES] * self._inertia
-        moving = 0.5 * self._mass * dot(state[VELOCITY], state[VELOCITY]) + 0.5 * dot(state[RATES], spin)
-        return moving + self._mass * GRAVITY * state[2]
-
-    def angular_momentum(self, state: Floats) -> Floats:
-        """Return the body's angular momentum in the world frame, kg m^2/s. Shape (17, n) to (3, n)."""
-        return to_world(matrix(state[ATTITUDE]), state[RATES] * self._inertia)
-
 
 def rotor_thrusts(airframe: Airframe, state: Floats) -> Floats:
     """Return each rotor's thrust in N. Shape (17, n) to (4, n)."""

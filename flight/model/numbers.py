@@ -1,4 +1,4 @@
-"""What counts as a number where a caller of the library gives one: a text, a truth value, NaN and infinity do not."""
+"""Numbers that callers of the library give: a text, a truth value, NaN and infinity are none."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What an airframe model is: a value that is chosen by name, and the vehicles that it lets fly.
+"""Protocol of an airframe model: a value that is chosen by name, and the vehicles that it lets fly.
 
 A new model is a module with a subclass of `AirframeModel` and one of `Plant`, and one line in `AIRFRAME_MODELS`; another package
 names its own in the group `ltlplan.airframe_models` of its entry points (docs/extending.md).
@@ -18,7 +18,7 @@ from verify.data.registry import Registry
 
 @dataclass(frozen=True, slots=True)
 class Motion:
-    """How vehicles move: really, or as far as a controller knows. Vehicles along the last axis.
+    """Motion of vehicles: the true one, or a controller's estimate. Vehicles along the last axis.
 
     Attributes:
         position: m. Shape (3, n).
@@ -40,7 +40,7 @@ class Motion:
 
 @dataclass(frozen=True, slots=True)
 class Command:
-    """What a controller asks of the autopilot until the next command.
+    """Command of a controller to the autopilot, until the next one.
 
     Attributes:
         thrust: N, now. Shape (n,).
@@ -63,7 +63,7 @@ class Plant(ABC):
     @property
     @abstractmethod
     def position(self) -> Floats:
-        """Where they are, m. Shape (3, n)."""
+        """Positions, m. Shape (3, n)."""
 
     @abstractmethod
     def motion(self) -> Motion:
@@ -115,7 +115,7 @@ class Plant(ABC):
 
 
 class AirframeModel(ABC):
-    """How an airframe flies in simulation: a value without state, a frozen dataclass at best, from which flights begin."""
+    """Model of an airframe in simulation: a value without state, a frozen dataclass at best, from which flights begin."""
 
     @abstractmethod
     def begin(self, airframe: Airframe, flat: Floats) -> Plant:

@@ -16,7 +16,7 @@ MAX_DURATION = 3600.0
 
 @dataclass(frozen=True, slots=True)
 class Reference:
-    """Where every robot should be at every control instant.
+    """Planned position of every robot at every control instant.
 
     Attributes:
         robots: Names, in the mission's order.
@@ -36,7 +36,7 @@ class Reference:
 
     @property
     def start(self) -> Floats:
-        """Where every robot is at time 0: x, y, z and yaw. Shape (4, robots)."""
+        """Pose of every robot at time 0: x, y, z and yaw. Shape (4, robots)."""
         return self.flat[0, 0]
 
     @property

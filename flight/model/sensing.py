@@ -1,4 +1,4 @@
-"""What is known of a flight: motion capture with noise, delay and drop-outs, and a Kalman filter on it."""
+"""Sensing in flight: motion capture with noise, delay and drop-outs, and a Kalman filter on it."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ class MotionCapture:
 
     @property
     def varies(self) -> bool:
-        """Whether chance has any part in what is seen."""
+        """True if chance has any part in what is measured."""
         return any((self.noise, self.dropout, self.attitude_noise, self.rate_noise))
 
     @property

@@ -1,10 +1,11 @@
-"""What a team does when its monitor raises the alarm: carry on, hold, or land."""
+"""Response of a team to its monitor's alarm: carry on, hold, or land."""
 
 from __future__ import annotations
 
 from typing import Literal
 
 import numpy as np
+from numpy.polynomial.polynomial import polyder, polyval
 
 from flight.model.attitude import Floats
 from verify.data import Mission
@@ -17,6 +18,8 @@ LANDING_SPEED = 0.3
 """m/s, mean."""
 LANDING_TIME = 15.0
 """s that a simulation goes on at most beyond the plan for a landing."""
+_SMOOTH_STEP = [polyder([0, 0, 0, 0, 35, -84, 70, -20], order) for order in range(5)]
+"""A step of degree 7 and its derivatives, by ascending powers."""
 
 
 class Stop:
@@ -44,7 +47,7 @@ class Stop:
 
     @property
     def end(self) -> float:
-        """When all robots stand still, s."""
+        """Time at which all robots stand still, s."""
         return self._begin + self._length + self._descent
 
     def flat(self, time: float) -> Floats:
@@ -107,5 +110,4 @@ def braking(flat: Floats, length: float) -> Floats:
 
 def smooth_step(share: float) -> tuple[float, ...]:
     """Return a step of degree 7 from rest to rest at a share of its way, 0 to 1, and its four derivatives by that share."""
-    shape, s = np.polynomial.Polynomial([0, 0, 0, 0, 35, -84, 70, -20]), min(max(share, 0.0), 1.0)
-    return tuple(float((shape.deriv(order) if order else shape)(s)) for order in range(5))
+    return tuple(float(polyval(min(max(share, 0.0), 1.0), shape)) for shape in _SMOOTH_STEP)

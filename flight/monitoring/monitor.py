@@ -26,7 +26,7 @@ _SOFT: dict[FormulaVerdict, str] = {
     "open": "nothing broke it yet; it speaks of infinite flights",
     "undecided": "it is too large to be followed",
 }
-"""What is said of soft parts at a flight's end; none of them is an alarm."""
+"""What is said of soft specifications at a flight's end; none of them is an alarm."""
 
 
 COVERED = "the certificate covers this flight"
@@ -37,6 +37,7 @@ class Monitor:
     """Watches one flight of a team, sample by sample.
 
     Attributes:
+        mission: Whose formula, regions and separation.
         events: What was said so far, in order.
         closest: The least distance between two robots at any sample so far, m, and who; None for a single robot.
         too_close: Whether two robots were measured nearer to each other than the mission allows.
@@ -66,7 +67,7 @@ class Monitor:
         for name, value in (("margin", margin), ("measurement", measurement), ("planned_acceleration", planned_acceleration)):
             if value is not None and not 0 <= value < float("inf"):
                 raise BadInput(f"{name} must be a number of at least 0, not {value!r:.40}.")
-        self._mission, self._robots = mission, tuple(mission.agents)
+        self.mission, self._robots = mission, tuple(mission.agents)
         self._actions = [[a for a in sorted(actions, key=lambda a: a.time) if a.robot == name] for name in self._robots]
         self._margin, self._measurement = margin, measurement
         tube_margin = float("inf") if margin is None else margin
@@ -117,7 +118,7 @@ class Monitor:
 
     @property
     def alarmed(self) -> bool:
-        """Whether the certificate no longer covers the flight, the formula is broken, or robots came too close."""
+        """True if the certificate no longer covers the flight, the formula is broken, or robots came too close."""
         return self.tube in ("unknown", "outside") or self.formula == "violated" or self.too_close
 
     def pause(self, seconds: float) -> None:
@@ -174,8 +175,8 @@ class Monitor:
                         name, "tube", f"{name} was not seen at the flight's start or end: up to {tube.bound:.4f} m from its plan "
                         f"cannot be ruled out, the tube is {self._margin:g} m; the certificate cannot be shown to cover this flight.",
                     )  # fmt: skip
-        finite = self._mission.spec.trace == "finite"
-        if has_formula(self._mission) and self._formula is not None and self._formula.verdict == "open":
+        finite = self.mission.spec.trace == "finite"
+        if has_formula(self.mission) and self._formula is not None and self._formula.verdict == "open":
             verdict = self._formula.end(finite=finite)
             if verdict == "satisfied":
                 self._say(None, "formula", "the flown path satisfies the formula.")
@@ -222,10 +223,10 @@ class Monitor:
         self._regions = np.where(seen, self._masks.of(np.where(seen, measured, 0.0)), self._regions)
         letters = [self._table[mask] | self._inner(robot, time) for robot, mask in enumerate(self._regions.tolist())]
         if self._formula is None:
-            self._formula = FormulaState(self._mission.formula, self._mission.spec.team, letters, self._robots)
-            for part in self._mission.soft_parts:
-                asked = self._mission.asking(part.formula).formula
-                self._soft.append((part, FormulaState(asked, self._mission.spec.team, letters, self._robots)))
+            self._formula = FormulaState(self.mission.formula, self.mission.spec.team, letters, self._robots)
+            for part in self.mission.soft_parts:
+                asked = self.mission.asking(part.formula).formula
+                self._soft.append((part, FormulaState(asked, self.mission.spec.team, letters, self._robots)))
             changed = self._formula.verdict != "open"
         elif letters != self._letters:
             was = self._formula.verdict
@@ -235,11 +236,11 @@ class Monitor:
         else:
             return
         self._letters = letters
-        if changed and has_formula(self._mission):
+        if changed and has_formula(self.mission):
             self._say_formula(self._formula)
 
     def _inner(self, robot: int, time: float) -> frozenset[str]:
-        now = self._mission.initial_letter(self._robots[robot])
+        now = self.mission.initial_letter(self._robots[robot])
         for action in self._actions[robot]:
             if action.time > time:
                 break
@@ -258,7 +259,7 @@ class Monitor:
         if not len(self._least):
             return
         first, second = self._pairs
-        squeeze = 1.0 if self._mission.separation_z is None else self._mission.separation / self._mission.separation_z
+        squeeze = 1.0 if self.mission.separation_z is None else self.mission.separation / self.mission.separation_z
         x, y, z = measured[:, first] - measured[:, second]
         distances = np.sqrt(x * x + y * y + (squeeze * z) ** 2)
         distances[np.isnan(distances)] = np.inf  # of robots that were not seen

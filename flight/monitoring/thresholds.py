@@ -2,7 +2,15 @@
 
 from __future__ import annotations
 
+import itertools
 import math
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+
+from verify.data import Mission
+from verify.data.frame import Frame
 
 SHARE = 0.5
 """Share of the margin that a robot may stand off where a stage begins: the rest is for following it."""
@@ -14,6 +22,8 @@ POSES = 3
 """Poses that are seen of a robot at rest within `WATCHED` at the least."""
 FRESH = 0.2
 """s that a pose may be old."""
+SLOW = 0.22
+"""s between two looks at robots in flight, at most."""
 HEADING = math.radians(15.0)
 """rad that a robot's heading may be off before it climbs."""
 RESERVE = 1.2
@@ -52,6 +62,7 @@ def limits(accuracy: float) -> dict[str, float]:
         "watched": WATCHED,
         "poses": POSES,
         "fresh": FRESH,
+        "slow": SLOW,
         "heading": HEADING,
         "reserve": RESERVE,
         "empty": EMPTY,
@@ -63,3 +74,35 @@ def limits(accuracy: float) -> dict[str, float]:
         "near": NEAR,
         "accuracy": accuracy,
     }
+
+
+def bounds(
+    mission: Mission, robots: Iterable[str], margin: float, accuracy: float, frame: Frame | None = None
+) -> dict[str, Any]:
+    """Return what a flight is checked and watched by, as plain data: for links and, in `flight.json`, for exported scripts.
+
+    Args:
+        mission: Says how far robots keep apart, and what its workspace is.
+        robots: Who flies.
+        margin: delta of the certificate, m.
+        accuracy: m that a measured position may be off.
+        frame: Where the mission lies in the frame of measured places; None where they are the mission's own.
+    """
+    return {
+        "margin": margin,
+        "limits": limits(accuracy),
+        "separation": [[one, other, mission.least_distance(one, other)] for one, other in itertools.combinations(robots, 2)],
+        "z_scale": mission.separation / mission.separation_z if mission.separation_z else 1.0,
+        "workspace": _workspace(mission, frame or Frame()),
+    }
+
+
+def _workspace(mission: Mission, frame: Frame) -> dict[str, Any]:
+    """Return the workspace in a frame: upright walls as rows x, y of a normal and how far it reaches along it, and heights."""
+    low, high = mission.workspace.min, mission.workspace.max
+    walls: list[list[float]] = []
+    for axis in range(2):
+        normal = frame.matrix[:2, axis]
+        beyond = float(normal @ np.array(frame.offset[:2]))
+        walls += [[*normal.tolist(), high[axis] + beyond], [*(-normal).tolist(), -low[axis] - beyond]]
+    return {"walls": walls, "low": low[2] + frame.offset[2], "high": high[2] + frame.offset[2]}

@@ -1,4 +1,4 @@
-"""Whether a robot is inside its tube at every time, as far as samples can tell while it flies.
+"""Robots inside their tubes at every time, as far as samples can decide it in flight.
 
 Between two samples `gap` seconds apart a robot strays from the chord of its tracking error by at most A gap^2 / 8, A being
 a bound on its acceleration relative to the plan; a measured distance is off by at most the measurement's bound. Where pieces of

@@ -28,7 +28,7 @@ _FRAME = FRAME_STEPS * STEP
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Sight:
-    """What chance does in one frame. Vehicles along the last axis.
+    """Random draws of one frame. Vehicles along the last axis.
 
     Attributes:
         position: Error of motion capture's position, m. Shape (3, n).

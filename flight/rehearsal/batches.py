@@ -24,7 +24,7 @@ from verify.data.progress import Progress
 
 @dataclass(frozen=True, slots=True)
 class Job:
-    """What all flights of a rehearsal have in common.
+    """Settings that all flights of a rehearsal have in common.
 
     Attributes:
         reference: The plan, sampled.

@@ -1,4 +1,4 @@
-"""What a rehearsal found: a cell for each controller, mass, latency and wind, in or out of the tube."""
+"""Results of a rehearsal: a cell for each controller, mass, latency and wind, in or out of the tube."""
 
 from __future__ import annotations
 
@@ -35,13 +35,13 @@ class Cell:
 
     @property
     def inside(self) -> bool | None:
-        """Whether every flight stayed in its tube; None without a certificate."""
+        """True if every flight stayed in its tube; None without a certificate."""
         return None if self.left is None else self.left == 0
 
 
 @dataclass(frozen=True, slots=True)
 class Rehearsal:
-    """What a rehearsal found.
+    """Results of a rehearsal.
 
     Attributes:
         mission: The mission's name.
@@ -65,7 +65,7 @@ class Rehearsal:
 
     @property
     def controllers(self) -> tuple[str, ...]:
-        """Who flew, in order."""
+        """Controllers that flew, in order."""
         return tuple(dict.fromkeys(cell.controller for cell in self.cells))
 
     def of(self, controller: str) -> tuple[Cell, ...]:
@@ -78,7 +78,7 @@ class Rehearsal:
 
     @property
     def sentences(self) -> tuple[str, ...]:
-        """What was found, a sentence a controller, and how much of it hangs on drags that are a guess."""
+        """The results, a sentence a controller, and how much of them depends on drags that are a guess."""
         found: list[str] = []
         for name in self.controllers:
             cells = self.of(name)

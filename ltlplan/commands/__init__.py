@@ -1,4 +1,4 @@
-"""The commands of the command line, one module each: parse, call what the library offers, show what came of it.
+"""Commands of the command line, one module each: parse, call the library, show the results.
 
 A command has as many parameters as users have options: its signature is what `--help` shows.
 From a mission to files: `plan`, `run`, `batch`, `show`, `automaton`, `missions`. Proofs: `certify`, `recheck`, `check`, `audit`. Flights: `fly`,

@@ -29,7 +29,7 @@ def command(
     mission: Annotated[
         str | None,
         typer.Option(
-            "--mission", help="A mission file or a shipped mission, whose agents they are.", autocompletion=missions_like
+            "--mission", help="A mission file or a shipped mission, whose agents the drones are.", autocompletion=missions_like
         ),
     ] = None,
     formula: FormulaOption = None,
@@ -37,12 +37,13 @@ def command(
         str | None, typer.Option("--vehicle", help="A shipped vehicle: its speed, acceleration and twice its radius.")
     ] = None,
     workspace: Annotated[
-        str | None, typer.Option("--workspace", help="Where all stay: x,y,z of the lower corner, then of the upper one, in m.")
+        str | None,
+        typer.Option("--workspace", help="Box in which all stay: x,y,z of the lower corner, then of the upper one, in m."),
     ] = None,
     separation: Annotated[float | None, typer.Option("--separation", help="Least distance between centres, m.")] = None,
     separation_above: Annotated[
         float | None,
-        typer.Option("--separation-above", help="Ask it only while both drones are above this z, m (default: everywhere)."),
+        typer.Option("--separation-above", help="Require it only while both drones are above this z, m (default: everywhere)."),
     ] = None,
     speed: Annotated[float | None, typer.Option("--speed", help="Greatest speed, m/s.")] = None,
     acceleration: Annotated[float | None, typer.Option("--acceleration", help="Greatest acceleration, m/s^2.")] = None,
@@ -55,12 +56,12 @@ def command(
         float | None, typer.Option("--margin", help="How far drones may be from their paths, m (default: the mission's, or 0).")
     ] = None,
     columns: Annotated[
-        bool, typer.Option(help="Judge take-off and landing that a show leaves to the autopilot; not of a show's excerpts.")
+        bool, typer.Option(help="Check take-off and landing that a show leaves to the autopilot; not of a show's excerpts.")
     ] = True,
-    own_limits: Annotated[
+    file_limits: Annotated[
         bool,
         typer.Option(
-            help="Ask what a show's file asks itself (its validation settings, its geofence) where nothing else says it."
+            help="Require the limits in a show's file (its validation settings, its geofence) where nothing else gives them."
         ),
     ] = True,
     out: Annotated[
@@ -72,16 +73,16 @@ def command(
     json: JsonOption = False,
 ) -> None:
     """Judge flights of other programs for all times, not for samples; exit code 5 where a claim is not proved."""
+    from flight.storage.single_files import check_page, replace_page, write_single
     from ltlplan.commands.support.progress import progress_bar
     from ltlplan.commands.support.terminal import print_json
     from verify import AuditLimits, audit
     from verify.data import BadInput, NotCertified
-    from verify.data.storage.single_files import check_page, replace_page, write_single
 
     limits = AuditLimits(
         vehicle=vehicle, workspace=None if workspace is None else workspace.split(","), separation=separation,
         separation_above=separation_above, speed=speed, acceleration=acceleration, yaw_rate=yaw_rate, min_height=min_height, margin=margin,
-        columns=columns, own_limits=own_limits,
+        columns=columns, file_limits=file_limits,
     )  # fmt: skip
     if report is not None:
         check_page(report)

@@ -28,7 +28,7 @@ def command(
     seed: options.SeedOption = None,
     json: options.JsonOption = False,
 ) -> None:
-    """Run every mission of a folder, each into a folder of its own; what was done before and is unchanged is not done again."""
+    """Run every mission of a folder, each into a folder of its own; unchanged missions that are done already are skipped."""
     from ltlplan.commands.support.progress import progress_bar
     from ltlplan.commands.support.terminal import print_json
     from ltlplan.service.execution.batches import exit_code, run_batch

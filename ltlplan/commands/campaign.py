@@ -18,9 +18,9 @@ if TYPE_CHECKING:
 # a parameter for each of the command's options
 def command(
     source: flight_options.TeamArgument,
-    runs: Annotated[int, typer.Option("--runs", min=1, help="How many flights.")] = 100,
+    runs: Annotated[int, typer.Option("--runs", min=1, help="Number of flights.")] = 100,
     workers: Annotated[
-        int | None, typer.Option("--workers", min=1, help="Processes (default: 1); findings do not depend on it.")
+        int | None, typer.Option("--workers", min=1, help="Processes (default: 1); results do not depend on it.")
     ] = None,
     dask: machines.DaskOption = None,
     out: flight_options.OutOption = None,
@@ -34,9 +34,9 @@ def command(
     mass: flight_options.MassOption = None,
     json: options.JsonOption = False,
 ) -> None:
-    """Fly a certified mission many times in simulation: which share of the flights kept tube and formula.
+    """Fly a certified mission many times in simulation: the proportion of flights that stayed in the tube and satisfied the formula.
 
-    By whom and in what is as for `fly`, whose flight with the same options and seed is one of them.
+    Controllers and conditions are those of `fly`, whose flight with the same options and seed is one of them.
     """
     from flight import campaign
     from ltlplan.output import CAMPAIGN_FILES, write_campaign

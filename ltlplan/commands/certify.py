@@ -11,7 +11,7 @@ from ltlplan.commands.support.options import FolderArgument, JsonOption, MarginO
 from ltlplan.recording_options import told_of
 
 if TYPE_CHECKING:
-    from flight import Told
+    from flight import RecordingOptions
     from verify import Certificate
 
 
@@ -28,7 +28,7 @@ def command(
     flight: Annotated[
         Path | None,
         typer.Option(
-            "--flight", help="A recorded flight to judge instead of trajectories: a table, a ROS 2 bag, a PX4 log, or a folder."
+            "--flight", help="A recorded flight to check instead of trajectories: a table, a ROS 2 bag, a PX4 log, or a folder."
         ),
     ] = None,
     max_speed: Annotated[
@@ -39,17 +39,15 @@ def command(
         str | None,
         typer.Option(
             "--start",
-            help="With --flight: when the flight began on the recording's clock, s; or on each robot's: quad0=3.2,quad1=5.7",
+            help="With --flight: start of the flight on the recording's clock, s; or on each robot's: quad0=3.2,quad1=5.7",
         ),
     ] = None,
-    start_error: Annotated[
-        float, typer.Option("--start-error", min=0.0, help="With --flight: how far --start may be off, s.")
-    ] = 0.0,
-    called: Annotated[
+    start_error: Annotated[float, typer.Option("--start-error", min=0.0, help="With --flight: error of --start, s.")] = 0.0,
+    rename: Annotated[
         list[str] | None,
         typer.Option(
-            "--called",
-            help="With --flight: what the recording calls a robot or a column: quad0=cf231, t='Frame time' (again for more).",
+            "--rename",
+            help="With --flight: the recording's name of a robot or a column: quad0=cf231, t='Frame time' (again for more).",
         ),
     ] = None,
     axes: Annotated[
@@ -79,19 +77,19 @@ def command(
 ) -> None:
     """Prove that the trajectories in a folder satisfy its mission and plan, and write certificate.json there."""
     if flight is not None:
-        told = told_of(start, start_error, called or (), axes, origin or ())
+        told = told_of(start, start_error, rename or (), axes, origin or ())
         _judge_recording(
             folder, flight, told, max_speed=max_speed, error=error, pauses=_seconds(pauses), report=report, as_json=json
         )
         return
     import json as json_text
 
+    from flight.storage.folders import PROOF
+    from flight.storage.single_files import replace_listed
     from ltlplan.commands.support.progress import progress_bar
     from ltlplan.commands.support.terminal import print_json
     from ltlplan.report.summary import claim_lines, soft_sentences, with_clocks
     from verify import certify
-    from verify.data.storage.folders import PROOF
-    from verify.data.storage.single_files import replace_listed
     from verify.run_folder import read_folder
 
     plan, team = read_folder(folder)
@@ -112,8 +110,8 @@ def command(
 
 def _clock_error_before(folder: Path) -> float | None:
     """Return the clock error of the folder's certificate, so that proving again does not drop it; None without one."""
+    from flight.storage.folders import PROOF
     from verify.certificate_file import read_certificate
-    from verify.data.storage.folders import PROOF
 
     path = folder / PROOF
     return float(read_certificate(path, earlier=True)["clock_error"]) if path.exists() else None
@@ -141,7 +139,7 @@ def _seconds(text: str | None) -> tuple[float, ...]:
 def _judge_recording(
     folder: Path,
     recording: Path,
-    told: Told,
+    told: RecordingOptions,
     *,
     max_speed: float | None,
     error: float,
@@ -150,12 +148,12 @@ def _judge_recording(
     as_json: bool,
 ) -> None:
     """Judge a recorded flight of the folder's mission, claim by claim, for all times between its samples too."""
+    from flight.storage.single_files import check_page, replace_page
     from ltlplan.commands.support.progress import progress_bar
     from ltlplan.commands.support.terminal import print_json
     from ltlplan.recorded import judge_flight
     from ltlplan.report.summary import recorded_lines
     from verify.data import NotCertified
-    from verify.data.storage.single_files import check_page, replace_page
 
     if report is not None:
         check_page(report)

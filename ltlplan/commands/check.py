@@ -1,4 +1,4 @@
-"""`ltlplan check`: hold a word, or the words of a team, against a formula."""
+"""Command `ltlplan check`: a word, or the words of a team, against a formula."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ def command(
     words: Annotated[
         list[str],
         typer.Argument(
-            help="One word a robot in Spot's notation, such as '1; a; b & c' or 'a; cycle{b; 1}'; what is not named is false.",
+            help="One word a robot in Spot's notation, such as '1; a; b & c' or 'a; cycle{b; 1}'; propositions that are not named are false.",
             show_default=False,
         ),
     ],
-    reading: Annotated[
-        Literal["own", "joint"], typer.Option("--reading", help="Team letters: each robot's own, or the union of all.")
+    team: Annotated[
+        Literal["own", "joint"], typer.Option("--team", help="Team letters: each robot's own, or the union of all.")
     ] = "own",
     json: JsonOption = False,
 ) -> None:
@@ -34,8 +34,8 @@ def command(
     if len(given) == 1:
         verdicts = {"word": check_word(formula, given[0])}
     else:
-        team = check_team(formula, {f"quad{i}": word for i, word in enumerate(given)}, reading)
-        verdicts = {"sequential": team.sequential, "parallel": team.parallel}
+        both = check_team(formula, {f"quad{i}": word for i, word in enumerate(given)}, team)
+        verdicts = {"sequential": both.sequential, "parallel": both.parallel}
     if json:
         print_json({"formula": formula, "words": list(map(str, given)), **{n: v.to_dict() for n, v in verdicts.items()}})
     else:

@@ -23,13 +23,13 @@ CRAZYSWARM2 = TargetName("crazyswarm2")
 def command(
     folder: FolderArgument,
     format: Annotated[  # noqa: A002  # the name that users type
-        TargetName, typer.Option("--format", help="What the flight is written for.")
+        TargetName, typer.Option("--format", help="Target that the flight is written for.")
     ] = CRAZYSWARM2,
     out: Annotated[
         Path | None, typer.Option("--out", help="Folder to write (default: a folder of the format's name inside).")
     ] = None,
     vehicle: Annotated[
-        str | None, typer.Option("--vehicle", help="Airframe that will fly, to be held against the certificate's.")
+        str | None, typer.Option("--vehicle", help="Airframe that will fly, to be compared with the certificate's.")
     ] = None,
     robots: Annotated[
         str | None, typer.Option("--robots", help="Robots to write, such as quad0,quad1, where others fly from another export.")
@@ -46,26 +46,26 @@ def command(
         list[str] | None, typer.Option("--upload", help="crazyflie formats: ROBOT=URI, once a robot; send after writing.")
     ] = None,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="With --upload: write the exact bytes, send nothing.")] = False,
-    anyway: Annotated[
+    force: Annotated[
         bool,
-        typer.Option("--anyway", help="Write without a simulated flight that stayed in its tube, with a warning in the files."),
+        typer.Option("--force", help="Write without a simulated flight that stayed in its tube, with a warning in the files."),
     ] = False,
     part: Annotated[int, typer.Option("--part", min=1, help="With --upload: which part of a flight in parts.")] = 1,
     json: JsonOption = False,
 ) -> None:
     """Write the certified flight in a folder for a real vehicle, after proving its certificate again and flying it in simulation.
 
-    It is flown by the controllers of the vehicles' profiles, in wind and noise, and must stay in its tube (exit code 5). Vehicles of the format must
-    run these controllers: PX4's is not modelled, so that px4 needs --anyway.
+    The controllers of the vehicles' profiles fly it, in wind and noise; it must stay in its tube (exit code 5). Vehicles of the format must run
+    these controllers: PX4's is not modelled, so that px4 needs --force.
 
     The compressed format rounds to whole millimetres: its path is fitted to that grid, certified as it is then, and
     written with a certificate of its own. So are flights of one piece for crazyswarm2, whose loader needs a second.
     """
+    from flight.storage.folders import check_folder, put_files, write_folder
     from ltlplan.commands.support.progress import progress_bar
     from ltlplan.commands.support.terminal import print_json
     from ltlplan.output import make_export
     from verify.data import BadInput
-    from verify.data.storage.folders import check_folder, put_files, write_folder
 
     if dry_run and not upload:
         raise BadInput("--dry-run goes with --upload ROBOT=URI.")
@@ -80,7 +80,7 @@ def command(
         options = {name: value for name, value in given.items() if value is not None}
         names = None if robots is None else [name.strip() for name in robots.split(",")]
         made = make_export(
-            folder, target, vehicle=vehicle, robots=names, options=options, anyway=anyway, progress=progress,
+            folder, target, vehicle=vehicle, robots=names, options=options, force=force, progress=progress,
             named=lambda files: check_folder(place, files),
         )  # fmt: skip
         written = write_folder(place, lambda fresh: put_files(made.files, fresh))

@@ -35,13 +35,13 @@ def command(
     mass: flight_options.MassOption = None,
     reaction: Annotated[
         ReactionName | None,
-        typer.Option("--reaction", help="What the team does after an alarm, instead of the mission's choice."),
+        typer.Option("--reaction", help="Response of the team to an alarm, instead of the mission's `reaction`."),
     ] = None,
     link: Annotated[
         flight_options.LinkName | None,
         typer.Option(
             "--link",
-            help="Fly live over a link: checks, certified climb, way to the starts, flight and landing, watched, with a way out "
+            help="Fly live over a link: checks, certified climb, transit to the starts, flight and landing, watched, with a way out "
             "at every moment. `simulated`: our simulation behind the same interface; `crazyflie`: by radio, --inventory or --address; "
             "`mavlink`: PX4, by --address.",
         ),
@@ -53,7 +53,7 @@ def command(
     real_time: Annotated[bool, typer.Option("--real-time", help="With --link simulated: a second takes a second.")] = False,
     json: options.JsonOption = False,
 ) -> None:
-    """Fly a certified mission once in simulation, or live over a link; exit code 5 where it left its tube, broke its formula or was ended."""
+    """Fly a certified mission once in simulation, or live over a link; exit code 5 if it left its tube, violated its formula or was ended."""
     from flight import fly
     from ltlplan.output import LOG_FILES, write_flight
 

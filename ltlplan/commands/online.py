@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 # a parameter for each of the command's options
 def command(
     mission: options.MissionArgument,
-    certified: Annotated[bool, typer.Option("--certified", help="Fly only pieces that are certified.")] = False,
+    certified: Annotated[bool, typer.Option("--certified", help="Fly only certified segments.")] = False,
     event: Annotated[
         list[str] | None,
         typer.Option(
@@ -34,7 +34,7 @@ def command(
         flight_options.LinkName | None,
         typer.Option(
             "--link",
-            help="Fly live over a link and in real time, with --certified: checks, certified climb and way to the starts, pieces as they are "
+            help="Fly live over a link and in real time, with --certified: checks, certified climb and transit to the starts, segments as they are "
             "proved, and a certified landing. `simulated`: our simulation behind the same interface; `crazyflie`: by radio, --inventory or --address; `mavlink`: "
             "PX4, by --address.",
         ),
@@ -47,7 +47,7 @@ def command(
         list[str] | None,
         typer.Option(
             "--follow",
-            help="With --link: events as they are told, a line each as in --event, at once where no time is written: a file that grows, a "
+            help="With --link: events as they arrive, a line each as in --event, at once where no time is written: a file that grows, a "
             "named pipe, - for the keyboard, ros2:/TOPIC for messages of ROS 2, or http://HOST:PORT/live/NAME for what "
             "a planning service is told (again for more).",
         ),
@@ -56,16 +56,16 @@ def command(
         list[str] | None,
         typer.Option(
             "--standby",
-            help="With --link: NAME=x,y,z in m, where the laboratory sees a robot stand that is none of the mission's, and waits on the ground until an "
+            help="With --link: NAME=x,y,z in m, where motion capture sees a robot that is none of the mission's, and waits on the ground until an "
             "event has it join: `quad3 joins 1,0.5,1`. One that --event has join stands below its start where nothing else is said.",
         ),
     ] = None,
     json: options.JsonOption = False,
 ) -> None:
-    """Share tasks while flying; exit code 5 where the flown words do not keep the formula, or a live flight was ended.
+    """Reassign tasks in flight; exit code 5 if the flown words violate the formula, or a live flight was ended.
 
-    With --certified each piece is certified before it is flown, and with --link it is flown over a link: computing takes the time that it
-    takes, while robots fly on or hover. There is nothing to export.
+    With --certified each segment is certified before it is flown, and with --link it is flown over a link: robots fly on or hover while the next
+    one is computed. There is nothing to export.
     """
     from ltlplan.online.event_sources.lines import parse_events
 

@@ -23,12 +23,12 @@ def command(
     """Plan a mission: each robot's word, visits and cost."""
     import json as json_text
 
+    from flight.storage.folders import check_folder, write_folder
     from ltlplan.commands.support.progress import progress_bar
     from ltlplan.commands.support.terminal import print_json
     from ltlplan.output import PLAN_FILES, write_plan_files
     from ltlplan.pipeline import plan
     from ltlplan.report.summary import plan_lines
-    from verify.data.storage.folders import check_folder, write_folder
 
     asked = options.read_mission(mission, sequence=sequence, formula=formula, cost=cost)
     if out is not None:

@@ -9,7 +9,7 @@ from ltlplan.commands.support.options import FolderArgument, JsonOption
 
 
 def command(folder: FolderArgument, json: JsonOption = False) -> None:
-    """Prove the certificate of a folder again from its files, and say which file was changed."""
+    """Prove the certificate of a folder again from its files; name the file that was changed, if one was."""
     import json as json_text
 
     from ltlplan.commands.support.progress import progress_bar

@@ -21,7 +21,7 @@ def command(
     source: flight_options.TeamArgument,
     runs: Annotated[int, typer.Option("--runs", min=1, help="Flights of each combination.")] = 20,
     controller: Annotated[
-        list[str] | None, typer.Option("--controller", help="Who follows; may be given several times.")
+        list[str] | None, typer.Option("--controller", help="Controller; may be given several times.")
     ] = None,
     mass: Annotated[
         list[float] | None, typer.Option("--mass", help="Share of the profile's mass that is flown; several times.")
@@ -35,18 +35,18 @@ def command(
         typer.Option("--drag", help="Of vehicles whose drag is a guess: profile, least, most (default: all); several times."),
     ] = None,
     noise: Annotated[str, typer.Option("--noise", help="Standard deviation of motion capture's positions, m.")] = "0.001",
-    workers: Annotated[int, typer.Option("--workers", min=1, help="Processes; findings do not depend on it.")] = 1,
+    workers: Annotated[int, typer.Option("--workers", min=1, help="Processes; results do not depend on it.")] = 1,
     out: flight_options.OutOption = None,
     seed: options.SeedOption = None,
     json: options.JsonOption = False,
 ) -> None:
     """Rehearse a certified mission: which controllers stay in the tube, with what mass, latency and wind.
 
-    Four controllers, three masses, three latencies and three winds unless options say otherwise; * marks what left the tube. Vehicles whose
+    Four controllers, three masses, three latencies and three winds unless options say otherwise; * marks flights that left the tube. Vehicles whose
     drag is a guess are flown with the ends of its range as well. Of a run's folder the report gets the table.
     """
     from flight import MotionCapture, rehearse
-    from flight.rehearsal.rehearse import USUAL, Combinations
+    from flight.rehearsal.combinations import USUAL, Combinations
     from ltlplan.output import REHEARSAL_FILES, write_rehearsal
 
     combinations = Combinations(
@@ -54,7 +54,7 @@ def command(
         tuple(mass or USUAL.masses),
         tuple(latency or USUAL.latencies),
         tuple(wind or USUAL.winds),
-        cast("tuple[Drag, ...]", tuple(drag or USUAL.drags)),  # another word is refused there
+        cast("tuple[Drag, ...]", tuple(drag or USUAL.drags)),  # another word is rejected there
     )
     cameras = MotionCapture.parse(noise)
     with simulating(out, REHEARSAL_FILES, quiet=json) as progress:
@@ -70,9 +70,9 @@ def command(
 
 def _into_report(run: Path, found: Rehearsal) -> tuple[tuple[Path, ...], tuple[str, ...]]:
     """Add what was found to the report of a run's folder, where there is one that is as we left it; return it, or why not."""
+    from flight.storage.single_files import replace_listed
     from ltlplan.report.rehearsal import with_rehearsal
     from verify.data import BadInput
-    from verify.data.storage.single_files import replace_listed
 
     report = run / "report.html"
     if not report.is_file():

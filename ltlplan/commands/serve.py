@@ -19,9 +19,9 @@ def command(
     ] = LOOPBACK,
     port: Annotated[int, typer.Option("--port", min=0, max=65535, help="Port to listen on; 0 takes a free one.")] = PORT,
     name: Annotated[
-        list[str] | None, typer.Option("--name", help="Name by which a proxy in front is asked; may be given several times.")
+        list[str] | None, typer.Option("--name", help="Name of a proxy in front of it; may be given several times.")
     ] = None,
-    data: Annotated[Path | None, typer.Option("--data", help="Folder of all that is kept (default: your data folder).")] = None,
+    data: Annotated[Path | None, typer.Option("--data", help="Folder of all data (default: your data folder).")] = None,
     db: Annotated[
         str | None,
         typer.Option(

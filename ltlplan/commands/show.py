@@ -20,16 +20,16 @@ def command(
     formula: options.FormulaOption = None,
     cost: options.CostOption = None,
     shown_round: Annotated[
-        int | None, typer.Option("--round", min=1, help="Which round of cross-entropy to draw, counted from 1 (default: 1).")
+        int | None, typer.Option("--round", min=1, help="Iteration of cross-entropy to draw, counted from 1 (default: 1).")
     ] = None,
     json: options.JsonOption = False,
 ) -> None:
     """Draw the mission from above and from two sides, control points, primitives, the sampled paths of a round, the optimised path."""
+    from flight.storage.single_files import check_page, replace_page
     from ltlplan.commands.support.progress import progress_bar
     from ltlplan.commands.support.terminal import print_json
     from ltlplan.report.pictures import mission_html, pictures_html
     from verify.data import BadInput, Infeasible, Unsatisfiable
-    from verify.data.storage.single_files import check_page, replace_page
 
     asked = options.read_mission(mission, sequence=sequence, formula=formula, cost=cost)
     page = out or Path(f"{asked.name}.html")

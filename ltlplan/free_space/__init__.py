@@ -1,8 +1,6 @@
-"""Ways through a world with obstacles: free space, roadmaps, shortest ways, and what shuts a way.
+"""Free space among obstacles, and its bottlenecks.
 
-Read `free_space` (the door: a mission's free space for one size of vehicle), then `visibility_graph` (a visibility graph in three dimensions), `graph_vertices`
-(where a way may turn around a body), `inflated_bodies` (convex bodies grown by the clearance, and segments that meet them), `inflated_obstacles` (a
-mission's obstacles as such bodies, with openings) and `path_shortcutting` (shorter ways, with room at the corners where there is some).
-Everything is in floats, without chance and without a clock.
-`bottlenecks` finds the narrowest place of the widest path where none fits.
+Read `free_space` (the entry point: a mission's free space for one size of vehicle), then `inflated_obstacles` (a mission's obstacles, inflated by the
+clearance, with openings). Bodies and the roadmap around them are those of `refine.obstacles`. `bottlenecks` finds the narrowest place of the
+widest path where none fits. All is in floats, without random draws and without a clock.
 """

@@ -1,4 +1,4 @@
-"""What shuts a way: the narrowest place of the widest way that there would be for a smaller vehicle.
+"""Bottlenecks: the narrowest place of the widest path that there would be for a smaller vehicle.
 
 A way is looked for with less and less clearance, halving the range each time; where the last one is narrowest, the bodies on both
 sides are what shuts it.
@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ltlplan.free_space.free_space import FreeSpace
-from ltlplan.free_space.visibility_graph import Roadmap
+from refine.obstacles.visibility_graph import Roadmap
 from verify.data.mission import Mission
 from verify.data.shapes.inequalities import Point
 from verify.data.shapes.solid_parts import SolidPart, solid_parts

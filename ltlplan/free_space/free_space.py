@@ -14,9 +14,10 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from ltlplan.free_space.inflated_bodies import SolidBody, disc, grown_bodies
 from ltlplan.free_space.inflated_obstacles import Solids, grown_solids
-from ltlplan.free_space.visibility_graph import Roadmap
+from refine.obstacles.inflated_bodies import InflatedBody, grown_bodies
+from refine.obstacles.keep_out_bodies import ring
+from refine.obstacles.visibility_graph import Roadmap
 from verify.data.mission import Mission
 from verify.data.shapes.inequalities import Point
 
@@ -48,7 +49,7 @@ class Place:
 
 @dataclass(frozen=True, eq=False)
 class FreeSpace:
-    """Where one size of vehicle can fly.
+    """Free space of one size of vehicle.
 
     Attributes:
         mission: Whose world.
@@ -153,7 +154,7 @@ class FreeSpace:
         return np.array([known[end] for end in ends])
 
     def connects(self, places: Sequence[Place]) -> bool:
-        """Tell whether ways lead from each of some places to all others around all regions that hold neither end.
+        """Return whether ways lead from each of some places to all others around all regions that hold neither end.
 
         Args:
             places: Where ways begin and end.
@@ -221,11 +222,8 @@ def _length(points: Floats) -> float:
 
 def _roadmap(mission: Mission, clear: float, near: float, walls: Solids, *, regions: bool = True) -> Roadmap:
     """Return the ways that keep `clear` from what is solid, `near` from regions and the workspace's walls."""
-    solids: list[SolidBody] = [part.body for part in walls.parts]
-    for name, hoop in mission.hoops.items():
-        half, outer = hoop.rim / 2 + clear, hoop.opening + hoop.rim + clear
-        solids.append(disc(name, np.array(hoop.center), np.array(hoop.normal), outer, half))
-    soft: list[SolidBody] = []
+    solids = [part.body for part in walls.parts] + [ring(name, hoop, clear).inflated for name, hoop in mission.hoops.items()]
+    soft: list[InflatedBody] = []
     for name, region in mission.all_regions.items() if regions else ():
         soft += grown_bodies(name, region.center, region.body, near, bevelled=False)
     low, high = np.array(mission.workspace.min) + near, np.array(mission.workspace.max) - near

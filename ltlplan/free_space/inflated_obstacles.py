@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ltlplan.free_space.inflated_bodies import SolidBody, grown_bodies
+from refine.obstacles.inflated_bodies import InflatedBody
+from refine.obstacles.solid_body import solid_bodies
 from verify.data.mission import Mission
-from verify.data.shapes.solid_parts import solid_parts
 
 Floats = NDArray[np.float64]
 
@@ -45,11 +45,11 @@ class Solid:
         holes: Openings that lead through it.
     """
 
-    body: SolidBody
+    body: InflatedBody
     holes: tuple[Hole, ...] = ()
 
     def met(self, points: Floats) -> NDArray[np.bool_]:
-        """Tell which points come too near, openings aside. Shape (n, 3) to (n,)."""
+        """Return which points come too near, openings aside. Shape (n, 3) to (n,)."""
         met = self.body.holds(points)
         for hole in self.holes:
             met &= hole.off_axis(points) >= hole.inner**2
@@ -69,7 +69,7 @@ class Solids:
         self._high = np.array([part.body.high for part in parts]).reshape(-1, 3)
 
     def near(self, low: Floats, high: Floats) -> NDArray[np.bool_]:
-        """Tell which parts may reach into boxes, given by their corners. Shapes (boxes, 3) twice to (parts, boxes)."""
+        """Return which parts may reach into boxes, given by their corners. Shapes (boxes, 3) twice to (parts, boxes)."""
         below = np.all(self._low[:, None] < high[None], axis=2)
         return below & np.all(self._high[:, None] > low[None], axis=2)
 
@@ -85,10 +85,10 @@ def grown_solids(mission: Mission, clearance: float) -> Solids:
         clearance: m between a vehicle's centre and what is solid.
     """
     found: list[Solid] = []
-    for part in solid_parts(mission.obstacles, mission.hoops):
+    for body in solid_bodies(mission, clearance):
         holes = tuple(
             Hole(name, np.array(hoop.center), np.array(hoop.normal), max(hoop.opening - clearance, 0.0))
-            for name, hoop in part.holes
+            for name, hoop in body.part.holes
         )
-        found += [Solid(body, holes) for body in grown_bodies(part.obstacle, part.center, (part.inequalities,), clearance)]
+        found.append(Solid(body.inflated, holes))
     return Solids(tuple(found))

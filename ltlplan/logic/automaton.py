@@ -51,7 +51,7 @@ class Automaton:
 
     @cached_property
     def deterministic(self) -> bool:
-        """Whether no letter ever meets two edges of one state."""
+        """True if no letter ever meets two edges of one state."""
         for edges in self.edges:
             met = FALSE
             for guard, _ in edges:
@@ -62,7 +62,7 @@ class Automaton:
 
     @cached_property
     def shape(self) -> tuple[tuple[tuple[int, ...], ...], frozenset[int]]:
-        """What leads where and what accepts, whatever the conditions: the same for formulas that differ in their names alone."""
+        """Edges and acceptance without their conditions: the same for formulas that differ in their names alone."""
         return tuple(tuple(target for _, target in edges) for edges in self.edges), self.accepting
 
     @cached_property
@@ -89,11 +89,11 @@ class Automaton:
         return next(iter(found), DEAD)
 
     def is_accepting(self, state: int) -> bool:
-        """Tell whether a state is accepting."""
+        """Return whether a state is accepting."""
         return state in self.accepting
 
     def accepts(self, word: Word) -> bool:
-        """Tell whether a word is accepted.
+        """Return whether a word is accepted.
 
         Raises:
             BadInput: A lasso was given to an automaton on finite words, or a finite word to a Büchi automaton.
@@ -109,7 +109,7 @@ class Automaton:
         return self._laps_accept(at, word.cycle)
 
     def _laps_accept(self, at: frozenset[int], cycle: tuple[Letter, ...]) -> bool:
-        """Tell whether repeating the cycle from these states can pass through accepting states for ever."""
+        """Return whether repeating the cycle from these states can pass through accepting states for ever."""
         import networkx
 
         graph = networkx.DiGraph()

@@ -1,4 +1,4 @@
-"""How much a search may take: counted in states, never in seconds, so that a result does not depend on the machine.
+"""Budgets of searches: counted in states, never in seconds, so that a result does not depend on the machine.
 
 Only the translation of a large formula also has a clock, and that can only end it with an error.
 """
@@ -36,7 +36,7 @@ class Budget:
         courses: States of a search over interleavings that may be expanded; None for a fiftieth of `states`.
         lasso: States that an infinite trace's product of robot and automata may have.
         rounds: States that may be expanded in search of an infinite trace's cheapest round.
-        candidates: Complete plans that may be tried where the first ones are refused.
+        candidates: Complete plans that may be tried where the first ones are rejected.
         automaton: States of one explicit automaton.
         seconds: s of processor time that the translation of one large formula may take, in a process of its own.
         megabytes: MB that this process may take.

@@ -1,4 +1,4 @@
-"""What reads one conjunct, letter by letter, by number: its automaton's states, sets of them, or all that walls leave open.
+"""Automata that read one conjunct, letter by letter, by number: states, sets of them, or all that walls leave open.
 
 An *element* says what a word does to every state (`transition_monoid` puts those of all conjuncts together).
 """
@@ -36,7 +36,7 @@ class Deterministic:
         return row
 
     def accepting(self, state: int) -> bool:
-        """Tell whether a state is accepting."""
+        """Return whether a state is accepting."""
         return state in self.automaton.accepting
 
     def read(self, element: tuple[int, ...], letter: int) -> tuple[int, ...]:
@@ -95,7 +95,7 @@ class Subsets:
         return row
 
     def accepting(self, state: int) -> bool:
-        """Tell whether a state is accepting."""
+        """Return whether a state is accepting."""
         return bool(self._masks[state] & self._final)
 
     def read(self, element: tuple[int, ...], letter: int) -> tuple[int, ...]:
@@ -174,7 +174,7 @@ class AtWalls:
         return row
 
     def accepting(self, state: int) -> bool:
-        """Tell whether a state is accepting."""
+        """Return whether a state is accepting."""
         return all(map(self._part.accepting, self._sets[state]))
 
     def read(self, element: tuple[int, ...], letter: int) -> tuple[int, ...]:

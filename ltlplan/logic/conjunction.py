@@ -122,14 +122,14 @@ class Conjunction:
         return tuple(after)
 
     def is_accepting(self, state: State) -> bool:
-        """Tell whether a state is accepting."""
+        """Return whether a state is accepting."""
         return not isinstance(state, int) and all(
             at in part.accepting if isinstance(at, int) else not part.accepting.isdisjoint(at)
             for part, at in zip(self.parts, state, strict=True)
         )
 
     def accepts(self, word: Word) -> bool:
-        """Tell whether a finite word is accepted.
+        """Return whether a finite word is accepted.
 
         Raises:
             BadInput: The word has a cycle.

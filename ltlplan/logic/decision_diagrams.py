@@ -93,7 +93,7 @@ class DecisionDiagrams:
         return self.negation(self.conjunction(self.negation(first), self.negation(second)))
 
     def holds(self, guard: int, letter: Letter) -> bool:
-        """Tell whether a letter meets a condition; names that are no propositions here do not matter."""
+        """Return whether a letter meets a condition; names that are no propositions here do not matter."""
         while guard > TRUE:
             variable, low, high = self._nodes[guard]
             guard = high if self.propositions[variable] in letter else low

@@ -36,7 +36,7 @@ def decomposition_set(automaton: Automaton | Conjunction, alphabet: Iterable[Ite
 
 
 def decomposes(automaton: Automaton | Conjunction, state: State, alphabet: Iterable[Iterable[str]] | None = None) -> bool:
-    """Tell whether one state belongs to the decomposition set, looking only at what can be reached from it.
+    """Return whether one state belongs to the decomposition set, looking only at what can be reached from it.
 
     For a conjunction, membership conjunct by conjunct is tried first; it suffices, and is much cheaper.
 
@@ -62,7 +62,7 @@ def decomposes_from(
     states: frozenset[State],
     alphabet: Iterable[Iterable[str]] | None = None,
 ) -> bool:
-    """Tell whether what is left of a mission decomposes, for a team that has come some way already.
+    """Return whether what is left of a mission decomposes, for a team that has come some way already.
 
     That is Def. 4.5 with the present in the place of the start: every word that leads on from `states` to acceptance,
     followed by one that leads from `begun` to `states`, is accepted from `begun`. Where several states may have been
@@ -101,7 +101,7 @@ class _Together:
         return DEAD if DEAD in after else after
 
     def is_accepting(self, states: State) -> bool:
-        """Tell whether every state accepts."""
+        """Return whether every state accepts."""
         return states != DEAD and all(self._automaton.is_accepting(state) for state in states)
 
 
@@ -125,7 +125,7 @@ class _Reach:
         return found
 
     def decomposes(self, state: State) -> bool:
-        """Tell whether L(state -> accept) followed by L(start -> state) is accepted, word by word."""
+        """Return whether L(state -> accept) followed by L(start -> state) is accepted, word by word."""
         if state == DEAD:
             return False
         # where the start can be once some word has led from `state` to acceptance ...

@@ -1,4 +1,4 @@
-"""What remains to be done, as one number: the product of the conjuncts' automata, made as it is walked.
+"""Product of the conjuncts' automata, made as it is walked: one number for all that remains to be done.
 
 A `Task` reads letters by number (the few that robots can really show) and makes its states as they are asked for; a conjunct
 whose automaton is nondeterministic is walked over sets of its states.
@@ -14,7 +14,7 @@ from verify.data import Letter
 
 
 class Task:
-    """What remains to be done, as one number: a state of the product of all conjuncts' automata.
+    """The rest of a task as one number: a state of the product of all conjuncts' automata.
 
     Attributes:
         parts: The conjuncts' automata.
@@ -55,7 +55,7 @@ class Task:
         return self._states[number]
 
     def is_accepting(self, number: int) -> bool:
-        """Tell whether everything is done."""
+        """Return whether everything is done."""
         return self._accepting[number]
 
     def row(self, number: int) -> list[int]:

@@ -1,4 +1,4 @@
-"""What words do to a task, and whether they keep it in every order of the robots: the property `sequential`.
+"""Effects of words on a task, and whether they satisfy it in every order of the robots: the property `sequential`.
 
 A word takes each state of a conjunct's automaton to another one. Words that do the same to all states are one element of the
 automaton's transition monoid, and words after one another compose as maps do. So every order of the robots is tried on
@@ -20,7 +20,7 @@ Element = tuple[tuple[int, ...], ...]
 
 
 class TransitionMonoid:
-    """What words do to a task's states. Words that do the same are one element.
+    """Effects of words on a task's states. Words with the same effect are one element.
 
     Args:
         task: Whose states.
@@ -34,7 +34,7 @@ class TransitionMonoid:
         self._dead: dict[Element, bool] = {}
 
     def is_dead(self, element: Element) -> bool:
-        """Tell whether words of an element lose the task when they come first."""
+        """Return whether words of an element lose the task when they come first."""
         found = self._dead.get(element)
         if found is None:
             found = any(part.apply(k, part.initial) == DEAD for part, k in zip(self.parts, element, strict=True))
@@ -61,7 +61,7 @@ class TransitionMonoid:
 
 
 class OrderCheck:
-    """Whether words keep a task in every order: the property `sequential`, decided conjunct by conjunct.
+    """Check of the property `sequential`, conjunct by conjunct: words satisfy a task in every order.
 
     Args:
         task: What is to be kept.
@@ -74,13 +74,10 @@ class OrderCheck:
         self.limit = limit
         self._known: dict[tuple[int, tuple[tuple[tuple[int, ...], int], ...]], tuple[tuple[int, ...], ...] | None] = {}
 
-    def failing_parts(self, elements: Sequence[Element]) -> tuple[int, ...]:
-        """Return the conjuncts, by index, that some order of the words breaks."""
-        return tuple(
-            index
-            for index, part in enumerate(self.parts)
-            if self._failing(index, part, [element[index] for element in elements], True) is not None
-        )
+    def failing_orders(self, elements: Sequence[Element]) -> dict[int, tuple[int, ...]]:
+        """Return, for each conjunct, by index, that some order of the words breaks, such an order (indices into `elements`)."""
+        found = {i: self._failing(i, part, [element[i] for element in elements], True) for i, part in enumerate(self.parts)}
+        return {index: order for index, order in found.items() if order is not None}
 
     def failing_order(self, elements: Sequence[Element], *, finished: bool = True) -> tuple[int, ...] | None:
         """Return an order (indices into `elements`) in which the words break the task; None where every order keeps it.

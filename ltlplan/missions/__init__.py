@@ -1,4 +1,7 @@
-"""The missions that come with the package, and the reader that knows them by name."""
+"""The missions that come with the package, and the reader that knows them by name.
+
+`notes` says what is allowed in a mission and may yet not be meant.
+"""
 
 from __future__ import annotations
 

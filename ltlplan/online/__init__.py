@@ -1,18 +1,17 @@
-"""Online flight: teams that share their tasks while they fly (2022 paper, Sections 6 and 7), with dynamics, and certified if asked.
+"""Online flight: teams whose tasks are reassigned while they fly (2022 paper, Sections 6 and 7), with dynamics, and certified if required.
 
-| module | what it holds |
+| module | contents |
 |---|---|
-| `simulated_online_flight`, `online_flight` | a mission flown online in simulation, judged afterwards; what came of it |
-| `certified_team`, `segmented_flight`, `braking`, `segment_planning` | the same team flying certified pieces only, how it comes to rest, and what it flies next |
-| `live_online_flight`, `flight_session` | that team over a link in real time: the course of its flight, and what is flown and asked meanwhile |
-| `stopping`, `segment_handover` | how it comes to rest when something happens, and its next piece |
+| `simulated_online_flight`, `online_flight` | a mission flown online in simulation, checked afterwards; its result |
+| `certified_team`, `segmented_flight`, `braking`, `segment_planning` | the same team flying certified segments only, its stops, and its next segment |
+| `live_online_flight`, `flight_session` | that team over a link in real time: the flight from event to event, and its present state |
+| `stopping`, `segment_handover` | its stop after an event, and the start of the next segment |
 | `standby`, `joining`, `leaving` | robots that wait on the ground, join it and leave it |
-| `event_queue`, `segment_monitor`, `executors` | what happens, its watch, and who computes answers |
-| `event_sources` | where events are told: lines of files, of a ROS 2 topic |
-| `measured_result`, `observed_timelines`, `files` | what measurements show of such a flight, timelines of what was seen, and what is written |
+| `event_queue`, `segment_monitor`, `executors` | pending events, the segment's monitor, and executors of queries |
+| `event_sources` | sources of events: lines of files, of a ROS 2 topic |
+| `measured_result`, `observed_timelines`, `files` | the result by measurements, timelines of observations, and the files that are written |
 
-The method itself is in `ltlplan.online_mtac`. Names are loaded at first use, so that a part of the package can be used by what the
-other parts stand on.
+The method itself is in `ltlplan.online_mtac`. Names are loaded at first use, so that modules below this package can use parts of it.
 """
 
 from __future__ import annotations

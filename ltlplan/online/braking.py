@@ -1,9 +1,9 @@
-"""Coming to rest on the way: polynomials that end a certified flight early, judged before they are handed to a robot.
+"""Coming to rest on the way: polynomials that end a certified flight early, checked before they are handed to a robot.
 
 When the world changes, a robot flies on along its certified polynomials for a moment and then slows down along one more
 piece, to a hover that is clear of the edges of all regions. Velocity is the polynomial of degree 5 that begins with the robot's
 velocity, acceleration and jerk and ends with all three at zero; its integral has degree 7 at most and needs no optimiser. When and
-how quickly to slow down is tried out, soonest rest first, until the judge has no objection. Flying the certified trajectory to
+how quickly to slow down is tried out, soonest rest first, until the checker has no objection. Flying the certified trajectory to
 its end is among what is tried.
 """
 
@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ltlplan.online_mtac.events import rim_distance
-from refine.keep_out_bodies import within
-from refine.obstacles import SolidBody, solid_bodies
+from refine.obstacles.keep_out_bodies import within
+from refine.obstacles.solid_body import SolidBody, solid_bodies
 from verify.claims.claim import Claim
 from verify.data import Mission, Trajectory
 from verify.data.sections import LegLimits
@@ -34,7 +34,7 @@ Ways = Mapping[str, tuple[Way, ...]]
 """For each robot."""
 
 REACTION = 0.2
-"""s that robots fly on before they slow down: time to compute how. The judge takes about 0.05 s for three robots."""
+"""s that robots fly on before they slow down: time to compute how. The checker takes about 0.05 s for three robots."""
 
 LENGTHS = (0.5, 0.7, 1.0, 1.4, 2.0)
 """s that slowing down takes."""
@@ -43,17 +43,17 @@ LATER = 0.1
 """s between the places at which slowing down may begin."""
 
 TRIES = 30
-"""Ways to come to rest together that are judged."""
+"""Ways to come to rest together that are checked."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Stop:
-    """How may a team come to rest? A question that can be asked of another process.
+    """Query for a way to stop a team; another process can answer it.
 
     Attributes:
         mission: The world as it is now; its agents are the robots in the air, with the starts of their trajectories.
         team: What they fly, from rest to rest.
-        now: From when that is judged in this world, on the trajectories' clocks, exact, in s.
+        now: From when that is checked in this world, on the trajectories' clocks, exact, in s.
         braking: They are slowing down already: what they fly comes first.
         ways: When they are on their way to which regions; the limits of a leg hold for slowing down on it as well.
         reaction: s after `now` before which nobody slows down.
@@ -69,7 +69,7 @@ class Stop:
 
 @dataclass(frozen=True, eq=False)
 class StoppingManoeuvre:
-    """How a team comes to rest.
+    """Manoeuvre that stops a team.
 
     Attributes:
         team: A trajectory for each robot, the same as before up to where it slows down.
@@ -134,7 +134,7 @@ def come_to_rest(stop: Stop) -> StoppingManoeuvre:
         stop: The question.
 
     Returns:
-        The first that the judge accepts; where there is none the soonest of all, with what was said against the first try.
+        The first that the checker accepts; where there is none the soonest of all, with what was said against the first try.
     """
     team, ways, now = stop.team, stop.ways, float(stop.now)
     others = {

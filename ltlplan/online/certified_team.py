@@ -1,7 +1,7 @@
 """Online flight that is certified as it goes: robots fly only pieces that were proved for what is left of the formula.
 
 At take-off the whole mission is planned, refined and certified; nobody moves before that has succeeded. When the world
-changes, the certificate no longer speaks of what is flown. Robots come to rest by pieces that are judged first (`team_in_pieces`)
+changes, the certificate no longer speaks of what is flown. Robots come to rest by pieces that are checked first (`team_in_pieces`)
 and hold their positions until two things are proved:
 
 * a certificate of what is left, an ordinary mission: it begins where the robots hover, with each one's internal state and the
@@ -53,7 +53,7 @@ class CertifiedTeam(TeamInPieces):
             BadInput: The trace is infinite, or the mission has a sequence.
             Unsatisfiable: Nothing that these robots can fly satisfies the formula.
             Infeasible: Refinement found no trajectory within the limits.
-            NotCertified: The proof was refused.
+            NotCertified: The proof was rejected.
         """
         super().__init__(mission)
         self.seed = seed
@@ -76,7 +76,7 @@ class CertifiedTeam(TeamInPieces):
         Raises:
             Unsatisfiable: Nothing that is left satisfies the formula.
             Infeasible: No trajectory keeps the limits.
-            NotCertified: A proof was refused, or what was flown is not certified itself.
+            NotCertified: A proof was rejected, or what was flown is not certified itself.
         """
         try:
             left = self.what_is_left(self._now)
@@ -106,7 +106,7 @@ class CertifiedTeam(TeamInPieces):
     def what_will_be_left(self, latest: Fraction) -> Left:
         """Return what will be left when everybody has come to rest, if until then is shown what nominal paths show.
 
-        It may be asked while robots slow down. Whatever they show then, a piece that comes of it is judged with all that they may have shown.
+        It may be asked while robots slow down. Whatever they show then, a piece that comes of it is checked with all that they may have shown.
 
         Args:
             latest: As for `what_is_left`.
@@ -135,7 +135,7 @@ class CertifiedTeam(TeamInPieces):
                 pilot.where = where[name]
 
     def with_next(self, left: Left, answer: Found, start: Fraction) -> WholeFlight:
-        """Return all that was flown with what was found behind it, to be judged.
+        """Return all that was flown with what was found behind it, to be checked.
 
         Args:
             left: The question.
@@ -152,7 +152,7 @@ class CertifiedTeam(TeamInPieces):
         return WholeFlight(self.mission, (*self.all_pieces, piece_of(left.mission, answer.certified, start)))
 
     def take_over(self, piece: Piece, answer: Found) -> None:
-        """Fly a piece from now on that was judged together with all that was flown before.
+        """Fly a piece from now on that was checked together with all that was flown before.
 
         Args:
             piece: It begins where everybody hovers.

@@ -1,4 +1,4 @@
-"""What happens while a team flies over a link: at times that are known, as it is told, and what a robot that is lost makes happen."""
+"""Queue of a live flight's events: scheduled events, operator events, and events raised when a robot is lost."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ from verify.data.progress import Progress
 
 
 class NoAnswer(LtlplanError):
-    """Whoever computed it was ended, or takes too long; the message says which."""
+    """Computation that was ended, or takes too long; the message says which."""
 
     exit_code = 1
 
@@ -26,7 +26,7 @@ class Answer(Protocol):
     """An answer to come."""
 
     def done(self) -> bool:
-        """Whether it is there; returns at once."""
+        """Return whether it is there; returns at once."""
         ...
 
     def result(self) -> Any:
@@ -44,7 +44,7 @@ class Answer(Protocol):
 
 
 class Computer(Protocol):
-    """Who computes answers."""
+    """Executor of queries."""
 
     def ask(self, work: Callable[..., Any], question: object) -> Answer:
         """Have a question answered.
@@ -54,22 +54,6 @@ class Computer(Protocol):
             question: Can be pickled, as the answer can.
         """
         ...
-
-
-class AtOnce:
-    """Answers in this process, while time stands still: for flights in simulation that are not in real time."""
-
-    def ask(self, work: Callable[..., Any], question: object) -> Answer:
-        """Have a question answered.
-
-        Args:
-            work: A function of a module.
-            question: What it is given.
-        """
-        try:
-            return Given(work(question, _nobody))
-        except LtlplanError as error:
-            return Given(None, error)
 
 
 class Given:
@@ -162,7 +146,3 @@ def way_down(
     """
     mission, team, places = question
     return to_ground(mission, team, places)
-
-
-def _nobody(_sentence: str, _share: float) -> None:
-    """Tell nobody."""

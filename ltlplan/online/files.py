@@ -1,4 +1,4 @@
-"""What a flight flown online writes into its folder; `verify.data.storage.folders` puts it there whole or not at all."""
+"""Files of a flight flown online; `flight.storage.folders` writes the folder whole or not at all."""
 
 from __future__ import annotations
 

@@ -26,7 +26,7 @@ PATIENCE = 30.0
 
 @dataclass(frozen=True, slots=True)
 class Answered:
-    """How long it took to answer an event, s since it was known.
+    """Time from an event's arrival to its answer, s.
 
     Attributes:
         event: The event.
@@ -101,7 +101,7 @@ class InAir:
 
     @property
     def present(self) -> Piece:
-        """What is flown."""
+        """Trajectories that are flown."""
         assert self.team.present is not None, "somebody is in the air"
         return self.team.present
 
@@ -170,7 +170,7 @@ class InAir:
             finally:
                 question.answer.drop()
         elif waited > patience:
-            raise Alarm(f"there was no answer in {waited:.1f} s: whoever computes it hangs.")
+            raise Alarm(f"there was no answer in {waited:.1f} s: its computation hangs.")
 
     def drop(self) -> None:
         """Give up what is asked."""

@@ -114,12 +114,12 @@ class Joining:
 
     @property
     def moves(self) -> bool:
-        """Whether somebody climbs, or its motors may turn."""
+        """True if a robot climbs, or its motors may turn."""
         return self.newcomer is not None and self.newcomer.step in ("wakes", "climbs")
 
     @property
     def astray(self) -> str:
-        """Why the one that climbs cannot go on, though the others can; empty where it can."""
+        """Reason why the climbing robot cannot go on, though the others can; empty where it can."""
         if self.newcomer is None or self.newcomer.step != "climbs":
             return ""
         robot, watch = self.newcomer.robot, self.air.watch

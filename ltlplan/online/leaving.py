@@ -15,7 +15,7 @@ from flight.monitoring.thresholds import LANDED, limits
 
 @dataclass(slots=True)
 class Leaving:
-    """How far a robot that leaves has come.
+    """Progress of a robot that leaves.
 
     Attributes:
         robot: Its name.
@@ -64,7 +64,7 @@ class Leaving:
             self.stopped = self.off or now - self.down > LANDED + 3 * PATIENCE
 
     def _stands(self, link: Link) -> bool:
-        """Tell whether it stands, as far as was seen since it lands."""
+        """Return whether it stands, as far as was seen since it lands."""
         if self._standing is None:
             self._standing = Standing({self.robot: self.ground + LANDING_HEIGHT}, limits(link.accuracy))
             self._standing.land(self.down or link.now())

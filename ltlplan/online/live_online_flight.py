@@ -6,7 +6,7 @@ While robots fly, what is asked is answered elsewhere (`in_air`, `asking`), one 
    event on; it begins a little ahead, and is asked for anew, to begin later, where its answer came too late. Then what is flown is
    replaced by it: the same up to where it slows down. Another event waits for that, some tenths of a second.
 2. While robots slow down and hover, what will be left is planned, refined and certified (`what_follows`). Another event makes that void: back to 1.
-3. The piece is judged with all that was flown, to begin at an instant a little ahead, and begins at that very instant; where the judgement came
+3. The piece is checked with all that was flown, to begin at an instant a little ahead, and begins at that very instant; where the judgement came
    too late it is asked for anew, for a later one.
 
 A robot that is to join (`joining`) makes all others come to rest as any event does, and climbs before step 2.
@@ -305,7 +305,7 @@ class OnlineCourse:
                 if reason := (air.watch.lost() or ("", ""))[1] or air.watch.alarm():
                     raise Alarm(reason)
                 if air.link.now() - since > PATIENCE:
-                    raise Alarm(f"there was no way to land in {PATIENCE:g} s: whoever computes it hangs.")
+                    raise Alarm(f"there was no way to land in {PATIENCE:g} s: its computation hangs.")
             try:
                 ways = result_of(answer)
             except LtlplanError as error:

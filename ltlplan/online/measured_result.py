@@ -1,4 +1,4 @@
-"""What a live online flight was, as measurements show it: the same value, and the same files, as of one in simulation.
+"""Result of a live online flight from measurements: the same value, and the same files, as of one in simulation.
 
 Poses of several robots seldom come at the same instant. Rows of the log are at the instants of one robot's poses, the others' places between their
 own are on straight lines; a robot that left stays where it was measured last. What no pose tells (speeds, attitudes, thrusts) is left empty.
@@ -34,7 +34,7 @@ _BEFORE = 1.0
 
 
 def flown_live(course: OnlineCourse, live: LiveFlight, *, planned_cost: float) -> OnlineFlight:
-    """Return what was flown, judged by what was seen.
+    """Return what was flown, checked by what was seen.
 
     Args:
         course: The flight as it was led.

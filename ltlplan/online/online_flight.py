@@ -1,4 +1,4 @@
-"""What was flown online, and what the checker says of it: the value that `fly_online` returns."""
+"""Result of an online flight and the checker's verdict on it: the value that `fly_online` returns."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ LIVE_NOT_ALL_CERTIFIED = "Flown online over a link, in certified pieces, but not
 
 @dataclass(frozen=True, eq=False)
 class OnlineFlight:
-    """What was flown online, and what the checker says of it.
+    """Online flight as it was flown, with the checker's verdict on it.
 
     Attributes:
         mission: As it was at the end.

@@ -1,4 +1,4 @@
-"""What a team in the air flies next: found while it slows down and hovers, judged with all that was flown, begun at the very instant judged."""
+"""Handover to the next flight segment: planned while the team slows down and hovers, checked with all that was flown, begun at the instant that was checked."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ LATEST = 10.0
 
 @dataclass
 class WhatFollows:
-    """How far the next piece has come.
+    """Progress of the next segment.
 
     Attributes:
         air: The team.
@@ -106,7 +106,7 @@ class WhatFollows:
         self.due = stage_of(self._found.certified).watched(air.link.accuracy)
 
     def _begin(self, watched: Watched, whole: WholeFlight) -> None:
-        """Begin a proved piece at the very instant with which it was judged."""
+        """Begin a proved piece at the very instant with which it was checked."""
         air = self.air
         if air.now > float(whole.last.start):
             self.due = None

@@ -1,8 +1,8 @@
-"""What a team flies next: a question that can be asked of another process, and pure functions that answer it.
+"""Planning of the next flight segment: a query that another process can answer, and pure functions that answer it.
 
 What is left is a mission of its own (`Left`), which is planned, refined and certified by `find_piece`. The piece that comes of it is then put behind all
-that was flown before, beginning at an instant that is chosen first, and the whole is judged (`require_proved`). Robots hover between the two, so a
-piece may be found before it is known when it begins; it is flown from the very instant with which it was judged.
+that was flown before, beginning at an instant that is chosen first, and the whole is checked (`require_proved`). Robots hover between the two, so a
+piece may be found before it is known when it begins; it is flown from the very instant with which it was checked.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from verify.flight_segments import Piece, approaches, judge_pieces
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Left:
-    """What is left to be flown, as a question.
+    """The rest of a flight, as a query.
 
     Attributes:
         mission: Begins where the robots hover, or will.
@@ -48,7 +48,7 @@ class Found:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class WholeFlight:
-    """All that was flown and one more piece, to be judged together.
+    """All that was flown and one more piece, to be checked together.
 
     Attributes:
         mission: The whole formula, and every robot that ever was in the air, as it began.
@@ -92,7 +92,7 @@ def find_piece(left: Left) -> Found:
         BadInput: What is left is no sound mission.
         Unsatisfiable: Nothing that is left satisfies the formula.
         Infeasible: No trajectory keeps the limits.
-        NotCertified: A proof was refused.
+        NotCertified: A proof was rejected.
     """
     certified = certified_team(plan(check_mission(left.mission), seed=left.seed))
     limited = any(left.mission.leg_limits_of(name) for name in left.mission.agents)
@@ -100,7 +100,7 @@ def find_piece(left: Left) -> Found:
 
 
 def require_proved(flight: WholeFlight) -> None:
-    """Refuse a new piece with which the whole flight does not keep the whole formula for sure; a first piece is its own certificate.
+    """Reject a new piece with which the whole flight does not keep the whole formula for sure; a first piece is its own certificate.
 
     Args:
         flight: The new piece behind what was flown.

@@ -2,7 +2,7 @@
 
 A piece is a trajectory for each robot and a time from which it is flown; at a change of the world the present one is closed, and what robots go on
 with is a piece of its own, in the world as it then is, of which nothing is proved until a way to come to rest is (`online.braking`). If they
-cannot be brought to rest in a way that the judge accepts (a rim has moved into their way), they stop as soon as they can, which is
+cannot be brought to rest in a way that the checker accepts (a rim has moved into their way), they stop as soon as they can, which is
 said, and hold for good. A robot that fails or leaves is outside every claim from then on, but for the letter that it held.
 """
 
@@ -58,7 +58,7 @@ class TeamInPieces(TeamInFlight[LocatedRobot]):
 
     @property
     def all_pieces(self) -> tuple[Piece, ...]:
-        """What is proved of the flight, the present piece last; a stop that was refused ends it."""
+        """Proofs of the flight's segments, the present one last; a stop that was rejected ends it."""
         every = self.pieces if self.present is None else (*self.pieces, self.present)
         return every[: self._proved_count]
 
@@ -80,7 +80,7 @@ class TeamInPieces(TeamInFlight[LocatedRobot]):
 
     @property
     def ended(self) -> bool:
-        """Whether everybody has come to the end of what is flown."""
+        """True if all robots have come to the end of their trajectories."""
         return all(self._time >= track.duration for track in self._tracks.values())
 
     def change(self, event: WorldEvent, now: float) -> None:
@@ -91,7 +91,7 @@ class TeamInPieces(TeamInFlight[LocatedRobot]):
             self.take_stop(come_to_rest(stop))
 
     def close_piece(self, event: WorldEvent, since: Fraction) -> None:
-        """Take note of a change in the world; robots go on as before in a piece of its own, of which nothing is proved yet.
+        """Start a new, unproved flight segment at a world change. Robots keep following their current trajectories.
 
         Args:
             event: What changes.
@@ -125,7 +125,7 @@ class TeamInPieces(TeamInFlight[LocatedRobot]):
         self._braking = self._braking or not self.pilots
 
     def _world_of(self, tracks: Mapping[str, Trajectory]) -> Mission:
-        """Return the world with where and how each one hovered when its trajectory began: that is where continuity is judged from."""
+        """Return the world with where and how each one hovered when its trajectory began: that is where continuity is checked from."""
         agents = {
             name: self.mission.agents[name].model_copy(
                 update={"start": point_of(track.coefficients[0, :3, 0]), "yaw_deg": math.degrees(track.coefficients[0, 3, 0])}
@@ -211,7 +211,7 @@ class TeamInPieces(TeamInFlight[LocatedRobot]):
         return None
 
     def rests(self, pilot: LocatedRobot, now: float) -> bool:  # noqa: ARG002  # certified courses do not glide
-        """Tell whether a robot has come to the end of its certified piece."""
+        """Return whether a robot has come to the end of its certified piece."""
         track = self._tracks.get(pilot.name)
         return track is None or self._time >= track.duration
 

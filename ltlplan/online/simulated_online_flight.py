@@ -1,7 +1,7 @@
-"""A mission flown online in simulation: from its start until the formula is satisfied, then judged.
+"""A mission flown online in simulation: from its start until the formula is satisfied, then checked.
 
 This stands beside the pipeline, above planner, flight and judge: `sharing.team.OnlineTeam` says 50 times a second where the
-robots should be, flight's closed loop flies there, and when it is over the checker judges the words that were flown. A flight of
+robots should be, flight's closed loop flies there, and when it is over the checker checks the words that were flown. A flight of
 this kind is not certified beforehand and cannot be exported; log, summary and result say so. Its verdict is over label
 changes seen at 100 Hz, not over all times.
 """
@@ -75,7 +75,7 @@ def fly_online(
         events: What changes during the flight.
         conditions: Wind, sensors, model, controller and airframe, as `flight.fly` takes them.
         max_seconds: Longest flight, s.
-        progress: Told a sentence and the share done, 0 to 1.
+        progress: Receives a sentence and the share done, 0 to 1.
         changes: Some of the conditions as keywords, `noise=0.001` for instance.
 
     Returns:
@@ -96,7 +96,7 @@ def fly_online(
     ordered = in_order(mission, events)
     if not certified and (mission.obstacles or any(isinstance(event, ObstacleAppears) for event in ordered)):
         raise BadInput(
-            "Sharing tasks in flight without certified pieces goes along courses that are held against rings and regions at samples, and "
+            "Reassigning tasks in flight without certified segments follows paths that are checked against rings and regions at samples, and "
             "against nothing solid; fly among obstacles with `certified=True` (`ltlplan online MISSION --certified`), where each piece and "
             "each way of braking from it is proved clear of them before it is flown."
         )

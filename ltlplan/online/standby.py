@@ -12,12 +12,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from flight.exports.scripts.flying.checks import Check
+from flight.exports.scripts.flying.checks import Check, one_body_each
 from flight.link.link import Link, Pose
 from flight.link.phases import Part
-from flight.link.preflight_checks import on_ground, one_body_each
+from flight.link.preflight_checks import on_ground
 from flight.link.record import Record
-from flight.monitoring.thresholds import FRESH, SHARE, WATCHED
+from flight.monitoring.thresholds import FRESH, SHARE, WATCHED, limits
 from ltlplan.transfers import Place
 from verify.data import BadInput, Mission, Trajectory
 from verify.data.events import RobotJoins, WorldEvent
@@ -27,7 +27,7 @@ from verify.data.shapes.obstacle import Obstacle
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Standby:
-    """Who waits on the ground.
+    """Robots that wait on the ground.
 
     Attributes:
         agents: Each one's vehicle and heading; of its start nothing is said before it is told to join.
@@ -57,7 +57,7 @@ class Standby:
         return mission.model_copy(update={"obstacles": bodies}) if self.places else mission
 
     def require_out_of_reach(self, mission: Mission) -> None:
-        """Refuse robots that wait where others may fly.
+        """Reject robots that wait where others may fly.
 
         Args:
             mission: What is flown above them.
@@ -110,7 +110,7 @@ class Standby:
 
 @dataclass(slots=True)
 class Lookout:
-    """Where robots were in the last half a second that wait on the ground.
+    """Positions in the last half a second of robots that wait on the ground.
 
     Attributes:
         seen: Poses of each, in order of time.
@@ -146,8 +146,8 @@ class Lookout:
         """
         poses = tuple(self.seen.get(robot, ()))
         long = poses[-1].time - poses[0].time if poses else 0.0
-        bodies = {name: (pose,) for name in climb.paths if (pose := link.pose(name)) is not None}
-        found = [*on_ground(link, climb, lasts, {robot: poses}), *one_body_each(link, bodies)]
+        bodies = {name: pose.position for name in climb.paths if (pose := link.pose(name)) is not None}
+        found = [*on_ground(link, {robot: climb}, lasts, {robot: poses}), *one_body_each(bodies, limits(link.accuracy))]
         if long < WATCHED - FRESH:
             sentence = f"{robot} was seen for {long:.2g} s of the last {WATCHED:g} s: look at motion capture and the markers"
             found.append(Check("quiet", robot, False, sentence))

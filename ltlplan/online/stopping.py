@@ -1,4 +1,4 @@
-"""How a team in the air comes to rest when something happens: asked for beside the flight, and anew where its answer comes too late."""
+"""Stopping of a team in the air after an event: computed in a background process, and anew where its answer comes too late."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ LONGEST_REACTION = 2.0
 
 @dataclass
 class ComingToRest:
-    """Whether a way to come to rest is looked for.
+    """Search for a way to stop, if one goes on.
 
     Attributes:
         air: The team.

@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ltlplan.paths.sampling.least_snap_spline import LeastSnapSpline
+from refine.spline.basis import derivative_rows
 from verify.data import RobotPlan
 
 Floats = NDArray[np.float64]
@@ -144,7 +145,7 @@ class GlidingPath:
         time = min(max(clock.time, 0.0), self.duration)
         ended = clock.time >= self.duration
         piece = min(max(int(np.searchsorted(self.times, time, side="right")) - 1, 0), len(self.times) - 2)
-        table = _powers(time - self.times[piece])
+        table = derivative_rows(time - self.times[piece], ORDERS)
         basis = table @ self.spline.coefficients[piece]  # (ORDERS, points): derivatives by nominal time
         if ended:
             basis[1:] = 0.0
@@ -184,7 +185,7 @@ def gliding_path_of(plan: RobotPlan, spline: LeastSnapSpline | None = None, poin
 def glide(elapsed: float) -> Floats:
     """Return the smooth step of degree 7 over GLIDE seconds, and its derivatives. Shape (ORDERS,)."""
     u = min(max(elapsed / GLIDE, 0.0), 1.0)
-    return _powers(u) @ _STEP / GLIDE ** np.arange(ORDERS)
+    return derivative_rows(u, ORDERS) @ _STEP / GLIDE ** np.arange(ORDERS)
 
 
 def through_clock(basis: Floats, clock: Clock) -> Floats:
@@ -199,16 +200,5 @@ def through_clock(basis: Floats, clock: Clock) -> Floats:
     return result
 
 
-def _falling(power: int, derivative: int) -> float:
-    return float(np.prod(np.arange(power - derivative + 1, power + 1))) if derivative else 1.0
-
-
 _STEP = np.array([0.0, 0.0, 0.0, 0.0, 35.0, -84.0, 70.0, -20.0])
 _BINOMIAL = np.array([[1, 0, 0, 0, 0], [1, 1, 0, 0, 0], [1, 2, 1, 0, 0], [1, 3, 3, 1, 0], [1, 4, 6, 4, 1]], dtype=np.float64)
-_FACTORS = np.array([[_falling(p, d) if p >= d else 0.0 for p in range(8)] for d in range(ORDERS)])
-_EXPONENTS = np.array([[max(p - d, 0) for p in range(8)] for d in range(ORDERS)])
-
-
-def _powers(local: float) -> Floats:
-    """Rows (d/dt)^order of (1, t, .., t^7). Shape (ORDERS, 8)."""
-    return _FACTORS * local**_EXPONENTS

@@ -6,8 +6,8 @@ from ltlplan.allocation import Itinerary
 from ltlplan.paths.final_hover import then_hovering
 from ltlplan.paths.improvement import without_swings
 from ltlplan.paths.nominal import lay_path
+from refine.lap_missions import before_laps, one_lap, rest_after
 from verify.data import Mission, RobotPlan, Visit, Word
-from verify.data.laps import before_laps, one_lap, rest_after
 
 
 def lay_laps(mission: Mission, name: str, does: Itinerary) -> tuple[RobotPlan, tuple[str, ...]]:

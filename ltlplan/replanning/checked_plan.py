@@ -76,7 +76,7 @@ def plan(
             doubt = f"That the words hold when robots wait for each other so is proved of the flight alone: {verdict.sentence}"
             made = made.model_copy(update={"notes": (*made.notes, doubt)})
     else:
-        verdict = check_team(mission.formula, words, reading=mission.spec.team).sequential
+        verdict = check_team(mission.formula, words, team=mission.spec.team).sequential
     if verdict.outcome == "fails" and made.method == SEQUENCE:
         raise NotCertified(f"The sequence breaks the formula: {verdict.sentence}")
     if verdict.outcome == "fails" and (method is None or isinstance(method, str)) and made.method in PLANNING_METHODS.built_in:

@@ -40,7 +40,7 @@ def flown_otherwise(candidate: Candidate, error: LtlplanError) -> Candidate | No
         candidate: The plan, and what was tried before.
         error: What refinement or the judge said of it.
     """
-    from refine.coordination.team_flights import has_an_order
+    from refine.coordination.alternative_ways import has_an_order
 
     made, witness = candidate.plan, _conflict(error)
     if witness is None or candidate.others >= _OTHERS or len(made.robots) < 2:

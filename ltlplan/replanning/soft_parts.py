@@ -186,7 +186,7 @@ def kept_by_plan(mission: Mission, made: Plan) -> Parts:
     from verify.trace_checking.planned_order import check_planned_order
 
     hard = mission.asking(mission.spec.formula).formula
-    waits = made.meetings or (made.precedences and not check_team(hard, made.words, reading=mission.spec.team).sequential)
+    waits = made.meetings or (made.precedences and not check_team(hard, made.words, team=mission.spec.team).sequential)
     if not waits:
         return kept_by_words(mission, made.words)
     asked = (mission.asking(part.formula) for part in mission.soft_parts)
@@ -211,7 +211,7 @@ def kept_by_words(mission: Mission, words: Mapping[str, Word]) -> Parts:
             (word,) = words.values()
             holds = check_word(formula, word.prefix, word.cycle)
         else:
-            holds = check_team(formula, words, reading=mission.spec.team).sequential
+            holds = check_team(formula, words, team=mission.spec.team).sequential
         if holds:
             found.add(index)
     return frozenset(found)

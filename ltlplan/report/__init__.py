@@ -1,4 +1,4 @@
-"""What a person sees of a plan and of a flight: the text that closes a run, and pages that open from their file alone.
+"""Reports of plans and flights: the text that closes a run, and pages that open from their file alone.
 
 Begin with `summary`, the words; then `run_page`, the page of a run, from its answer down to its notes. `campaign`, `online` and
 `pictures` are the other pages, `audit_report` that of flights that others planned; all are put together by `page`, which carries everything inside itself (`inline`), with `player`

@@ -1,4 +1,4 @@
-"""What a sampled flight says over time: letters, readings of the team, sub-formulas, what is still to do.
+"""History of a sampled flight: letters, observations of the team, sub-formulas, and what is still to do.
 
 For pictures only. Claims come from the certificate, which does not sample.
 """

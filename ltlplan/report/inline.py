@@ -1,4 +1,4 @@
-"""What every page carries inside itself, so that it fetches nothing: styles, scripts, plotly, figures as data.
+"""Contents that every page carries inside itself, so that it fetches nothing: styles, scripts, plotly, figures as data.
 
 Plotly's script alone is 4.8 MB, more than a page may weigh that is sent to somebody. It is compressed, written in 85 letters,
 and inflated by the browser itself (`DecompressionStream`): 1.84 MB, with all that its charts can do, from the package that is

@@ -47,7 +47,7 @@ def pictures_html(
         mission: What is asked.
         seed: Source of every draw, instead of the mission's own.
         shown_round: Which round of cross-entropy to draw, from 1 as they are counted everywhere; the first one by default.
-        progress: Told a sentence and the share done, 0 to 1.
+        progress: Receives a sentence and the share done, 0 to 1.
 
     Raises:
         BadInput: There is no such round.
@@ -119,7 +119,7 @@ class _Rounds:
 
 
 def _check_round(mission: Mission, shown_round: int | None) -> None:
-    """Refuse a round that no search of this mission can reach, before minutes of work."""
+    """Reject a round that no search of this mission can reach, before minutes of work."""
     most = mission.planner.iterations
     if shown_round is not None and not 1 <= shown_round <= most:
         right = f"choose 1 to {most}" if most else "there is none to draw"

@@ -18,7 +18,7 @@ Todo = Sequence[tuple[float, Sequence[tuple[str, str]]]]
 
 @dataclass(frozen=True, eq=False)
 class Playing:
-    """What a player shows.
+    """Contents of a player.
 
     Attributes:
         times: s, evenly apart. Shape (samples,).

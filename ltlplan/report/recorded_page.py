@@ -20,10 +20,10 @@ from verify.recordings.planned_paths import planned_paths
 if TYPE_CHECKING:
     from verify import FlightVerdict
     from verify.recordings.flight_log import Samples
-    from verify.recordings.flight_reference import Asked
+    from verify.recordings.flight_reference import FlightReference
 
 MOST_POINTS = 2000
-"""Of each robot that are drawn; the judge looked at all samples."""
+"""Of each robot that are drawn; the checker looked at all samples."""
 
 MOST_STEPS = 600
 """Of the chart of distances: in each the farthest sample is drawn."""
@@ -43,11 +43,11 @@ _FLOWN = "#ffb000"
 """Amber, on the colours of robots and on white and black."""
 
 
-def recorded_html(asked: Asked, samples: Samples, verdict: FlightVerdict, *, source: str) -> str:
+def recorded_html(asked: FlightReference, samples: Samples, verdict: FlightVerdict, *, source: str) -> str:
     """Return one self-contained page for a recorded flight. The same flight gives the same bytes.
 
     Args:
-        asked: What it was held against.
+        asked: What it was compared with.
         samples: What was measured.
         verdict: What that shows.
         source: Names the recording.
@@ -72,7 +72,7 @@ def recorded_html(asked: Asked, samples: Samples, verdict: FlightVerdict, *, sou
     )
 
 
-def _header(asked: Asked, samples: Samples, verdict: FlightVerdict, source: str) -> str:
+def _header(asked: FlightReference, samples: Samples, verdict: FlightVerdict, source: str) -> str:
     """Return the verdict and the figures of the first screen."""
     facts = [("Recording", source, f"{len(samples.times)} instants"), ("Robots", str(len(samples.positions)), "")]
     begin, end = _window(asked, samples, verdict)
@@ -103,7 +103,7 @@ def _header(asked: Asked, samples: Samples, verdict: FlightVerdict, source: str)
     )
 
 
-def _window(asked: Asked, samples: Samples, verdict: FlightVerdict) -> tuple[float, float]:
+def _window(asked: FlightReference, samples: Samples, verdict: FlightVerdict) -> tuple[float, float]:
     """Return from when until when the flight lasted, s of the samples' clock, as far as that is known."""
     first, last = samples.span
     if not verdict.alignment.trusted:
@@ -114,7 +114,7 @@ def _window(asked: Asked, samples: Samples, verdict: FlightVerdict) -> tuple[flo
     return begin, begin + max(path.end for path in planned_paths(asked.worlds[0].mission, asked.team).values())
 
 
-def _scene(asked: Asked, samples: Samples, verdict: FlightVerdict) -> tuple[go.Figure, str]:
+def _scene(asked: FlightReference, samples: Samples, verdict: FlightVerdict) -> tuple[go.Figure, str]:
     """Return the scene and how to read it; of very many robots with their flown paths alone."""
     mission = asked.mission
     begin, end = _window(asked, samples, verdict)
@@ -147,7 +147,7 @@ def _drawn(places: Floats) -> Floats:
     return seen[:: max(1, -(-len(seen) // MOST_POINTS))]
 
 
-def _errors(asked: Asked, samples: Samples, verdict: FlightVerdict) -> go.Figure:
+def _errors(asked: FlightReference, samples: Samples, verdict: FlightVerdict) -> go.Figure:
     """Draw how far samples are from the plan: in each step of time the farthest."""
     begin, end = _window(asked, samples, verdict)
     shift = verdict.alignment.low / 2 + verdict.alignment.high / 2

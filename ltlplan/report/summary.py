@@ -161,7 +161,7 @@ def with_clocks(certificate: Certificate) -> str:
 
 
 def soft_data(certificate: Certificate) -> list[dict[str, object]]:
-    """Return what is certified of the mission's soft parts as plain data.
+    """Return what is certified of the mission's soft specifications as plain data.
 
     Args:
         certificate: Of a flight.
@@ -173,7 +173,7 @@ def soft_data(certificate: Certificate) -> list[dict[str, object]]:
 
 
 def soft_sentences(certificate: Certificate) -> list[str]:
-    """Return what is certified of the mission's soft parts, for a person; empty where it has none.
+    """Return what is certified of the mission's soft specifications, for a person; empty where it has none.
 
     Args:
         certificate: Of a flight; it holds whatever becomes of them.
@@ -201,7 +201,7 @@ def flight_sentences(result: Result) -> tuple[str, ...]:
 
 
 def holds(result: Result) -> bool:
-    """Tell whether everything holds: all claims, and the simulated flight inside its tube and by its formula."""
+    """Return whether everything holds: all claims, and the simulated flight inside its tube and by its formula."""
     return not shortfall(result)
 
 

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import heapq
 import itertools
-import operator
 from collections.abc import Callable, Hashable, Iterable, Iterator
 from dataclasses import dataclass
 from typing import Generic, Literal, TypeVar
@@ -172,9 +171,11 @@ class ParetoSearch(Generic[Key]):
                 heapq.heappush(self._heap, (label.rank, self.reached, label))
 
     def _is_dominated(self, state: Key, paid: Costs) -> bool:
-        front = self._fronts.get(state)
-        if front is None:
-            return False
-        rounding, no_higher = self._rounding, operator.le
-        most = tuple(cost + rounding for cost in paid) if rounding else paid
-        return any(all(map(no_higher, known, most)) for known in front)
+        rounding = self._rounding
+        for known in self._fronts.get(state, ()):
+            for least, cost in zip(known, paid, strict=True):
+                if least > cost + rounding:
+                    break
+            else:
+                return True
+        return False

@@ -9,7 +9,8 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from ltlplan.allocation import Allocation, Context, Leg, PlanningMethod, key_of
-from ltlplan.search.exact import Assignment, assign, assign_under_precedences, in_units_of
+from ltlplan.search.assignment import Assignment, in_units_of
+from ltlplan.search.exact import assign, assign_under_precedences
 from ltlplan.systems.robot_systems import Systems
 from verify.data import Mission, Unsatisfiable
 

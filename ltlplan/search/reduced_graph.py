@@ -9,12 +9,13 @@ words up to letters that change nothing, the same smallest costs, far fewer stat
 
 from __future__ import annotations
 
-import heapq
-from collections.abc import Collection, Sequence
+import itertools
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 from ltlplan.logic.product_automaton import Task
 from ltlplan.logic.transition_monoid import Element, TransitionMonoid
+from ltlplan.search.label_setting import BestFirst
 from ltlplan.systems.transition_systems import TransitionSystem
 from verify.data import Letter
 
@@ -23,6 +24,9 @@ TIE = 1e-10
 
 MAX_TABLE = 50_000
 """States times letters of a conjunct's automaton up to which letters are compared by what they do to every state."""
+
+START = -1
+"""In place of the node from which ways begin: it is another one to come back to."""
 
 _EPSILON = 1e-12
 
@@ -75,15 +79,15 @@ class Successors:
     Attributes:
         edges: Pairs (next node that matters, cost of the shortest way there).
         ending: What it costs to end the word before anything else matters; None where the robot may not end.
-        before: The node before each one on the shortest ways.
-        last: Where to end most cheaply.
+        before: The node before each one on the shortest ways; `START` before the first.
+        last: Where to end most cheaply; `START` for where the robot is.
         redundant: Next nodes about which it is known already whether they are no short cuts.
     """
 
     edges: tuple[tuple[int, float], ...]
     ending: float | None
     before: dict[int, int] = field(repr=False)
-    last: int = -1
+    last: int = START
     redundant: dict[int, bool] = field(default_factory=dict, repr=False)
 
 
@@ -107,7 +111,8 @@ class ReducedGraph:
         self.team = team
         self.start = [system.initial for system in team.systems]
         self.width = max(len(system.labels) for system in team.systems)
-        self._silent = silent
+        self._silent, self._classes = silent, classes
+        self._changing_nothing = frozenset(letter for letter, changes_nothing in enumerate(silent) if changes_nothing)
         self.label = [[classes[letter] for letter in label] for label in team.label]
         self._shared: dict[int, Successors] = {}
         self._own: list[dict[int, Successors]] = [{} for _ in team.systems]
@@ -120,6 +125,11 @@ class ReducedGraph:
         if found is None:
             found = known[node] = self._walk(robot, node)
         return found
+
+    def flown_by(self, robots: Collection[int]) -> ReducedGraph:
+        """Return the graph of the team with all but these robots, by index, staying where they start."""
+        within = self.team.flown_by(robots)
+        return self if within is self.team else ReducedGraph(within, self._silent, self._classes)
 
     def redundant(self, robot: int, node: int, target: int, step: float) -> bool:
         """Tell whether `target` is no short cut where its letter changes nothing: whatever follows is as near without it.
@@ -146,17 +156,14 @@ class ReducedGraph:
     def expand(self, robot: int, nodes: Sequence[int]) -> tuple[int, ...]:
         """Return a robot's whole path through these nodes that matter, up to the cheapest place to end at."""
         path = [nodes[0]]
-        for index, node in enumerate(nodes):
+        for node, after in itertools.zip_longest(nodes, nodes[1:]):
             here = self.successors(robot, node)
-            at = nodes[index + 1] if index + 1 < len(nodes) else here.last
-            between: list[int] = []
-            if index + 1 < len(nodes) or at != node:
-                between.append(at)
+            at = here.last if after is None else after
+            way: list[int] = []
+            while at != START:
+                way.append(at)
                 at = here.before[at]
-                while at != node:
-                    between.append(at)
-                    at = here.before[at]
-            path += reversed(between)
+            path += reversed(way)
         return tuple(path)
 
     def key(self, robot: int, node: int) -> tuple[int, int]:
@@ -186,39 +193,30 @@ class ReducedGraph:
         return entering
 
     def _walk(self, robot: int, source: int) -> Successors:
-        """Find the shortest ways from one node, over nodes that change nothing after it (Dijkstra).
-
-        Not a `BestFirst`: nodes that matter are where ways end, with costs of their own, and this is walked most often of all.
-        """
-        system, label, silent = self.team.systems[robot], self.label[robot], self._silent
-        edges, final = system.edges, system.final
-        own = label[source] if silent[label[source]] is not None else -1
-        best: dict[int, float] = {}
-        before: dict[int, int] = {}
+        """Find the shortest ways from one node, over nodes that change nothing after it."""
+        system, label = self.team.systems[robot], self.label[robot]
+        edges, own = system.edges, label[source]
+        through = self._changing_nothing if self._silent[own] is None else self._changing_nothing | {own}
         found: dict[int, float] = {}
-        heap: list[tuple[float, int]] = [(0.0, source)]
-        closed: set[int] = set()
-        ending, last = None, source
-        while heap:
-            cost, node = heapq.heappop(heap)
-            if node in closed:
-                continue
-            closed.add(node)
-            extra = 0.0 if final is None else final.get(node)
+        unreachable = float("inf")
+
+        def successors(node: int) -> Iterator[tuple[int, float]]:
+            cost = search.costs[node]
+            for target, step in edges[source if node == START else node]:
+                if label[target] in through:
+                    if target != source:
+                        yield target, step + TIE
+                elif (total := cost + step + TIE) < found.get(target, unreachable):
+                    found[target] = total
+                    search.parents[target] = node
+
+        search = BestFirst([START], successors)
+        ending, last = None, START
+        for node, cost, _ in search:
+            extra = 0.0 if system.final is None else system.final.get(source if node == START else node)
             if extra is not None and (ending is None or cost + extra < ending):
                 ending, last = cost + extra, node
-            for target, step in edges[node]:
-                total = cost + step + TIE
-                letter = label[target]
-                if letter == own or silent[letter]:
-                    if target not in closed and target != source and total < best.get(target, float("inf")):
-                        best[target] = total
-                        before[target] = node
-                        heapq.heappush(heap, (total, target))
-                elif total < found.get(target, float("inf")):
-                    found[target] = total
-                    before[target] = node
-        return Successors(tuple(found.items()), ending, before, last)
+        return Successors(tuple(found.items()), ending, search.parents, last)
 
 
 def letter_classes(task: Task) -> tuple[list[bool | None], list[int]]:

@@ -15,15 +15,16 @@ from typing import TYPE_CHECKING, Any
 from ltlplan.recording_options import in_words
 from ltlplan.service.client_parts.job_handle import Submitted
 from ltlplan.service.client_parts.transport import Wire, checked, job_of, segment, unpacked
-from ltlplan.service.models import Health, Job, LiveEvent, LiveFlight, LiveTold, State
+from ltlplan.service.models import EventsAccepted, Health, Job, LiveEvent, LiveFlight, State
 from ltlplan.service.queries import zipped
 from ltlplan.service.recordings import ENDINGS
 from verify.data import BadInput, Mission, Plan, mission_to_yaml, parse_mission
+from verify.data.former_names import former_arguments, warn_former
 from verify.data.progress import Progress
 from verify.data.storage.safe_reading import read_bytes
 
 if TYPE_CHECKING:
-    from flight import Told
+    from flight import RecordingOptions
     from ltlplan.pipeline import Asked
     from ltlplan.result import Result
     from verify import Certificate, TeamVerdict, Verdict
@@ -59,7 +60,7 @@ class Client:
 
     @property
     def url(self) -> str:
-        """Where it is."""
+        """Address of the service."""
         return self._wire.url
 
     def __enter__(self) -> Client:
@@ -80,7 +81,7 @@ class Client:
         Args:
             mission: What is asked: a mission, or the path or name that `ltlplan.load_mission` reads one by.
             seed: Source of every draw, instead of the mission's own.
-            progress: Told a sentence and the share of the whole job done, 0 to 1.
+            progress: Receives a sentence and the share of the whole job done, 0 to 1.
 
         Raises:
             LtlplanError: As `ltlplan.plan`, or what the service refused.
@@ -101,7 +102,7 @@ class Client:
             mission: What is asked: a mission, or the path or name that `ltlplan.load_mission` reads one by.
             out: Folder to write, as `ltlplan.run` writes it.
             seed: Source of every draw, instead of the mission's own.
-            progress: Told a sentence and the share done, 0 to 1.
+            progress: Receives a sentence and the share done, 0 to 1.
 
         Raises:
             LtlplanError: As `ltlplan.run`, or what the service refused.
@@ -124,13 +125,14 @@ class Client:
         told = self._wire.ask("POST", "/api/words/check", json={"formula": formula, "words": [notation(word, cycle)]}).json()
         return verdict_of(told["word"])
 
-    def check_team(self, formula: str, words: Mapping[str, Letters | str], reading: TeamReading = "own") -> TeamVerdict:
+    @former_arguments(reading="team")
+    def check_team(self, formula: str, words: Mapping[str, Letters | str], team: TeamReading = "own") -> TeamVerdict:
         """Decide what a team's words satisfy without regard to times; as `verify.check_team`.
 
         Args:
             formula: LTLf in Spot's syntax.
             words: Each robot's word.
-            reading: "own": each robot's letters by themselves; "joint": their unions.
+            team: "own": each robot's letters by themselves; "joint": their unions.
 
         Raises:
             BadInput: The formula or a word cannot be read.
@@ -139,7 +141,7 @@ class Client:
         from verify import TeamVerdict
 
         asked = {name: notation(word) for name, word in words.items()}
-        told = self._wire.ask("POST", "/api/words/check", json={"formula": formula, "words": asked, "reading": reading}).json()
+        told = self._wire.ask("POST", "/api/words/check", json={"formula": formula, "words": asked, "reading": team}).json()
         return TeamVerdict(verdict_of(told["sequential"]), verdict_of(told["parallel"]))
 
     def load_mission(self, source: str | os.PathLike[str]) -> Mission:
@@ -184,10 +186,10 @@ class Client:
         max_speed: float | None = None,
         error: float = 0.0,
         start: float | None = None,
-        told: Told | None = None,
+        told: RecordingOptions | None = None,
         pauses: Sequence[float] = (),
     ) -> dict[str, Any]:
-        """Judge a recorded flight there, claim by claim; what `ltlplan certify --flight` prints as JSON.
+        """Check a recorded flight there, claim by claim; what `ltlplan certify --flight` prints as JSON.
 
         Args:
             source: What it was to do: a job (or its id), or a run's folder here.
@@ -199,7 +201,7 @@ class Client:
             pauses: How long the team hovered between the parts of a flight in parts, s each.
 
         Raises:
-            LtlplanError: It cannot be judged, and why.
+            LtlplanError: It cannot be checked, and why.
         """
         flown = _sent(Path(recording))
         parts: list[tuple[str, tuple[str, bytes, str]]] = [
@@ -234,6 +236,7 @@ class Client:
             return recheck(self._of(job).download(Path(scratch) / "run"))
 
     # as many parameters as `flight.export` has
+    @former_arguments(anyway="force")
     def export(
         self,
         job: Submitted | str,
@@ -243,7 +246,7 @@ class Client:
         vehicle: str | None = None,
         robots: Collection[str] | None = None,
         rate: float | None = None,
-        anyway: bool = False,
+        force: bool = False,
     ) -> tuple[Path, ...]:
         """Write a job's certified flight for a vehicle; as `flight.export`.
 
@@ -251,24 +254,24 @@ class Client:
             job: A job, or its id.
             out: Folder to write.
             format: What for; `exports` lists them.
-            vehicle: Name of the airframe that will fly, where it is to be held against the certificate's.
+            vehicle: Name of the airframe that will fly, where it is to be compared with the certificate's.
             robots: Names of those that are written, where others of the team fly from another export; None for all.
             rate: px4, ros2: setpoints a second.
-            anyway: Write without a simulated flight that stayed in its tube, with a warning in every file that has room for words.
+            force: Write without a simulated flight that stayed in its tube, with a warning in every file that has room for words.
 
         Raises:
             NotCertified: The certificate is not proved again, or the flight left its tube in simulation.
             DoesNotFit: The vehicle or its format cannot hold the flight.
             LtlplanError: There is no such job or format, or the folder cannot be written.
         """
+        from flight.storage.folders import write_files
         from ltlplan.service.client_parts.exported import exported
-        from verify.data.storage.folders import write_files
 
         options = {
             "vehicle": vehicle,
             "robots": None if robots is None else ",".join(robots),
             "rate": rate,
-            "anyway": anyway or None,
+            "anyway": force or None,
         }
         given = {name: value for name, value in options.items() if value is not None}
         return write_files(out, unpacked(exported(self._wire, self._id(job), format, given)))
@@ -349,24 +352,26 @@ class Client:
         """Return the flights that listen, or did: the newest of each name."""
         return tuple(checked(LiveFlight, each) for each in self._wire.ask("GET", "/api/live").json())
 
-    def tell(self, flight: str, *events: str) -> LiveTold:
-        """Tell a flight events, all or none: when this returns they are kept, and the flight hears them. A call that failed may have been heard.
+    def send_events(self, flight: str, *events: str) -> EventsAccepted:
+        """Send events to a flight, all or none. When this returns they are stored, and the flight receives them.
+
+        A call that failed may have been received.
 
         Args:
             flight: What it listens as, by `ltlplan online --follow http://.../live/NAME`.
             events: Lines such as "quad1 fails".
 
         Raises:
-            BadInput: No flight listens as that, one is no event, or the flight was told too much already.
+            BadInput: No flight listens as that, one is no event, or the flight has been sent too many already.
         """
         text = "\n".join(events).encode()
-        told = self._wire.ask(
+        accepted = self._wire.ask(
             "POST", f"/api/live/{segment(flight)}/events", content=text, headers={"content-type": "text/plain"}
         )
-        return checked(LiveTold, told.json())
+        return checked(EventsAccepted, accepted.json())
 
-    def told(self, flight: str, *, after: int = 0) -> tuple[LiveEvent, ...]:
-        """Return what a flight was told, with what it did: a hundred events at most.
+    def events(self, flight: str, *, after: int = 0) -> tuple[LiveEvent, ...]:
+        """Return the events that a flight was sent, with its answers: a hundred at most.
 
         Args:
             flight: What it listens as.
@@ -375,8 +380,18 @@ class Client:
         Raises:
             BadInput: No flight listens as that.
         """
-        told = self._wire.ask("GET", f"/api/live/{segment(flight)}/events", params={"after": after}).json()
-        return tuple(checked(LiveEvent, each) for each in told)
+        sent = self._wire.ask("GET", f"/api/live/{segment(flight)}/events", params={"after": after}).json()
+        return tuple(checked(LiveEvent, each) for each in sent)
+
+    def tell(self, flight: str, *events: str) -> EventsAccepted:
+        """Send events by this method's former name, with a `DeprecationWarning`; as `send_events`."""
+        warn_former("`Client.tell`", "`Client.send_events`")
+        return self.send_events(flight, *events)
+
+    def told(self, flight: str, *, after: int = 0) -> tuple[LiveEvent, ...]:
+        """Return events by this method's former name, with a `DeprecationWarning`; as `events`."""
+        warn_former("`Client.told`", "`Client.events`")
+        return self.events(flight, after=after)
 
     def health(self) -> Health:
         """Return whether the service works."""

@@ -1,4 +1,4 @@
-"""Where `ltlplan serve` has the URL of its database from: every user of a machine can read command lines, so that a password is no word of one."""
+"""Sources of the database's URL for `ltlplan serve`: every user of a machine can read command lines, so that a password does not belong there."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def database_url(
 
 
 def has_password(url: str) -> bool:
-    """Tell whether a database's URL holds a password, before its host or among its options."""
+    """Return whether a database's URL holds a password, before its host or among its options."""
     try:
         parts = urlsplit(url)
     except ValueError:

@@ -1,4 +1,4 @@
-"""What the service notes: one JSON object a line on standard error; on a terminal, a short line for a person.
+"""Log of the service: one JSON object a line on standard error; on a terminal, a short line for a person.
 
 Noted are method, path, status, time taken and who asked (a token's name or an address): never a token, a cookie, a query, a header
 or what was sent.

@@ -1,10 +1,12 @@
-"""What the service tells of its jobs and of flights that listen to it: the values that HTTP answers and the client returns."""
+"""Values of the service's jobs and of flights that listen to it: HTTP answers them and the client returns them."""
 
 from __future__ import annotations
 
 from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator
+
+from verify.data.former_names import former_names
 
 State = Literal["queued", "running", "done", "failed", "cancelled"]
 ENDED: frozenset[State] = frozenset({"done", "failed", "cancelled"})
@@ -38,7 +40,7 @@ class ProblemFault(Told):
 
 
 class Problem(Told):
-    """Why something did not work, as in RFC 9457 (problem details).
+    """Problem details, as in RFC 9457.
 
     Attributes:
         type: Which kind, as a path: "/problems/unsatisfiable".
@@ -146,7 +148,7 @@ class Event(Told):
 
     Attributes:
         id: Grows from event to event of one job.
-        kind: A change of the job's state, a change of a stage's, progress within a stage, or one claim that was judged.
+        kind: A change of the job's state, a change of a stage's, progress within a stage, or one claim that was checked.
         job: The job's id.
         stage: Which stage, if any.
         sentence: For a person.
@@ -164,7 +166,7 @@ class Event(Told):
 
 
 class Health(Told):
-    """Whether the service works.
+    """Health of the service.
 
     Attributes:
         ok: Database and workers answer, every job goes on, and there is room to write.
@@ -233,8 +235,8 @@ class LiveEvent(Told):
     answer: str = ""
 
 
-class LiveTold(Told):
-    """What a flight was told just now.
+class EventsAccepted(Told):
+    """Events that the service has stored for a flight just now.
 
     Attributes:
         flight: The flight.
@@ -246,7 +248,7 @@ class LiveTold(Told):
 
 
 class FlightAnswered(Told):
-    """What a flight did with one event.
+    """A flight's answer to one event.
 
     Attributes:
         number: The event's.
@@ -264,3 +266,6 @@ class FlightAnswered(Told):
         if not sentence.isprintable():
             raise ValueError("must be letters that can be shown")
         return sentence
+
+
+__getattr__ = former_names(__name__, LiveTold="EventsAccepted")

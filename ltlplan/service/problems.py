@@ -37,7 +37,7 @@ class NotFound(BadInput):
 
 
 class Conflict(BadInput):
-    """What is asked cannot be done as things stand."""
+    """Request that cannot be satisfied in the present state."""
 
     status = 409
 
@@ -81,13 +81,13 @@ class MethodNotAllowed(BadInput):
 
 
 class NotAuthenticated(BadInput):
-    """Who asks has not said who that is."""
+    """Request without valid credentials."""
 
     status = 401
 
 
 class Forbidden(BadInput):
-    """Who asks may not."""
+    """Request that its user may not make."""
 
     status = 403
 

@@ -1,4 +1,4 @@
-"""What findings rest on beside what was asked: versions of the software, and how the machine computes.
+"""Provenance of results beside their requests: versions of the software, and how the machine computes.
 
 Where these are equal, the same mission and seed give the same bytes; so results are found again by them, and a machine where they
 differ takes no part in the work.

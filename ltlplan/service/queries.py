@@ -42,11 +42,11 @@ def check_mission(text: str, report: Progress) -> bytes:
 
     Args:
         text: YAML or JSON.
-        report: Told nothing.
+        report: Receives nothing.
     """
     del report
+    from ltlplan.missions.notes import notes_of
     from ltlplan.service.views.formulas import in_words
-    from verify.data.validation.notes import notes_of
 
     try:
         mission = parse_mission(text)
@@ -84,7 +84,7 @@ def read_mission(text: str, report: Progress) -> Mission:
 
     Args:
         text: YAML or JSON.
-        report: Told nothing.
+        report: Receives nothing.
     """
     del report
     return parse_mission(text)
@@ -94,7 +94,7 @@ def shipped_missions(report: Progress) -> bytes:
     """Return the shipped missions with their texts.
 
     Args:
-        report: Told nothing.
+        report: Receives nothing.
     """
     del report
     from ltlplan import missions
@@ -115,7 +115,7 @@ def check_words(formula: str, words: Words, reading: TeamReading, report: Progre
         formula: LTL in Spot's syntax.
         words: In Spot's notation; of a team by robot, or in order.
         reading: Team letters: each robot's own, or the union of all.
-        report: Told nothing.
+        report: Receives nothing.
 
     Raises:
         BadInput: A word or the formula cannot be read, or there is no word.
@@ -149,7 +149,7 @@ def archive(files: Place, report: Progress) -> bytes:
 
     Args:
         files: What goes in.
-        report: Told nothing.
+        report: Receives nothing.
     """
     del report
     return zipped({name: Path(source).read_bytes() for name, source in files})
@@ -172,7 +172,7 @@ def recheck(folder: Path, files: Place, report: Progress) -> bytes:
     Args:
         folder: Empty, for use meanwhile.
         files: What the job has made.
-        report: Told nothing.
+        report: Receives nothing.
     """
     del report
     from verify import recheck as prove_again
@@ -189,18 +189,18 @@ def judge_flight(
     said: RecordingAsked,
     report: Progress,
 ) -> bytes:
-    """Judge a recorded flight, claim by claim.
+    """Check a recorded flight, claim by claim.
 
     Args:
         folder: Empty, for use meanwhile.
         files: What it was to do: files of a job, or as they were sent.
         recording: The recorded flight.
         said: What is said of it.
-        report: Told what is done.
+        report: Receives what is done.
 
     Raises:
         NotCertified: The flight's certificate is not proved any more.
-        BadInput: A file is missing or unreadable, or the recording cannot be judged.
+        BadInput: A file is missing or unreadable, or the recording cannot be checked.
     """
     from ltlplan.recorded import judge_flight as judged_of
     from ltlplan.recording_options import told_of
@@ -229,7 +229,7 @@ def _fitting(files: Mapping[str, bytes]) -> dict[str, bytes]:
     from verify.run_folder import CERTIFICATE_FILE, MISSION_FILE
 
     if MISSION_FILE not in files:
-        raise NotFound(f"Of the files, {MISSION_FILE} is needed: it says what was asked of the flight.")
+        raise NotFound(f"Of the files, {MISSION_FILE} is needed: it holds the flight's mission.")
     mission = parse_mission(decoded(files[MISSION_FILE], MISSION_FILE, "mission file"), MISSION_FILE, installed=False)
     known = (MISSION_FILE, PLAN_FILE, CERTIFICATE_FILE, EVENTS_FILE, *(f"{robot}.csv" for robot in mission.agents))
     return {name: files[name] for name in known if name in files}
@@ -256,7 +256,7 @@ def export_formats(report: Progress) -> bytes:
     """Return what flights can be written for, other packages' targets too.
 
     Args:
-        report: Told nothing.
+        report: Receives nothing.
     """
     del report
     from flight.exports.target import EXPORT_TARGETS

@@ -1,6 +1,6 @@
-"""Where questions are answered: in a process of their own, with seconds and megabytes counted, apart from all jobs.
+"""Pool that answers queries: a process of their own, with seconds and megabytes counted, apart from all jobs.
 
-There are two lanes, so that what is typed is checked at once whatever recordings are judged; in each, users take turns.
+There are two lanes, so that what is typed is checked at once whatever recordings are checked; in each, users take turns.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ class _Lane:
 
 
 class Questions:
-    """Where questions are answered.
+    """Pool that answers queries.
 
     Attributes:
         scratch: Folder for what an answer needs on disk meanwhile; emptied at the start.
@@ -89,7 +89,7 @@ class Questions:
 
     @property
     def trouble(self) -> str | None:
-        """Why nothing is answered at the moment; None while something is."""
+        """Reason why nothing is answered at the moment; None while something is."""
         return self._short.pool.trouble or self._errands.pool.trouble
 
     @contextmanager

@@ -27,7 +27,7 @@ _NAME = re.compile(r"[^\W.][\w .+-]{0,100}")
 
 @dataclass(frozen=True, slots=True)
 class RecordingAsked:
-    """What is said of a recording, as the options of `ltlplan certify --flight`.
+    """Options of a recording, as those of `ltlplan certify --flight`.
 
     Attributes:
         max_speed: Bound on every robot's speed, m/s.

@@ -1,6 +1,6 @@
 """The service, put together and run: one process that serves and never computes, and processes that compute.
 
-What can be refused is refused first, before anything heavy is loaded: a port in use, a folder that is not ours, a network without
+What can be rejected is rejected first, before anything heavy is loaded: a port in use, a folder that is not ours, a network without
 tokens. Ctrl-C and SIGTERM end it in order: no new requests, streams end, workers end, and the next start goes on with the jobs.
 """
 
@@ -162,7 +162,7 @@ def _add_page(app: FastAPI, service: Service) -> None:
 
 
 def _is_closed(settings: Settings) -> bool:
-    """Tell whether only tokens are answered: others than this machine can ask, by themselves or through a proxy."""
+    """Return whether only tokens are answered: others than this machine can ask, by themselves or through a proxy."""
     return bool(settings.names) or not is_loopback(settings.host)
 
 

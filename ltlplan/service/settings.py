@@ -1,4 +1,4 @@
-"""What a service is started with: where its data lies, whom it answers, and every limit that it keeps."""
+"""Settings of a service: its data folder, its clients, and every limit that it keeps."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ PORT = 8000
 
 @dataclass(frozen=True, slots=True)
 class Rate:
-    """How often one client may ask.
+    """Rate at which one client may send requests.
 
     Attributes:
         per_second: Requests that are regained each second.
@@ -93,7 +93,7 @@ class Limits:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Settings:
-    """What a service is started with.
+    """Settings that a service is started with.
 
     Attributes:
         data: Folder of everything that it keeps; it is the service's own.

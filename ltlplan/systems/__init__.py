@@ -1,9 +1,8 @@
-"""What robots can do, step by step: the transition systems and products of the 2022 paper.
+"""Systems of robots, step by step: the transition systems and products of the 2022 paper.
 
-Read `transition_systems` (R, E and A = E x R, as values), `robot_systems` (A for the robots of a mission) and `products` (P).
-`region_graph` says where robots rest, which region may be entered from where and which actions are permitted there, `region_labels`
-which letters a straight flight shows, `visit_words` which word some visits do, `visit_log` which visits a way makes; `drawings` shows automata
-and systems.
-`objective` says what a mission minimises. `flyable_edges`, `unreachable` and `shared_walls` find edges, regions and walls that no robot can fly. `unclear_places`
-says what keeps a region from being visited for sure.
+Read `transition_systems` (R, E and A = E x R, as values), `robot_systems` (A for the robots of a mission) and `products` (P). `region_graph` gives the
+points where robots hover, the regions that can be entered from each, and the actions there. `region_labels` gives the letters along a straight
+flight, `visit_words` the word of some visits, `visit_log` the visits of a path. `objective` is what a mission minimises. `flyable_edges`,
+`unreachable`, `shared_walls` and `unclear_places` find edges, regions, walls and points that no robot can fly or visit for sure. `drawings` shows
+automata and systems.
 """

@@ -1,4 +1,4 @@
-"""Edges of a mission's environment that no robot can fly for obstacles: they are refused before anything is planned."""
+"""Edges of a mission's environment that no robot can fly for obstacles: they are rejected before anything is planned."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from verify.data import BadInput, Mission
 
 
 def require_flyable_edges(mission: Mission) -> None:
-    """Refuse edges along which no robot finds a way around obstacles and all other regions.
+    """Reject edges along which no robot finds a way around obstacles and all other regions.
 
     Args:
         mission: With an environment and obstacles; others are let pass.

@@ -1,4 +1,4 @@
-"""What a mission minimises: its cost terms by their names and weights, and which of them are counted leg by leg."""
+"""Objective of a mission: its cost terms by their names and weights, and which of them are counted leg by leg."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def terms_of(mission: Mission) -> frozenset[str]:
 
 
 def is_counted_by_legs(mission: Mission) -> bool:
-    """Tell whether all terms are of those that are counted exactly leg by leg."""
+    """Return whether all terms are of those that are counted exactly leg by leg."""
     return terms_of(mission) <= BY_LEGS
 
 

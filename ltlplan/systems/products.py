@@ -49,7 +49,7 @@ class PlanningAutomaton:
                 yield (after, target), cost
 
     def is_accepting(self, state: tuple[State, int]) -> bool:
-        """Tell whether the robot may end here with everything done (finite words), or the automaton accepts here."""
+        """Return whether the robot may end here with everything done (finite words), or the automaton accepts here."""
         at, node = state
         return self.automaton.is_accepting(at) and (self.system.final is None or node in self.system.final)
 

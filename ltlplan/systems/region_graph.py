@@ -1,4 +1,4 @@
-"""Where robots rest in a mission's regions, and the straight ways from one such point to the next: E of Def. 4.2, laid out in space.
+"""Graph of hovers in a mission's regions and of straight lines between them: E of Def. 4.2, laid out in space.
 
 Everything that says what a robot can do stands on this one: the systems A that the exact search and the products walk
 (`robot_systems`), and the visits by which MTAC-E and teams in flight move on (`ltlplan.mtac.agent_moves`). It says which region may
@@ -26,7 +26,7 @@ from verify.data.shapes.inequalities import Point
 
 @dataclass(frozen=True, slots=True)
 class RestPoint:
-    """Where a robot can be at rest: the middle of a region, or a point of its own, such as its start.
+    """Point where a robot can hover: the middle of a region, or a point of its own, such as its start.
 
     Attributes:
         place: The region, or the environment's start vertex.
@@ -295,6 +295,6 @@ class RegionGraph:
 
 
 def _fits(mission: Mission, region: str) -> bool:
-    """Tell whether the mission's vehicle fits through a region's opening, if it has one."""
+    """Return whether the mission's vehicle fits through a region's opening, if it has one."""
     hoop = mission.hoops.get(region)
     return hoop is None or hoop.opening > mission.vehicle.radius + mission.margin

@@ -1,4 +1,4 @@
-"""Which regions share points, and which letters a straight flight shows, in floats and with room to spare.
+"""Regions that share points, and letters along a straight flight, in floats and with room to spare.
 
 A plan is made over letters that can really be flown. Where regions lie apart that is simple: in a region, in free flight,
 in the next region. Where one lies in another, or two overlap, a stay in the middle of one may be a stay in both, and the way
@@ -10,17 +10,17 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
+from refine.obstacles.gaps import widest_gap
 from verify.data import Letter, Mission
-from verify.data.shapes.gaps import widest_gap
 from verify.data.shapes.inequalities import Point
-from verify.data.shapes.region import Hoop, Region, ellipsoid_matrices
+from verify.data.shapes.region import Hoop, Region
 
 Floats = NDArray[np.float64]
 
@@ -245,7 +245,7 @@ class Layout:
 
 
 def apart(one: Region, other: Region) -> bool:
-    """Tell whether two regions have no common point for sure."""
+    """Return whether two regions have no common point for sure."""
     between = np.array(other.center) - np.array(one.center)
     if not (one.is_ellipsoid and other.is_ellipsoid):
         return widest_gap(one.body, other.body, between) > _GAP
@@ -260,3 +260,9 @@ def apart(one: Region, other: Region) -> bool:
     sums = first / (1 - shares) + second / shares
     levels = np.einsum("i,kij,j->k", between, np.linalg.inv(sums), between)
     return bool(np.max(levels) > 1 + 1e-9)
+
+
+def ellipsoid_matrices(regions: Collection[Region]) -> NDArray[np.float64]:
+    """Return the matrix of each ellipsoid among some regions, in m^-2, and zeros for other shapes. Shape (regions, 3, 3)."""
+    zero = np.zeros((3, 3))
+    return np.array([region.shape if region.is_ellipsoid else zero for region in regions]).reshape(-1, 3, 3)

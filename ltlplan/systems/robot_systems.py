@@ -1,4 +1,4 @@
-"""What the robots of a mission can do: A of Def. 4.3 for each of them, laid out over the mission's regions.
+"""Transition systems of a mission's robots: A of Def. 4.3 for each of them, laid out over the mission's regions.
 
 A robot rests in the middle of a region or at its start, and flies straight from one such point to the next; `region_labels` says
 which letters it shows on the way, and ways on which that is not clear are left out. What all robots share is made once.

@@ -76,7 +76,7 @@ def wall_sentence(one: str, other: str, margin: float) -> str:
 
 
 def hold_a_ball(one: Region, other: Region, radius: float) -> bool:
-    """Tell whether a ball lies in both of two regions at once.
+    """Return whether a ball lies in both of two regions at once.
 
     Args:
         one: A region.

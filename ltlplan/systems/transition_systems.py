@@ -1,4 +1,4 @@
-"""What one robot can do, step by step: the transition systems R, E and A = E x R of the 2022 paper (Defs. 4.1 to 4.3).
+"""Transition systems of one robot, step by step: R, E and A = E x R of the 2022 paper (Defs. 4.1 to 4.3).
 
 A node of A is a place and an internal state, and shows one letter. A place is a region that the robot is in, or free
 flight after leaving one (or after the start). Free flight is a place and a letter of its own, so a plan is made over
@@ -104,7 +104,7 @@ class TransitionSystem:
 
 @dataclass(frozen=True, slots=True)
 class Environment:
-    """Where robots can go: E of Def. 4.2.
+    """Environment of the robots: E of Def. 4.2.
 
     Attributes:
         start: The vertex of a robot that begins in free flight.

@@ -1,4 +1,4 @@
-"""What is said of points that lie too near the border of a region: whose border, how far, what is needed, and the remedy."""
+"""Messages about points that lie too near the border of a region: whose border, how far, what is needed, and the remedy."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Why a region cannot be reached in a world with obstacles, in words: what shuts the way, how wide it is, and what is needed."""
+"""Reasons why a region cannot be reached in a world with obstacles: what blocks the path, how wide it is, and what is needed."""
 
 from __future__ import annotations
 

@@ -55,7 +55,7 @@ class VisitLog:
 
     @property
     def visits(self) -> tuple[Visit, ...]:
-        """What was visited so far."""
+        """Visits so far."""
         return tuple(self._visits[visit] for visit in self._order)
 
     @property

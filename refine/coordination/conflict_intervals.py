@@ -47,7 +47,7 @@ class Mover:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Meeting:
-    """When robots meet, and what they keep.
+    """Time interval in which robots meet, and the distance that they keep.
 
     Attributes:
         spans: Intervals of time, s.

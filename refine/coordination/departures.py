@@ -1,4 +1,4 @@
-"""When each robot departs, so that robots keep their distance and planned precedences hold.
+"""Departure times: each robot departs so that robots keep their distance and planned precedences hold.
 
 Departures are tried first: robots in some order, each as early as the ones before it allow. Distances are sampled with
 what may happen between two samples added on top (half the way to the neighbours, and a tenth): the judge has the last word.
@@ -40,7 +40,7 @@ _FEW = 4
 
 @dataclass(frozen=True, eq=False)
 class ScheduledPath:
-    """What scheduling needs to know of a robot's flight.
+    """A robot's flight as scheduling needs it.
 
     Attributes:
         name: The robot's.
@@ -287,7 +287,7 @@ class _Pairs:
         return DepartureConflict((name, other), max(float(gap[nearest]), 0.0), nearest * STEP + min(departure, departed))
 
     def _are_apart(self, name: str, other: str, late: int) -> bool:
-        """Tell whether two robots keep the distance; a coarse look settles most cases."""
+        """Return whether two robots keep the distance; a coarse look settles most cases."""
         gap, reach, wide = self._gaps(name, other, late, COARSE)
         if (gap - reach).min() < self._distance:
             return False

@@ -21,7 +21,7 @@ from scipy.optimize import minimize
 from scipy.spatial import KDTree
 
 from refine.coordination.conflict_intervals import Mover
-from refine.keep_out_bodies import Obstacle, within
+from refine.obstacles.keep_out_bodies import Obstacle, within
 from refine.spline.least_snap import banded_problem, solve_banded
 from verify.data.validation.spacing import Spacing
 
@@ -51,7 +51,7 @@ _PROBE = 1e-5
 
 @dataclass(frozen=True, slots=True)
 class Beginning:
-    """Where the search for bent paths begins: straight paths that meet in one point have no direction to part in.
+    """Initial guess of the search for bent paths: straight paths that meet in one point have no direction to part in.
 
     Attributes:
         swirl: Share of its length by which each path swings to its right, all turning one way as in a roundabout; 0.5 is half a circle.

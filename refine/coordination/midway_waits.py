@@ -10,7 +10,7 @@ import numpy as np
 
 from refine.coordination.departures import GRID, STEP
 from refine.coordination.spacing import flight_of, idle_others
-from refine.keep_out_bodies import Ball
+from refine.obstacles.keep_out_bodies import Ball
 from refine.single_robot.flight import robot_flight
 from refine.single_robot.task import NOWHERE, Problem, RefinementOptions, RobotFlight
 from refine.spline.spline import Spline

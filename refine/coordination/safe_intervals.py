@@ -198,7 +198,7 @@ def earliest_waits(robot: RobotFlight, tracks: list[Track], steps: int, spacing:
 
 
 def _there(arrived: Flags, hovers: Flags) -> Flags:
-    """Tell when a robot may be at a point, where it may wait: shapes (steps + 1,), (steps,) to (steps + 1,)."""
+    """Return when a robot may be at a point, where it may wait: shapes (steps + 1,), (steps,) to (steps + 1,)."""
     steps = np.arange(len(arrived))
     came = np.maximum.accumulate(np.where(arrived, steps, -1))
     blocked = np.append(-1, np.maximum.accumulate(np.where(hovers, -1, steps[:-1])))
@@ -248,7 +248,7 @@ def _leg_clear(leg: Floats, tracks: list[Track], steps: int, spacing: Spacing) -
 
 
 def _stands(track: Floats) -> bool:
-    """Tell whether a robot never moves, so that one look is as good as many."""
+    """Return whether a robot never moves, so that one look is as good as many."""
     return bool((track == track[0]).all())
 
 

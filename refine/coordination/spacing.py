@@ -1,4 +1,4 @@
-"""How far robots keep apart, and what of a robot the others must know: its flight and where it hovers."""
+"""Spacing of robots: the distance that they keep, and of each robot its flight and the place where it hovers."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from refine.corridor.legs import HOVERING
 from refine.corridor.relocation import movable
 from refine.corridor.sampled_stays import SampledStay, stays
 from refine.feedback import Feedback
-from refine.keep_out_bodies import Ball, keep_out
+from refine.obstacles.keep_out_bodies import Ball, keep_out
 from refine.single_robot.task import Problem, RobotFlight
 from verify.data import Plan
 from verify.data.plan import Meeting

@@ -1,37 +1,33 @@
 """A team's flights together: who departs when, and what else is tried where no departures keep robots apart.
 
 Of many robots those that meet swerve, all at once, so that nobody waits, unless departures alone let all arrive by when the longest
-flight ends anyhow. Few depart one after the other, and swerve where that would take much longer. In this order, until one succeeds: departures; paths that also keep clear of where the others hover; the plan's own shares of
-time instead of even ones; other places for visits within their regions; giving way to each other; waits at every point. Then they take
-turns, in an order in which nobody rests where another one comes to; and robots that meet fly one at a time between meetings, by name or the
-last ones first, and exchange their places.
+flight ends anyhow. Few depart one after the other, and swerve where that would take much longer. `MEANS` lists what is tried to keep
+robots apart that fly as planned. Where none of it does, `ALTERNATIVES` lists other ways to fly: they wait nearer, take turns, in an order in
+which nobody rests where another one comes to, or fly one at a time between meetings.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
-from typing import Literal
+from dataclasses import dataclass, field, replace
+from functools import partial
 
+from refine.alternatives import first_feasible
+from refine.coordination.alternative_ways import ALTERNATIVES, Way, placed, share_places, takes_turns, waits_anywhere
 from refine.coordination.conflict_resolution import departures_of, resolve_encounters, too_near
 from refine.coordination.departures import DepartureConflict
 from refine.coordination.joint_avoidance import avoid_jointly
-from refine.coordination.meeting_orders import in_turn, one_at_a_time
 from refine.coordination.midway_waits import with_waits
 from refine.coordination.safe_intervals import schedule_safe_intervals
 from refine.coordination.spacing import firm_pairs, hovers_of, idle_others, spacing_for
-from refine.coordination.visit_ordering import Turns
 from refine.coordination.visit_relocation import resting_teams, with_visits_relocated
-from refine.corridor.legs import HOVERING
-from refine.corridor.meeting_places import moved_apart, moved_to_meet
-from refine.feedback import Feedback, feedback_of
-from refine.keep_out_bodies import Ball
+from refine.feedback import Feedback
+from refine.obstacles.keep_out_bodies import Ball
 from refine.single_robot.flight import robot_flight
 from refine.single_robot.task import Problem, RefinementOptions, RobotFlight
 from verify.data import Infeasible, Plan, Witness
-from verify.data.plan import Meeting, Precedence
+from verify.data.plan import Precedence
 from verify.data.progress import Progress
-from verify.data.validation.spacing import Spacing, needed, spacing_of
+from verify.data.validation.spacing import needed, spacing_of
 
 Together = tuple[dict[str, RobotFlight], dict[str, float]]
 """Robots with their paths, and departures in s by robot."""
@@ -53,7 +49,7 @@ def together(plan: Plan, feedback: Feedback, options: RefinementOptions, tell: P
         plan: Who visits what.
         feedback: What witnesses asked for.
         options: What the caller asked for.
-        tell: Told a sentence and a share of the work.
+        tell: Receives a sentence and a share of the work.
 
     Raises:
         BadInput: The plan's numbers do not fit each other.
@@ -61,158 +57,140 @@ def together(plan: Plan, feedback: Feedback, options: RefinementOptions, tell: P
             tried keeps them apart.
         SolverTimeout: An engine's seconds ran out.
     """
-    try:
-        return _together(plan, feedback, options, tell, _Way(gives_way="to pass"))
-    except Infeasible:
+    ways = (way for alternative in ALTERNATIVES for way in alternative(plan, feedback))
+    return first_feasible(((way.sentence, partial(_together, plan, feedback, options, tell, way)) for way in ways), tell)
+
+
+def _together(plan: Plan, feedback: Feedback, options: RefinementOptions, tell: Progress, way: Way) -> Together:
+    """Return the team's robots and their departures, waiting for each other as a way to fly says."""
+    if way.meetings is not None:
         waits = tuple(wait for wait in feedback.precedences if isinstance(wait, Precedence))
-        for way in _other_ways(plan, feedback):
-            other = plan if way.meetings is None else plan.model_copy(update={"meetings": way.meetings})
-            asked = feedback if way.meetings is None else replace(feedback, precedences=(*waits, *way.meetings))
-            try:
-                tell(way.sentence, 0.0)
-                return _together(other, asked, options, tell, way)
-            except Infeasible:
-                continue
-        raise
-
-
-@dataclass(frozen=True, slots=True)
-class _Way:
-    """How a team flies: who waits for whose arrivals (None: as planned), and whether each robot rests where it is nearest.
-
-    Robots may be kept from giving way to each other on their ways: always, or where they share places.
-    """
-
-    sentence: str = ""
-    meetings: tuple[Meeting, ...] | None = None
-    nearest: bool = False
-    gives_way: Literal["never", "to pass", "anywhere"] = "anywhere"
-
-
-def _other_ways(plan: Plan, feedback: Feedback) -> Iterator[_Way]:
-    """Yield ways to fly that are tried where the planned one finds no flights that keep apart."""
-    if not plan.meetings and _waits_anywhere(plan):
-        yield _Way("letting robots wait where each is nearest", nearest=True)
-    in_order = []
-    if _takes_turns(plan):
-        in_order = list(_turns(plan, feedback))
-        yield from in_order
-        if _share_places(plan, spacing_for(plan, feedback)):
-            yield _Way("letting robots give way")
-    if not plan.meetings:
-        return
-    yield _Way("letting robots meet where each is nearest", nearest=True)
-    by_name, backwards = (one_at_a_time(plan, last_first=last_first) for last_first in (False, True))
-    for meetings, nearest in ((by_name, False), (by_name, True), (backwards, False)) if in_order else ():
-        yield _Way("letting one robot fly at a time between meetings", meetings, nearest)
-
-
-def has_an_order(plan: Plan) -> bool:
-    """Tell whether a team's visits can be made one after another so that nobody rests where another one comes to; sooner than by flights.
-
-    Args:
-        plan: Who visits what, in laps or once.
-    """
-    return not _takes_turns(plan) or next(_turns(plan, feedback_of(plan, ())), None) is not None
-
-
-def _takes_turns(plan: Plan) -> bool:
-    return len(plan.robots) > 1 and bool(plan.mission.spec.formula) and plan.mission.spec.trace == "finite"
-
-
-def _turns(plan: Plan, feedback: Feedback) -> Iterator[_Way]:
-    """Yield orders in which nobody rests where another one comes to: visits that are in each other's way one after another, or all."""
-    spacing = spacing_for(plan, feedback)
-    for nearest in (False, True):
-        try:
-            turns = Turns(_placed(plan, spacing, nearest=nearest, parted=True), spacing.distance + HOVERING, spacing.z_scale)
-        except Infeasible:
-            continue
-        order = turns.order()
-        if order is not None:
-            ways = dict.fromkeys((turns.meetings(order), in_turn(plan, order)))
-            yield from (_Way("letting robots take turns", meetings, nearest, gives_way="never") for meetings in ways)
-
-
-def _share_places(plan: Plan, spacing: Spacing) -> bool:
-    """Tell whether two robots make visits at places too near each other, also where they are moved apart: by turns, or not at all."""
-    try:
-        placed = _placed(plan, spacing, nearest=False, parted=True)
-    except Infeasible:
-        return False
-    return Turns(placed, spacing.distance + HOVERING, spacing.z_scale).share_places()
-
-
-def _placed(plan: Plan, spacing: Spacing, *, nearest: bool, parted: bool = False) -> Plan:
-    """Return the plan with ends apart, and where robots meet, or are to be `parted`, visits at places beside each other."""
-    mission, distance = plan.mission, spacing.distance + HOVERING
-    waits = parted or len(plan.meetings) > 0
-    if mission.written.counts or (waits and mission.spec.formula):  # of laps, without a formula here, places are chosen
-        plan = moved_to_meet(plan, distance, spacing.z_scale, nearest=nearest)
-    return moved_apart(plan, distance, spacing.z_scale)
-
-
-def _together(plan: Plan, feedback: Feedback, options: RefinementOptions, tell: Progress, way: _Way) -> Together:
-    """Return the team's robots and their departures, waiting for each other as the plan says."""
+        plan = plan.model_copy(update={"meetings": way.meetings})
+        feedback = replace(feedback, precedences=(*waits, *way.meetings))
     spacing, planned = spacing_for(plan, feedback), plan
     if len(plan.robots) > 1:
-        plan = _placed(plan, spacing, nearest=way.nearest)
+        plan = placed(plan, spacing, nearest=way.nearest)
         _refuse_what_no_flight_mends(plan)
     problem = Problem(plan, feedback, options, spacing)
     alone = _alone(problem, tell)
     tell("choosing departures", 0.7)
     if len(plan.robots) == 1:
         return alone, {name: robot.plan.hold for name, robot in alone.items()}
-    if len(alone) > _FEW and not plan.meetings:
-        if len(alone) <= _CROWD:
-            robots, starts = _departing(problem, alone)
-            if not isinstance(starts, DepartureConflict) and _arrival((robots, starts)) <= _longest(alone):
-                return robots, starts
-        tell("letting robots swerve together", 0.7)
-        swerving = avoid_jointly(problem, alone)
-        if not isinstance(swerving, DepartureConflict):
-            return swerving
-        if len(alone) > _CROWD and not feedback.precedences:
-            tell("choosing departures", 0.75)
-            starts = departures_of(problem, alone)
-            if isinstance(starts, DepartureConflict):
-                raise too_near(swerving, spacing.distance)
-            return alone, starts
-    met: list[tuple[dict[str, RobotFlight], DepartureConflict]] = []
-    # Other shares of time bend paths otherwise; the plan's own may keep robots apart.
-    uneven = replace(problem, options=replace(options, even=False))
-    for shares in (problem,) if way.gives_way == "never" else (problem, uneven):
-        robots = alone if shares is problem else _plans_own(uneven, alone, tell)
+    attempt = _Attempt(problem, planned, way, alone, tell)
+    for means in MEANS:
+        found = means(attempt)
+        if found is not None:
+            return found
+    raise attempt.refused[0]
+
+
+@dataclass(frozen=True, eq=False)
+class _Attempt:
+    """A team whose robots can each fly alone, while means are tried to keep them apart.
+
+    Attributes:
+        problem: What is refined.
+        planned: The plan, its visits where they were.
+        way: How the team flies.
+        alone: Each robot's flight as if alone.
+        tell: Told a sentence and a share of the work.
+        met: Teams that no departures keep apart, with who meets.
+        refused: Why they cannot give way to each other.
+    """
+
+    problem: Problem
+    planned: Plan
+    way: Way
+    alone: dict[str, RobotFlight]
+    tell: Progress
+    met: list[tuple[dict[str, RobotFlight], DepartureConflict]] = field(default_factory=list)
+    refused: list[Infeasible] = field(default_factory=list)
+
+    @property
+    def many(self) -> bool:
+        """Whether so many robots fly that those that meet swerve, all at once."""
+        return len(self.alone) > _FEW and not self.problem.plan.meetings
+
+
+def _departing_without_delay(attempt: _Attempt) -> Together | None:
+    """Depart one after another where all of many arrive by when the longest flight ends anyhow."""
+    if not attempt.many or len(attempt.alone) > _CROWD:
+        return None
+    robots, starts = _departing(attempt.problem, attempt.alone)
+    if isinstance(starts, DepartureConflict) or _arrival((robots, starts)) > _longest(attempt.alone):
+        return None
+    return robots, starts
+
+
+def _swerving(attempt: _Attempt) -> Together | None:
+    """Swerve, all of many at once; of a crowd that cannot, depart one after another, and refuse where that does not do."""
+    if not attempt.many:
+        return None
+    problem, alone = attempt.problem, attempt.alone
+    attempt.tell("letting robots swerve together", 0.7)
+    swerving = avoid_jointly(problem, alone)
+    if not isinstance(swerving, DepartureConflict):
+        return swerving
+    if len(alone) <= _CROWD or problem.feedback.precedences:
+        return None
+    attempt.tell("choosing departures", 0.75)
+    starts = departures_of(problem, alone)
+    if isinstance(starts, DepartureConflict):
+        raise too_near(swerving, problem.spacing.distance)
+    return alone, starts
+
+
+def _departing_in_time(attempt: _Attempt) -> Together | None:
+    """Depart one after another, at even shares of time and at the plan's own, which bend paths otherwise."""
+    problem, alone = attempt.problem, attempt.alone
+    uneven = replace(problem, options=replace(problem.options, even=False))
+    for shares in (problem,) if attempt.way.gives_way == "never" else (problem, uneven):
+        robots = alone if shares is problem else _plans_own(uneven, alone, attempt.tell)
         if robots is not None:
             robots, starts = _departing(shares, robots)
             if not isinstance(starts, DepartureConflict):
                 return _sooner(problem, alone, (robots, starts))
-            met.append((robots, starts))
-    if way.gives_way == "never":
-        raise too_near(met[0][1], spacing.distance)
-    tell("trying other places for visits", 0.75)
-    moved = with_visits_relocated(problem, alone)
-    if moved is not None:
-        return moved
-    if way.gives_way == "to pass" and _takes_turns(planned) and _share_places(planned, spacing):
-        raise too_near(met[0][1], spacing.distance)
-    tell("letting robots give way", 0.8)
-    failures: list[Infeasible] = []
-    for robots, conflict in met:
+            attempt.met.append((robots, starts))
+    if attempt.way.gives_way == "never":
+        raise too_near(attempt.met[0][1], problem.spacing.distance)
+    return None
+
+
+def _visiting_elsewhere(attempt: _Attempt) -> Together | None:
+    attempt.tell("trying other places for visits", 0.75)
+    return with_visits_relocated(attempt.problem, attempt.alone)
+
+
+def _giving_way(attempt: _Attempt) -> Together | None:
+    problem, planned = attempt.problem, attempt.planned
+    if attempt.way.gives_way == "to pass" and takes_turns(planned) and share_places(planned, problem.spacing):
+        raise too_near(attempt.met[0][1], problem.spacing.distance)
+    attempt.tell("letting robots give way", 0.8)
+    for robots, conflict in attempt.met:
         try:
             return resolve_encounters(problem, robots, conflict)
         except Infeasible as error:
-            failures.append(error)
-    if not feedback.precedences and options.pace == "nominal":  # no other pace is taken for the one that was asked for
-        tell("letting robots wait on the way", 0.9)
-        resting = resting_teams(replace(problem, options=replace(options, rests=True)))
-        held = [options.held(plan.mission, name) for name in plan.robots]
-        most = min((pieces for pieces in held if pieces is not None), default=None)
-        for pieces in (most,) if options.too_long == "refuse" or most is None else (most, None):
-            waiting = schedule_safe_intervals(plan, resting, spacing, pieces)
-            if waiting is not None:
-                return waiting
-    raise failures[0]
+            attempt.refused.append(error)
+    return None
+
+
+def _waiting_on_the_way(attempt: _Attempt) -> Together | None:
+    problem, options = attempt.problem, attempt.problem.options
+    if problem.feedback.precedences or options.pace != "nominal":  # no other pace is taken for the one that was asked for
+        return None
+    attempt.tell("letting robots wait on the way", 0.9)
+    resting = resting_teams(replace(problem, options=replace(options, rests=True)))
+    held = [options.held(problem.plan.mission, name) for name in problem.plan.robots]
+    most = min((pieces for pieces in held if pieces is not None), default=None)
+    for pieces in (most,) if options.too_long == "refuse" or most is None else (most, None):
+        waiting = schedule_safe_intervals(problem.plan, resting, problem.spacing, pieces)
+        if waiting is not None:
+            return waiting
+    return None
+
+
+MEANS = (_departing_without_delay, _swerving, _departing_in_time, _visiting_elsewhere, _giving_way, _waiting_on_the_way)
+"""What keeps robots apart, tried in this order; each returns None where it does not apply or does not do."""
 
 
 def _sooner(problem: Problem, alone: dict[str, RobotFlight], departing: Together) -> Together:
@@ -283,7 +261,7 @@ def _departing(
     for as long as that changes anything.
     """
     clear_of: dict[str, tuple[str, ...]] = dict.fromkeys(robots, ())
-    if problem.plan.meetings or _waits_anywhere(problem.plan):
+    if problem.plan.meetings or waits_anywhere(problem.plan):
         return _meeting(problem, robots)
     waiting = False
     while True:
@@ -310,11 +288,6 @@ def _departing(
             return robots, found
 
 
-def _waits_anywhere(plan: Plan) -> bool:
-    """Tell whether robots that count wait for each other's events, outside of regions too."""
-    return plan.mission.written.counts and len(plan.precedences) > 0
-
-
 def _meeting(
     problem: Problem, robots: dict[str, RobotFlight]
 ) -> tuple[dict[str, RobotFlight], dict[str, float] | DepartureConflict]:
@@ -326,7 +299,7 @@ def _meeting(
     clear_of: dict[str, tuple[str, ...]] = dict.fromkeys(robots, ())
     given = dict.fromkeys(robots, 0.0)
     kept_clear: dict[str, tuple[Ball, ...]] = {}
-    anywhere = _waits_anywhere(problem.plan)
+    anywhere = waits_anywhere(problem.plan)
     tried: set[tuple[str, str, bytes]] = set()
 
     while True:

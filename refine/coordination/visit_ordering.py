@@ -85,7 +85,7 @@ class Turns:
         return None
 
     def share_places(self) -> bool:
-        """Tell whether two robots make visits at places that are too near each other to be made at one time."""
+        """Return whether two robots make visits at places that are too near each other to be made at one time."""
         ends = {name: np.array([way.points[-1] for way in self._ways[name]]) for name in self._names}
         return any(_apart(ends[one], ends[other]) < self._distance for one, other in itertools.combinations(self._names, 2))
 
@@ -117,7 +117,7 @@ class Turns:
         return tuple(dict.fromkeys((*self._plan.meetings, *(Meeting(first=first, then=then) for first, then in more))))
 
     def _may(self, name: str, at: tuple[int, ...]) -> bool:
-        """Tell whether all that a robot waits for has happened."""
+        """Return whether all that a robot waits for has happened."""
         who = self._names.index(name)
         visit = self._ways[name][at[who]].turn[1]
         for other, reached in self._before[name].get(visit, ()):
@@ -142,7 +142,7 @@ class Turns:
         return count
 
     def _meets(self, name: str, way: int, other: str, place: int) -> tuple[bool, bool]:
-        """Tell whether a way comes too near where another robot rests, and whether it ends there."""
+        """Return whether a way comes too near where another robot rests, and whether it ends there."""
         key = name, way, other, place
         if key not in self._near:
             rests = self._ways[other][place - 1].points[-1] if place else self._starts[other]

@@ -13,7 +13,7 @@ from refine.coordination.departures import DepartureConflict
 from refine.coordination.spacing import idle_others
 from refine.corridor.legs import HOVERING
 from refine.corridor.relocation import relocations
-from refine.keep_out_bodies import Ball, keep_out
+from refine.obstacles.keep_out_bodies import Ball, keep_out
 from refine.single_robot.flight import robot_flight
 from refine.single_robot.task import Problem, RobotFlight
 from verify.data import Infeasible, Plan

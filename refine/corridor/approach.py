@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from refine.corridor.detours import Barriers, detour
 from refine.corridor.legs import Cylinder, Leg, Space, TimedWaypoint, in_opening, refused, show, trimmed
-from refine.keep_out_bodies import Disc, blocking, opening
-from refine.obstacles import SolidBody
+from refine.obstacles.keep_out_bodies import Disc, blocking, opening
+from refine.obstacles.solid_body import SolidBody
 from verify.data import Mission
 from verify.data.shapes.region import Hoop
 from verify.data.validation.spacing import ROUNDING

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refine.corridor.legs import Leg
-from refine.keep_out_bodies import Ball
+from refine.obstacles.keep_out_bodies import Ball
 
 Floats = NDArray[np.float64]
 

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from refine.corridor.halton_roadmap import way_around
 from refine.corridor.legs import Space, TimedWaypoint, refused, show
-from refine.keep_out_bodies import Ball, GrownRegion, Obstacle, blocking, convex_parts, within
-from refine.obstacles import SolidBody
+from refine.corridor.ways_around import way_around
+from refine.obstacles.keep_out_bodies import Ball, GrownRegion, Obstacle, blocking, convex_parts, within
+from refine.obstacles.solid_body import SolidBody
 
 Floats = NDArray[np.float64]
 
@@ -39,7 +39,7 @@ _DIRECTIONS = np.stack(
 
 @dataclass(frozen=True, eq=False)
 class Barriers:
-    """What a way between two points stays out of.
+    """Bodies that a path between two points stays out of.
 
     Attributes:
         obstacles: What all of its legs stay out of.

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from refine.corridor.corridor import Corridor
 from refine.corridor.legs import Cylinder
-from refine.keep_out_bodies import within
+from refine.obstacles.keep_out_bodies import within
 from refine.planes import Plane
 from refine.solvers.qp import Programme, Row, rest_to_rest, solve
 from refine.spline.basis import bernstein_matrix

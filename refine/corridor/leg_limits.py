@@ -16,9 +16,9 @@ from refine.corridor.sampled_stays import SampledStay, stays
 from refine.limits.limits import Limits
 from refine.limits.stretching import SAFETY
 from refine.limits.usage import shares_used
+from refine.obstacles.gaps import widest_gap
 from refine.spline.spline import Spline
 from verify.data import Mission, RobotPlan
-from verify.data.shapes.gaps import widest_gap
 from verify.data.shapes.region import Region
 
 Floats = NDArray[np.float64]
@@ -139,7 +139,7 @@ def _levels(mission: Mission, stay: SampledStay, times: Floats, points: Floats) 
 
 
 def _on_the_way(mission: Mission, robot: RobotPlan, corridor: Corridor, visit: int) -> NDArray[np.bool_]:
-    """Tell which legs lead to a visit, from the one that leaves the last region before it that lies apart."""
+    """Return which legs lead to a visit, from the one that leaves the last region before it that lies apart."""
     legs = np.zeros(len(corridor), dtype=bool)
     arrival = _arrival(mission, robot, corridor, visit)
     if arrival is None:
@@ -188,7 +188,7 @@ def _apart_before(mission: Mission, robot: RobotPlan, visit: int, earlier: Itera
 
 
 def _apart(region: Region, other: Region, margin: float) -> bool:
-    """Tell whether a plane is found between two regions, both grown by the margin."""
+    """Return whether a plane is found between two regions, both grown by the margin."""
     if not (region.is_ellipsoid and other.is_ellipsoid):
         between = np.array(other.center) - np.array(region.center)
         return widest_gap(region.body, other.body, between) > 2.0 * margin

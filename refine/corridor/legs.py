@@ -1,4 +1,4 @@
-"""What one leg between two stops of a plan must keep: bodies to stay out of and, during a passage, a cylinder to stay in."""
+"""Constraints of one leg between two stops of a plan: bodies to stay out of and, during a passage, a cylinder to stay in."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from refine.keep_out_bodies import Ball, Disc, GrownRegion, Obstacle, convex_parts, grown_region, ring, within
-from refine.obstacles import SolidBody, solid_bodies
+from refine.corridor.passage_room import room_in_opening, room_in_region
+from refine.obstacles.keep_out_bodies import Ball, Disc, GrownRegion, Obstacle, convex_parts, grown_region, ring, within
+from refine.obstacles.solid_body import SolidBody, solid_bodies
 from verify.data import Infeasible, Mission, RobotPlan, Witness
 from verify.data.plan import Role, Waypoint
 from verify.data.shapes.region import Hoop
-from verify.data.validation.passage_room import room_in_opening, room_in_region
 from verify.data.validation.spacing import ROUNDING
 
 Floats = NDArray[np.float64]
@@ -37,7 +37,7 @@ class Cylinder:
 
 @dataclass(frozen=True, eq=False)
 class Leg:
-    """What one leg must keep.
+    """Constraints of one leg.
 
     Attributes:
         obstacles: Bodies to stay out of.
@@ -65,7 +65,7 @@ class TimedWaypoint:
 
 @dataclass(frozen=True)
 class Bodies:
-    """What robots stay out of, grown by the margin.
+    """Bodies that robots stay out of, inflated by the margin.
 
     Attributes:
         regions: By name.
@@ -80,7 +80,7 @@ class Bodies:
 
 @dataclass(frozen=True, eq=False)
 class Space:
-    """What one robot flies in.
+    """Space that one robot flies in.
 
     Attributes:
         mission: Gives regions, hoops, obstacles and margin.
@@ -137,7 +137,7 @@ def bodies_of(mission: Mission, name: str, clearance: float) -> Bodies:
 
 
 def leads_to(mission: Mission, waypoint: Waypoint) -> bool:
-    """Tell whether a point lies outside of the region that it belongs to: it leads there, or out again before coming back."""
+    """Return whether a point lies outside of the region that it belongs to: it leads there, or out again before coming back."""
     region = None if waypoint.region is None else mission.all_regions.get(waypoint.region)
     if region is None or waypoint.role != "via":
         return False
@@ -216,7 +216,7 @@ def _solids(space: Space, here: TimedWaypoint, there: TimedWaypoint, passing: st
 
 
 def in_opening(space: Space, hoop: Hoop, point: Floats) -> bool:
-    """Tell whether a point lies so near to a hoop's axis that the vehicle fits through the opening.
+    """Return whether a point lies so near to a hoop's axis that the vehicle fits through the opening.
 
     Args:
         space: Gives margin and vehicle radius.

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from refine.corridor.outside import left_last, moved_outside, part_outside
 from refine.corridor.packing import packed
 from refine.corridor.relocation import movable, moved_within, places_of
-from refine.keep_out_bodies import Ball, keep_out
+from refine.obstacles.keep_out_bodies import Ball, keep_out
 from verify.data import Infeasible, Mission, Plan, RobotPlan, Waypoint, Witness
 
 Floats = NDArray[np.float64]
@@ -169,7 +169,7 @@ def _shared_places(
 
 
 def _allowed(plan: Plan, name: str, index: int, place: tuple[float, ...]) -> bool:
-    """Tell whether a robot's waypoint may lie at another one's place."""
+    """Return whether a robot's waypoint may lie at another one's place."""
     robot = plan.robots[name]
     waypoint = robot.waypoints[index].model_copy(update={"position": place})
     return bool(np.any(np.all(places_of(plan.mission, name, robot, waypoint, ()) == np.array(place), axis=1)))

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refine.corridor.legs import CLEARANCE, bodies_of
-from refine.keep_out_bodies import Ball, keep_out
+from refine.obstacles.keep_out_bodies import Ball, keep_out
 from verify.data import Mission, Plan, RobotPlan, Waypoint
 
 Floats = NDArray[np.float64]

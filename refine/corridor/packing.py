@@ -53,7 +53,7 @@ class _Places:
         self._free = free
         scale = (
             np.array([1.0, 1.0, z_scale]) / distance
-        )  # what `refine.keep_out_bodies.keep_out` keeps free is a unit ball then
+        )  # what `refine.obstacles.keep_out_bodies.keep_out` keeps free is a unit ball then
         self._scaled, self._least = [points * scale for points in free], float(1.0 / scale.max())
         self._outwards = [-np.linalg.norm(points - middle, axis=1) for points in free]
         self._known: dict[tuple[int, int], list[Floats]] = {}

@@ -29,7 +29,7 @@ from refine.corridor.legs import (
     trimmed,
 )
 from refine.corridor.points import without_crowding
-from refine.keep_out_bodies import Ball, convex_parts, grown_ellipsoid
+from refine.obstacles.keep_out_bodies import Ball, convex_parts, grown_ellipsoid
 from verify.data import BadInput, Infeasible, Mission, RobotPlan, Witness
 from verify.data.shapes.region import Region
 
@@ -128,7 +128,7 @@ def hovering_corridor(mission: Mission, name: str, point: Floats, pieces: int, *
 
 
 def _needed(mission: Mission, robot: RobotPlan, stop: TimedWaypoint) -> bool:
-    """Tell whether a stop makes a visit; a passage is made by its two outer points, the cylinder sees to the rest."""
+    """Return whether a stop makes a visit; a passage is made by its two outer points, the cylinder sees to the rest."""
     if stop.role in ("avoid", "via") and stop.visit is None:
         return False
     if stop.visit is None or stop.visit >= len(robot.visits):
@@ -137,7 +137,7 @@ def _needed(mission: Mission, robot: RobotPlan, stop: TimedWaypoint) -> bool:
 
 
 def _flies_through(mission: Mission, robot: RobotPlan, visit: int | None) -> bool:
-    """Tell whether a visit is a passage through a hoop."""
+    """Return whether a visit is a passage through a hoop."""
     if visit is None or visit >= len(robot.visits):
         return False
     return robot.visits[visit].direction is not None and robot.visits[visit].region in mission.hoops

@@ -9,7 +9,7 @@ import numpy as np
 
 from refine.corridor.corridor import Corridor
 from refine.corridor.legs import CLEARANCE, Leg, bodies_of
-from refine.keep_out_bodies import blocking
+from refine.obstacles.keep_out_bodies import blocking
 from verify.data import Mission
 from verify.data.shapes.region import Region
 

@@ -9,11 +9,11 @@ import itertools
 import numpy as np
 from numpy.typing import NDArray
 
-from refine.corridor.halton_roadmap import way_around
 from refine.corridor.legs import CLEARANCE, bodies_of, leads_to
 from refine.corridor.planned import DEEP
-from refine.keep_out_bodies import Ball, Disc, GrownRegion, blocking, grown_ellipsoid
-from refine.obstacles import SolidBody
+from refine.corridor.ways_around import way_around
+from refine.obstacles.keep_out_bodies import Ball, Disc, GrownRegion, blocking, grown_ellipsoid
+from refine.obstacles.solid_body import SolidBody
 from verify.data import Mission, RobotPlan, Waypoint
 from verify.data.shapes.region import Region
 
@@ -26,7 +26,7 @@ _UNIT_BALL = np.array([p for p in itertools.product(np.linspace(-1.0, 1.0, 13), 
 
 
 def movable(mission: Mission, robot: RobotPlan, waypoint: Waypoint) -> bool:
-    """Tell whether a point makes a visit that might as well be made elsewhere in its region.
+    """Return whether a point makes a visit that might as well be made elsewhere in its region.
 
     Args:
         mission: Gives the regions.

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from refine.spline.basis import HERMITE, ORDER, derivative_weights
+from refine.spline.basis import HERMITE, ORDER, power_rows
 from refine.spline.spline import Spline
 
 Floats = NDArray[np.float64]
@@ -24,7 +24,7 @@ def bases(path: Spline, at: Floats) -> tuple[Floats, Floats, Floats]:
     count, pieces = len(at), len(path)
     result = []
     for derivative in (0, 1, 2):
-        powers = at[:, None] ** np.maximum(np.arange(8) - derivative, 0) * derivative_weights(derivative)
+        powers = power_rows(at, derivative)
         matrix = np.zeros((pieces * count, ORDER * (pieces + 1)))
         for piece, duration in enumerate(path.durations):
             scale = np.tile(duration ** np.arange(ORDER), 2) / duration**derivative

@@ -26,7 +26,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class FlatSamples:
-    """What the vehicle does at the samples; each array begins with the samples' shape.
+    """The vehicle's motion at the samples; each array begins with the samples' shape.
 
     Attributes:
         thrust: Collective thrust over mass, m/s^2.

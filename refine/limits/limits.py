@@ -10,7 +10,7 @@ from verify.data import GRAVITY, BadInput, Mission, Vehicle
 
 @dataclass(frozen=True, kw_only=True)
 class Rotors:
-    """What rotor thrusts depend on: four motors in an X, arms at 45 degrees.
+    """Parameters of rotor thrusts: four motors in an X, arms at 45 degrees.
 
     Attributes:
         mass: kg.
@@ -31,7 +31,7 @@ class Rotors:
 
 @dataclass(frozen=True, kw_only=True)
 class Limits:
-    """What a flight must keep at all times. Infinity (or zero, for the least thrust) means no limit.
+    """Limits of a flight at all times. Infinity (or zero, for the least thrust) means no limit.
 
     Attributes:
         speed: m/s.

@@ -1,6 +1,6 @@
-"""How far a spline uses its limits, from dense samples: what stretching and repairs go by. A filter, never a claim.
+"""Usage of limits by a spline, from dense samples, as stretching and repairs need it. A filter, never a claim.
 
-The judge proves limits for all times; here samples are dense enough that what they miss is far below the safety share.
+The checker proves limits for all times; here samples are dense enough that what they miss is far below the safety share.
 """
 
 from __future__ import annotations

@@ -11,8 +11,8 @@ from refine.corridor.legs import CLEARANCE
 from refine.corridor.planned import corridor_of
 from refine.corridor.points import thinned, with_rests
 from refine.corridor.relocation import moved_into_the_clear
-from refine.keep_out_bodies import Ball
 from refine.limits.limits import Limits
+from refine.obstacles.keep_out_bodies import Ball
 from refine.single_robot.task import NOWHERE, Problem, RobotFlight, Task
 from refine.single_robot.time_optimised import time_optimised
 from refine.single_robot.visits_shown import showing_visits

@@ -1,4 +1,4 @@
-"""What travels through the stages of one robot's refinement, and what comes out of them."""
+"""Inputs and results of the steps of one robot's refinement."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ NOWHERE: frozenset[int] = frozenset()
 
 @dataclass(frozen=True, slots=True)
 class RefinementOptions:
-    """How the caller wants it.
+    """Options of the caller.
 
     Attributes:
         pace: The plan's own times, the shortest ones, or a blend.
@@ -57,7 +57,7 @@ class RefinementOptions:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Problem:
-    """What is to be refined.
+    """Problem of one refinement.
 
     Attributes:
         plan: Who visits what.
@@ -96,11 +96,11 @@ class Task:
 
     @property
     def buffer(self) -> float:
-        """How far planes stand off bodies, m."""
+        """Distance of planes from bodies, m."""
         return BUFFER + self.clearance
 
     def violations(self, path: Spline, clearance: float = 0.0) -> tuple[Witness, ...]:
-        """Return what the judge would refuse about a path's visits (see `sampled_stays.violations`)."""
+        """Return what the checker would refuse about a path's visits (see `sampled_stays.violations`)."""
         return violations(path, self.mission, self.name, self.robot, clearance)
 
 
@@ -129,7 +129,7 @@ class Fitted:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class RobotFlight:
-    """What one robot flies, without the wait before it departs.
+    """Flight of one robot, without the wait before it departs.
 
     Attributes:
         name: The robot's.

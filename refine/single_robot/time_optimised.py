@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from refine.corridor.fitting import Rules, fixed_states, monotone_rules, until_kept
 from refine.corridor.leg_limits import leg_speeds
-from refine.keep_out_bodies import Ball
 from refine.limits.limits import Limits
 from refine.limits.stretching import stretch_to_limits
+from refine.obstacles.keep_out_bodies import Ball
 from refine.single_robot.pacing import slowed
 from refine.single_robot.task import Fitted, Motion, RefinementOptions, Task
 from refine.single_robot.visits_shown import legs_about

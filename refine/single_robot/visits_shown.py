@@ -18,7 +18,7 @@ def showing_visits(task: Task, halts: frozenset[int]) -> Fitted:
 
     A path may cut back into a region that it has just left. Then the legs concerned never go back, and if that is not
     enough, the flight rests at their ends and is straight between: at worst it is the planner's own polyline. What comes
-    back within the task's clearance of that counts as well, if that can be helped: the judge may not be able to tell it apart.
+    back within the task's clearance of that counts as well, if that can be helped: the checker may not be able to tell it apart.
 
     Args:
         task: The robot's.

@@ -16,9 +16,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from refine.keep_out_bodies import Ball
 from refine.limits.limits import Limits
 from refine.limits.stretching import stretch_to_limits
+from refine.obstacles.keep_out_bodies import Ball
 from refine.planes import Plane
 from refine.solvers.nlp import INSTANTS, Timing, optimise
 from refine.solvers.programme import Objective
@@ -176,7 +176,7 @@ def _with_pieces(course: _Course, first: Spline, pieces: int) -> Spline | None:
 
 
 def _require_sense(limits: Limits, objective: Objective, end: str, tolerance: float, pieces: int) -> None:
-    """Refuse numbers and words that make no problem."""
+    """Reject numbers and words that make no problem."""
     if objective == "time" and not (
         np.isfinite(limits.speed) or np.isfinite(limits.acceleration) or np.isfinite(limits.thrust_max) or limits.rotors
     ):

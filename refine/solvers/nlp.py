@@ -17,8 +17,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from refine.keep_out_bodies import Ball
 from refine.limits.limits import Limits
+from refine.obstacles.keep_out_bodies import Ball
 from refine.planes import Plane
 from refine.solvers.ipopt_engine import solve
 from refine.solvers.programme import UNIT, Objective, Shape, Steps, Unknowns

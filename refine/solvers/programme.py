@@ -1,4 +1,4 @@
-"""What goes to an engine for nonlinear programmes and comes back: plain values, without a type of the engine's own."""
+"""Inputs and outputs of an engine for nonlinear programmes: plain values, without a type of the engine's own."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ UNIT = 0.3
 
 @dataclass(frozen=True)
 class Shape:
-    """What decides the compiled programme; all else is a parameter.
+    """Shape that decides the compiled programme; all else is a parameter.
 
     The parameters in order: limits (greatest acceleration and thrust, least thrust, cosine of the tilt, body rate, least and greatest
     rotor thrust by mass, torque's share), the total time in s, the weight of time, each piece's speed limit, how each node's time
@@ -51,18 +51,18 @@ class Shape:
 
     @property
     def nodes(self) -> int:
-        """How many nodes have states of their own."""
+        """Number of nodes that have states of their own."""
         return self.pieces + (self.cycle is None)
 
     @property
     def inequalities(self) -> int:
-        """How many constraints are written as value <= 0."""
+        """Number of constraints that are written as value <= 0."""
         rows = sum(2 if name == "rotors" else 1 for name in self.limited)
         return rows * self.instants * self.pieces + SIZE * len(self.planes) + len(self.balls)
 
     @property
     def constraints(self) -> int:
-        """How many there are: the inequalities, and a fixed total time where snap alone is made least."""
+        """Number of all constraints: the inequalities, and a fixed total time where snap alone is minimised."""
         return self.inequalities + (self.objective == "snap")
 
 
@@ -83,7 +83,7 @@ class Unknowns:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Answer:
-    """What IPOPT returned, and what it says of it.
+    """Result that IPOPT returned, with its status.
 
     Attributes:
         values: Of the unknowns. Shape (unknowns,).

@@ -1,4 +1,4 @@
-"""How fast a given path can be flown: a convex programme in the squared pace along it (cvxpy's only importer).
+"""Fastest pace along a given path: a convex programme in the squared pace along it (cvxpy's only importer).
 
 With the path r as a function of its own time u and b = (du/dt)^2, speed squared is |r'|^2 b and acceleration is
 r'' b + r' b' / 2: linear in b and its slope. Speed, acceleration, greatest thrust and tilt are then second-order cones and

@@ -9,11 +9,10 @@ Bernstein points serve inequalities: a piece lies in the convex hull of its poin
 
 from __future__ import annotations
 
-from functools import cache
-from math import comb, factorial
+from math import comb, perm
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 Floats = NDArray[np.float64]
 
@@ -23,30 +22,37 @@ ORDER = 4
 """Derivatives in a node's state: position, velocity, acceleration, jerk."""
 
 _POWERS = np.arange(SIZE)
+_EXPONENTS = np.array([[max(k - d, 0) for k in range(SIZE)] for d in range(SIZE)])
+_WEIGHTS = np.array([[perm(k, d) for k in range(SIZE)] for d in range(SIZE)], dtype=np.float64)
+"""k! / (k - d)! for derivatives d (rows) of powers k (columns), zero for k < d. Shape (8, 8)."""
 
 
-def _hermite() -> Floats:
-    """Return the matrix from (state at 0, state at 1) in unit time to ascending coefficients. Shape (8, 8)."""
-    ends = np.zeros((SIZE, SIZE))
-    for derivative in range(ORDER):
-        ends[derivative, derivative] = factorial(derivative)
-        for power in range(derivative, SIZE):
-            ends[ORDER + derivative, power] = factorial(power) / factorial(power - derivative)
-    inverse = np.linalg.inv(ends)
-    return np.rint(inverse * 6.0) / 6.0  # its entries are sixths of integers: exact up to one rounding
+def derivative_weights(derivative: int) -> Floats:
+    """Return k! / (k - d)! for k = 0..7 (zero for k < d). Shape (8,)."""
+    return _WEIGHTS[derivative]
 
 
-def _snap_gram() -> Floats:
-    """Return the Gram matrix of fourth derivatives of the powers on [0, 1]. Shape (8, 8)."""
-    gram = np.zeros((SIZE, SIZE))
-    for i in range(ORDER, SIZE):
-        for j in range(ORDER, SIZE):
-            gram[i, j] = factorial(i) / factorial(i - 4) * factorial(j) / factorial(j - 4) / (i + j - 7)
-    return gram
+def power_rows(local: ArrayLike, derivative: int = 0) -> Floats:
+    """Return the rows (d/dt)^derivative of (1, t, .., t^7) at local times, in s. Shape (...,) to (..., 8)."""
+    times = np.asarray(local, dtype=np.float64)
+    rows = np.zeros((*times.shape, SIZE))
+    for power in range(derivative, SIZE):
+        rows[..., power] = _WEIGHTS[derivative, power] * times ** (power - derivative)
+    return rows
 
 
-HERMITE = _hermite()
-SNAP = np.rint(HERMITE.T @ _snap_gram() @ HERMITE)
+def derivative_rows(local: float, count: int) -> Floats:
+    """Return the rows of the first derivatives of (1, t, .., t^7), 0 to count - 1, at one local time, in s. Shape (count, 8)."""
+    return _WEIGHTS[:count] * local ** _EXPONENTS[:count]
+
+
+END_STATES = np.concatenate([np.diag(_WEIGHTS.diagonal())[:ORDER], _WEIGHTS[:ORDER]])
+"""From ascending coefficients to (state at 0, state at 1) in unit time. Shape (8, 8)."""
+HERMITE = np.rint(np.linalg.inv(END_STATES) * 6.0) / 6.0
+"""The way back: its entries are sixths of integers, so exact up to one rounding. Shape (8, 8)."""
+SNAP_GRAM = np.array([[_WEIGHTS[ORDER, i] * _WEIGHTS[ORDER, j] / max(i + j - 7, 1) for j in range(SIZE)] for i in range(SIZE)])
+"""Gram matrix of fourth derivatives of the powers on [0, 1]. Shape (8, 8)."""
+SNAP = np.rint(HERMITE.T @ SNAP_GRAM @ HERMITE)
 """Integral of snap squared on [0, 1] as a form in the two end states (unit time). Shape (8, 8)."""
 
 
@@ -77,15 +83,7 @@ def values(coefficients: Floats, at: Floats, derivative: int = 0) -> Floats:
     Returns:
         Shape (pieces, samples, axes).
     """
-    weights = derivative_weights(derivative)
-    powers = at[:, :, None] ** np.maximum(_POWERS - derivative, 0)
-    return np.matmul(powers * weights, coefficients.transpose(0, 2, 1))
-
-
-@cache
-def derivative_weights(derivative: int) -> Floats:
-    """Return k! / (k - d)! for k = 0..7 (zero for k < d). Shape (8,)."""
-    return np.array([factorial(k) / factorial(k - derivative) if k >= derivative else 0.0 for k in range(SIZE)])
+    return np.matmul(power_rows(at, derivative), coefficients.transpose(0, 2, 1))
 
 
 def bernstein_matrix(low: float = 0.0, high: float = 1.0) -> Floats:

@@ -163,7 +163,7 @@ def on_grid(path: Spline | Trajectory) -> Trajectory:
     The pieces share their joints' points, so position and yaw are continuous, but every other point is off by up to half a
     step, which moves the path by up to half a millimetre and lets velocity jump by millimetres per second and more in short
     pieces (see `jumps`). It is this flight that has to be certified, not the one that it was made from, and where the jumps are
-    more than a certificate allows, it is refused; `flight.quantised` fits pieces to the grid that join smoothly.
+    more than a certificate allows, it is rejected; `flight.quantised` fits pieces to the grid that join smoothly.
 
     Args:
         path: x, y, z and yaw: four axes; or a flight, whose cycle is kept.

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from refine.spline.basis import HERMITE, ORDER, SNAP, coefficients_of, values
+from refine.spline.basis import ORDER, SNAP, coefficients_of, values
 
 Floats = NDArray[np.float64]
 
@@ -69,9 +69,3 @@ class Spline:
         inner = np.stack([self.sample(shares, d) for d in range(ORDER)], axis=2)
         states = inner.reshape(-1, ORDER, self.states.shape[2])
         return Spline(np.repeat(self.durations / pieces, pieces), np.concatenate([states, self.states[-1:]]))
-
-
-def unit_coefficients(states: Floats, durations: Floats) -> Floats:
-    """Return ascending coefficients in unit time. Shape (pieces, 8, axes)."""
-    scale = durations[:, None, None] ** np.arange(ORDER)[:, None]
-    return np.matmul(HERMITE, np.concatenate([states[:-1] * scale, states[1:] * scale], axis=1))

@@ -24,8 +24,9 @@ from ltlplan.logic.translation import translate
 from ltlplan.missions import load_mission
 from ltlplan.search.exact import assign
 from ltlplan.search.lassos.lasso import cheapest_lasso
+from ltlplan.search.own.reading import OwnTask
 from ltlplan.search.reduced_graph import Team
-from ltlplan.search.team_search import plan_team
+from ltlplan.search.team_planning import plan_team
 from ltlplan.systems.robot_systems import Systems
 from tests.helpers.benchmarks import is_smallest, require_time, run_benchmark
 from tests.helpers.team_automaton import TeamAutomaton, full_product, full_product_size
@@ -88,7 +89,7 @@ def pattern_times(trace: str) -> list[tuple[float, str, str]]:
         start = time.perf_counter()
         if trace == "finite":
             team = Team([system])
-            run = plan_team(team, Task(conjunct_automata(formula, "finite"), team.letters), DEFAULT_BUDGET).run
+            run = plan_team(OwnTask.of(team, Task(conjunct_automata(formula, "finite"), team.letters)), DEFAULT_BUDGET).run
         else:
             run = cheapest_lasso(system, conjunct_automata(formula, "infinite"))
         found.append((time.perf_counter() - start, "unsatisfiable" if run is None else "planned", str(pattern)))
@@ -202,7 +203,7 @@ def test_robots_that_interact() -> None:
             found = "cheapest" if plan.complete else f"within {gap:.1%} of the cheapest"
             print(f"  {robots:3} robots {seconds:7.3f} s  {plan.cost:7.3f} m, {found}, {plan.tried} tried{more}")
             words = {name: robot.word for name, robot in plan.robots.items()}
-            assert check_team(mission.formula, words, reading="joint").sequential
+            assert check_team(mission.formula, words, team="joint").sequential
 
 
 def test_a_budget_that_ends_the_search() -> None:
@@ -217,7 +218,7 @@ def test_a_budget_that_ends_the_search() -> None:
         seconds = time.process_time() - start
         print(f"  {states:9,} states {seconds:6.2f} s  {plan.cost:.3f} m, at least {plan.lower_bound:.3f} m{more}")
         words = {name: robot.word for name, robot in plan.robots.items()}
-        assert check_team(mission.formula, words, reading="joint").sequential
+        assert check_team(mission.formula, words, team="joint").sequential
         assert plan.lower_bound is not None
         assert plan.lower_bound <= plan.cost
 

@@ -110,6 +110,7 @@ def test_where_anything_varies_all_are_flown(short, varying):
     assert flight.fly(*short, seed=7, **varying).to_csv() != flight.fly(*short, seed=8, **varying).to_csv()
 
 
+@pytest.mark.slow
 def test_a_storm_throws_runs_out_of_their_tube(made):
     plan, team, cert = made
     found = flight.campaign(plan, team, dataclasses.replace(cert, margin=0.001), runs=3, model="paper", noise=0.001)
@@ -126,6 +127,7 @@ def test_a_run_inside_its_tube_that_breaks_the_formula_is_reported_as_a_bug(made
     assert any(sentence.startswith("BUG") for sentence in found.sentences)
 
 
+@pytest.mark.slow
 def test_without_a_certificate_nothing_is_said_of_tubes(made):
     plan, team, _ = made
     found = flight.campaign(plan, team, runs=2, model="paper")
@@ -138,7 +140,7 @@ def test_without_a_certificate_nothing_is_said_of_tubes(made):
 @pytest.mark.parametrize(("count", "of", "low", "high"), [(0, 10, 0.0, 0.3085), (10, 10, 0.6915, 1.0), (7, 10, 0.3475, 0.9333)])
 def test_confidence_intervals_are_clopper_and_pearsons(count, of, low, high):
     """Against the table values of exact binomial limits."""
-    share = flight.Share.make(np.arange(of) < count)
+    share = flight.Proportion.make(np.arange(of) < count)
     assert (share.low, share.high) == (pytest.approx(low, abs=1e-4), pytest.approx(high, abs=1e-4))
 
 

@@ -12,6 +12,7 @@ from flight.closed_loop import Setup, steps
 from flight.model.reference import sample_reference
 from flight.model.sensing import MotionCapture
 from flight.model.timing import CONTROL_STEP, SUBSTEPS
+from tests.helpers.few import few_of
 from tests.helpers.stand_ins import Instant, StandIn, hop, mission, rest_to_rest, stand_in, through_a_hoop
 from tests.helpers.stand_ins import flight as made_flight
 from verify.data import BadInput, NotCertified, Plan, RobotPlan, Trajectory, Visit, Waypoint, Word, load_vehicle
@@ -23,7 +24,8 @@ def plan_and_team():
     return made_flight()
 
 
-@pytest.mark.parametrize(
+@few_of(
+    1,
     ("model", "controller"),
     [
         ("full", "geometric"),
@@ -65,6 +67,7 @@ def test_a_run_among_many_is_bit_for_bit_the_run_alone(plan_and_team):
     assert np.array_equal(together.attitude[:, 2:4], alone.attitude)
 
 
+@pytest.mark.slow
 def test_without_a_certificate_the_log_says_so(plan_and_team):
     plan, team = plan_and_team
     log = flight.fly(plan, team, model="paper")
@@ -178,6 +181,7 @@ def test_of_a_sequence_of_hoops_no_formula_is_called_satisfied():
     assert left.notes[-1].startswith("whether hoops were passed in their order was not judged; `ltlplan certify RUN --flight`")
 
 
+@pytest.mark.slow
 def test_a_campaign_of_a_sequence_of_hoops_counts_tubes_alone():
     plan, team = through_a_hoop()
     found = flight.campaign(plan, team, stand_in(plan, team), runs=2, wind="0+0.1", model="paper")

@@ -20,6 +20,7 @@ from flight.logs.placed import in_mission
 from ltlplan.live_phases import stages
 from ltlplan.pipeline import certified_team
 from ltlplan.recorded import judge_flight
+from tests.helpers.few import few_of
 from tests.helpers.live_missions import pair
 from tests.helpers.stand_ins import minimum_snap
 from tests.verify.test_run_folder import write_folder
@@ -91,7 +92,7 @@ def test_frames_that_make_no_sense_are_refused(text, says) -> None:
 
 def test_exports_lie_in_the_laboratory_and_say_so(certified, tmp_path) -> None:
     mission, done = certified
-    made = flight.export(done.team, done.certificate, tmp_path / "out", format="crazyswarm2", anyway=True)
+    made = flight.export(done.team, done.certificate, tmp_path / "out", format="crazyswarm2", force=True)
     rows = list(csv.reader((tmp_path / "out" / "one.csv").read_text().splitlines()))
     first = np.array([float(value) for value in rows[1]])
     assert first[[1, 9, 17]] == pytest.approx(mission.frame.to_laboratory(mission.agents["one"].start), abs=1e-6)
@@ -104,7 +105,7 @@ def test_compressed_flights_are_refused_where_the_frame_leads_off_their_grid(cer
     plan, team = done.plan.changed(mission=mission.changed(frame=Frame(rotation_deg=30.0))), flight.quantised(done.team)
     says = r"grid of millimetres, off which the mission's `frame` leads \(the mission turned by 30 degrees"
     with pytest.raises(DoesNotFit, match=says):
-        flight.export(team, certify(plan, team), tmp_path / "out", format="crazyflie-compressed", anyway=True)
+        flight.export(team, certify(plan, team), tmp_path / "out", format="crazyflie-compressed", force=True)
 
 
 @pytest.mark.slow
@@ -162,7 +163,7 @@ def our_log(done, off: float = 0.0) -> flight.FlightLog:
     return flight.FlightLog("pair", found.robots, found.times, found.position, zeros, zeros, flat, zeros, flat, letters)
 
 
-@pytest.mark.parametrize("ending", [".csv", ".parquet", ".mcap"])
+@few_of(1, "ending", [".csv", ".parquet", ".mcap"])
 def test_a_log_of_ours_is_judged_in_the_missions_frame_from_its_own_start(certified, tmp_path, ending) -> None:
     pytest.importorskip({".parquet": "pyarrow", ".mcap": "mcap"}.get(ending, "numpy"))
     mission, done = certified
@@ -172,9 +173,9 @@ def test_a_log_of_ours_is_judged_in_the_missions_frame_from_its_own_start(certif
         judged = judge_flight(tmp_path / "run", path, max_speed=1.5)
         assert {claim.outcome for claim in judged.verdict.claims if claim.name == "tube"} == {outcome}
         assert judged.verdict.alignment == given(0.0, 0.0)
-        with pytest.raises(BadInput, match="of it only one start may be told"):
-            judge_flight(tmp_path / "run", path, max_speed=1.5, told=flight.Told(axes="y,-x,z"))
-        read = flight.read_flown(path, tuple(mission.agents), flight.Told())
+        with pytest.raises(BadInput, match="for it only one start may be given"):
+            judge_flight(tmp_path / "run", path, max_speed=1.5, told=flight.RecordingOptions(axes="y,-x,z"))
+        read = flight.read_flown(path, tuple(mission.agents), flight.RecordingOptions())
         assert flight.compare(read, done.certificate, done.team).covered == (outcome == "holds")
 
 

@@ -10,6 +10,7 @@ from flight import fly
 from flight.monitoring.letters import RegionMasks, region_letters
 from ltlplan import parse_mission
 from ltlplan.pipeline import certified_team
+from tests.helpers.few import few_of
 from verify.data import Mission
 
 
@@ -29,7 +30,7 @@ workspace: {{min: [-2, -2, 0.2], max: [12, 12, 2]}}
 """)
 
 
-@pytest.mark.parametrize("count", [40, 62, 63, 100])
+@few_of(2, "count", [40, 62, 63, 100])
 def test_masks_are_what_each_region_says(count: int) -> None:
     mission, rng = field(count), np.random.default_rng(count)
     points = np.array(list(mission.all_regions.values())[-1].center) + rng.normal(size=(500, 3)) * [3.0, 2.0, 0.2]
@@ -40,6 +41,7 @@ def test_masks_are_what_each_region_says(count: int) -> None:
     assert table[masks[0]] == {f"r{count - 1}"}
 
 
+@pytest.mark.slow
 def test_a_flight_to_the_last_of_a_hundred_regions_shows_it() -> None:
     mission = field(100)
     done = certified_team(ltlplan.plan(mission, seed=0))

@@ -9,10 +9,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from flight.exports.crazyflies.compressed import compressed_trajectory
-from flight.exports.crazyflies.memory import MEMORY, PIECE, poly4d_trajectory
+from flight.exports.crazyflies.memory import MEMORY, PIECE
 from tests.helpers.crazyflie_setpoints import SHUT, Streamed
 from tests.helpers.supervisor import Supervisor
+from tests.helpers.trajectory_bytes import compressed_trajectory, poly4d_trajectory
 from verify.data import GRAVITY
 
 EBUSY, ENOENT, EEXIST, LANDS = 16, 2, 17, 1

@@ -19,7 +19,7 @@ from verify.data import Mission, Plan, RobotPlan
 from verify.data.shapes.region import Hoop, Region
 
 RATE = 40.0
-"""Samples per second of flights that are judged."""
+"""Samples per second of flights that are checked."""
 PACES = (1.0, 2.0, 4.0)
 DELAYS = np.arange(0.0, 30.0, 1.0)
 SLACK = 0.01

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import itertools
 import math
 from collections.abc import Sequence
@@ -15,6 +16,8 @@ from verify.data.mission import Mission
 from verify.data.plan import Plan, RobotPlan, Visit, Waypoint
 from verify.data.trajectory import Trajectory
 
+_parsed = functools.lru_cache(maxsize=256)(parse_mission)
+"""Many tests ask for the same mission, which nobody can change."""
 REST_TO_REST = (35.0, -84.0, 70.0, -20.0)
 """Coefficients of s^4 to s^7 of the smooth step from 0 to 1 with three derivatives zero at both ends."""
 
@@ -117,7 +120,7 @@ workspace: {{min: [-5.0, -5.0, -5.0], max: [5.0, 5.0, 5.0]}}
 margin: {margin}
 {extra}
 """
-    return parse_mission(text)
+    return _parsed(text)
 
 
 def _piece(start: np.ndarray, stop: np.ndarray, length: float, yaw: float) -> np.ndarray:

@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 import flight
-from flight import Told
+from flight import RecordingOptions
 from tests.helpers import foreign_logs
 from tests.helpers.recorded_flights import Made, passing
 from tests.helpers.recordings import darting, dense
@@ -301,7 +301,7 @@ def in_laboratory(tape: Tape, mission: Mission) -> Tape:
     return replace(tape, seen=turned, renamed=again)
 
 
-Writer = Callable[[Path, Tape, np.random.Generator], tuple[Path, Mapping[str, float], Told]]
+Writer = Callable[[Path, Tape, np.random.Generator], tuple[Path, Mapping[str, float], RecordingOptions]]
 """Writes a tape into a folder; returns the recording, each robot's clock at the motion's time 0, s, and what else is to be told."""
 
 
@@ -309,7 +309,9 @@ def _one_clock(tape: Tape, shift: float) -> dict[str, float]:
     return dict.fromkeys(tape.seen, shift)
 
 
-def _table(path: Path, tape: Tape, rng: np.random.Generator, *, long: bool) -> tuple[Path, Mapping[str, float], Told]:
+def _table(
+    path: Path, tape: Tape, rng: np.random.Generator, *, long: bool
+) -> tuple[Path, Mapping[str, float], RecordingOptions]:
     shift = float(rng.integers(0, 1_000_000))
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
@@ -330,10 +332,10 @@ def _table(path: Path, tape: Tape, rng: np.random.Generator, *, long: bool) -> t
         for k in kept:
             writer.writerow([stamps[k], *(cell for row in bodies.values() for cell in cells(row[k]))])
     (path / "log.csv").write_text(out.getvalue())
-    return path / "log.csv", _one_clock(tape, shift), Told()
+    return path / "log.csv", _one_clock(tape, shift), RecordingOptions()
 
 
-def _vicon(path: Path, tape: Tape, rng: np.random.Generator) -> tuple[Path, Mapping[str, float], Told]:
+def _vicon(path: Path, tape: Tape, rng: np.random.Generator) -> tuple[Path, Mapping[str, float], RecordingOptions]:
     """With blank lines for frames that were lost, all of them or one, or with another part that goes on."""
     every = round((tape.times[1] - tape.times[0]) * RATE)
     first = int(rng.integers(1, 400)) * every
@@ -350,10 +352,12 @@ def _vicon(path: Path, tape: Tape, rng: np.random.Generator) -> tuple[Path, Mapp
         markers += [f"{first + every * k},0,1,2,3" for k in range(len(rows))]
         rows = rows[keep] + markers
     (path / "log.csv").write_text("\n".join([*lines[:5], *rows]) + "\n")
-    return path / "log.csv", _one_clock(tape, shift), Told()
+    return path / "log.csv", _one_clock(tape, shift), RecordingOptions()
 
 
-def _promising(path: Path, tape: Tape, rng: np.random.Generator, *, motive: bool) -> tuple[Path, Mapping[str, float], Told]:
+def _promising(
+    path: Path, tape: Tape, rng: np.random.Generator, *, motive: bool
+) -> tuple[Path, Mapping[str, float], RecordingOptions]:
     """With all frames in which somebody was seen, or all; the header promises all."""
     keep = tape.frames if rng.random() < 0.7 else slice(0, len(tape.times))
     zero, bodies = float(tape.times[0]), {name: row[keep] for name, row in tape.seen.items()}
@@ -364,10 +368,12 @@ def _promising(path: Path, tape: Tape, rng: np.random.Generator, *, motive: bool
         "FREQUENCY\t100", f"FREQUENCY\t{rate:g}"
     )
     (path / "log.csv").write_text(text)
-    return path / "log.csv", _one_clock(tape, -zero), Told(axes="x,-z,y" if motive else "")
+    return path / "log.csv", _one_clock(tape, -zero), RecordingOptions(axes="x,-z,y" if motive else "")
 
 
-def _by_robot(path: Path, tape: Tape, rng: np.random.Generator, *, kind: str) -> tuple[Path, Mapping[str, float], Told]:
+def _by_robot(
+    path: Path, tape: Tape, rng: np.random.Generator, *, kind: str
+) -> tuple[Path, Mapping[str, float], RecordingOptions]:
     """A file for each robot: logs of Crazyflies whose rows go on without a position, PX4's with dropouts, or tables with other bodies."""
     folder, boots = path / "logs", dict[str, float]()
     folder.mkdir()
@@ -395,25 +401,25 @@ def _by_robot(path: Path, tape: Tape, rng: np.random.Generator, *, kind: str) ->
             found, clocks, _ = _table(folder, alone, rng, long=True)
             found.rename(folder / f"{name}.csv")
             boots[name] = clocks[name]
-    return folder, boots, Told()
+    return folder, boots, RecordingOptions()
 
 
 def _bag(kind: str, *, mcap: bool) -> Writer:
-    def write(path: Path, tape: Tape, rng: np.random.Generator) -> tuple[Path, Mapping[str, float], Told]:
+    def write(path: Path, tape: Tape, rng: np.random.Generator) -> tuple[Path, Mapping[str, float], RecordingOptions]:
         zero = 1_700_000_000 + int(rng.integers(0, 1000))
         foreign_logs.bag(path / "bag", tape.times, tape.bodies, kind=kind, mcap=mcap, zero=zero)
-        return path / "bag", _one_clock(tape, float(zero)), Told()
+        return path / "bag", _one_clock(tape, float(zero)), RecordingOptions()
 
     return write
 
 
-def _our_mcap(path: Path, tape: Tape, rng: np.random.Generator) -> tuple[Path, Mapping[str, float], Told]:
+def _our_mcap(path: Path, tape: Tape, rng: np.random.Generator) -> tuple[Path, Mapping[str, float], RecordingOptions]:
     foreign_logs.our_mcap(path / "flight.mcap", tape.times, tape.seen)
-    return path / "flight.mcap", _one_clock(tape, 0.0), Told()
+    return path / "flight.mcap", _one_clock(tape, 0.0), RecordingOptions()
 
 
 def _our_table(ending: str) -> Writer:
-    def write(path: Path, tape: Tape, rng: np.random.Generator) -> tuple[Path, Mapping[str, float], Told]:
+    def write(path: Path, tape: Tape, rng: np.random.Generator) -> tuple[Path, Mapping[str, float], RecordingOptions]:
         robots = tuple(tape.seen)
         kept = np.logical_and.reduce([~np.isnan(row[:, 0]) for row in tape.seen.values()])
         position = np.stack([row[kept] for row in tape.seen.values()], axis=1)
@@ -423,7 +429,7 @@ def _our_table(ending: str) -> Writer:
             "hunted", robots, tape.times[kept], position, zeros, zeros, zeros[..., 0], zeros, zeros[..., 0], letters
         )
         flight.write_log(log, path / f"flight{ending}")
-        return path / f"flight{ending}", _one_clock(tape, 0.0), Told()
+        return path / f"flight{ending}", _one_clock(tape, 0.0), RecordingOptions()
 
     return write
 

@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 import flight
-from flight import Told, read_flown
+from flight import RecordingOptions, read_flown
 from flight.closed_loop import Setup, steps
 from flight.logs.placed import samples_of
 from flight.model.airframe import airframes_of
@@ -30,7 +30,7 @@ from flight.monitoring.formula_state import FormulaState
 from tests.helpers.flights import legs, plan_of, small_mission
 from tests.helpers.foreign_logs import crazyflie
 from tests.helpers.recordings import fires, gates
-from verify import Asked, Certificate, FlightVerdict, certify, check_flight
+from verify import Certificate, FlightReference, FlightVerdict, certify, check_flight
 from verify.data import Mission, Plan, Trajectory
 from verify.data.plan import Visit
 
@@ -203,7 +203,7 @@ class Tape:
     """A recording, and what the judge is told of it."""
 
     files: dict[str, str]
-    told: Told
+    told: RecordingOptions
     error: float
     speed: float
 
@@ -248,17 +248,19 @@ def record(truth: Truth, plans: dict[str, np.ndarray], end: float, rng: np.rando
         return Tape(*_by_themselves(stamps[kept], seen, off, rng), error, speed)
     start = shift + float(rng.uniform(-off, off)) if known else None
     text = _written(stamps[kept], seen, shift, long=bool(rng.random() < 0.5))
-    return Tape({"recording.csv": text}, Told(start=start, start_error=off * 1.0001 + (1e-6 if off else 0.0)), error, speed)
+    return Tape(
+        {"recording.csv": text}, RecordingOptions(start=start, start_error=off * 1.0001 + (1e-6 if off else 0.0)), error, speed
+    )
 
 
 def _by_themselves(
     times: np.ndarray, rows: dict[str, np.ndarray], off: float, rng: np.random.Generator
-) -> tuple[dict[str, str], Told]:
+) -> tuple[dict[str, str], RecordingOptions]:
     """Return a log of each robot's own, on a clock of its own, and what is told of them: starts that are off."""
     boots = {name: float(rng.integers(10, 900)) for name in rows}
     files = {f"{name}.csv": crazyflie(times, row, booted=boots[name]) for name, row in rows.items()}
     starts = {name: round(boot + float(rng.uniform(-off, off)), 6) for name, boot in boots.items()}
-    return files, Told(start=starts, start_error=off * 1.0001 + (1e-6 if off else 0.0))
+    return files, RecordingOptions(start=starts, start_error=off * 1.0001 + (1e-6 if off else 0.0))
 
 
 def _with_ways(truth: Truth) -> tuple[np.ndarray, dict[str, np.ndarray]]:
@@ -323,7 +325,7 @@ def judge_tape(made: Made, tape: Tape, folder: Path) -> FlightVerdict:
             (Path(place) / name).write_text(text)
         path = Path(place) / "recording.csv" if "recording.csv" in tape.files else Path(place)
         found = read_flown(path, tuple(plan.mission.agents), tape.told)
-    asked = Asked.of_certificate(certificate, team, plan)
+    asked = FlightReference.of_certificate(certificate, team, plan)
     return check_flight(samples_of(found, plan.mission), asked, max_speed=tape.speed, error=tape.error, start=found.begins)
 
 

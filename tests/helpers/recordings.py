@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 
 from tests.helpers.flights import firefighting, legs, plan_of, through
-from verify import Asked, Certificate, FlightVerdict, Samples, certify, check_flight
+from verify import Certificate, FlightReference, FlightVerdict, Samples, certify, check_flight
 from verify.data import Mission, Plan, Trajectory
 from verify.data.files.mission_file import parse_mission
 from verify.data.plan import Visit
@@ -53,10 +53,10 @@ def gates() -> tuple[Plan, dict[str, Trajectory], Certificate]:
     return plan, team, certify(plan, team)
 
 
-def asked(made: tuple[Plan, dict[str, Trajectory], Certificate]) -> Asked:
+def asked(made: tuple[Plan, dict[str, Trajectory], Certificate]) -> FlightReference:
     """Ask everything that a certified flight claims of paths."""
     plan, team, certificate = made
-    return Asked.of_certificate(certificate, team, plan)
+    return FlightReference.of_certificate(certificate, team, plan)
 
 
 def recorded(

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import functools
 import itertools
 from collections.abc import Mapping
 
 from verify.data import Mission, parse_mission
 
 PLACES = {"a": (0.0, 0.0), "b": (2.0, 0.0), "c": (2.0, 1.5), "d": (-1.5, 2.0)}
+_parsed = functools.lru_cache(maxsize=256)(parse_mission)
+"""Many tests ask for the same mission, which nobody can change."""
 STARTS = ((-1.0, -1.0), (3.0, 3.0), (-2.0, 0.5), (1.0, -2.0))
 
 
@@ -37,7 +40,7 @@ def world(
         f"spec: {{formula: '{formula}', trace: {trace}, team: {team}, repeat: {repeat}}}",
         extra,
     ]  # fmt: skip
-    return parse_mission("\n".join(lines))
+    return _parsed("\n".join(lines))
 
 
 def office_grid(

@@ -6,6 +6,7 @@ import pytest
 
 import ltlplan
 from tests.golden import mission_of
+from tests.helpers.few import few_of
 from tests.helpers.random_missions import random_mission
 from tests.helpers.shipped import GOLDEN_MISSIONS
 from verify.data import Mission
@@ -23,11 +24,13 @@ def asking(mission: Mission, method: str, cost: dict[str, float]) -> Mission:
     return mission.changed(planner=mission.planner.model_copy(update={"method": method, "cost": cost}))
 
 
-@pytest.mark.parametrize("name", ["window-inspection", "firefighting"])
+@pytest.mark.slow
+@few_of(1, "name", ["window-inspection", "firefighting"])
 def test_bounds_of_shipped_missions_are_below_their_costs(name: str) -> None:
     assert_below(ltlplan.load_mission(name))
 
 
+@pytest.mark.slow
 def test_the_bound_is_known_and_close_where_regions_are_small() -> None:
     made = ltlplan.plan(ltlplan.load_mission("window-inspection"), seed=0)
     assert made.lower_bound is not None

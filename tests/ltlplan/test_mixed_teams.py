@@ -43,23 +43,23 @@ def test_a_small_fast_robot_and_a_heavy_one_are_planned_refined_and_certified():
 def test_each_robot_is_exported_for_what_can_hold_it(tmp_path: Path):
     team, certificate = flown()
     with pytest.raises(DoesNotFit, match=r"slow flies another vehicle: .* is no Crazyflie. Write fast by `robots`"):
-        flight.export(team, certificate, tmp_path / "all", anyway=True)
-    few = flight.export(team, certificate, tmp_path / "few", robots=["fast"], anyway=True)
+        flight.export(team, certificate, tmp_path / "all", force=True)
+    few = flight.export(team, certificate, tmp_path / "few", robots=["fast"], force=True)
     assert {path.relative_to(tmp_path / "few").as_posix() for path in few.files} == set(file_names(["fast"]))
     note = (tmp_path / "few" / "README.txt").read_text()
     assert "airframe: crazyflie-2.1, 0.033 kg, controller mellinger\nnot in this export: slow, of the same flight" in note
-    every = flight.export(team, certificate, tmp_path / "ros", format="ros2", anyway=True)
+    every = flight.export(team, certificate, tmp_path / "ros", format="ros2", force=True)
     assert "airframe: heavy, 0.9 kg, controller geometric (slow)" in every.files[-1].read_text()
 
 
 def test_exports_refuse_other_airframes_and_unknown_robots(tmp_path: Path):
     team, certificate = flown()
     with pytest.raises(NotCertified, match=r"the airframe 'heavy' of slow, not 'crazyflie-2\.1'"):
-        flight.export(team, certificate, tmp_path / "a", format="ros2", vehicle="crazyflie-2.1", anyway=True)
+        flight.export(team, certificate, tmp_path / "a", format="ros2", vehicle="crazyflie-2.1", force=True)
     with pytest.raises(BadInput, match="'fats' is not a robot of the mission"):
-        flight.export(team, certificate, tmp_path / "b", robots=["fats"], anyway=True)
-    with pytest.raises(BadInput, match="names nobody"):
-        flight.export(team, certificate, tmp_path / "c", robots=[], anyway=True)
+        flight.export(team, certificate, tmp_path / "b", robots=["fats"], force=True)
+    with pytest.raises(BadInput, match="robots is empty"):
+        flight.export(team, certificate, tmp_path / "c", robots=[], force=True)
 
 
 @pytest.mark.slow

@@ -152,6 +152,7 @@ def test_a_cost_term_of_another_package_is_weighed(package: None, mission: Missi
         ltlplan.plan(parse_mission(asking(mission, "length: 1.0", "scalar: 1.0")))
 
 
+@pytest.mark.slow
 def test_what_was_planned_is_judged_without_the_package(tmp_path: Path, mission: Mission):
     with pytest.MonkeyPatch.context() as patch:
         site = tmp_path / "site"

@@ -72,6 +72,7 @@ def flown(seed: int, missions: int) -> int:
     return certified
 
 
+@pytest.mark.slow
 def test_missions_drawn_at_random_are_certified_or_refused_in_words() -> None:
     assert flown(0, 3) >= 1
 

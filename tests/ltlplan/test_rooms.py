@@ -59,6 +59,7 @@ def test_shapes_are_flown_and_proved_again_from_files(tmp_path: Path) -> None:
     assert "union" not in page
 
 
+@pytest.mark.slow
 def test_rooms_that_share_a_wall_are_entered_straight_along_an_edge(tmp_path: Path) -> None:
     mission = parse_mission(HOUSE)
     result = ltlplan.run(mission, tmp_path / "run")

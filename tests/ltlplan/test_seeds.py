@@ -6,6 +6,7 @@ import pytest
 import ltlplan
 from ltlplan.online.simulated_online_flight import fly_online
 from ltlplan.pipeline import plan, run
+from tests.helpers.few import few_of
 from verify.data import BadInput, Mission, load_plan, parse_mission
 from verify.data.files.mission_file import load_mission_file
 
@@ -26,7 +27,7 @@ def small(method: str, seed: int) -> Mission:
     return parse_mission(TEXT.format(method=method, seed=seed))
 
 
-@pytest.mark.parametrize("method", ["exact", "mtac-e"])
+@few_of(1, "method", ["exact", "mtac-e"])
 def test_a_given_seed_is_the_missions_own_from_then_on(method: str) -> None:
     given, own = plan(small(method, 0), seed=7), plan(small(method, 7))
     assert given == own
@@ -47,6 +48,7 @@ def test_a_run_flies_with_the_given_seed_and_writes_it_down(tmp_path) -> None:
     assert again.certificate.to_json() == done.certificate.to_json()
 
 
+@pytest.mark.slow
 def test_an_online_flight_states_its_seed() -> None:
     flown = fly_online(small("exact", 0), seed=7)
     assert flown.mission.planner.seed == flown.log.seed == 7

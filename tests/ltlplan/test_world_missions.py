@@ -12,6 +12,7 @@ import ltlplan
 import verify
 from ltlplan.report.views import views_html
 from refine import refine
+from tests.helpers.few import few_of
 from tests.helpers.pages import MOST_BYTES
 from tests.helpers.shipped import WORLD_MISSIONS
 from verify.data import Mission, Plan
@@ -37,9 +38,7 @@ def clear_of_solids(mission: Mission, points: np.ndarray, keep: float) -> bool:
     return all(part.distances(points).min() > keep for part in solid_parts(mission.obstacles, mission.hoops))
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=pytest.mark.slow if name == "door-puzzle" else ()) for name in WORLD_MISSIONS]
-)
+@few_of(1, "name", [pytest.param(name, marks=pytest.mark.slow if name == "door-puzzle" else ()) for name in WORLD_MISSIONS])
 def test_a_mission_of_the_world_is_shared_by_its_robots_along_ways_that_are_there(name: str) -> None:
     plan = planned(name)
     mission = plan.mission

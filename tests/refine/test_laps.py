@@ -12,6 +12,7 @@ from flight import export, fly
 from ltlplan import plan
 from ltlplan.pipeline import certified_team
 from refine import refine
+from tests.helpers.few import few_of
 from verify import Certificate, certify, judge
 from verify.data import BadInput, DoesNotFit, Mission, Plan, Trajectory, mission_to_yaml
 from verify.data.files.trajectory_csv import write_csv
@@ -135,7 +136,7 @@ def test_a_lap_that_ends_in_another_internal_state_is_refused():
     assert "a lap begins in state" in claims[0].sentence
 
 
-@pytest.mark.parametrize("heading", ["path", (0.0, -2.5, 1.0)])
+@few_of(1, "heading", ["path", (0.0, -2.5, 1.0)])
 def test_a_lap_ends_with_the_heading_that_it_began_with(heading):
     agents = {f"q{i}": {"start": (2.0 * i - 1, -1.5, 1.0), "heading": heading} for i in range(2)}
     made = plan(patrol("G F west & G F east & G F north", agents=agents))
@@ -163,10 +164,11 @@ def test_robots_that_are_near_each_other_only_over_the_seam_are_refused(error: f
     assert found == expected or (expected == "fails" and found == "undecided")
 
 
+@pytest.mark.slow
 def test_the_compressed_format_keeps_no_laps_together(flown, tmp_path):
     made, team = flown
     with pytest.raises(DoesNotFit, match="begin together"):
-        export(team, certify(made, team), tmp_path, format="crazyflie-compressed", anyway=True)
+        export(team, certify(made, team), tmp_path, format="crazyflie-compressed", force=True)
 
 
 def test_where_laps_begin_is_found_in_files_too(flown, tmp_path):
@@ -178,6 +180,7 @@ def test_where_laps_begin_is_found_in_files_too(flown, tmp_path):
     assert read_folder(tmp_path)[1] == team
 
 
+@pytest.mark.slow
 def test_soft_parts_of_laps_are_kept_by_weight():
     asked = patrol("G F west", places="west east post")
     soft = ({"formula": "G F east", "weight": 2.0}, {"formula": "G !east", "weight": 1.0})

@@ -11,7 +11,8 @@ from refine import refine
 from refine.corridor.legs import space_for
 from refine.corridor.planned import corridor_of, hovering_corridor
 from refine.corridor.relocation import moved_into_the_clear
-from refine.obstacles import SolidBody, solid_bodies
+from refine.obstacles.solid_body import SolidBody, solid_bodies
+from tests.helpers.few import few_of
 from tests.helpers.plans_by_hand import robot_plan
 from tests.helpers.rooms_by_hand import MARGIN, Box, along, from_boxes, passage, sampled, walled
 from tests.helpers.solids import random_solid
@@ -58,7 +59,7 @@ ROOMS = {
 }
 
 
-@pytest.mark.parametrize("which", ROOMS)
+@few_of(3, "which", ROOMS)
 def test_paths_stay_clear_of_walls(which: str) -> None:
     walls, start, goal, guides = ROOMS[which]
     flight = refine(along(walled(walls, start=start, goal=goal), *guides))["q"]

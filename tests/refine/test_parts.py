@@ -41,6 +41,7 @@ def at_rest(path: Trajectory) -> bool:
     return all(np.abs(path.evaluate(path.knots[list(path.cuts)], order)).max() < 1e-3 for order in (1, 2, 3))
 
 
+@pytest.mark.slow
 def test_one_robot_rests_where_its_flight_is_cut() -> None:
     made = plan(row(" & ".join(f"F {name}" for name in ROW), {"q0": {"start": (-2.4, -1.4, 1.0)}}))
     with pytest.raises(DoesNotFit, match="the target holds 8"):
@@ -74,6 +75,7 @@ def test_a_team_is_cut_at_common_rests() -> None:
     assert judge(done.plan, paused, largest=False).holds, "what is flown with pauses, and skew of the starts, is as certified"
 
 
+@pytest.mark.slow
 def test_laps_that_do_not_fit_are_flown_from_rest_to_rest() -> None:
     agents = {"q0": {"start": (-1.0, -1.5, 1.0)}}
     made = plan(patrol("G F west & G F east", repeat=10, agents=agents))
@@ -99,12 +101,14 @@ def test_where_no_parts_are_found_the_flight_is_left_whole() -> None:
     assert any("stream it" in note for note in done.plan.notes)
 
 
+@pytest.mark.slow
 def test_more_laps_than_files_hold_are_refused_with_how_many_do() -> None:
     made = plan(patrol("G F west & G F east", repeat=4000, agents={"q0": {"start": (-1.0, -1.5, 1.0)}}))
     with pytest.raises(BadInput, match=r"in 4000 laps, and files hold 4096: at most \d+ laps are written"):
         refine(made)
 
 
+@pytest.mark.slow
 def test_laps_of_a_team_are_cut_where_they_begin() -> None:
     """They rest there anyway: what is flown is what is flown of fewer laps."""
     made = plan(patrol("G F west & G F east & G F north", repeat=9))

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 
 import ltlplan
 import verify
 from ltlplan import parse_mission
 from ltlplan.pipeline import certified_team
+from tests.helpers.few import few_of
 from verify.data import Mission, Trajectory
 
 SPHERE = "a: {center: [0.3, 0, 1], radii: [0.3, 0.3, 0.3]}"
@@ -51,7 +51,8 @@ def stays(mission: Mission, flight: Trajectory, region: str) -> int:
     return len(edges) // 2
 
 
-@pytest.mark.parametrize(
+@few_of(
+    4,
     ("mission", "count"),
     [
         (world(TWICE, regions=SPHERE), 2),
@@ -92,7 +93,7 @@ def test_a_lap_leaves_the_region_that_it_begins_with() -> None:
     assert stays(mission, flight.flattened(3), "a") == 3
 
 
-@pytest.mark.parametrize("seed", range(7))
+@few_of(2, "seed", range(7))
 def test_random_regions_are_left_and_visited_again(seed: int) -> None:
     rng = np.random.default_rng(seed)
     radii, centre = rng.uniform(0.12, 0.4, 3), rng.uniform([-0.5, -0.6, 0.8], [0.9, 0.6, 1.2])

@@ -16,6 +16,7 @@ from refine.corridor.points import thinned
 from refine.single_robot import time_optimised
 from refine.solvers.nlp import Timing, optimise
 from refine.spline.spline import Spline
+from tests.helpers.few import few_of
 from tests.helpers.plans_by_hand import ball, fire_plan, patrol_plan, robot_plan, room, sequence_plan, straight
 from tests.helpers.random_missions import random_mission
 from verify.data import DoesNotFit, Infeasible, Mission, Plan, RobotPlan, Visit, Waypoint, Witness, Word
@@ -25,7 +26,7 @@ from verify.data.shapes.region import Hoop, Region
 from verify.data.vehicle import load_vehicle
 
 
-@pytest.mark.parametrize("make", [sequence_plan, patrol_plan, fire_plan])
+@few_of(1, "make", [sequence_plan, patrol_plan, fire_plan])
 def test_what_comes_back_is_certified(make) -> None:
     plan = make()
     team = refine(plan)
@@ -47,7 +48,7 @@ def test_a_patrol_closes_and_may_be_time_optimised() -> None:
         np.testing.assert_allclose(last, ends[fast.cycle][:, 0], atol=jump)
 
 
-@pytest.mark.parametrize("seed", [0, 6, 12, 28])
+@few_of(1, "seed", [0, 6, 12, 28])
 def test_random_missions_are_certified(seed: int) -> None:
     """Some of these need what repairs are for: a path that comes back into a region, robots that hover in the way."""
     import ltlplan
@@ -193,7 +194,7 @@ def test_every_flight_has_two_pieces_at_least(tmp_path: Path) -> None:
     np.testing.assert_array_equal(team["hop"].coefficients[1, :, 1:], 0.0)
     certificate = verify.judge(plan, team, largest=False)
     assert [claim.sentence for claim in certificate.claims if claim.outcome != "holds"] == []
-    folder = flight.export(team, certificate, tmp_path / "out", anyway=True).folder
+    folder = flight.export(team, certificate, tmp_path / "out", force=True).folder
     assert all(len((folder / f"{name}.csv").read_text().splitlines()) == 3 for name in team)
     assert not any("second piece" in file.read_text() for file in folder.rglob("*.*"))
 

@@ -38,6 +38,7 @@ def test_a_waypoint_in_a_forbidden_region_is_refused() -> None:
     assert caught.value.witness is not None
 
 
+@pytest.mark.slow
 def test_a_walled_goal_is_refused_and_no_easy_way_was_missed() -> None:
     """The goal's shell is closed, so a dense search of straight ways finds none either."""
     shell = {f"s{i}": ball(float(np.cos(a)) * 0.8, float(np.sin(a)) * 0.8, 0.6) for i, a in enumerate(np.arange(6) * np.pi / 3)}

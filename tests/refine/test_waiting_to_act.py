@@ -8,6 +8,7 @@ import pytest
 
 from ltlplan import parse_mission, plan
 from ltlplan.pipeline import certified_team
+from tests.helpers.few import few_of
 from verify.data import Infeasible, Mission, NotCertified, Unsatisfiable
 
 FILL = "{from: no_water, to: carrying, at: water}"
@@ -28,7 +29,8 @@ def world(formula: str, *, team: str = "joint", start: str = AWAY, actions: str 
 MEETS = "F(quad0.water & !quad0.carrying & quad1.b) & F(quad0.carrying & quad1.free) & G(quad0.carrying -> !quad1.b)"
 
 
-@pytest.mark.parametrize(
+@few_of(
+    1,
     ("formula", "start"),
     [
         ("F(water & !carrying & b) & G(carrying & water -> !b) & F carrying", AWAY),  # it ends where it acts
@@ -43,6 +45,7 @@ def test_a_robot_waits_in_the_region_in_which_it_acts(formula: str, start: str) 
     assert all(claim.outcome == "holds" for claim in done.certificate.claims)
 
 
+@pytest.mark.slow
 def test_who_counts_acts_only_when_others_have_come() -> None:
     """Until now such words were planned without the wait, and failed in the planner's own check."""
     formula = "F(quad0.water & !quad0.carrying & quad1.b) & F quad0.carrying & G(quad0.carrying -> !quad1.b)"

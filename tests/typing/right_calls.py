@@ -33,7 +33,7 @@ log = assert_type(flight.fly(plan, team, certificate, seed=0), flight.FlightLog)
 assert_type(flight.fly(plan, team, certificate, wind="1.5+0.4", noise=0.001), flight.FlightLog)
 assert_type(log.worst_error(), float)
 found = assert_type(flight.campaign(plan, team, certificate, runs=10), flight.Campaign)
-assert_type(found.share_inside, flight.Share | None)
+assert_type(found.share_inside, flight.Proportion | None)
 assert_type(flight.export(team, certificate, "exported", format="crazyswarm2"), flight.Exported)
 
 # the whole way
@@ -49,8 +49,8 @@ assert_type(verify.check_word(mission.formula, [["a"]], cycle=[frozenset({"b"})]
 assert_type(verify.check_team("F a & F b", {"quad0": [set(), {"a"}]}).sequential, verify.Verdict)
 assert_type(verify.recheck("run"), verify.Certificate)
 samples = assert_type(verify.load_flight_log(Path("flight.csv"), mission), verify.Samples)
-assert_type(verify.asked_of("run"), verify.Asked)
-assert_type(verify.check_flight(samples, verify.asked_of("run"), max_speed=2.0, start=0.0), verify.FlightVerdict)
+assert_type(verify.load_reference("run"), verify.FlightReference)
+assert_type(verify.check_flight(samples, verify.load_reference("run"), max_speed=2.0, start=0.0), verify.FlightVerdict)
 assert_type(verify.check_samples([0.0, 1.0], np.zeros((2, 3)), mission, max_speed=1.0), verify.Verdict)
 
 # refinement by itself

@@ -12,6 +12,7 @@ from flight.link.simulated_commander import Commander
 from flight.monitoring.alarm_response import braking_length
 from tests.helpers.braking import brakes, closest
 from tests.helpers.dense_motion import SampledFlight, body_rates, rotor_thrusts
+from tests.helpers.few import few_of
 from tests.helpers.stand_ins import hover, minimum_snap, rest_to_rest
 from verify.aborts import judge_aborts
 from verify.claims.claim import told_apart
@@ -220,7 +221,7 @@ def turning_brake(path: Trajectory, length: float) -> tuple[float, float, float]
     return float(np.abs(body_rates(flat)[:, 2]).max()), float(thrusts.min()), float(thrusts.max())
 
 
-@pytest.mark.parametrize("limit", ["yaw_rate_deg", "rotor_thrust_min", "rotor_thrust_max"])
+@few_of(1, "limit", ["yaw_rate_deg", "rotor_thrust_min", "rotor_thrust_max"])
 def test_yaw_rate_and_rotor_thrust_are_judged_as_sampled(limit: str) -> None:
     path = minimum_snap([(-1, 0, 1), (0.2, 0.9, 1.3), (0.9, -0.4, 0.8)], [1.9, 2.0])
     coefficients = path.coefficients.copy()

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
+from tests.helpers.few import few_of
 from tests.helpers.flights import changed, legs, plan_of, quantised, small_mission
 from tests.helpers.limited_quantities import sampled
 from tests.helpers.witnesses import judged
@@ -112,7 +113,8 @@ def walled(by: float, lasso: bool) -> Flown:
 
 
 @BOTH
-@pytest.mark.parametrize(
+@few_of(
+    7,
     ("claim", "case", "least"),
     [
         ("formula", never, 1e-9),
@@ -159,7 +161,8 @@ def bent(path: Trajectory, piece: int, axis: int, order: int, size: float, *, at
     return changed(path, coefficients=values)
 
 
-@pytest.mark.parametrize(
+@few_of(
+    10,
     ("place", "axis", "order", "lasso"),
     [
         (place, axis, order, lasso)
@@ -273,7 +276,7 @@ def slanted(kind: str) -> Flown:
     return plan, {"r0": seamed(path) if kind == "seam" else path}
 
 
-@pytest.mark.parametrize("kind", ["finite", "lasso", "seam"])
+@few_of(1, "kind", ["finite", "lasso", "seam"])
 @pytest.mark.parametrize("name", ["speed", "acceleration", "thrust_max", "thrust_min", "tilt", "body_rate"])
 def test_a_limit_passed_by_a_millionth(name: str, kind: str) -> None:
     plan, team = slanted(kind)
@@ -282,7 +285,7 @@ def test_a_limit_passed_by_a_millionth(name: str, kind: str) -> None:
     assert_alone(f"limits.{name}", (kept, team), (broken, team))
 
 
-@pytest.mark.parametrize("kind", ["finite", "lasso", "seam"])
+@few_of(1, "kind", ["finite", "lasso", "seam"])
 @pytest.mark.parametrize("name", ["yaw_rate", "rotor_thrust_max", "rotor_thrust_min"])
 def test_a_limit_passed_by_a_ten_thousandth(name: str, kind: str) -> None:
     """These hold the attitude; differences of it tell their peaks to about 1e-5."""

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import ltlplan
+from tests.helpers.few import few_of
 from tests.helpers.flights import legs, plan_of, small_mission
 from tests.helpers.linearisations import broken
 from tests.helpers.worlds import world
@@ -103,7 +104,8 @@ def test_waits_of_words_that_hold_in_every_order_are_kept_and_no_order_is_claime
     assert len(claims(certificate, "precedences")) == 1
 
 
-@pytest.mark.parametrize(
+@few_of(
+    4,
     ("wait", "holds"),
     [
         (Precedence(first=("r0", 0), then=("r1", 0), done="entered"), True),
@@ -138,7 +140,8 @@ def test_a_robot_that_goes_to_and_fro_at_a_boundary_leaves_at_once() -> None:
 TWO = (A_LEFT, Precedence(first=("r0", 0), then=("r1", 0), done="entered"))
 
 
-@pytest.mark.parametrize(
+@few_of(
+    2,
     ("waits", "names"),
     [
         ((Precedence(first=("r1", 0), then=("r0", 0), done="entered"),), {"ordered", "precedences"}),  # reversed

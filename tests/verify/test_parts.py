@@ -151,7 +151,7 @@ def test_files_of_parts_beside_a_run_are_those_of_its_flight(tmp_path, made: Pla
     team = {"r0": cut(legs(POINTS), 2)}
     certificate = certify(made, team)
     folder = write_folder(tmp_path / "out", made, team, certificate)
-    parts = flight.export(team, certificate, folder / "crazyswarm2", anyway=True).folder
+    parts = flight.export(team, certificate, folder / "crazyswarm2", force=True).folder
     assert recheck(folder).covers(team)
     first, second = (parts / f"r0-part{number}.csv" for number in (1, 2))
     kept = {file: file.read_text() for file in (first, second)}

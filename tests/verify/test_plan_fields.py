@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.helpers.few import few_of
 from tests.helpers.flights import changed, legs, plan_of, small_mission
 from tests.verify.test_run_folder import write_folder
 from verify import certify, judge, recheck
@@ -130,7 +131,7 @@ def forged(folder: Path, data: dict[str, Any]) -> None:
     (folder / "certificate.json").write_text(json.dumps(certificate))
 
 
-@pytest.mark.parametrize("made", [finite, laps])
+@few_of(1, "made", [finite, laps])
 def test_what_is_changed_in_a_plan_is_refused_or_changes_no_claim(tmp_path: Path, made: Any) -> None:
     assert hunt(tmp_path, made, every=23)
 
@@ -219,7 +220,8 @@ def test_a_word_that_holds_a_letter_twice_is_refused(tmp_path: Path) -> None:
         certify(plan, team)
 
 
-@pytest.mark.parametrize(
+@few_of(
+    3,
     ("wait", "holds"),
     [
         (Meeting(first=("r0", 0), then=("r1", 0)), True),

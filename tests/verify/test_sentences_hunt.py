@@ -89,6 +89,7 @@ def hunt(folder: Path, seeds: range) -> dict[str, int]:
     return seen
 
 
+@pytest.mark.slow
 def test_sentences_of_planned_flights_say_what_is_flown(tmp_path: Path) -> None:
     seen = hunt(tmp_path, range(2, 4))
     assert seen["certified"] >= 1
@@ -105,6 +106,7 @@ def test_many_sentences_of_planned_flights_say_what_is_flown(tmp_path: Path) -> 
 ROOMS = {"a": (0.0, 0.0), "b": (3.0, 0.0), "c": (0.0, 3.0)}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "formula",
     [
@@ -180,6 +182,7 @@ def test_sentences_of_many_drawn_flights_say_what_is_flown(tmp_path: Path) -> No
     assert hunt_drawn(tmp_path, range(5, 105)) >= 20
 
 
+@pytest.mark.slow
 def test_the_reader_of_sentences_refutes_what_is_not_so(tmp_path: Path) -> None:
     """Each number of a true certificate, made stronger, is refuted: the hunt would see a false one."""
     plan, team = next(made for made in map(drawn, map(Random, range(99))) if judge(*made, largest=False).holds)

@@ -128,6 +128,11 @@ def dot(a: Balls, b: Balls) -> Balls:
     return _product(a, b, a.mid.shape[-2])
 
 
+def root_up(value: float) -> float:
+    """Return the square root of a number, rounded up; of one below zero that of zero."""
+    return float(np.nextafter(np.sqrt(max(value, 0.0)), np.inf))
+
+
 def concatenate(parts: Sequence[Balls]) -> Balls:
     """Join polynomials of one degree along the first axis."""
     return Balls(np.concatenate([p.mid for p in parts]), np.concatenate([p.rad for p in parts]))

@@ -41,7 +41,7 @@ def polynomial(coefficients: Sequence[float]) -> fmpq_poly:
     return fmpq_poly([rational(float(c)) for c in coefficients])
 
 
-def nonnegative(p: fmpq_poly, start: Fraction, stop: Fraction) -> bool:
+def nonnegative(p: fmpq_poly, start: Fraction = Fraction(0), stop: Fraction = Fraction(1)) -> bool:
     """Decide whether p(t) >= 0 for all t in [start, stop].
 
     Args:
@@ -68,7 +68,7 @@ def nonnegative(p: fmpq_poly, start: Fraction, stop: Fraction) -> bool:
 def roots(p: fmpq_poly, start: Fraction, stop: Fraction, width: Fraction) -> tuple[Root, ...]:
     """Isolate the real roots in [start, stop], in order, in intervals no wider than `width` and without common points.
 
-    A polynomial that is zero everywhere has no isolated roots and is refused.
+    A polynomial that is zero everywhere has no isolated roots and is rejected.
 
     Args:
         p: In t, exact.
@@ -155,7 +155,7 @@ def _narrowed(p: fmpq_poly, low: Fraction, high: Fraction, width: Fraction) -> t
 
 
 def _sign_below(p: fmpq_poly, place: Fraction) -> bool:
-    """Tell whether a polynomial without multiple roots is positive just below a place."""
+    """Return whether a polynomial without multiple roots is positive just below a place."""
     value = p(rational(place))
     return value > 0 if value != 0 else p.derivative()(rational(place)) < 0
 

@@ -17,7 +17,7 @@ from verify.motion.separation import stretch_of
 
 @dataclass(frozen=True, eq=False, slots=True)
 class BrakingClaims:
-    """What is asked of a team that brakes.
+    """Requirements on a team that brakes.
 
     Attributes:
         braking: What is flown, and how long braking takes.

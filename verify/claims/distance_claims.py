@@ -14,7 +14,7 @@ from verify.motion.separation import distance_exactly, stretch_of, wall_exactly,
 
 
 def workspace_claims(evidence: Evidence, margin: Fraction) -> Iterable[Claim]:
-    """The whole tube lies in the workspace."""
+    """Claim that the whole tube lies in the workspace."""
     for robot, near in enumerate(evidence.walls):
         verdict = _at_least(near.low, near.high, margin, lambda robot=robot: wall_exactly(evidence.paths, robot, margin))
         time = float(near.time)
@@ -42,7 +42,7 @@ def separation_limit(evidence: Evidence, pair: tuple[str, str], margin: Fraction
 
 @dataclass(frozen=True, slots=True)
 class Clocks:
-    """How far clocks may be apart, and what that is worth.
+    """Greatest difference between clocks, and the distance that it is worth.
 
     Attributes:
         error: s between two clocks at any moment, exact.
@@ -66,7 +66,7 @@ def separation_claims(evidence: Evidence, margin: Fraction, clocks: Clocks) -> I
 
 
 def separation_holds(evidence: Evidence, margin: Fraction, clocks: Clocks) -> bool:
-    """Tell whether all separation claims hold: those of pairs that stay further apart than is asked of any pair do.
+    """Return whether all separation claims hold: those of pairs that stay further apart than is asked of any pair do.
 
     Args:
         evidence: What is known of the team's paths.

@@ -1,4 +1,4 @@
-"""What is known of a team's paths at every margin, computed once and on first use."""
+"""Properties of a team's paths at every margin, computed once and on first use."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from verify.motion.shifted_distances import ShiftedDistances
 
 @dataclass(frozen=True, eq=False)
 class Evidence:
-    """What is known of a team's paths at every margin; computed on first use.
+    """Properties of a team's paths at every margin, computed on first use.
 
     Attributes:
         plan: What was planned; carries the mission.
@@ -64,7 +64,7 @@ class Evidence:
 
     @cached_property
     def relations(self) -> Relations:
-        """What is proved of the regions."""
+        """Proved relations of the regions."""
         return relations(self.plan.mission)
 
     @cached_property

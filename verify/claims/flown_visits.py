@@ -62,12 +62,12 @@ class FlownVisits:
         return cls(matching, timeline, length, first_motion(trajectory, knots), departs, stands)
 
     def makes(self, visit: int) -> bool:
-        """Tell whether it is proved that a planned visit is made, of laps in which lap."""
+        """Return whether it is proved that a planned visit is made, of laps in which lap."""
         known = self.timeline.cycle is None or not self.matching.fault
         return known and visit < len(self.matching.stays)
 
     def repeats(self, visit: int) -> bool:
-        """Tell whether a visit is made in every lap."""
+        """Return whether a visit is made in every lap."""
         return self.matching.lap is not None and visit >= self.matching.lap
 
     def done(self, visit: int, wait: Wait, lap: int = 0) -> Enclosure | None:

@@ -1,7 +1,7 @@
 """Fields of a plan that a certificate rests on, and those that say how the plan came about.
 
-`plan.json` carries both. The first are proved: the judge reads them, and `recheck` refuses them where they are not so. The second are
-the planner's own (its waypoints and times, costs, notes): nothing is proved of them, and the judge is handed a plan without them, so that no
+`plan.json` carries both. The first are proved: the checker reads them, and `recheck` refuses them where they are not so. The second are
+the planner's own (its waypoints and times, costs, notes): nothing is proved of them, and the checker is handed a plan without them, so that no
 claim can depend on them. A new field of a plan belongs to one of the two (`tests/verify/test_plan_fields.py`).
 """
 

@@ -36,7 +36,7 @@ def obstacle_claims(evidence: Evidence, margin: Fraction) -> Iterable[Claim]:
 
 
 def _is_beyond(one: Approach, limit: Fraction) -> bool:
-    """Tell whether a robot is proved to stay farther away than a limit; NaN and infinities prove nothing."""
+    """Return whether a robot is proved to stay farther away than a limit; NaN and infinities prove nothing."""
     return 0 < one.low < math.inf and Fraction(one.low) > limit
 
 

@@ -1,4 +1,4 @@
-"""What a certificate says of each soft part: proved, refuted or neither, by the judge of formulas. None of it makes a certificate fail.
+"""Verdicts of a certificate on each soft specification: proved, refuted or undecided, by the checker of formulas. None makes a certificate fail.
 
 The parts are the mission's own. Which of them a plan meant to keep is not asked.
 """
@@ -16,7 +16,7 @@ from verify.logic.verdict import Verdict
 
 @dataclass(frozen=True, slots=True)
 class SoftClaim:
-    """What is said of one soft part of a mission, for all times and within the margin.
+    """Verdict on one soft specification of a mission, for all times and within the margin.
 
     Attributes:
         formula: As the mission writes it.
@@ -34,11 +34,11 @@ class SoftClaim:
 
 
 def soft_claims(mission: Mission, judged: Callable[[Mission], Verdict]) -> tuple[SoftClaim, ...]:
-    """Judge each soft part by itself, as if it were the mission's formula.
+    """Check each soft specification by itself, as if it were the mission's formula.
 
     Args:
         mission: Whose parts.
-        judged: The judge of a mission's formula.
+        judged: The checker of a mission's formula.
     """
     found: list[SoftClaim] = []
     for part in mission.soft_parts:

@@ -15,7 +15,7 @@ from verify.motion.visits import ActionFault, Matching, Stay
 
 
 def visit_claim(robot: str, matching: Matching, actions: ActionFault | None) -> Claim:
-    """The k-th planned visit is the k-th stay, and its actions are permitted there.
+    """Claim that the k-th planned visit is the k-th stay, and its actions are permitted there.
 
     Args:
         robot: Name.
@@ -42,7 +42,7 @@ def passage_claim(
     found: tuple[Crossing, ...],
     margin: Fraction,
 ) -> Claim:
-    """The robot passes exactly the planned openings, in order, each within its visit.
+    """Claim that the robot passes exactly the planned openings, in order, each within its visit.
 
     Args:
         evidence: What is known of the team's paths.

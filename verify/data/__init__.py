@@ -3,8 +3,8 @@
 Read `mission` (of `sections`, `shapes` and `language`, under `validation`), `plan`, `trajectory` and `witness`: what travels between
 the packages; `files` and `storage` are how it is kept. `value`, `errors` and `progress` are what all are made with; `registry` and
 `choices` are the names that other packages may bring, `events` what may change in flight, `vehicle` what flies.
-`frame` places a mission in the laboratory, `laps` makes a mission of one lap, `autopilot` reads what on-board software is tuned to, and
-`loading` loads names at their first use. `helper_process` asks a process of one's own, once more where it was killed.
+`frame` places a mission in the laboratory, `autopilot` reads what on-board software is tuned to, and
+`loading` loads names at their first use, `former_names` keeps renamed ones. `helper_process` asks a process of one's own, once more where it was killed.
 """
 
 from __future__ import annotations

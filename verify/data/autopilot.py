@@ -75,7 +75,7 @@ class PidGains(Value):
 
 
 class FilterNoise(Value):
-    """What the extended Kalman filter on board takes for noise."""
+    """Noise that the extended Kalman filter on board assumes."""
 
     position_noise: _Number = Field(description="m, standard deviation of motion capture's position")
     attitude_noise: _Number = Field(description="rad, standard deviation of motion capture's attitude")
@@ -86,7 +86,7 @@ class FilterNoise(Value):
 
 
 class Autopilot(Value):
-    """What is on board of a vehicle: gains of each controller that there is, and of the estimator."""
+    """Software on board of a vehicle: gains of each controller that it has, and of the estimator."""
 
     name: str = Field(description="name of the table", min_length=1)
     mellinger: MellingerGains

@@ -1,4 +1,4 @@
-"""What can change in the world while a team flies: a hoop or a solid body moves, another one appears, a robot fails, leaves or joins, a
+"""World events during a flight: a hoop or a solid body moves, another one appears, a robot fails, leaves or joins, a
 formula arrives.
 
 Each event is a value with a time; `apply` returns the mission as it is from then on. A flight in a changing world is written as the
@@ -178,7 +178,7 @@ def load_events(path: str | Path) -> tuple[WorldEvent, ...]:
 
 
 def require_known(mission: Mission, event: WorldEvent) -> None:
-    """Refuse an event that names a region or a robot that the mission does not have, or a robot that it has already.
+    """Reject an event that names a region or a robot that the mission does not have, or a robot that it has already.
 
     Raises:
         BadInput: As said, with what there is.

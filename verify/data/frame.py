@@ -1,4 +1,4 @@
-"""Where a mission lies in the laboratory: turned about z and moved, as motion capture or lighthouses see it."""
+"""Placement of a mission in the laboratory: turned about z and moved, as motion capture or lighthouses see it."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Floats = NDArray[np.float64]
 
 
 class Frame(Value):
-    """Where the mission's frame lies in the laboratory's: a place there is the mission's, turned about z, then moved."""
+    """Placement of the mission's frame in the laboratory's: a place there is the mission's, turned about z, then moved."""
 
     rotation_deg: Number = Field(
         default=0.0, description="deg, by which the mission's axes are turned about z, against the clock"
@@ -50,6 +50,6 @@ class Frame(Value):
 
     @property
     def sentence(self) -> str:
-        """What is said of it."""
+        """The placement as a sentence."""
         x, y, z = self.offset
         return f"the mission turned by {self.rotation_deg:g} degrees about z and moved by ({x:g}, {y:g}, {z:g}) m"

@@ -51,7 +51,7 @@ MISSION_FORMAT = 1
 
 
 def _name_of_files(value: str) -> str:
-    """Refuse a mission's name that folders and pages could not have."""
+    """Reject a mission's name that folders and pages could not have."""
     if (fault := name_fault(value)) is not None:
         raise ValueError(fault)
     return value
@@ -77,7 +77,7 @@ class Mission(Value):
         default=None, description="omitted: every region can be reached from every other, as far as there is a way"
     )
     robot: Robot = Field(default_factory=lambda: Robot(), description="omitted: one internal state, no propositions")
-    robots: dict[str, Robot] | None = Field(default=None, description="more kinds of robots, as `robot`, by name")
+    robots: dict[str, Robot] | None = Field(default=None, description="more robot types, as `robot`, by name")
     agents: dict[str, Agent] = Field(min_length=1, description="the quadcopters, by name")
     vehicle: NamedVehicle = Field(description="a shipped profile's name or an inline table")
     limits: Limits = Field(default_factory=lambda: Limits())
@@ -148,7 +148,7 @@ class Mission(Value):
 
     @property
     def soft_parts(self) -> tuple[SoftPart, ...]:
-        """What is wished for beyond the formula, in the mission's order."""
+        """The soft specifications, in the mission's order."""
         return self.spec.soft or ()
 
     def asking(self, formula: str | None) -> Mission:
@@ -228,7 +228,7 @@ class Mission(Value):
         return self.robot if kind is None else (self.robots or {})[kind]
 
     def may_enter(self, agent: str, region: str) -> bool:
-        """Tell whether a region is open to one agent's kind.
+        """Return whether a region is open to one agent's kind.
 
         Args:
             agent: Its name.
@@ -250,7 +250,7 @@ class Mission(Value):
 
     @cached_property
     def of_one_kind(self) -> bool:
-        """Whether no agent has a vehicle, limits or internal states of its own, so that what one can do all can."""
+        """True if no agent has a vehicle, limits or internal states of its own, so that what one can do all can."""
         return self.robots is None and all(agent.vehicle is None and agent.limits is None for agent in self.agents.values())
 
     def seen_by(self, agent: str) -> Mission:

@@ -62,7 +62,7 @@ class Waypoint(Value):
 
 
 class RobotPlan(Value):
-    """What one robot does.
+    """Plan of one robot.
 
     Attributes:
         word: The letters that it will show; free flight included.
@@ -87,12 +87,12 @@ class RobotPlan(Value):
 
     @property
     def hovers(self) -> bool:
-        """Whether it is a lasso whose cycle visits nothing: the robot hovers where its last visit has led it."""
+        """True if it is a lasso whose cycle visits nothing: the robot hovers where its last visit has led it."""
         return self.cycle_visit == len(self.visits)
 
     @property
     def still(self) -> bool:
-        """Whether the robot never leaves its start."""
+        """True if the robot never leaves its start."""
         return len({waypoint.position for waypoint in self.waypoints}) == 1
 
 
@@ -298,7 +298,7 @@ def load_plan(path: str | Path, mission: Mission) -> Plan:
 
 
 def _check(plan: Plan, source: str) -> None:
-    """Refuse a plan whose parts do not refer to each other and to the mission."""
+    """Reject a plan whose parts do not refer to each other and to the mission."""
     agents = tuple(plan.mission.agents)
     if tuple(plan.robots) != agents:
         raise BadInput(f"{source} has robots {', '.join(plan.robots)}; the mission has {', '.join(agents)}.")
@@ -325,7 +325,7 @@ def _check(plan: Plan, source: str) -> None:
 
 
 def _check_cycle(robot: RobotPlan, where: str) -> None:
-    """Refuse a cycle that begins at a waypoint but at no visit; where waypoints lead is refinement's to look at."""
+    """Reject a cycle that begins at a waypoint but at no visit; where waypoints lead is refinement's to look at."""
     if robot.cycle_waypoint is not None and robot.cycle_visit is None:
         raise BadInput(
             f"{where}: cycle_waypoint is {robot.cycle_waypoint}, and cycle_visit says that there is no cycle; give both or neither."

@@ -1,4 +1,4 @@
-"""How long work tells its caller how far it has come: a function that takes a sentence and the share done, 0 to 1."""
+"""Progress reports of long work: a function that takes a sentence and the share done, 0 to 1."""
 
 from __future__ import annotations
 

@@ -39,7 +39,7 @@ class Registry(Generic[T]):
         return (*self.built_in, *sorted({point.name for point in self._points()} - set(self.built_in)))
 
     def knows(self, name: str) -> bool:
-        """Tell whether there is such a name; nothing is loaded."""
+        """Return whether there is such a name; nothing is loaded."""
         return name in self.built_in or any(point.name == name for point in self._points())
 
     def unknown(self, name: str) -> str:

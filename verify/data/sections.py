@@ -10,7 +10,7 @@ import math
 from collections.abc import Collection, Iterable, Sequence
 from typing import Annotated, Literal
 
-from pydantic import ConfigDict, Discriminator, Field, Tag, model_validator
+from pydantic import AfterValidator, ConfigDict, Discriminator, Field, Tag, model_validator
 
 from verify.data.shapes.inequalities import Point
 from verify.data.value import Value
@@ -27,14 +27,14 @@ Kinds = Annotated[tuple[str, ...], Field(min_length=1)]
 
 
 class SoftPart(Value):
-    """What is wished for beyond what must hold."""
+    """Soft specification: a formula that is satisfied as far as it can be beside the mission's own."""
 
     formula: str = Field(description="as `spec.formula`")
-    weight: Annotated[Positive, Field(le=1e12)] = Field(default=1.0, description="what it counts against the other soft parts")
+    weight: Annotated[Positive, Field(le=1e12)] = Field(default=1.0, description="weight against the other soft specifications")
 
 
 class Spec(Value):
-    """What must hold, and what is wished for."""
+    """Specification: the formula that must hold, and soft ones."""
 
     formula: str | None = Field(
         default=None,
@@ -64,7 +64,7 @@ _EdgeForm = Annotated[
 
 
 class Environment(Value):
-    """Which regions can be reached from which (2022 paper, Def. 4.2)."""
+    """Graph of the regions that can be reached from each region (2022 paper, Def. 4.2)."""
 
     start: str = Field(default="robot", description="vertex where robots are before their first visit; left, never entered")
     edges: tuple[_EdgeForm, ...] = Field(
@@ -195,18 +195,24 @@ class Box(Value):
         return self
 
     def holds(self, point: Point) -> bool:
-        """Tell whether a point lies in the box."""
+        """Return whether a point lies in the box."""
         return all(low <= x <= high for low, x, high in zip(self.min, point, self.max, strict=True))
 
 
+Objective = Annotated[Literal["sum", "longest", "max"], AfterValidator(lambda given: "longest" if given == "max" else given)]
+"""`max` is read as `longest`, its name in files of format 1."""
+
+
 class Planner(Value):
-    """How to plan."""
+    """Settings of the planner."""
 
     method: ChoiceName = Field(
         default="exact",
         description="how robots and words are chosen: `exact`, `mtac-e`, `online-mtac-e`, or by another package",
     )
-    objective: Literal["sum", "longest"] = Field(default="sum", description="sum of the robots' costs, or the dearest robot's")
+    objective: Objective = Field(
+        default="sum", description="sum of the robots' costs, or the highest of them (`max`, or `longest`)"
+    )
     cost: Costs = Field(
         default_factory=lambda: {"length": 1.0},
         description="weights of `length`, `effort`, `time`, `snap`, `energy`, or of terms that other packages bring",
@@ -223,7 +229,7 @@ class Planner(Value):
 
 
 class EffectiveLimits(Value):
-    """What one robot's flight must keep: its vehicle's limits, tightened by the mission's and its own. SI units, radians."""
+    """Limits of one robot's flight: its vehicle's, tightened by the mission's and its own. SI units, radians."""
 
     speed: float
     acceleration: float

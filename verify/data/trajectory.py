@@ -103,7 +103,7 @@ class Trajectory:
 
     @property
     def is_float32(self) -> bool:
-        """Whether every number survives the vehicle's float32 unchanged."""
+        """True if every number survives the vehicle's float32 unchanged."""
         return all(np.array_equal(a.astype(np.float32).astype(np.float64), a) for a in (self.durations, self.coefficients))
 
     def digest(self) -> str:

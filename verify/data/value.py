@@ -102,7 +102,7 @@ class Remembered:
         self._values: OrderedDict[bytes, int] = OrderedDict()
 
     def knows(self, value: BaseModel, data: Mapping[str, object]) -> bool:
-        """Tell whether a value was found sound, and holds values where that one did: a table in the place of one looks the same.
+        """Return whether a value was found sound, and holds values where that one did: a table in the place of one looks the same.
 
         Args:
             value: What is looked at.

@@ -1,4 +1,4 @@
-"""Where and how a claim fails: the value that the judge hands back to whoever can repair the flight."""
+"""Place and time at which a claim fails: the value that the checker returns to whoever can repair the flight."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ class Witness:
         what: What `bound` and `limit` are of, where the claim's name does not say it: a wall, a derivative at a joint.
         word: A counterexample, as letters with the robot that holds each, for claims about words.
         times: For each letter of `word` the times, in s, from which and until which it can be read.
-        order: Pairs ((robot, visit), (robot, visit)): the first must be over before the second begins, to
-            rule this counterexample out.
+        order: Waits that would rule this counterexample out, which planning proposes: pairs ((robot, visit), (robot, visit)), of which
+            the first must be over before the second begins.
     """
 
     claim: str

@@ -1,4 +1,4 @@
-"""Why a word breaks a formula, in words: from the whole formula down to the part and the letter that decide it."""
+"""Explanations of a violation in words: from the whole formula down to the part and the letter that decide it."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ MAX_SHOWN = 160
 
 @dataclass(frozen=True, slots=True)
 class Reason:
-    """What decides that a word breaks a formula.
+    """Decisive reason why a word violates a formula.
 
     Attributes:
         sentence: For a person.

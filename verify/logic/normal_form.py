@@ -45,7 +45,7 @@ class Normal:
 
     @property
     def uses_next(self) -> bool:
-        """Tell whether X or X[!] occurs."""
+        """Return whether X or X[!] occurs."""
         return any(kind in ("X", "X[!]") for kind in self.kinds)
 
 

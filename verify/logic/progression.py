@@ -82,7 +82,7 @@ class Automaton:
         return state
 
     def accepts(self, state: State) -> bool:
-        """Tell whether the word may end here. The empty word is no trace: ask only after a letter."""
+        """Return whether the word may end here. The empty word is no trace: ask only after a letter."""
         return self._diagram.ends_well(state)
 
     def remains(self, state: State) -> Formula:

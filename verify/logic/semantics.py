@@ -1,8 +1,8 @@
-"""What a formula means, read straight off the definition: LTL on lassos, LTLf on finite words.
+"""Semantics of formulas, straight from the definition: LTL on lassos, LTLf on finite words.
 
 Every subformula gets its truth at every position, from the propositions upwards; no automaton is built. On a
-finite word `X` is weak (true at the last letter) and `X[!]` strong, as in Spot. It is the judge's last resort:
-each counterexample found elsewhere in `verify` is held against it.
+finite word `X` is weak (true at the last letter) and `X[!]` strong, as in Spot. It is the checker's last resort:
+each counterexample found elsewhere in `verify` is compared with it.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class TruthTable:
 
 
 def satisfies(formula: Formula, word: Word) -> bool:
-    """Tell whether a word satisfies a formula: LTLf for a finite word, LTL for a lasso."""
+    """Return whether a word satisfies a formula: LTLf for a finite word, LTL for a lasso."""
     return truth_table(formula, word).rows[-1][0]
 
 

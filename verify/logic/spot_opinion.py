@@ -1,4 +1,4 @@
-"""The judge's second opinion: Spot, spoken to nowhere else in `verify`.
+"""The checker's second opinion: Spot, spoken to nowhere else in `verify`.
 
 Nothing of Spot leaks out of here. Formulas reach it with quoted names, and never through a shell.
 """
@@ -55,7 +55,7 @@ class LetterGraph:
 
 
 def some_word_breaks(graph: LetterGraph, normal: Normal) -> bool:
-    """Tell whether some finite word of the graph breaks the formula (LTLf), according to Spot.
+    """Return whether some finite word of the graph breaks the formula (LTLf), according to Spot.
 
     Raises:
         MissingEngine: Spot is not installed.
@@ -66,7 +66,7 @@ def some_word_breaks(graph: LetterGraph, normal: Normal) -> bool:
 
 
 def some_run_breaks(graph: LetterGraph, normal: Normal) -> bool:
-    """Tell whether some infinite word of the graph that takes marked edges for ever breaks the formula (LTL).
+    """Return whether some infinite word of the graph that takes marked edges for ever breaks the formula (LTL).
 
     Raises:
         MissingEngine: Spot is not installed.
@@ -77,7 +77,7 @@ def some_run_breaks(graph: LetterGraph, normal: Normal) -> bool:
 
 
 def _require_small(graph: LetterGraph, normal: Normal) -> None:
-    """Refuse what Spot would take long for, by its size and before it is asked: Spot cannot be stopped."""
+    """Reject what Spot would take long for, by its size and before it is asked: Spot cannot be stopped."""
     if len(normal.kinds) > MAX_FORMULA:
         raise OutOfBudget(f"one part of the formula has {len(normal.kinds)} subformulas; Spot is asked up to {MAX_FORMULA}")
     try:
@@ -91,7 +91,7 @@ def _require_small(graph: LetterGraph, normal: Normal) -> None:
 
 
 def _is_hard(normal: Normal) -> bool:
-    """Tell whether Spot's translation might explode: it can take exponential time and memory and cannot be stopped."""
+    """Return whether Spot's translation might explode: it can take exponential time and memory and cannot be stopped."""
     return sum(kind in ("F", "G", "U", "W", "R", "M", "X", "X[!]") for kind in normal.kinds) > EASY
 
 

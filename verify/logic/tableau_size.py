@@ -1,4 +1,4 @@
-"""How large an automaton for a formula would become, counted in steps before anybody is asked to make it.
+"""Size of a formula's automaton, counted in steps before it is made.
 
 A tableau reads one letter after another and keeps the sets of subformulas that must still be met (Gerth, Peled, Vardi and
 Wolper 1995; Couvreur 1999), as Spot's translation does. Letters are left out here: what a Boolean subformula needs of them

@@ -1,4 +1,4 @@
-"""What a formula of `team: joint` reads of the letters that all robots hold at one time.
+"""Observations of a formula of `team: joint` on the letters that all robots hold at one time.
 
 Without counts and robots' names that is their union. Of a count only the sum matters: each robot's letter is first cut down to
 what the formula sees of it, a *mark* for each counted combination that it satisfies, and marks are added up. So robots that show
@@ -19,7 +19,7 @@ from verify.logic.normal_form import Normal
 
 
 def is_shown(counted: Formula, letter: Letter) -> bool:
-    """Tell whether one robot's letter satisfies a Boolean combination of names.
+    """Return whether one robot's letter satisfies a Boolean combination of names.
 
     Args:
         counted: The combination.
@@ -89,7 +89,7 @@ class Together:
 
 @dataclass(frozen=True)
 class TeamLetters:
-    """How one formula, or one conjunct, reads a team.
+    """Reading of a team's letters by one formula, or by one conjunct.
 
     Attributes:
         plain: The plain names that it asks for: true where some robot shows them.

@@ -1,4 +1,4 @@
-"""Which parts of a formula could hold only because they are never put to the test."""
+"""Parts of a formula that could hold only vacuously."""
 
 from __future__ import annotations
 

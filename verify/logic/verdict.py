@@ -1,4 +1,4 @@
-"""What the judge says of words: holds, fails or undecided, with the shortest reason to the contrary.
+"""Verdicts on words: holds, fails or undecided, with a shortest counterexample.
 
 A verdict is truthy only for `holds`, so that `if verdict:` never takes a doubt for a yes.
 """
@@ -19,13 +19,10 @@ RobotLetter = tuple[str, frozenset[str]]
 TEAM = "team"
 """Stands for the robot's name where a letter is the union of all robots' letters."""
 
-Order = tuple[tuple[tuple[str, int], tuple[str, int]], ...]
-"""Pairs ((robot, visit), (robot, visit)): the first must be over before the second begins."""
-
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """The judge's answer to one question.
+    """The checker's answer to one question.
 
     Attributes:
         outcome: "holds", "fails", or "undecided" where a stated budget ran out.
@@ -37,7 +34,6 @@ class Verdict:
         visit: Index of that robot's planned visit or letter concerned.
         region: The region concerned.
         times: For each reading of the counterexample the interval of times, in s, in which it can be made.
-        order: Waits that would rule the counterexample out.
         vacuous: Sentences: parts of the formula that hold only because they are never put to the test.
     """
 
@@ -50,7 +46,6 @@ class Verdict:
     visit: int | None = None
     region: str | None = None
     times: tuple[tuple[float, float], ...] = ()
-    order: Order = ()
     vacuous: tuple[str, ...] = ()
 
     def __bool__(self) -> bool:
@@ -67,7 +62,6 @@ class Verdict:
             visit=self.visit,
             word=self.readings(),
             times=self.times,
-            order=self.order,
         )
 
     def readings(self) -> tuple[RobotLetter, ...]:
@@ -93,14 +87,14 @@ class Verdict:
             "counterexample": [[robot, sorted(letter)] for robot, letter in self.readings()] or None,
             "cycle_length": None if cycle is None else len(cycle),
             "times": [list(interval) for interval in self.times],
-            "order": [[list(first), list(then)] for first, then in self.order],
+            "order": [],  # waits, which earlier versions proposed here and read back
             "vacuous": list(self.vacuous),
         }
 
 
 @dataclass(frozen=True, slots=True)
 class TeamVerdict:
-    """What holds of a team's words without their times; truthy only where both claims hold.
+    """Verdict on a team's words without their times; truthy only where both claims hold.
 
     Attributes:
         sequential: The words one after another, in every order (a plan must have it).

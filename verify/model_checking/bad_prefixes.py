@@ -123,7 +123,7 @@ def _lost(
 
 
 def _some_reading_lost(robots: list[RobotBehaviour], part: Normal, relations: Relations, budget: int) -> bool:
-    """Tell whether each behaviour has a reading after which the formula cannot be kept."""
+    """Return whether each behaviour has a reading after which the formula cannot be kept."""
     automaton = Automaton(part)
     anything = _led_on(None, _letters(part.propositions, relations))
     known: dict[State, bool] = {}
@@ -137,7 +137,7 @@ def _some_reading_lost(robots: list[RobotBehaviour], part: Normal, relations: Re
 
 
 def _none_satisfies(robot: RobotBehaviour, formula: Formula, budget: int) -> bool:
-    """Tell whether every infinite word of a graph breaks a formula."""
+    """Return whether every infinite word of a graph breaks a formula."""
     negation = conjuncts(normal_form(formula, negated=True))
     return all(find_broken_run(robot, part, budget) is None for part in negation)
 

@@ -1,4 +1,4 @@
-"""What is said of a formula that fails: the word that breaks it, when its letters are read, why, and which waits would rule it out."""
+"""Verdicts on a formula that fails: the word that breaks it, when its letters are read, and why."""
 
 from __future__ import annotations
 
@@ -16,7 +16,6 @@ from verify.logic.semantics import satisfies
 from verify.logic.verdict import TEAM, Verdict
 from verify.model_checking.lassos import BrokenRun
 from verify.model_checking.reading_times import when, when_read
-from verify.model_checking.repair_precedences import mending_waits
 from verify.model_checking.robot_letters import RobotBehaviour
 from verify.model_checking.team_graph import Observation
 from verify.model_checking.team_laps import TeamWords
@@ -31,13 +30,11 @@ class Counterexamples:
         mission: Carries the formula.
         atoms: Its counts and names of robots, by how letters show them.
         timelines: One for each robot.
-        waits: Whether to say which waits would rule a word out.
     """
 
     mission: Mission
     atoms: Mapping[str, Atom]
     timelines: Mapping[str, Timeline]
-    waits: bool
 
     def of_laps(self, words: TeamWords, run: BrokenRun, part: Normal) -> Verdict:
         """Tell of a run over all laps that breaks a conjunct.
@@ -84,7 +81,6 @@ class Counterexamples:
 
         reason = explain(to_formula(part), word, where) if self.atoms else self._explain(word, where)
         at = reason.position
-        mends = self.waits and len(self.timelines) > 1
         return Verdict(
             "fails",
             reason.sentence,
@@ -93,7 +89,6 @@ class Counterexamples:
             robot=None if at is None or read[at][0] == TEAM else read[at][0],
             region=self._region(reason, None if at is None else word.letters[at]),
             times=tuple((float(low), float(high)) for low, high in spans),
-            order=mending_waits(self.mission.formula, self.mission.spec.team, self.timelines) if mends else (),
         )
 
     def _said(self, letter: Letter) -> str:

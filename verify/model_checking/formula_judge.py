@@ -1,6 +1,6 @@
-"""A formula judged on label timelines, conjunct by conjunct: on what each can see of the letters first, which suffices for a yes.
+"""A formula checked on label timelines, conjunct by conjunct: on what each can see of the letters first, which suffices for a yes.
 
-What robots do apart is judged robot by robot, unions and counts on sums over time before all that the robots can do together, laps on the
+What robots do apart is checked robot by robot, unions and counts on sums over time before all that the robots can do together, laps on the
 words of all of them. What fails is told by whole letters.
 """
 
@@ -46,20 +46,20 @@ _LARGE = 2_000
 FEW = 4
 """Robots that change their letters up to which a shortest counterexample is sought; beyond, one that is put together."""
 
-Detail = Literal["answer", "counterexample", "waits"]
-"""Yes or no only; or with a counterexample; or also with the waits that would rule it out."""
+Detail = Literal["answer", "counterexample"]
+"""Yes or no only; or with a counterexample."""
 
 
 @dataclass(frozen=True)
 class FormulaJudge:
-    """What a formula is judged on, and how.
+    """Inputs and methods of a formula's check.
 
     Attributes:
         mission: Carries the trace and the reading.
         timelines: One for each robot.
         relations: What is proved of the regions at large.
         clock_error: How far each robot's clock may be off, s.
-        times: For which times it is judged.
+        times: For which times it is checked.
         budget: Configurations that each part of the formula may take.
         detail: What is said of a formula that fails.
         atoms: What counts robots or names one, by the name that stands for it.
@@ -132,7 +132,7 @@ class FormulaJudge:
 
     @property
     def _counterexamples(self) -> Counterexamples:
-        return Counterexamples(self.mission, self.atoms, self.timelines, waits=self.detail == "waits")
+        return Counterexamples(self.mission, self.atoms, self.timelines)
 
     @property
     def _many_together(self) -> bool:
@@ -215,7 +215,7 @@ class FormulaJudge:
         return found
 
     def _breaks(self, part: Normal) -> bool | None:
-        """Tell whether some team word breaks a conjunct, robot by robot; None where that cannot tell."""
+        """Return whether some team word breaks a conjunct, robot by robot; None where that cannot tell."""
         if (self.mission.spec.team == "joint" and len(self.timelines) > 1) or self.mission.spec.trace == "infinite":
             return None
         names = part.propositions

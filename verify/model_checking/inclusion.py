@@ -169,7 +169,7 @@ def holds_for_all(graph: OwnGraph | JointGraph, normal: Normal, budget: int = DE
 
 
 def holds_loosely(graph: TeamGraph, normal: Normal) -> bool:
-    """Tell whether all words of a (larger, simpler) graph satisfy the formula, with Spot's agreement; no is no answer."""
+    """Return whether all words of a (larger, simpler) graph satisfy the formula, with Spot's agreement; no is no answer."""
     try:
         return find_broken(graph, normal, LOOSE_BUDGET) is None and _decided(graph, normal, LOOSE_BUDGET) is None
     except OutOfBudget:

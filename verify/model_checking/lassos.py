@@ -1,4 +1,4 @@
-"""Infinite words of one robot that flies laps, held against an LTL formula.
+"""Infinite words of one robot that flies laps, checked against an LTL formula.
 
 Our own answer: a tableau for the negated formula (obligations for the rest of the word, and which eventualities were
 put off) is multiplied with the robot's graph, and a run is sought that begins laps for ever and puts nothing off for

@@ -1,4 +1,4 @@
-"""What a conjunct sees of robots: of their letters what it names, and of those who show one thing all the time one."""
+"""Projection of robots to one conjunct: of their letters the propositions that it names, and of robots with constant letters one."""
 
 from __future__ import annotations
 

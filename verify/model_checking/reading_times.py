@@ -1,4 +1,4 @@
-"""Who is read in a counterexample, and when: for the people who are told of it; no verdict depends on it."""
+"""Robots and times at which a counterexample's letters are read: for its readers; no verdict depends on it."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """Refutation: a formula is broken whatever the robots did between what is known of them.
 
-The judge's usual question is whether every team word satisfies a formula. A recorded flight can also be refuted: when
+The checker's usual question is whether every team word satisfies a formula. A recorded flight can also be refuted: when
 for every behaviour that agrees with it some team word breaks the formula. With one robot, or unions of letters, a
 behaviour gives one word (up to repetition), and the question is the usual one for the negation. With several robots
 that are read one at a time, all readings of one behaviour are followed together.
@@ -30,12 +30,12 @@ _Readings = frozenset[tuple[int, int]]
 def every_behaviour_breaks(
     formula: Formula, timelines: Mapping[str, Timeline], relations: Relations, reading: TeamReading, budget: int
 ) -> bool:
-    """Tell whether each behaviour that agrees with the timelines gives a team word that breaks the formula.
+    """Return whether each behaviour that agrees with the timelines gives a team word that breaks the formula.
 
     False means only that this was not proved (a conjunction is refuted by one of its parts alone).
 
     Args:
-        formula: What each team word is held against.
+        formula: What each team word is compared with.
         timelines: One for each robot, by name.
         relations: What is proved of the regions at large.
         reading: Whether letters are the robots' own or joint.
@@ -65,11 +65,11 @@ def every_behaviour_breaks(
 
 
 def each_broken(robots: list[RobotBehaviour], automaton: Automaton, budget: int, lost: Callable[[bool, State], bool]) -> bool:
-    """Tell whether each behaviour of robots that are read one at a time has a reading that is lost.
+    """Return whether each behaviour of robots that are read one at a time has a reading that is lost.
 
     Args:
         robots: All that each may do.
-        automaton: Of what they are held against.
+        automaton: Of what they are compared with.
         budget: Configurations that may be met.
         lost: Whether a reading of all that was done is, by whether every robot is read in its last letter, and by what then remains.
 

@@ -1,4 +1,4 @@
-"""What one robot can do: its letters, when it can hold them, and which can follow which.
+"""Letters of one robot, the times at which it can hold them, and their possible successors.
 
 A timeline leaves things open: when exactly a boundary is crossed, and whether a region that only *may* hold the
 robot does. A behaviour is the finite graph of all that it leaves open. Its nodes are letters within a span of time;
@@ -60,7 +60,7 @@ class RobotBehaviour:
 
     @property
     def constant(self) -> bool:
-        """Tell whether the robot holds one letter all the time."""
+        """Return whether the robot holds one letter all the time."""
         return len(self.letters) == 1 and not self.laps
 
 

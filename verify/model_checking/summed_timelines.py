@@ -1,6 +1,6 @@
-"""What all robots surely show together, may show, or cannot, over time: enough for most counts, however many robots there are.
+"""Labels that all robots together must, may or must not show over time: enough for most counts, for any number of robots.
 
-At each time every robot's timeline says of a name that it must, may or cannot hold; so it does of a combination that is counted
+At each time every robot's timeline says of a name that it must, may or must not hold; so it does of a combination that is counted
 (three values; where anything is open the answer is *may*), and the number of robots lies between those that must and those
 that may or must. A count is then itself must, may or no, as are a robot's own name and a plain name. Every change is *may* for as
 long as its enclosure, widened by what clocks may be off, lasts. The words that this leaves open are more than the team can

@@ -40,7 +40,7 @@ Step = tuple[Observation | None, Hashable]
 
 
 class TeamGraph(Protocol):
-    """What the searches need: where to begin, what can follow, where a team word may end."""
+    """Graph that the searches need: initial nodes, successors, and nodes where a team word may end."""
 
     def initial(self) -> Iterable[Step]:
         """Yield the first states, each with the reading that leads there (or None)."""
@@ -51,7 +51,7 @@ class TeamGraph(Protocol):
         ...
 
     def is_final(self, state: Any) -> bool:  # of any type: each graph has states of its own
-        """Tell whether the team word may end here."""
+        """Return whether the team word may end here."""
         ...
 
     def stronger(self, state: Any) -> tuple[Hashable, int]:  # of any type: each graph has states of its own
@@ -100,7 +100,7 @@ class _Clock:
         return shape, (tuple(map(tuple, self.low)), tuple(map(tuple, self.high))) if self.timed else None
 
     def allows(self, nodes: tuple[int, ...], robot: int, target: int) -> bool:
-        """Tell whether one robot can be at `target` while the others stay where they are."""
+        """Return whether one robot can be at `target` while the others stay where they are."""
         if not self.timed:
             return True
         low, high = self.low[robot][target], self.high[robot][target]
@@ -110,7 +110,7 @@ class _Clock:
         )
 
     def in_time(self, nodes: tuple[int, ...], robot: int, target: int) -> bool:
-        """Tell whether one robot can come to `target` while nobody has to be gone: at an instant at which all may change."""
+        """Return whether one robot can come to `target` while nobody has to be gone: at an instant at which all may change."""
         if not self.timed:
             return True
         return self.low[robot][target] <= min(high[n] for high, n in zip(self.high, nodes, strict=True))
@@ -128,7 +128,7 @@ class _Clock:
         ]
 
     def allows_all(self, nodes: tuple[int, ...]) -> bool:
-        """Tell whether all robots can be where they are at one time."""
+        """Return whether all robots can be where they are at one time."""
         if not self.timed:
             return True
         return max(low[n] for low, n in zip(self.low, nodes, strict=True)) <= min(
@@ -197,12 +197,12 @@ class OwnGraph(_TeamGraph):
                         yield None, (moved, bits & ~bit if changed else bits)
 
     def is_final(self, state: tuple[tuple[int, ...], int]) -> bool:
-        """Tell whether all robots have arrived and been read."""
+        """Return whether all robots have arrived and been read."""
         nodes, bits = state
         return bits == self.all_read and all(n in robot.final for n, robot in zip(nodes, self.robots, strict=True))
 
     def stronger(self, state: tuple[tuple[int, ...], int]) -> tuple[Hashable, int]:
-        """Whoever has been read may move on; whoever has not may not."""
+        """Return the positions, and the robots that have been read, which alone may move on."""
         return state
 
 
@@ -273,11 +273,11 @@ class JointGraph(_TeamGraph):
                 yield self._observation(nodes), nodes
 
     def is_final(self, state: tuple[int, ...]) -> bool:
-        """Tell whether all robots have arrived."""
+        """Return whether all robots have arrived."""
         return all(n in robot.final for n, robot in zip(state, self.robots, strict=True))
 
     def stronger(self, state: tuple[int, ...]) -> tuple[Hashable, int]:
-        """No state can do more than another."""
+        """Return no bits, as no state can do more than another."""
         return state, 0
 
 
@@ -304,7 +304,7 @@ class WithOthers:
             yield from self.graph.steps(state)
 
     def is_final(self, state: Any) -> bool:  # of any type: each graph has states of its own
-        """Tell whether the team word may end here; it has at least one reading."""
+        """Return whether the team word may end here; it has at least one reading."""
         return state if self.graph is None else self.graph.is_final(state)
 
     def stronger(self, state: Any) -> tuple[Hashable, int]:  # of any type: each graph has states of its own

@@ -31,7 +31,7 @@ Nodes = tuple[int, ...]
 
 
 def require_common_laps(timelines: Mapping[str, Timeline]) -> None:
-    """Refuse a team whose laps do not begin and end together.
+    """Reject a team whose laps do not begin and end together.
 
     Args:
         timelines: One for each robot, with cycles.
@@ -101,7 +101,7 @@ def alone(robot: RobotBehaviour) -> TeamWords:
 
 @dataclass(frozen=True, slots=True)
 class Lap:
-    """When the team's laps begin and end.
+    """Begin and end of the team's cycles.
 
     Attributes:
         start: End of the prefix, in s.
@@ -114,7 +114,7 @@ class Lap:
     clock_error: Fraction = Fraction(0)
 
     def __post_init__(self) -> None:
-        """Refuse laps that clocks cannot tell apart.
+        """Reject laps that clocks cannot tell apart.
 
         Raises:
             BadInput: Two clocks may be half a lap apart.

@@ -1,4 +1,4 @@
-"""The label timeline of one robot: for all times, where it must, may or cannot be.
+"""The label timeline of one robot: for all times, where it must, may or must not be.
 
 `verify.motion.membership` makes timelines from polynomials, `verify.recordings.sampled_timelines` from recorded flights; `word_claims`
 reads them.
@@ -80,7 +80,7 @@ class Timeline:
 
 @dataclass(frozen=True, slots=True)
 class Relations:
-    """What is proved of regions at large, so that impossible letters are left out.
+    """Proved relations of regions at large, so that impossible letters are left out.
 
     Attributes:
         disjoint: Pairs of regions (sorted by name) with no common point.
@@ -98,7 +98,7 @@ class Relations:
         return replace(self, followed=kept if self.followed is None else kept & self.followed)
 
     def allows(self, letter: frozenset[str]) -> bool:
-        """Tell whether a set of regions can be the set that one point lies in."""
+        """Return whether a set of regions can be the set that one point lies in."""
         known = letter if self.followed is None else letter & self.followed
         if any(pair in self.disjoint for pair in itertools.combinations(sorted(known), 2)):
             return False

@@ -11,7 +11,7 @@ from collections import deque
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
-from verify.data.language.word import Letter
+from verify.data.language.word import show_letter
 from verify.data.mission import Mission
 from verify.data.sections import Environment
 from verify.logic.progression import OutOfBudget
@@ -27,7 +27,7 @@ def judge_transitions(mission: Mission, timelines: Mapping[str, Timeline], relat
 
     Args:
         mission: Carries the transition system, and where each robot begins.
-        timelines: One for each robot to be judged.
+        timelines: One for each robot to be checked.
         relations: What is proved of the regions at large.
 
     Returns:
@@ -37,7 +37,7 @@ def judge_transitions(mission: Mission, timelines: Mapping[str, Timeline], relat
 
 
 def no_word_is_a_trace(mission: Mission, timeline: Timeline, relations: Relations) -> bool:
-    """Tell whether each word of a robot breaks its transition system, whatever the timeline leaves open.
+    """Return whether each word of a robot breaks its transition system, whatever the timeline leaves open.
 
     False means only that this was not proved.
 
@@ -64,7 +64,9 @@ class _Fault:
 def _judge(mission: Mission, timeline: Timeline, relations: Relations) -> Verdict:
     name = timeline.robot
     if timeline.internal != mission.initial_letter(name):
-        return _fails(name, f"{name} starts with {_names(timeline.internal)}, not {_names(mission.initial_letter(name))}.")
+        return _fails(
+            name, f"{name} starts with {show_letter(timeline.internal)}, not {show_letter(mission.initial_letter(name))}."
+        )
     try:
         robot = from_timeline(timeline, relations)
     except OutOfBudget as error:
@@ -112,7 +114,7 @@ class _Search:
         return None
 
     def some_trace(self) -> bool:
-        """Tell whether some word, from beginning to end, keeps the system."""
+        """Return whether some word, from beginning to end, keeps the system."""
         queue = deque(state for state in self._begin() if not self.closed & self.regions[state[0]])
         seen = set(queue)
         while queue:
@@ -199,7 +201,8 @@ class _Search:
             return _Fault(f"{what} is made at {action.at}; it is permitted at: {places}.", action.at), internal
         if action.propositions != propositions:
             return _Fault(
-                f"{what} gives {_names(action.propositions)}, but {action.target} has {_names(propositions)}.", action.at
+                f"{what} gives {show_letter(action.propositions)}, but {action.target} has {show_letter(propositions)}.",
+                action.at,
             ), internal
         if action.at not in self.regions[node] or action.at not in self.regions[target]:
             return _Fault(f"{what} can happen outside {action.at}, the only place where it is permitted.", action.at), internal
@@ -244,7 +247,3 @@ def _edges(environment: Environment, kind: str | None) -> dict[str, set[str]]:
 
 def _fails(robot: str, sentence: str) -> Verdict:
     return Verdict("fails", sentence, claim="transitions", robot=robot)
-
-
-def _names(letter: Letter) -> str:
-    return "{" + ", ".join(sorted(letter)) + "}"

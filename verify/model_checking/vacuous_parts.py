@@ -39,7 +39,7 @@ def vacuous_parts(formula: Formula, timelines: Iterable[Timeline], relations: Re
 
 
 def _alone(timeline: Timeline, part: Normal, relations: Relations, budget: int) -> bool:
-    """Tell whether every word of one robot by itself satisfies a conjunct (no claim: asked of ourselves only)."""
+    """Return whether every word of one robot by itself satisfies a conjunct (no claim: asked of ourselves only)."""
     robot = from_timeline(cut_timeline(timeline, part.propositions), relations)
     if robot.laps:
         return search_run(robot, part, budget) is None

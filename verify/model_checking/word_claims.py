@@ -28,7 +28,7 @@ _MANY = 100
 """Names in a formula up to which all of them are followed."""
 
 
-# seven parameters: three say what is judged, the rest how, each by its keyword
+# seven parameters: three say what is checked, the rest how, each by its keyword
 def judge_formula(
     mission: Mission,
     timelines: Mapping[str, Timeline],
@@ -37,7 +37,7 @@ def judge_formula(
     clock_error: Fraction = Fraction(0),
     times: Times = "timed",
     budget: int = DEFAULT_BUDGET,
-    detail: Detail = "waits",
+    detail: Detail = "counterexample",
 ) -> list[Verdict]:
     """Decide whether every team word satisfies the mission's formula.
 
@@ -48,8 +48,7 @@ def judge_formula(
         clock_error: How far each robot's clock may be off, in s; widens what can be simultaneous.
         times: "timed" for the certified times, "parallel" for any times that keep each robot's own order.
         budget: Configurations that each part of the formula may take before the answer is `undecided`.
-        detail: What is said of a formula that fails: nothing else ("answer", for a search), a counterexample, or also the
-            waits that would rule it out; what was flown cannot wait any more.
+        detail: What is said of a formula that fails: nothing else ("answer", for a search), or a counterexample.
 
     Returns:
         One verdict, for the claim "formula".
@@ -59,7 +58,7 @@ def judge_formula(
         MissingEngine: Spot is absent.
     """
     if not timelines:
-        raise BadInput("There are no timelines to judge: a team has at least one robot.")
+        raise BadInput("There are no timelines to check: a team has at least one robot.")
     asked = mission.spec.trace == "infinite"
     if any((timeline.cycle is not None) != asked for timeline in timelines.values()):
         raise BadInput(
@@ -70,7 +69,7 @@ def judge_formula(
     if asked and len(timelines) > 1:
         require_common_laps(timelines)
         if times == "parallel":
-            raise BadInput("Laps that begin together are judged by their times; `parallel` is for finite traces.")
+            raise BadInput("Synchronised cycles are checked by their times; `parallel` is for finite traces.")
     formula = mission.formula
     if len(formula.names()) > _MANY:  # of a thousand regions a flight comes to a few
         formula = formula.substitute(dict.fromkeys(_never_shown(timelines), FALSE))

@@ -1,4 +1,4 @@
-"""Which parts of two robots' flights can hold their nearest approach: the rest is left out before distances are computed.
+"""Broad phase: parts of two robots' flights that can hold their nearest approach. Distances are computed of these alone.
 
 Every segment is cut into `PARTS` parts of equal time, and each part put into a box: a polynomial lies between the least and the
 greatest of its Bernstein coefficients, errors included. While both robots are on certain parts they are no nearer than the gap

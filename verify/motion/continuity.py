@@ -48,7 +48,7 @@ def jumps(paths: TeamPaths, *, ends: bool = True, seams: Collection[int] = ()) -
 
     Args:
         paths: The team.
-        ends: Whether the hovers before the start and after the end count as pieces; without them only joints are judged.
+        ends: Whether the hovers before the start and after the end count as pieces; without them only joints are checked.
         seams: Pieces with which laps begin anew that are written one after another: there headings may turn fully, as at a cycle's seam.
     """
     derivatives = [paths.derivative(order) for order in range(4)]

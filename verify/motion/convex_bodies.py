@@ -1,4 +1,4 @@
-"""What is proved of two convex bodies of any shape: that they have no common point, or that one lies in the other.
+"""Proofs about two convex bodies of any shape: that they have no common point, or that one lies in the other.
 
 Everything rests on one bound: how far a body reaches at most in a direction. A polyhedron's is proved by the faces that meet where
 it is reached (the direction is a sum of their normals with weights that are not negative, solved exactly), a quadric's by its
@@ -18,7 +18,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from verify.data.shapes.conditions import HalfSpace, Quadric, Vector, condition, determinant, root_bounds, solve
+from verify.data.shapes.conditions import HalfSpace, Quadric, Vector, condition, determinant, dot, root_bounds, solve
 from verify.data.shapes.convex_parts import convex_body, polyhedron_corners
 from verify.data.shapes.inequalities import Inequality, Point
 
@@ -87,7 +87,7 @@ def _shape(part: ConvexPart) -> _Shape:
                 faces.append((axis, bound))
     normals = np.array([[float(x) for x in normal] for normal, _ in faces])
     lengths = np.linalg.norm(normals, axis=1, keepdims=True)
-    distances = np.array([float(bound - _dot(normal, _exact(part.centre))) for normal, bound in faces])
+    distances = np.array([float(bound - dot(normal, _exact(part.centre))) for normal, bound in faces])
     corners = polyhedron_corners(normals / lengths, distances / lengths[:, 0]) + np.array(part.centre)
     edges = np.zeros((0, 3))
     if own == len(faces):
@@ -114,10 +114,6 @@ def _of_common_length(normal: Vector, bound: Fraction) -> Face:
 def _exact(point: Iterable[float]) -> Vector:
     x, y, z = (Fraction(value) for value in point)
     return x, y, z
-
-
-def _dot(a: Vector, b: Vector) -> Fraction:
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 def farthest(part: ConvexPart, direction: Vector) -> Fraction | None:
@@ -151,7 +147,7 @@ def _reach_of_quadric(quadric: Quadric, centre: Vector, direction: Vector) -> Fr
         return None
     solved = solve([[quadric.matrix[i][j] for j in axes] for i in axes], [direction[i] for i in axes])
     square = quadric.square * sum((direction[i] * value for i, value in zip(axes, solved, strict=True)), Fraction(0))
-    return _dot(direction, centre) + root_bounds(square)[1]
+    return dot(direction, centre) + root_bounds(square)[1]
 
 
 def _reach_of_faces(shape: _Shape, direction: Vector) -> Fraction | None:
@@ -297,7 +293,7 @@ def _is_in_quadric(inner: ConvexPart, outer: Quadric, centre: Vector) -> bool:
         if determinant(normals) == 0:
             continue
         x, y, z = solve(normals, [face[1] for face in triple])
-        if any(_dot(normal, (x, y, z)) > bound for normal, bound in faces):
+        if any(dot(normal, (x, y, z)) > bound for normal, bound in faces):
             continue
         offset = (x - centre[0], y - centre[1], z - centre[2])
         if sum((offset[i] * outer.matrix[i][j] * offset[j] for i in range(3) for j in range(3)), Fraction(0)) > outer.square:
@@ -320,5 +316,5 @@ def _tangents(quadric: Quadric, centre: Vector) -> list[Face]:
             u[axis] = Fraction(value) / quadric.scale if len(axes) == 1 else Fraction(value)
         x, y, z = (sum((quadric.matrix[i][j] * u[j] for j in range(3)), Fraction(0)) for i in range(3))
         size = sum((value * step for value, step in zip((x, y, z), u, strict=True)), Fraction(0))
-        found.append(((x, y, z), _dot((x, y, z), centre) + root_bounds(quadric.square * size)[1]))
+        found.append(((x, y, z), dot((x, y, z), centre) + root_bounds(quadric.square * size)[1]))
     return found

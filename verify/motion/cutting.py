@@ -1,4 +1,4 @@
-"""What is left of a trajectory from a time on: its polynomials shifted exactly, rounded once, with what the rounding is off bounded."""
+"""Remainder of a trajectory from a time on: its polynomials shifted exactly, rounded once, with a bound on the rounding."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def cut(trajectory: Trajectory, at: Fraction) -> Trajectory:
 
 
 def _require_near(worst: Fraction) -> None:
-    """Refuse what is off by more than SHIFT, given how far it is off along an axis: of three at most twice that."""
+    """Reject what is off by more than SHIFT, given how far it is off along an axis: of three at most twice that."""
     if 2 * worst > Fraction(SHIFT):
         raise BadInput("These coefficients are too large to cut a trajectory in flight.")
 

@@ -1,4 +1,4 @@
-"""When a robot is on its way to a visit: the times at which the limits of that leg hold.
+"""Time windows of legs: the times at which the limits of the way to a visit hold.
 
 The way to a visit ends when the robot is in the region for sure. It begins with the last earlier visit that is over for sure
 before the robot may be in the region, as soon as it may have left that earlier one: a visit that may last longer is around this

@@ -60,7 +60,7 @@ class Crossing:
 
 @dataclass(frozen=True, slots=True)
 class Clearance:
-    """How near one robot comes to one hoop's rim: proved never nearer than `low`, and near `high` at `time`."""
+    """Least distance of one robot to one hoop's rim: proved never below `low`, and near `high` at `time`."""
 
     robot: str
     hoop: str
@@ -244,7 +244,7 @@ def _crossing(frames: HoopFrames, robot: str, column: int, parts: list[OpeningPa
 
 
 def goes_back(parts: list[OpeningPart], bound: float) -> bool:
-    """Tell whether a path that was beyond the margin behind the plane is at some joint of parts surely before it again."""
+    """Return whether a path that was beyond the margin behind the plane is at some joint of parts surely before it again."""
     sign = 1.0 if bound > 0 else -1.0
     passed = False
     for part in parts:
@@ -258,7 +258,7 @@ def goes_back(parts: list[OpeningPart], bound: float) -> bool:
 
 
 def _position(paths: TeamPaths, part: OpeningPart) -> Literal["start", "end", ""]:
-    """Tell whether a part touches the start or the end of its robot's path."""
+    """Return whether a part touches the start or the end of its robot's path."""
     segment = paths.segments[part.segment]
     if segment.start == 0 and part.start == 0.0 and segment.kind == "step":
         return "start"

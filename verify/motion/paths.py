@@ -1,4 +1,4 @@
-"""The judge's own reading of a team's trajectories: exact coefficients, exact clocks, and every instant covered.
+"""The checker's own reading of a team's trajectories: exact coefficients, exact clocks, and every instant covered.
 
 A robot's path is a row of segments without gaps: the step from its start pose to where its first polynomial begins,
 its pieces, between them the steps from one piece's end to the next one's start (float32 leaves some), and the hover
@@ -189,7 +189,7 @@ def read_team(mission: Mission, team: Mapping[str, Trajectory]) -> TeamPaths:
 def _require_common_laps(
     robots: tuple[str, ...], trajectories: tuple[Trajectory, ...], knots: tuple[tuple[Fraction, ...], ...]
 ) -> None:
-    """Refuse laps of a team that do not begin and end at the same exact times."""
+    """Reject laps of a team that do not begin and end at the same exact times."""
     laps = [(times[t.cycle or 0], times[-1]) for t, times in zip(trajectories, knots, strict=True)]
     for name, (start, stop) in zip(robots, laps, strict=True):
         if (start, stop) != laps[0]:

@@ -1,9 +1,9 @@
 """A plan's words, checked against its visits and against what the flight shows.
 
-The judge proves visits. A word holds no letter twice in succession and is one that the certified tube can show. Where all regions are
+The checker proves visits. A word holds no letter twice in succession and is one that the certified tube can show. Where all regions are
 disjoint, it is also what the visits come to: it enters their regions in order and changes internal propositions as their actions do.
 A single empty letter states no word. A letter that lasts over the beginning of a cycle may stand on both sides of it. Waypoints (but
-the start), nominal times, costs and notes say how a plan came about and are not judged.
+the start), nominal times, costs and notes say how a plan came about and are not checked.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from verify.motion.regions import relations
 
 
 def false_statement(plan: Plan, timelines: Mapping[str, Timeline]) -> str:
-    """Return what a plan says that is not so, as a sentence; empty where all that can be judged is true.
+    """Return what a plan says that is not so, as a sentence; empty where all that can be checked is true.
 
     Args:
         plan: Its visits must have been proved of the flight.
@@ -116,7 +116,7 @@ def _of_visit(system: Robot, robot: RobotPlan, index: int) -> list[_Event]:
 
 
 def _comes_to(word: Word, events: _Events) -> bool:
-    """Tell whether a word enters regions and changes propositions just as the events do."""
+    """Return whether a word enters regions and changes propositions just as the events do."""
     regions = frozenset(events.mission.all_regions)
     inside, internal = word.letters[0] & regions, events.internal
     if word.letters[0] - regions != internal:
@@ -151,7 +151,7 @@ def _visible(events: Iterable[_Event]) -> bool:
 
 
 def _can_show(mission: Mission, word: Word, timeline: Timeline) -> bool:
-    """Tell whether a flight of the tube can have the word; of a lasso the prefix and two laps are looked at."""
+    """Return whether a flight of the tube can have the word; of a lasso the prefix and two laps are looked at."""
     regions = frozenset(mission.all_regions)
     letters, back = word.letters, None if word.cycle is None else len(word.prefix)
     stretches = list(_stretches(timeline))

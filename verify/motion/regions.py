@@ -1,4 +1,4 @@
-"""What is proved of regions at large: how far a ball of the margin reaches, and which pairs lie apart or inside.
+"""Proved relations of regions at large: the reach of a ball of the margin, and pairs that are disjoint or nested.
 
 Two ellipsoids, each its stored float64 matrix, are told apart by their forms; bodies of other shapes, part by part, by
 `verify.motion.convex_bodies`. All proofs are in rational arithmetic; floats only propose.
@@ -40,7 +40,7 @@ class Extent:
 
 @dataclass(frozen=True, slots=True)
 class Ellipsoid:
-    """A region as the judge sees it: centre and stored matrix, exact."""
+    """A region as the checker sees it: centre and stored matrix, exact."""
 
     centre: Point
     matrix: Matrix

@@ -93,7 +93,7 @@ def rotor_peaks(
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Motion:
-    """What is known of a motion on each piece; what it stands for may be any of many motions, by the radii of these.
+    """Bounds on a motion on each piece; it stands for any of many motions, by the radii of these.
 
     Attributes:
         force: f, m/s^2. Shape (pieces, 3, n + 1).
@@ -114,7 +114,7 @@ class Motion:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class TurningBounds:
-    """What is proved of yaw rates and rotor thrusts, as closely as tells that they are within limits, where they are.
+    """Proved bounds on yaw rates and rotor thrusts, as tight as the limits need.
 
     Attributes:
         yaw_rate: At most, rad/s. Shape (robots,).

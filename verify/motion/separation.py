@@ -41,7 +41,7 @@ _NONE = Balls(np.empty((0, 2 * DEGREE + 1)), np.empty((0, 2 * DEGREE + 1)))
 
 @dataclass(frozen=True, slots=True)
 class MinimumDistance:
-    """How near something comes: proved never nearer than `low`, and about `high` at `time`.
+    """Least distance: proved never below `low`, and about `high` at `time`.
 
     Attributes:
         robot: Name.

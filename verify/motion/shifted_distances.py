@@ -1,4 +1,4 @@
-"""How near two robots come when their clocks differ: the least distance over all pairs of times that lie no further apart than that.
+"""Least distance of two robots whose clocks differ: over all pairs of times that lie no further apart than that.
 
 At every instant one robot is where its path is at a time t, the other where its path is at u, with |t - u| up to the clocks' error.
 Both paths are cut into parts. Two parts of which some times lie near enough are parted by the direction between their middles: a

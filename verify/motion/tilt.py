@@ -1,4 +1,4 @@
-"""How far the vehicle tips: the angle between its thrust and the vertical, from 0 to 180 degrees, for all times.
+"""Tilt of the vehicle: the angle between its thrust and the vertical, from 0 to 180 degrees, for all times.
 
 Below 90 degrees the squared tangent, (fx^2 + fy^2) / fz^2 with f = r'' + g e3, says it most sharply. Where fz > 0 is not
 proved the angle may be anything: there cos |cos| = fz |fz| / |f|^2 does, which falls from 1 to -1 as the tilt grows.

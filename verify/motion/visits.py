@@ -39,7 +39,7 @@ class Stay:
 
 @dataclass(frozen=True, slots=True)
 class Matching:
-    """Planned visits held against stays.
+    """Planned visits compared with stays.
 
     Attributes:
         stays: Stay of each planned visit; shorter than the visits where they do not match.
@@ -66,7 +66,7 @@ class Matching:
 
 @dataclass(frozen=True, slots=True)
 class ActionFault:
-    """Why a planned action cannot be placed.
+    """Reason why a planned action cannot be placed.
 
     Attributes:
         sentence: For a person.

@@ -1,8 +1,8 @@
-"""Flights that were flown, judged from their samples: what must, may or cannot have happened between them.
+"""Recorded flights, checked from their samples: what must, may or must not have happened between them.
 
-Read `flight_reference` (what a recording is held against), `flight_log` (tables, read exactly or refused) and `reachable_sets` (where a robot can
-have been between samples), then `flight_verdict` and `recorded_flight`, which calls one module a claim: `tube`, `temporal_claims`, `recorded_visits`, `actions`,
-`geometric_claims`. `planned_paths` says where the plan was at any instant, `alignment` when the flight began, and `measurement` how well samples
-are known; `samples` judges formulas without a plan, by `sampled_timelines`.
-`uncertain_start` judges claims for every start that is left open; `recorded_laps` judges the first of endless cycles.
+Read `flight_reference` (what a recording is compared with), `flight_log` (tables, read exactly or rejected) and `reachable_sets` (possible positions
+between samples). Then `flight_verdict` and `recorded_flight`, which calls one module a claim: `tube`, `temporal_claims`, `recorded_visits`,
+`actions`, `geometric_claims`. `planned_paths` gives the plan's position at any instant, `alignment` the start of the flight, and `measurement`
+bounds the samples' errors. `samples` checks formulas without a plan, by `sampled_timelines`. `uncertain_start` checks claims for every possible
+start, `recorded_laps` the first of endless cycles.
 """

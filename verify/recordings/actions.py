@@ -14,7 +14,7 @@ from verify.claims.claim import Claim, Outcome
 from verify.data.mission import Mission
 from verify.model_checking.timeline import InternalChange
 from verify.recordings.alignment import Alignment
-from verify.recordings.flight_reference import Asked, lap_times
+from verify.recordings.flight_reference import FlightReference, lap_times
 from verify.recordings.geometric_claims import recorded_claim
 from verify.recordings.reachable_sets import Floats
 from verify.recordings.temporal_claims import Row, statuses_within
@@ -47,7 +47,7 @@ class Action:
     sentence: str = ""
 
 
-def planned_actions(asked: Asked, robot: str, rows: Mapping[str, Row], alignment: Alignment) -> list[Action]:
+def planned_actions(asked: FlightReference, robot: str, rows: Mapping[str, Row], alignment: Alignment) -> list[Action]:
     """Return a robot's planned actions at every instant that the alignment allows, all laps of a cycle included.
 
     Args:
@@ -67,7 +67,7 @@ def planned_actions(asked: Asked, robot: str, rows: Mapping[str, Row], alignment
     return found
 
 
-def _instants(asked: Asked, robot: str) -> Iterable[Action]:
+def _instants(asked: FlightReference, robot: str) -> Iterable[Action]:
     """Return planned actions on the plan's clock."""
     path = None if asked.team is None else asked.team[robot]
     for entry in asked.actions:
@@ -104,7 +104,7 @@ def logged_actions(
 
     Args:
         robot: Name.
-        times: Of the samples in the judged time, s. Shape (n,).
+        times: Of the samples in the checked time, s. Shape (n,).
         internal: Propositions at each.
         mission: Which actions there are.
         rows: The robot's regions.

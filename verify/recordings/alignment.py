@@ -1,4 +1,4 @@
-"""When a recording's flight began: one shift for the whole team, as it was given or fitted to the plan.
+"""Start of a recording's flight: one shift for the whole team, as it was given or fitted to the plan.
 
 A fit is no proof. Shifts that explain the recording as well as the best one, up to the measurement's error, and half the time
 between samples on both sides, make the interval for which claims about times must hold; where all of it is further from the
@@ -26,7 +26,7 @@ _STEP = 0.05
 
 @dataclass(frozen=True, slots=True)
 class Alignment:
-    """When the flight began, on the recording's clock.
+    """Start of the flight on the recording's clock.
 
     Attributes:
         low: Earliest, s.

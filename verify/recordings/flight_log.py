@@ -31,7 +31,7 @@ _NEEDED = ("t", "robot", "x", "y", "z")
 
 @dataclass(frozen=True, eq=False)
 class Samples:
-    """Where a team was at some instants.
+    """Positions of a team at some instants.
 
     Attributes:
         times: s, increasing, the same for all robots; of a log on its own clock. Shape (n,).
@@ -58,7 +58,7 @@ class Samples:
         return (first, last) if self.covers is None else (min(first, self.covers[0]), max(last, self.covers[1]))
 
     def checked(self) -> Samples:
-        """Return the same as float64, in which everything is judged, whatever the arrays were made of.
+        """Return the same as float64, in which everything is checked, whatever the arrays were made of.
 
         Raises:
             BadInput: They are no arrays of real numbers.

@@ -1,4 +1,4 @@
-"""What a recording is held against: a run with its plan and trajectories, a flight in a changing world, or a mission alone.
+"""Reference of a recording: a run with its plan and trajectories, a flight in a changing world, or a mission alone.
 
 Nothing in `certificate.json` is believed: it is proved again before its margin and its actions are used.
 """
@@ -38,10 +38,10 @@ class World:
 
 @dataclass(frozen=True, slots=True)
 class Joined:
-    """When a robot that stood on the ground came to the team.
+    """Times at which a robot that stood on the ground joined the team.
 
     Attributes:
-        since: When it hovered and took part, s of the recording: from then on it is judged like all others.
+        since: When it hovered and took part, s of the recording: from then on it is checked like all others.
         climbs: When it left the ground, s: from then on it keeps away from all others, and from rims and obstacles.
     """
 
@@ -50,8 +50,8 @@ class Joined:
 
 
 @dataclass(frozen=True, eq=False)
-class Asked:
-    """What a recording is held against.
+class FlightReference:
+    """Reference that a recording is compared with.
 
     Attributes:
         worlds: The mission, and as what it changed in flight, in order of time.
@@ -74,13 +74,15 @@ class Asked:
     joined: Mapping[str, Joined] = field(default_factory=dict)
 
     @classmethod
-    def of_mission(cls, mission: Mission) -> Asked:
+    def of_mission(cls, mission: Mission) -> FlightReference:
         """Ask a mission alone, of which nothing was planned."""
         return cls((World(0.0, mission),))
 
     @classmethod
-    def of_certificate(cls, certificate: Certificate, team: Mapping[str, Trajectory], plan: Plan | None = None) -> Asked:
-        """Ask what a certificate claims; its actions must have been judged, not read.
+    def of_certificate(
+        cls, certificate: Certificate, team: Mapping[str, Trajectory], plan: Plan | None = None
+    ) -> FlightReference:
+        """Ask what a certificate claims; its actions must have been checked, not read.
 
         Args:
             certificate: What was claimed.
@@ -92,7 +94,7 @@ class Asked:
             float(getattr(certificate, "clock_error", 0.0)), tuple(certificate.actions),
         )  # fmt: skip
 
-    def checked(self) -> Asked:
+    def checked(self) -> FlightReference:
         """Return the same after every check that the files of its parts undergo.
 
         Raises:
@@ -112,7 +114,7 @@ class Asked:
         return checked
 
     def _require_order(self) -> None:
-        """Refuse worlds that do not follow one another, and robots that left or joined at no time or were never there."""
+        """Reject worlds that do not follow one another, and robots that left or joined at no time or were never there."""
         if not self.worlds:
             raise BadInput("There must be at least one world: the mission at take-off.")
         for what, time in [
@@ -139,7 +141,7 @@ class Asked:
                 )
 
     def _require_fit(self) -> None:
-        """Refuse worlds with other regions, and a plan or trajectories of other robots."""
+        """Reject worlds with other regions, and a plan or trajectories of other robots."""
         regions = set(self.mission.all_regions)
         for world in self.worlds:
             if set(world.mission.all_regions) != regions or set(world.mission.hoops) != set(self.mission.hoops):
@@ -152,7 +154,7 @@ class Asked:
 
     @property
     def changes(self) -> bool:
-        """Whether the world or the team changed in flight, at times that count from the flight's start."""
+        """True if the world or the team changed in flight, at times that count from the flight's start."""
         return len(self.worlds) > 1 or bool(self.gone) or bool(self.joined)
 
     @property
@@ -161,12 +163,12 @@ class Asked:
         return self.worlds[-1].mission
 
 
-def asked_of(source: str | Path, pauses: Sequence[float] = ()) -> Asked:
+def load_reference(source: str | Path, pauses: Sequence[float] = ()) -> FlightReference:
     """Read what a flight was to do.
 
     Args:
         source: A folder that `ltlplan run` or `ltlplan fly` wrote, or a mission file.
-        pauses: How long the team hovered between the parts of a flight in parts, s each; none where it did not. The flight is held against
+        pauses: How long the team hovered between the parts of a flight in parts, s each; none where it did not. The flight is compared with
             its plan with hovers of these lengths, which is proved anew; laps, which are flown as often as is asked, are certified for pauses.
 
     Raises:
@@ -178,25 +180,25 @@ def asked_of(source: str | Path, pauses: Sequence[float] = ()) -> Asked:
     if pauses:
         return _paused(source, pauses)
     if not source.is_dir():
-        return Asked.of_mission(load_mission_file(source, installed=False))
+        return FlightReference.of_mission(load_mission_file(source, installed=False))
     if (source / CERTIFICATE_FILE).exists():
         run = proved_run(source)
-        return Asked.of_certificate(run.certificate, run.team, run.plan)
+        return FlightReference.of_certificate(run.certificate, run.team, run.plan)
     if (source / EVENTS_FILE).exists():
         return of_events(
             load_mission_file(source / MISSION_FILE, installed=False, alone=True), load_events(source / EVENTS_FILE)
         )
     if not (source / PLAN_FILE).exists():
-        return Asked.of_mission(load_mission_file(source / MISSION_FILE, installed=False, alone=True))
+        return FlightReference.of_mission(load_mission_file(source / MISSION_FILE, installed=False, alone=True))
     mission = load_mission_file(source / MISSION_FILE, installed=False, alone=True)
     if not any((source / f"{name}.csv").exists() for name in mission.agents):
         plan = load_plan(source / PLAN_FILE, mission)
-        return Asked((World(0.0, mission),), None, plan, mission.margin)
+        return FlightReference((World(0.0, mission),), None, plan, mission.margin)
     plan, team = read_folder(source)
-    return Asked.of_certificate(judge(plan, team, largest=False), team, plan)
+    return FlightReference.of_certificate(judge(plan, team, largest=False), team, plan)
 
 
-def _paused(source: Path, pauses: Sequence[float]) -> Asked:
+def _paused(source: Path, pauses: Sequence[float]) -> FlightReference:
     """Read what a flight in parts was to do, with hovers between them."""
     if not source.is_dir() or not (source / CERTIFICATE_FILE).exists():
         raise BadInput(f"{source} is no certified run, of which a flight in parts could have paused.")
@@ -211,10 +213,10 @@ def _paused(source: Path, pauses: Sequence[float]) -> Asked:
     if not certificate.holds:
         refused = " ".join(claim.sentence for claim in certificate.claims if claim.outcome != "holds")
         raise NotCertified(f"{source}: with these pauses the flight is not proved. {refused}")
-    return Asked.of_certificate(certificate, team, run.plan)
+    return FlightReference.of_certificate(certificate, team, run.plan)
 
 
-def _paused_laps(source: Path, run: ProvedRun, pauses: Sequence[float]) -> Asked:
+def _paused_laps(source: Path, run: ProvedRun, pauses: Sequence[float]) -> FlightReference:
     """Return what laps in parts were to do with hovers between them: their certificate holds for pauses of any length, but for endurance.
 
     That is counted there with a number of seconds for each pause, so that it holds where all pauses together are no longer.
@@ -233,7 +235,7 @@ def _paused_laps(source: Path, run: ProvedRun, pauses: Sequence[float]) -> Asked
         for time in lap_times(entry.time, run.team[entry.robot], laps):
             late = sum(pause for begin, pause in zip(begins, pauses, strict=True) if begin < time)
             actions.append(replace(entry, time=float(time) + late))
-    return replace(Asked.of_certificate(run.certificate, team, run.plan), actions=tuple(actions))
+    return replace(FlightReference.of_certificate(run.certificate, team, run.plan), actions=tuple(actions))
 
 
 def lap_times(time: float, path: Trajectory, laps: int) -> tuple[Fraction, ...]:
@@ -250,7 +252,7 @@ def lap_times(time: float, path: Trajectory, laps: int) -> tuple[Fraction, ...]:
     return tuple(Fraction(time) + number * lap for number in range(laps))
 
 
-def of_events(mission: Mission, events: Sequence[WorldEvent]) -> Asked:
+def of_events(mission: Mission, events: Sequence[WorldEvent]) -> FlightReference:
     """Ask a mission whose world changed in flight.
 
     Args:
@@ -275,4 +277,4 @@ def of_events(mission: Mission, events: Sequence[WorldEvent]) -> Asked:
         except ValueError as error:
             raise BadInput(f"At {event.time:g} s {event}: {error}") from None
         worlds.append(World(event.time, mission))
-    return Asked(tuple(worlds), margin=mission.margin, gone=gone, joined=joined)
+    return FlightReference(tuple(worlds), margin=mission.margin, gone=gone, joined=joined)

@@ -1,4 +1,4 @@
-"""Recorded flights, judged claim by claim: everything that a certificate says of paths, of positions that something measured.
+"""Recorded flights, checked claim by claim: everything that a certificate says of paths, of positions that something measured.
 
 A recording holds positions at some instants. With a bound on every robot's speed and on the measurement's error, the places
 where a robot can have been at all other instants are known (`tracks`), and each claim is decided on all of them: it holds
@@ -17,7 +17,7 @@ from verify.data.errors import BadInput
 from verify.model_checking.inclusion import DEFAULT_BUDGET
 from verify.recordings.alignment import Alignment
 from verify.recordings.flight_log import Samples
-from verify.recordings.flight_reference import Asked
+from verify.recordings.flight_reference import FlightReference
 from verify.recordings.geometric_claims import TELLS
 from verify.recordings.measurement import LARGEST, require_error, require_speed, with_rounding
 from verify.recordings.reachable_sets import Bounds
@@ -27,10 +27,10 @@ from verify.recordings.samples import MAX_SAMPLES
 
 @dataclass(frozen=True, eq=False)
 class FlightVerdict:
-    """What a recording shows of a flight.
+    """Verdict on a recorded flight, claim by claim.
 
     Attributes:
-        claims: Every claim, held against the recording.
+        claims: Every claim, compared with the recording.
         assumptions: What the verdict rests on, a sentence each.
         alignment: When the flight began on the recording's clock.
         premise: What a formula of laps for ever takes for granted of what comes after the recording; empty where there is none.
@@ -80,7 +80,7 @@ class FlightVerdict:
 # seven parameters: what was measured, what was asked, and how well it is known, each of that by its keyword
 def check_flight(
     samples: Samples,
-    asked: Asked,
+    asked: FlightReference,
     *,
     max_speed: float | None = None,
     max_acceleration: float | None = None,
@@ -88,7 +88,7 @@ def check_flight(
     start: float | tuple[float, float] | None = None,
     budget: int = DEFAULT_BUDGET,
 ) -> FlightVerdict:
-    """Judge a recorded flight against everything that is claimed of paths.
+    """Check a recorded flight against everything that is claimed of paths.
 
     Args:
         samples: What was measured.
@@ -104,10 +104,10 @@ def check_flight(
         BadInput: No speed bound, samples further apart than it allows, arrays that do not fit, or a formula that names internal
             propositions which neither the recording nor a plan shows.
     """
-    for value, kind in ((samples, Samples), (asked, Asked)):
+    for value, kind in ((samples, Samples), (asked, FlightReference)):
         if not isinstance(value, kind):  # pyright: ignore[reportUnnecessaryIsInstance]  # callers without types
             raise BadInput(
-                f"Give {kind.__name__}, not {type(value).__name__}: see `verify.load_flight_log` and `verify.asked_of`."
+                f"Give {kind.__name__}, not {type(value).__name__}: see `verify.load_flight_log` and `verify.load_reference`."
             )
     samples, asked = samples.checked(), asked.checked()
     speed = require_speed(max_speed)
@@ -128,11 +128,11 @@ def _on_the_changes_clock(samples: Samples, begins: tuple[float, float] | None) 
     """Return a recording of a flight in which the world changed with one start: how far that may be off goes to its times.
 
     What changed did so at times of the flight, not of the recording. Where a start is off by s, so is every time, and what was measured
-    then; so that all of it may be judged as if the start were known.
+    then; so that all of it may be checked as if the start were known.
     """
     if begins is None:
         raise BadInput(
-            "The world changed in flight, or robots left or joined, at times that count from the flight's start, and nobody says when that was "
+            "The world changed in flight, or robots left or joined, at times that count from the flight's start, which is not known "
             "on the recording's clock: give start (--start), in s."
         )
     middle, half = begins[0] / 2 + begins[1] / 2, (begins[1] - begins[0]) / 2 * (1 + 1e-12)
@@ -156,7 +156,7 @@ def _is_number(value: object) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 
-def _require_fit(samples: Samples, asked: Asked) -> None:
+def _require_fit(samples: Samples, asked: FlightReference) -> None:
     times, agents = samples.times, asked.mission.agents
     if times.ndim != 1 or len(times) == 0 or not np.all(np.abs(times) <= LARGEST) or np.any(np.diff(times) <= 0):
         raise BadInput("times must be finite and increase, with at least one sample.")

@@ -20,7 +20,7 @@ from verify.motion.passages import rim_distance, unit_normal
 from verify.recordings.reachable_sets import Cells, Floats, Track, Value, least
 
 TELLS: dict[Outcome, str] = {"holds": "holds", "fails": "broken", "undecided": "the samples cannot tell"}
-"""What a claim's outcome is called where a recording is judged."""
+"""What a claim's outcome is called where a recording is checked."""
 
 _ROUNDS = 6
 """How often the time in which two robots are near each other is halved."""
@@ -63,7 +63,7 @@ def recorded_claim(
 
 
 def workspace_claim(track: Track, mission: Mission) -> Claim:
-    """The robot's centre stays in the workspace."""
+    """Claim that the robot's centre stays in the workspace."""
     low, high = np.array(mission.workspace.min), np.array(mission.workspace.max)
 
     def inside(places: Floats) -> Interval:
@@ -94,7 +94,7 @@ def _wall(place: Floats, mission: Mission) -> str:
 
 
 def obstacle_claim(track: Track, mission: Mission, radius: float) -> Claim | None:
-    """The vehicle's sphere meets no obstacle; None where there are none.
+    """Claim that the vehicle's sphere meets no obstacle; None where there are none.
 
     Args:
         track: Where a robot was, while the world was so.
@@ -128,7 +128,7 @@ def obstacle_claim(track: Track, mission: Mission, radius: float) -> Claim | Non
 
 
 def rim_claim(track: Track, mission: Mission, radius: float) -> Claim | None:
-    """The vehicle's sphere meets no rim; None where there are no hoops.
+    """Claim that the vehicle's sphere meets no rim; None where there are no hoops.
 
     Args:
         track: Where a robot was, while the world was so.

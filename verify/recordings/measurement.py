@@ -1,4 +1,4 @@
-"""How well samples are known: bounds on speed and error, digits that were lost, and what is refused as no flight at all."""
+"""Accuracy of samples: bounds on speed and error, digits that were lost, and what is rejected as no flight at all."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def with_rounding(
 
 
 def require_error(error: float) -> None:
-    """Refuse what is no bound on a measured position's error, m.
+    """Reject what is no bound on a measured position's error, m.
 
     Raises:
         BadInput: It is no number, negative, or too large.
@@ -78,7 +78,7 @@ def unseen_sentence(robot: str, times: Floats, start: float, stop: float) -> str
     Args:
         robot: Name.
         times: When it was seen, s. Shape (n,).
-        start: From when on it is judged, s.
+        start: From when on it is checked, s.
         stop: Until when, s.
     """
     seen = times[(times > start) & (times < stop)]

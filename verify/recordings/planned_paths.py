@@ -1,6 +1,6 @@
-"""Where a plan wants a robot at any instant: its certified polynomials evaluated with proved errors.
+"""Planned position of a robot at any instant: its certified polynomials evaluated with proved errors.
 
-Recorded flights are held against these values, at times that are floats: what evaluation loses, what the float of a time is off,
+Recorded flights are compared with these values, at times that are floats: what evaluation loses, what the float of a time is off,
 and the jumps where pieces meet are all bounded.
 """
 

@@ -1,4 +1,4 @@
-"""Where a robot was between samples: a ball for every instant, given a bound on its speed.
+"""Reachable sets between samples: a ball for every instant, given a bound on the robot's speed.
 
 Two samples a and b, taken dt apart, of a robot that is never faster than v and whose measured positions are off by at most e:
 after a share s of the time it is within s D + e of a and (1 - s) D + e of b, where D = v dt. So by Stewart's theorem its
@@ -39,7 +39,7 @@ _SLACK = 1e-12
 
 @dataclass(frozen=True, slots=True)
 class Bounds:
-    """What is known of every robot and of the measurement.
+    """Bounds on every robot and on the measurement.
 
     Attributes:
         speed: Bound on the speed at all times, m/s.
@@ -54,16 +54,16 @@ class Bounds:
 
 @dataclass(frozen=True, eq=False)
 class Track:
-    """One robot's samples, and the time over which it is judged.
+    """One robot's samples, and the time over which it is checked.
 
     Attributes:
         robot: Name.
-        times: s, increasing; where the robot was not seen at an end of the judged time, that of a sample that stands for it.
+        times: s, increasing; where the robot was not seen at an end of the checked time, that of a sample that stands for it.
             Shape (n,), n >= 2.
         positions: m. Shape (n, 3).
         real: Which of them are samples. Shape (n,).
         bounds: What is known between samples.
-        start: From when it is judged, s; not before the first of `times`.
+        start: From when it is checked, s; not before the first of `times`.
         stop: Until when, s; not after the last.
     """
 
@@ -76,12 +76,12 @@ class Track:
     stop: float
 
     def over(self, start: float, stop: float) -> Track:
-        """Return the same samples, judged over a part of the time only."""
+        """Return the same samples, checked over a part of the time only."""
         return replace(self, start=max(start, self.start), stop=min(stop, self.stop))
 
     @property
     def samples(self) -> NDArray[np.intp]:
-        """Indices of the samples within the judged time."""
+        """Indices of the samples within the checked time."""
         return np.flatnonzero(self.real & (self.times >= self.start) & (self.times <= self.stop))
 
     @property
@@ -127,7 +127,7 @@ class Track:
         return _SLACK * (np.maximum(size[gap], size[gap + 1]) + 1e-3)
 
     def cells(self) -> Cells:
-        """Return one cell for each gap, as far as it is within the judged time."""
+        """Return one cell for each gap, as far as it is within the checked time."""
         gap = np.arange(len(self.times) - 1)
         gap = gap[(self.times[1:] >= self.start) & (self.times[:-1] <= self.stop)]
         begin, length = self.times[gap], np.diff(self.times)[gap]
@@ -137,14 +137,14 @@ class Track:
 
 
 def track(robot: str, times: Floats, positions: Floats, bounds: Bounds, *, start: float, stop: float) -> Track:
-    """Make a track of samples, with what stands for them where the judged time begins before them or ends after them.
+    """Make a track of samples, with what stands for them where the checked time begins before them or ends after them.
 
     Args:
         robot: Name.
         times: s, increasing. Shape (n,).
         positions: m; NaN where the robot was not seen. Shape (n, 3).
         bounds: What is known between samples.
-        start: From when the robot is judged, s.
+        start: From when the robot is checked, s.
         stop: Until when, s.
 
     Raises:
@@ -250,7 +250,7 @@ class Cells:
 
 @dataclass(frozen=True, slots=True)
 class Least:
-    """How small something gets over a track.
+    """Least value of a quantity over a track.
 
     Attributes:
         proved: Whether it provably never falls below what was asked.

@@ -1,4 +1,4 @@
-"""One recording held against what is asked of it: when the flight began, where robots can have been, and every claim of that."""
+"""One recording compared with what is asked of it: when the flight began, where robots can have been, and every claim of that."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from verify.data.plan import RobotPlan
 from verify.recordings.actions import Action, action_claim, internal_changes, logged_actions, planned_actions, unplanned
 from verify.recordings.alignment import Alignment, fitted, given, with_the_recording
 from verify.recordings.flight_log import Samples
-from verify.recordings.flight_reference import Asked, World
+from verify.recordings.flight_reference import FlightReference, World
 from verify.recordings.geometric_claims import obstacle_claim, recorded_claim, rim_claim, separation_claims, workspace_claim
 from verify.recordings.measurement import unseen_sentence
 from verify.recordings.planned_paths import PlannedPath, planned_paths
@@ -36,19 +36,21 @@ _TOLD = 1e-4
 
 
 class RecordedFlight:
-    """One recording, held against what is asked of it.
+    """One recording, compared with what is asked of it.
 
     Attributes:
         samples: What was measured.
         asked: Mission, plan and trajectories.
         alignment: When the flight began on the recording's clock.
-        start: When the flight that is judged begins there, s.
+        start: When the flight that is checked begins there, s.
         stop: And when it ends, s.
         tracks: For each robot where it can have been while it was part of the team.
         aloft: The same, with how it climbed to the others that were in the air.
     """
 
-    def __init__(self, samples: Samples, asked: Asked, bounds: Bounds, start: tuple[float, float] | None, budget: int) -> None:
+    def __init__(
+        self, samples: Samples, asked: FlightReference, bounds: Bounds, start: tuple[float, float] | None, budget: int
+    ) -> None:
         """Align a recording with what is asked, and bound where robots can have been.
 
         Args:
@@ -76,14 +78,14 @@ class RecordedFlight:
             gone = asked.gone.get(robot)
             if gone is not None and gone < self.start:
                 raise BadInput(
-                    f"{robot} left at {gone:g} s, before the flight that is judged begins at {self.start:g} s: what it showed last "
+                    f"{robot} left at {gone:g} s, before the flight that is checked begins at {self.start:g} s: what it showed last "
                     "was not recorded."
                 )
             judged = whole if gone is None else whole.over(self.start, gone)
             came = asked.joined.get(robot)
             if came is not None and not self.start <= came.climbs <= came.since <= self.stop:
                 raise BadInput(
-                    f"{robot} climbs at {came.climbs:g} s and joins at {came.since:g} s, not within the flight that is judged, from "
+                    f"{robot} climbs at {came.climbs:g} s and joins at {came.since:g} s, not within the flight that is checked, from "
                     f"{self.start:g} to {self.stop:g} s."
                 )
             self.tracks[robot] = judged if came is None else judged.over(came.since, self.stop)
@@ -91,7 +93,7 @@ class RecordedFlight:
         self.rows = {robot: region_rows(one, asked.worlds) for robot, one in self.tracks.items()}
 
     def claims(self) -> tuple[Claim, ...]:
-        """Judge every claim."""
+        """Check every claim."""
         claims = [*self._tube(), *self._words(), *self._visits(), *self._space()]
         if self.alignment.trusted and self.alignment.high == self.alignment.low:
             return tuple(claims)
@@ -103,7 +105,7 @@ class RecordedFlight:
         return tuple(for_every_start(claims, ends, changes, self.rows))
 
     def _open_ends(self) -> OpenEnds:
-        """Return what of the judged time may not be the flight's, as its start is left open."""
+        """Return what of the checked time may not be the flight's, as its start is left open."""
         low, high, end = self.alignment.low, self.alignment.high, self.end
         logged = self.samples.internal is not None
         if self.alignment.trusted:
@@ -133,7 +135,7 @@ class RecordedFlight:
 
     @cached_property
     def lap(self) -> Fraction | None:
-        """How long the lap lasts with which the flight ends, s; None where there is none, or its ends are not known on the recording's clock."""
+        """Duration of the cycle with which the flight ends, s; None where there is none, or its ends are not known on the recording's clock."""
         team, begins = self.asked.team, self.alignment
         known = begins.told and begins.low == begins.high and not self.asked.changes
         if team is None or not known or self.asked.mission.spec.trace != "infinite":
@@ -147,7 +149,7 @@ class RecordedFlight:
 
     @property
     def premise(self) -> str:
-        """What the claim `formula` takes for granted of what comes after the recording; empty where it takes nothing."""
+        """Assumption of the claim `formula` on the time after the recording; empty where it makes none."""
         if self.lap is None or self.asked.mission.spec.formula is None:
             return ""
         since = self.stop - float(self.lap)
@@ -222,7 +224,7 @@ class RecordedFlight:
         yield from separation_claims(self.aloft, self.asked.mission)
 
     def _actions(self, robot: str) -> tuple[frozenset[str], list[Action]]:
-        """Return a robot's internal propositions at the start, and its actions, each held against the samples."""
+        """Return a robot's internal propositions at the start, and its actions, each compared with the samples."""
         mission, rows = self.asked.mission, self.rows[robot]
         planned = planned_actions(self.asked, robot, rows, self.alignment)
         one, times = self.tracks[robot], self.samples.times

@@ -29,7 +29,7 @@ _ENDS = "A recorded flight ends, and what follows may keep the formula or break 
 def laps_claim(
     mission: Mission, timelines: Mapping[str, Timeline], related: Relations, lap: Fraction | None, zero: float, budget: int
 ) -> Claim:
-    """The formula holds of the recorded flight and all laps to come, if these are as the last one.
+    """Claim that the formula holds of the recorded flight, assuming every later cycle repeats the last recorded one.
 
     Args:
         mission: Carries the formula and the reading; its trace is infinite.
@@ -47,7 +47,7 @@ def laps_claim(
         if fault is not None:
             why = f": {fault}'s internal state at the end of the last lap is not known to be that at its beginning."
         else:
-            verdict = judge_formula(mission, repeated, related, budget=budget, detail="counterexample")[0]
+            verdict = judge_formula(mission, repeated, related, budget=budget)[0]
             if verdict.outcome == "holds":
                 note = f" But {verdict.vacuous[0]}" if verdict.vacuous else ""
                 span = f"from {zero + float(end - lap):.4f} to {zero + float(end):.4f} s"
@@ -89,7 +89,7 @@ def _surely_in(timeline: Timeline, at: Fraction) -> frozenset[str]:
 
 
 def _closes(timeline: Timeline) -> bool:
-    """Tell whether a lap is known to end with the internal state with which it began, no change being under way where it begins."""
+    """Return whether a lap is known to end with the internal state with which it began, no change being under way where it begins."""
     assert timeline.cycle is not None
     if any(action.until is not None and action.time <= timeline.cycle <= action.until for action in timeline.actions):
         return False

@@ -53,7 +53,7 @@ class Token:
 def visit_claim(
     track: Track, plan: RobotPlan, rows: Mapping[str, Row], around: Mapping[str, Row], starts_in: frozenset[str]
 ) -> Claim:
-    """The robot's stays in regions are its planned visits, in order, and no other.
+    """Claim that the robot's stays in regions are its planned visits, in order, and no other.
 
     Args:
         track: Where it was.
@@ -115,7 +115,7 @@ def _without_edges(row: Row, around: Row) -> Row:
 def unreadable(wanted: Sequence[str], tokens: Sequence[Token]) -> tuple[str, int | None, Token | None] | None:
     """Say why no way to read tokens gives what was wanted, which wanted one is concerned, and which token; None where one does.
 
-    Where tokens overlap in time their order is open, and only what is missing or was never wanted is held against them.
+    Where tokens overlap in time their order is open, and only what is missing or was never wanted is compared with them.
     """
     possible = {name for token in tokens for name in token.may}
     for index, name in enumerate(wanted):
@@ -177,7 +177,7 @@ class RecordedCrossing:
 def passage_claim(
     track: Track, worlds: Sequence[World], wanted: Sequence[tuple[str, str]], rows: Mapping[str, Row], margin: float
 ) -> Claim:
-    """The robot passes exactly the wanted openings, in order, each within a stay in its hoop's region.
+    """Claim that the robot passes exactly the wanted openings, in order, each within a stay in its hoop's region.
 
     Args:
         track: Where it was.
@@ -267,7 +267,7 @@ def crossings(track: Track, worlds: Sequence[World], margin: float) -> list[Reco
 
 
 def _standing(track: Track, worlds: Sequence[World], name: str) -> Iterator[tuple[Hoop, Track]]:
-    """Yield each place at which a hoop stands while a robot is judged, with the robot's track meanwhile."""
+    """Yield each place at which a hoop stands while a robot is checked, with the robot's track meanwhile."""
     changes = [i for i, world in enumerate(worlds) if i and world.mission.hoops[name] != worlds[i - 1].mission.hoops[name]]
     since = [track.start, *(worlds[i].since for i in changes)]
     until = [*since[1:], track.stop]
@@ -278,13 +278,13 @@ def _standing(track: Track, worlds: Sequence[World], name: str) -> Iterator[tupl
 
 
 def _near_plane(cells: Cells, hoop: Hoop, margin: float) -> np.ndarray:
-    """Tell which cells may come within the margin of an opening's plane."""
+    """Return which cells may come within the margin of an opening's plane."""
     along, reach = seen_from(cells.centres, hoop)[0], cells.reach + margin
     return (along.low <= reach) & (along.high >= -reach)
 
 
 def _near_axis(cells: Cells, hoop: Hoop) -> np.ndarray:
-    """Tell which cells may come as near to an opening's axis as its edge."""
+    """Return which cells may come as near to an opening's axis as its edge."""
     return seen_from(cells.centres, hoop)[1].low <= np.nextafter(hoop.opening + cells.reach, np.inf)
 
 

@@ -1,4 +1,4 @@
-"""What samples of one path prove of its labels at all times, given a bound on the speed.
+"""Labels of a path at all times, proved from its samples and a bound on the speed.
 
 Between two samples the robot stays in an ellipsoid of revolution around their chord: the sum of its distances to both
 ends is at most what it can fly in the meantime. Near each sample it stays in a ball that grows with time.

@@ -83,7 +83,7 @@ def check_samples(
     require_error(error)
     if mission.spec.formula is None:
         raise BadInput(
-            "The mission has no formula, so nothing would be judged; `check_flight` judges passages and all the rest."
+            "The mission has no formula, so nothing would be checked; `check_flight` checks passages and all the rest."
         )
     if mission.spec.trace == "infinite":
         raise BadInput("A recorded flight ends; it cannot satisfy or break a formula over an infinite trace.")
@@ -147,7 +147,7 @@ def judge_timelines(
         InternalError: Our progression and Spot disagree, or the timelines contradict themselves.
         MissingEngine: Spot is absent.
     """
-    verdict = judge_formula(mission, timelines, related, budget=budget, detail="counterexample")[0]
+    verdict = judge_formula(mission, timelines, related, budget=budget)[0]
     formula = f"`{mission.spec.formula}`"
     if verdict.outcome == "holds":
         note = f" But {verdict.vacuous[0]}" if verdict.vacuous else ""

@@ -1,4 +1,4 @@
-"""What a recorded flight says in words: regions over time, actions that the samples allow, transitions and the formula."""
+"""Temporal claims of a recorded flight: regions over time, actions that the samples allow, transitions and the formula."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ from verify.recordings.sampled_timelines import sampled_timeline
 from verify.recordings.samples import judge_timelines
 
 Row = tuple[tuple[Fraction, Status], ...]
-"""A region's status from each time on, s of the recording; the first is at the start of the judged time."""
+"""A region's status from each time on, s of the recording; the first is at the start of the checked time."""
 
 
 def region_rows(track: Track, worlds: Sequence[World]) -> dict[str, Row]:
-    """Return each region's statuses over a track's judged time, every world's own while it lasts.
+    """Return each region's statuses over a track's checked time, every world's own while it lasts.
 
     A status that jumps between "no" and "must" was crossed in between, unless it is the region that moved.
     """
@@ -101,7 +101,7 @@ def recorded_timeline(
 ) -> Timeline:
     """Put together what is known of one robot, its time from `start` to `stop` counted from 0.
 
-    What a robot showed last it goes on showing where it was judged for a shorter time than the team. Before it was judged it showed no
+    What a robot showed last it goes on showing where it was checked for a shorter time than the team. Before it was checked it showed no
     region.
 
     Args:
@@ -128,7 +128,7 @@ def formula_claim(
     worlds: Sequence[World], timelines: Mapping[str, Timeline], rows: Mapping[str, Mapping[str, Row]], *, doubtful: str, zero: float,
     lap: Fraction | None = None, budget: int = DEFAULT_BUDGET,
 ) -> Claim:  # fmt: skip
-    """The formula of the last world holds of the whole flight; of laps for ever see `recorded_laps`.
+    """Claim that the formula of the last world holds of the whole flight; of laps for ever see `recorded_laps`.
 
     Args:
         worlds: In order of time.

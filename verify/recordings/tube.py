@@ -14,14 +14,14 @@ from verify.recordings.planned_paths import Floats, PlannedPath
 from verify.recordings.reachable_sets import Cells, Track, least
 
 _SHARE = 8
-"""A sample that is to show that the robot was outside is held against shifts that move the plan by this part of the margin."""
+"""A sample that is to show that the robot was outside is compared with shifts that move the plan by this part of the margin."""
 
 _MOST = 10_000
 """Parts of the interval of shifts that are looked at; more cannot be told."""
 
 
 def tube_claim(track: Track, path: PlannedPath, alignment: Alignment, margin: float, end: float) -> Claim:
-    """Judge one robot against its planned path, for every shift that the alignment allows.
+    """Check one robot against its planned path, for every shift that the alignment allows.
 
     Args:
         track: Where it was.

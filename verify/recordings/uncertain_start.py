@@ -1,11 +1,11 @@
 """Claims of a recording that leaves open when its flight began: each must be so for every start, and every end, that may be meant.
 
 What happens between the earliest and the latest start may belong to the flight or to the climb before it; so it is at its end. A claim
-about the flight's words (formula, transitions, visits, passages) is judged over all of the time that may be meant. While nothing changes
+about the flight's words (formula, transitions, visits, passages) is checked over all of the time that may be meant. While nothing changes
 there that it speaks of, each start gives the same words: a status that stays what it is, *may* included, allows the robot to hold whatever
 it shows then. Where something changes, or may, the claim cannot be told. What is broken at one instant, such as a distance, is broken only
 where that instant is the flight's whatever its start. What the robot never came to in all of the recording it did not visit in the flight.
-Tube and planned actions move with the start, and are judged so by themselves.
+Tube and planned actions move with the start, and are checked so by themselves.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ class OpenEnds:
         start: From its earliest to its latest start.
         stop: From its earliest to its latest end; None where its end is the recording's.
         recorded: Whether the recording is as long as the flight, so that what never happens in it, or always holds in it, is taken to be so of the flight.
-        logged: Whether actions are read of the recording; planned ones are judged for every start by themselves, as the tube is.
+        logged: Whether actions are read of the recording; planned ones are checked for every start by themselves, as the tube is.
     """
 
     start: tuple[float, float]
@@ -55,7 +55,7 @@ class OpenEnds:
         return (self.start,) if self.stop is None else (self.start, self.stop)
 
     def surely_holds(self, time: float) -> bool:
-        """Tell whether an instant is the flight's, whenever it began."""
+        """Return whether an instant is the flight's, whenever it began."""
         return time >= self.start[1] and (self.stop is None or time <= self.stop[0])
 
 

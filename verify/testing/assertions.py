@@ -54,7 +54,7 @@ def assert_satisfies(
     """Fail unless a flight satisfies a formula at all times.
 
     Args:
-        flight: A trajectory (one with a cycle is judged as the infinite path), or (times, positions) of samples.
+        flight: A trajectory (one with a cycle is checked as the infinite path), or (times, positions) of samples.
         formula: LTL without X over the regions' names and `free`.
         regions: Regions by name, or a mission that has them.
         margin: The formula must hold for every path within this many metres of the flight.
@@ -118,7 +118,7 @@ def assert_within_limits(
     if "legs" in limits:
         raise BadInput(
             "legs: limits on the way to a region need a plan, which says when that way begins and ends; "
-            "`verify.certify(plan, team)` judges them."
+            "`verify.certify(plan, team)` checks them."
         )
     try:
         spec = Spec(formula="true", trace=_trace(trajectory))

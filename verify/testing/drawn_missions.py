@@ -58,7 +58,7 @@ def missions(
         trace: "finite", or "infinite", which is one robot's.
         robots: How many there are at most, from 1 to 6.
         regions: How many there are at most, from 1 to 6.
-        soft: How many soft parts there are at most.
+        soft: How many soft specifications there are at most.
 
     Raises:
         BadInput: A number is out of range.
@@ -170,7 +170,7 @@ def _robot(draw: DrawFn, mission: Mission, name: str, most: int) -> RobotPlan:
 
 
 def _joined(mission: Mission, at: str | None, region: str) -> bool:
-    """Tell whether a robot that was in `at` last (None: nowhere yet) may enter a region."""
+    """Return whether a robot that was in `at` last (None: nowhere yet) may enter a region."""
     environment = mission.environment
     if environment is None:
         return at != region
@@ -180,7 +180,7 @@ def _joined(mission: Mission, at: str | None, region: str) -> bool:
 
 
 def _repeats(mission: Mission, lap: Sequence[Visit]) -> bool:
-    """Tell whether visits can be made again and again."""
+    """Return whether visits can be made again and again."""
     return _joined(mission, lap[-1].region, lap[0].region) and not any(visit.actions for visit in lap)
 
 

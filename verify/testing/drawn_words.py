@@ -92,12 +92,12 @@ def team_words(
 def soft_parts(
     names: Sequence[str] = NAMES, *, robots: Sequence[str] = (), most: int = 3
 ) -> SearchStrategy[tuple[SoftPart, ...]]:
-    """What is wished for: formulas with weights, for `spec.soft`.
+    """Draw soft specifications: formulas with weights, for `spec.soft`.
 
     Args:
         names: The propositions.
         robots: As for `formulas`.
-        most: How many soft parts there are at most.
+        most: How many soft specifications there are at most.
     """
     return _soft_parts(tuple(_some(names)), tuple(robots), most)
 

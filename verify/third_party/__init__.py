@@ -1,8 +1,8 @@
-"""Flights that others planned: files of other programs, judged for all times at the size of a show.
+"""Flights of third-party planners: files of other programs, checked for all times at the size of a show.
 
-Read `auditing` (the door: what is asked, what is claimed), `fleet` (every piece of every drone in a few arrays), then how files become one:
-`importers`, `crazyswarm_folders`, and the room `shows`. `distances` judges separation on what `near_pieces` cannot prove to
-be apart, `extremes` everything that one drone does by itself, `fences` a geofence's polygons, `joints` how pieces join, `letters` a mission's formula and obstacles. What a show requires of itself is read in `shows`.
-`audit_requirements` puts limits together, `fleet_claims` says what is claimed of all drones, and `instants` finds the tightest times. `columns` and `column_claims` judge take-off and landing, `windows`
-where a separation counts, and `yaw` headings.
+Read `auditing` (the entry point) and `fleet` (every piece of every drone in a few arrays). Files become a fleet by `importers`, `crazyswarm_folders` and
+the subpackage `shows`, which also holds a show's own requirements. `audit_requirements` puts limits together. `distances` checks separation where
+`near_pieces` cannot prove pieces to be apart, `extremes` each drone by itself, `joints` how pieces join, `letters` a mission's formula and
+obstacles, `columns` and `column_claims` take-off and landing, `yaw` headings. `windows` are the times at which a separation counts,
+`fleet_claims` the claims on all drones, and `instants` the tightest times.
 """

@@ -1,4 +1,4 @@
-"""What an audit asks of each drone and each pair, put together from a mission, a vehicle and single limits."""
+"""Requirements of an audit on each drone and each pair, put together from a mission, a vehicle and single limits."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ import numpy as np
 
 from verify.arithmetic.balls import Floats
 from verify.data.errors import BadInput, did_you_mean
+from verify.data.former_names import former_arguments, warn_former
 from verify.data.mission import Mission
 from verify.data.sections import Box
 from verify.data.vehicle import Vehicle, load_vehicle
@@ -32,7 +33,7 @@ _OWN_RATES: dict[int, tuple[tuple[str, str, Direction], ...]] = {
 
 @dataclass(frozen=True, kw_only=True)
 class AuditLimits:
-    """What is asked of others' flights; None asks for nothing, and a mission or vehicle says the rest.
+    """Required limits of others' flights; None requires nothing, and a mission or vehicle gives the rest.
 
     Attributes:
         vehicle: A shipped profile's name or a vehicle: its speed and acceleration, and twice its radius between centres.
@@ -45,8 +46,8 @@ class AuditLimits:
         min_height: Least z, in m, take-off and landing included.
         margin: How far the drones may be from their paths, in m; None for the mission's, or 0.
         velocity_jump: How far velocities may jump between pieces where acceleration is asked, in m/s.
-        columns: Whether take-off and landing are judged that a show leaves to the autopilot; not of a show's excerpts.
-        own_limits: Whether limits and fences that the files themselves hold are asked, where neither these nor a mission or vehicle say them.
+        columns: Whether take-off and landing are checked that a show leaves to the autopilot; not of a show's excerpts.
+        file_limits: Whether limits and fences that the files themselves hold are asked, where neither these nor a mission or vehicle say them.
     """
 
     vehicle: str | Vehicle | None = None
@@ -60,12 +61,21 @@ class AuditLimits:
     margin: float | None = None
     velocity_jump: float = 0.1
     columns: bool = True
-    own_limits: bool = True
+    file_limits: bool = True
+
+    @property
+    def own_limits(self) -> bool:
+        """Former name of `file_limits`."""
+        warn_former("`own_limits`", "`file_limits`")
+        return self.file_limits
+
+
+AuditLimits.__init__ = former_arguments(own_limits="file_limits")(AuditLimits.__init__)
 
 
 @dataclass(frozen=True, eq=False)
 class Asked:
-    """What is asked of a fleet, drone by drone.
+    """Requirements on a fleet, drone by drone.
 
     Attributes:
         workspace: Where all drones stay, or None.
@@ -117,7 +127,7 @@ def resolve(fleet: Fleet, mission: Mission | None, limits: AuditLimits) -> Asked
     vehicle = load_vehicle(limits.vehicle) if isinstance(limits.vehicle, str) else limits.vehicle
     if not isinstance(vehicle, Vehicle | None):  # pyright: ignore[reportUnnecessaryIsInstance]  # callers without types
         raise BadInput(f"vehicle must be a shipped profile's name or a Vehicle, not {type(vehicle).__name__}.")
-    own = fleet.own if limits.own_limits else NO_LIMITS
+    own = fleet.own if limits.file_limits else NO_LIMITS
     chosen = _Chosen(own)
     margin = Fraction(limits.margin if limits.margin is not None else mission.margin if mission else 0.0)
     given_box = _box(limits.workspace) if limits.workspace is not None else None
@@ -134,11 +144,11 @@ def resolve(fleet: Fleet, mission: Mission | None, limits: AuditLimits) -> Asked
     yaw_rates = _yaw_rates(fleet, mission, vehicle, limits, chosen)
     if not chosen.sources:
         raise BadInput(
-            "Nothing is asked of these flights; give a mission or a vehicle, or a separation, a workspace, a speed, an acceleration or a "
+            "Nothing is required of these flights; give a mission or a vehicle, or a separation, a workspace, a speed, an acceleration or a "
             "least height."
         )
     if limits.separation_above is not None and separation is None:
-        raise BadInput(f"separation_above is {limits.separation_above:g} m, and no separation is asked; give one as well.")
+        raise BadInput(f"separation_above is {limits.separation_above:g} m, and no separation is required; give one as well.")
     radii = np.zeros(len(fleet))
     if vehicle is not None:
         radii = np.full(len(fleet), vehicle.radius)
@@ -173,7 +183,7 @@ def resolve(fleet: Fleet, mission: Mission | None, limits: AuditLimits) -> Asked
         workspace=workspace, least=None if separation is None else least, most=most, fewest=fewest, weight=weight,
         above=limits.separation_above, rates=rates, yaw_rates=yaw_rates,
         min_height=limits.min_height, altitude=altitude, fences=fences, margin=margin, velocity_jump=limits.velocity_jump,
-        said=said, notes=_not_asked(fleet.own, chosen, wanted=limits.own_limits),
+        said=said, notes=_not_asked(fleet.own, chosen, wanted=limits.file_limits),
     )  # fmt: skip
 
 
@@ -284,7 +294,7 @@ def _require_numbers(limits: AuditLimits) -> None:
 
 
 def require_agents(fleet: Fleet, mission: Mission) -> None:
-    """Refuse drones that are not a mission's agents, one and all.
+    """Reject drones that are not a mission's agents, one and all.
 
     Args:
         fleet: The drones.

@@ -1,8 +1,8 @@
-"""The door: what others planned, judged for all times, with the tightest instants of what holds and every breach of what does not.
+"""The door: what others planned, checked for all times, with the tightest instants of what holds and every breach of what does not.
 
-From 0 until the last flight ends every drone is judged, at rest on its first position before its own flight begins and on its last one
-after it has ended: take-off and landing are part of what is judged, and so is standing on the ground. Where a show's paths begin or end in the
-air, the columns from and to the ground are judged in place of those rests.
+From 0 until the last flight ends every drone is checked, at rest on its first position before its own flight begins and on its last one
+after it has ended: take-off and landing are part of what is checked, and so is standing on the ground. Where a show's paths begin or end in the
+air, the columns from and to the ground are checked in place of those rests.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ AUDIT_FORMAT = 1
 
 @dataclass(frozen=True, eq=False)
 class Audit:
-    """What was judged of others' flights; true only where every claim is proved.
+    """Verdict on others' flights; true only where every claim is proved.
 
     Attributes:
         source: Names the files.
@@ -53,8 +53,8 @@ class Audit:
         asked: The limits.
         claims: One of each kind for all drones where it holds, or one for each drone or pair that breaks it.
         tightest: For each kind of claim the instants nearest to the limit, nearest first.
-        versions: Of the software that judged.
-        notes: What is not judged or not asked of what the files hold, in sentences.
+        versions: Of the software that checked.
+        notes: What is not checked or not asked of what the files hold, in sentences.
         fleet: The flights, for pictures; no part of what is written.
     """
 
@@ -72,7 +72,7 @@ class Audit:
 
     @property
     def holds(self) -> bool:
-        """Whether every claim is proved."""
+        """True if every claim is proved."""
         return bool(self.claims) and all(claim.outcome == "holds" for claim in self.claims)
 
     def __bool__(self) -> bool:
@@ -113,7 +113,7 @@ def audit(
     *,
     progress: Progress = silent,
 ) -> Audit:
-    """Judge what others planned, for all times.
+    """Check what others planned, for all times.
 
     Args:
         files: A Skybrush show (`.skyc`), or a folder of CSV files, each of one robot as crazyswarm2 has them, or the files.
@@ -151,7 +151,7 @@ def audit(
 
 
 def judge_fleet(fleet: Fleet, asked: Asked, progress: Progress = silent) -> Audit:
-    """Judge flights that were read.
+    """Check flights that were read.
 
     Args:
         fleet: The drones.

@@ -1,4 +1,4 @@
-"""What is said of take-offs and landings outside of paths: how near others come to them, how low they lead, and what is not judged."""
+"""Claims on take-offs and landings outside of paths: distances of others to them, their lowest points, and what is not checked."""
 
 from __future__ import annotations
 

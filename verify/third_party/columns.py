@@ -56,7 +56,7 @@ class TooNear:
 
 
 def covered_rows(fleet: Fleet) -> NDArray[np.bool_]:
-    """Tell which rows are rests in the air in place of which a column is judged. Shape (rows,)."""
+    """Return which rows are rests in the air in place of which a column is checked. Shape (rows,)."""
     found = np.zeros(len(fleet.values), dtype=bool)
     for column in fleet.columns:
         last = int(fleet.first[column.drone + 1]) - 1
@@ -156,7 +156,7 @@ def _beside_paths(fleet: Fleet, asked: Separation, columns: Sequence[Column], tr
 def _met(
     fleet: Fleet, asked: Separation, column: Column, row: int, box: tuple[Floats, Floats], known: dict[tuple[object, ...], bool]
 ) -> TooNear | None:
-    """Judge a column beside one piece of another drone."""
+    """Check a column beside one piece of another drone."""
     other = int(fleet.owner[row])
     begin = fleet.start(row) if column.since is None else max(fleet.start(row), column.since)
     end = fleet.stop(row) if column.until is None else min(fleet.stop(row), column.until)
@@ -195,7 +195,7 @@ def _met(
 
 
 def _keeps(path: Sequence[fmpq_poly], column: Column, needed: Fraction, asked: Separation) -> bool:
-    """Tell whether a path on [0, 1] keeps a distance from a column; exact. False where that is not shown."""
+    """Return whether a path on [0, 1] keeps a distance from a column; exact. False where that is not shown."""
     x, y, z = path
     level = (x - exact.rational(column.place[0])) ** 2 + (y - exact.rational(column.place[1])) ** 2 - exact.rational(needed**2)
     if exact.nonnegative(level, Fraction(0), Fraction(1)):
@@ -224,7 +224,7 @@ def _keeps(path: Sequence[fmpq_poly], column: Column, needed: Fraction, asked: S
 
 
 def _is_lower(z: fmpq_poly, span: tuple[Fraction, Fraction], lowest: Fraction | None) -> bool:
-    """Tell whether a path is surely below a height throughout."""
+    """Return whether a path is surely below a height throughout."""
     if lowest is None:
         return False
     apart = exact.rational(lowest) - z
@@ -232,7 +232,7 @@ def _is_lower(z: fmpq_poly, span: tuple[Fraction, Fraction], lowest: Fraction | 
 
 
 def _is_there_all_along(fleet: Fleet, column: Column, row: int) -> bool:
-    """Tell whether a drone rests on a row while all of a column is flown, and does not take off or land by itself then."""
+    """Return whether a drone rests on a row while all of a column is flown, and does not take off or land by itself then."""
     other = int(fleet.owner[row])
     if any(c.drone == other and c.kind == column.kind for c in fleet.columns) or not is_still(fleet, np.array([row]))[0]:
         return False

@@ -20,14 +20,14 @@ from verify.data.trajectory import Trajectory
 from verify.third_party.fleet import Fleet, Flight, assemble, two_floats
 
 _OF_A_RUN = ("mission.yaml", "plan.json", "certificate.json")
-"""Files that tell a run's folder from one of trajectories alone: more than trajectories is in it, and more than they can be judged."""
+"""Files that tell a run's folder from one of trajectories alone: more than trajectories is in it, and more than they can be checked."""
 
 
 def csv_files(folder: Path) -> list[Path]:
     """Return the CSV files of a folder, by name.
 
     Raises:
-        BadInput: There is none, or the folder is a run's, of which more can be judged.
+        BadInput: There is none, or the folder is a run's, of which more can be checked.
     """
     try:
         found = sorted(path for path in folder.iterdir() if path.suffix.lower() == ".csv")
@@ -39,7 +39,7 @@ def csv_files(folder: Path) -> list[Path]:
         inside = folder / "crazyswarm2"
         beside = f", or audit the trajectories that it exports, in {inside}" if inside.is_dir() else ""
         raise BadInput(
-            f"{folder} is a folder that `ltlplan run` wrote, with its mission and its own certificate: `ltlplan recheck {folder}` judges it"
+            f"{folder} is a folder that `ltlplan run` wrote, with its mission and its own certificate: `ltlplan recheck {folder}` checks it"
             f"{beside}."
         )
     return found

@@ -1,4 +1,4 @@
-"""How near drones come to each other, for all times: bounds on polynomials first, exact arithmetic where those leave it open.
+"""Least distances between drones, for all times: bounds on polynomials first, exact arithmetic where those leave it open.
 
 With `weight` k the distance in z counts k times. Where a drone's pieces do not join exactly it is nowhere between them for an instant;
 the longest steps of both drones are taken off what is proved of a pair, as for planned flights.
@@ -15,7 +15,7 @@ import numpy as np
 from flint import fmpq_poly
 
 from verify.arithmetic import exact
-from verify.arithmetic.balls import Balls, Floats, dot, restricted_by
+from verify.arithmetic.balls import Balls, Floats, dot, restricted_by, root_up
 from verify.arithmetic.bounds import Peaks, peaks
 from verify.third_party.fleet import Fleet, Indices, is_before, length_between
 from verify.third_party.windows import Windows, crossings, is_high, windows_of
@@ -82,7 +82,7 @@ class Nearest:
 
 @dataclass(slots=True)
 class Closest:
-    """What is known of the least distance so far: mutable, as the search for near pieces goes by it.
+    """Least distance known so far: mutable, as it guides the search for near pieces.
 
     Attributes:
         high: Some pair comes so near, in m.
@@ -117,13 +117,13 @@ class Closest:
 
         Args:
             fleet: The drones.
-            windows: When pieces are held against others.
+            windows: When pieces are compared with others.
             one: Rows of one drone's pieces.
             other: Rows of the other one's.
             least: Greatest values of their negated squared distances, in m^2.
         """
         k = int(np.argmax(least.lower))
-        if (distance := _root_up(-float(least.lower[k]))) < self.high:
+        if (distance := root_up(-float(least.lower[k]))) < self.high:
             start, stop = common_time(windows, int(one[k]), int(other[k]))
             self.high, self.one, self.other = distance, int(fleet.owner[one[k]]), int(fleet.owner[other[k]])
             self.time = float(start + (stop - start) * Fraction(float(least.place[k])))
@@ -131,7 +131,7 @@ class Closest:
 
 @dataclass(frozen=True, eq=False)
 class Separation:
-    """What is asked of pairs.
+    """Required distances of pairs.
 
     Attributes:
         limits: Least distances of drones given by two arrays of indices, in m.
@@ -140,11 +140,11 @@ class Separation:
         steps: Bound on each drone's longest step between pieces, weighted, in m. Shape (drones,).
         fewest: The least of all pairs' limits, in m.
         above: Two drones must keep it only while neither is lower than this, in m; None for always.
-        windows: When pieces are held against others; None for always.
+        windows: When pieces are compared with others; None for always.
     """
 
     def on(self, fleet: Fleet) -> Windows:
-        """Return when pieces are held against others.
+        """Return when pieces are compared with others.
 
         Args:
             fleet: The drones.
@@ -184,7 +184,7 @@ def judge_distances(fleet: Fleet, asked: Separation, pairs: PiecePairs, closest:
 
 
 def _judge(fleet: Fleet, asked: Separation, one: Indices, other: Indices, closest: Closest) -> Iterator[Breach]:
-    """Judge pairs of pieces over the times that both last."""
+    """Check pairs of pieces over the times that both last."""
     windows = asked.on(fleet)
     meet = windows.kept[one] & windows.kept[other]
     meet &= is_before(windows.starts[one], windows.stops[other]) & is_before(windows.starts[other], windows.stops[one])
@@ -223,7 +223,7 @@ def _judge(fleet: Fleet, asked: Separation, one: Indices, other: Indices, closes
         a, b, limit = int(one[k]), int(other[k]), Fraction(float(limits[k]))
         start, stop = common_time(windows, a, b)
         gap = _gap(fleet, asked.weight, (a, b), (start, stop), Fraction(float(needed[k])))
-        if _nonnegative(gap):
+        if exact.nonnegative(gap):
             closest.put_aside(-least.upper[k : k + 1], steps[k : k + 1], limits[k : k + 1])
             continue
         times = (
@@ -235,15 +235,15 @@ def _judge(fleet: Fleet, asked: Separation, one: Indices, other: Indices, closes
             closest.put_aside(-least.upper[k : k + 1], steps[k : k + 1], limits[k : k + 1])
             continue
         closest.put_aside(-least.upper[k : k + 1], steps[k : k + 1])
-        sure = needed[k] == limit or not _nonnegative(_gap(fleet, asked.weight, (a, b), (start, stop), limit))
+        sure = needed[k] == limit or not exact.nonnegative(_gap(fleet, asked.weight, (a, b), (start, stop), limit))
         begin, end = times
         time = float(min(max(start + (stop - start) * Fraction(float(least.place[k])), begin), end))
         drones = int(fleet.owner[a]), int(fleet.owner[b])
-        distance = _root_up(-float(least.lower[k]))
+        distance = root_up(-float(least.lower[k]))
         yield Breach(*drones, float(limit), distance, time, float(begin), float(end), sure)
 
 
-# five parameters: pairs of pieces, and how they are held against each other
+# five parameters: pairs of pieces, and how they are compared with each other
 def _offsets(fleet: Fleet, windows: Windows, one: Indices, other: Indices, weight: Fraction) -> Balls:
     """Return one drone's place less the other's, weighted, during the times that both pieces last. Shape (pairs, 3, degree + 1)."""
     begin = _later(windows.starts[one], windows.starts[other])
@@ -305,7 +305,7 @@ def common_time(windows: Windows, a: int, b: int) -> tuple[Fraction, Fraction]:
     """Return from when until when two pieces both last, exact, in s.
 
     Args:
-        windows: When pieces are held against others.
+        windows: When pieces are compared with others.
         a: Row of a piece.
         b: Row of another one.
     """
@@ -363,10 +363,6 @@ def _high_breach(
     return below[0][0], below[-1][1]
 
 
-def _nonnegative(p: fmpq_poly) -> bool:
-    return exact.nonnegative(p, Fraction(0), Fraction(1))
-
-
 def _joined(found: list[Breach]) -> list[Breach]:
     """Put together what goes on from one piece to the next, worst breach first."""
     result: list[Breach] = []
@@ -381,7 +377,3 @@ def _joined(found: list[Breach]) -> list[Breach]:
             result.append(breach)
     result.sort(key=lambda b: (b.distance - b.limit, b.start))
     return result
-
-
-def _root_up(value: float) -> float:
-    return float(np.nextafter(np.sqrt(max(value, 0.0)), np.inf))

@@ -1,4 +1,4 @@
-"""What each drone does by itself, for all times: how fast, how hard, how near to the walls and to the ground.
+"""Extremes of each drone by itself, for all times: speed, acceleration, distance to the walls and to the ground.
 
 A bound that lies on the wrong side of its limit only by rounding is decided on the exact polynomials, piece by piece.
 """
@@ -14,7 +14,7 @@ import numpy as np
 from flint import fmpq_poly
 
 from verify.arithmetic import exact
-from verify.arithmetic.balls import Balls, Floats, dot
+from verify.arithmetic.balls import Balls, Floats, dot, root_up
 from verify.arithmetic.bounds import peaks
 from verify.claims.claim import Outcome
 from verify.third_party.fleet import Fleet, Indices
@@ -99,7 +99,7 @@ def rate_extremes(fleet: Fleet, rate: Rate) -> list[Extreme]:
     found = _greatest(fleet, squares, limits**2, left, [Fraction(v) for v in limits.tolist()])
     return [
         Extreme(
-            drone, rate.what, limit, min(_root_up(upper), limit) if holds else _root_up(upper), _root_up(lower), time, _said(holds),
+            drone, rate.what, limit, min(root_up(upper), limit) if holds else root_up(upper), root_up(lower), time, _said(holds),
         )
         for drone, (limit, (upper, lower, time, holds)) in enumerate(zip(limits.tolist(), found, strict=True))
     ]  # fmt: skip
@@ -189,7 +189,7 @@ def _greatest(
             holds = upper <= asked[index] - room[index]
             if not holds and not lower > asked[index] + room[index]:
                 doubtful = rows[(groups == index) & ~(table.high.max(-1) <= asked[index] - room[index])]
-                broken = next((r for r in doubtful.tolist() if not _nonnegative(left(r, limits[drone]))), None)
+                broken = next((r for r in doubtful.tolist() if not exact.nonnegative(left(r, limits[drone]))), None)
                 holds = broken is None
                 piece = piece if broken is None else int(broken - rows[0])
                 upper = min(upper, float(asked[index])) if holds else upper
@@ -209,13 +209,5 @@ def _blocks(fleet: Fleet) -> list[tuple[int, int]]:
     return runs
 
 
-def _nonnegative(p: fmpq_poly) -> bool:
-    return exact.nonnegative(p, Fraction(0), Fraction(1))
-
-
 def _said(holds: bool) -> Outcome:
     return "holds" if holds else "fails"
-
-
-def _root_up(value: float) -> float:
-    return float(np.nextafter(np.sqrt(max(value, 0.0)), np.inf))

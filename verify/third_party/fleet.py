@@ -41,7 +41,7 @@ SHORTEST = 1e-6
 
 @dataclass(frozen=True, slots=True)
 class Column:
-    """Where a drone takes off or lands straight up or down, outside its path.
+    """Vertical take-off or landing of a drone outside its path.
 
     Attributes:
         drone: Index.
@@ -100,7 +100,7 @@ class Fleet:
         homes: For each drone places where it must stand by what is said elsewhere: what that is, at which end of its path (0 or 1), where.
         durations: Of pieces in powers of local time, in s, each one float exactly (at rest any). Shape (rows,).
         own: What the files ask of the flights themselves.
-        notes: What the files hold and nobody judges, in sentences.
+        notes: What the files hold and nobody checks, in sentences.
         yaws: Of drones whose file says it, by index: times in s and headings in deg, between which they turn evenly. Shape (setpoints, 2).
         columns: Where drones take off and land outside their paths.
         assumed: What is assumed of `columns`, in sentences.
@@ -143,7 +143,7 @@ class Fleet:
 
     @property
     def end(self) -> Fraction:
-        """When the last drone has come to its end, exact, in s."""
+        """Time at which the last drone has come to its end, exact, in s."""
         return self.time(len(self.knots) - 1)
 
     def time(self, knot: int) -> Fraction:
@@ -228,7 +228,7 @@ class Fleet:
 
     @cached_property
     def digest(self) -> str:
-        """SHA-256 of the numbers that are judged, in hexadecimal."""
+        """SHA-256 of the numbers that are checked, in hexadecimal."""
         hasher = hashlib.sha256(f"fleet-1 {self.basis} {self.degree} {' '.join(map(repr, self.names))}".encode())
         for array in (self.first.astype("<i8"), self.knots.astype("<f8"), self.degrees, self.values.astype("<f8")):
             hasher.update(np.ascontiguousarray(array).data)
@@ -252,7 +252,7 @@ def length_between(start: Floats, stop: Floats) -> tuple[Floats, Floats]:
 
 
 def is_before(one: Floats, other: Floats) -> NDArray[np.bool_]:
-    """Tell which times are before others, exactly.
+    """Return which times are before others, exactly.
 
     Args:
         one: Sums of two floats. Shape (k, 2).
@@ -296,7 +296,7 @@ def assemble(source: str, basis: Basis, flights: Sequence[Flight]) -> Fleet:
     if not flights:
         raise BadInput(f"{source} holds no drones; an audit needs at least one.")
     if len(flights) > MOST_DRONES:
-        raise BadInput(f"{source} holds {len(flights)} drones; at most {MOST_DRONES} are judged at once.")
+        raise BadInput(f"{source} holds {len(flights)} drones; at most {MOST_DRONES} are checked at once.")
     names = [flight.name for flight in flights]
     if len(set(names)) < len(names):
         twice = next(name for i, name in enumerate(names) if name in names[:i])
@@ -345,7 +345,7 @@ def _check(source: str, flight: Flight) -> None:
 
 
 def _require_pads(source: str, names: Sequence[str], what: str, points: Floats) -> None:
-    """Refuse two drones that stand on one pad."""
+    """Reject two drones that stand on one pad."""
     for one, other in sorted(KDTree(points).query_pairs(PAD)):
         at = ", ".join(f"{value:.4g}" for value in points[one])
         raise BadInput(f"{source}: {names[one]} and {names[other]} both {what} ({at}); each drone needs a pad of its own.")

@@ -1,4 +1,4 @@
-"""What is said of others' flights: one claim of each kind for all drones where it holds, or one for each drone or pair that breaks it."""
+"""Claims on others' flights: one of each kind for all drones where it holds, or one for each drone or pair that violates it."""
 
 from __future__ import annotations
 

@@ -12,7 +12,7 @@ TIGHTEST = 5
 
 @dataclass(frozen=True, slots=True)
 class Instant:
-    """Where one drone, or a pair, comes nearest to a limit.
+    """Instant at which one drone, or a pair, comes nearest to a limit.
 
     Attributes:
         robot: Name.

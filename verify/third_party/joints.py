@@ -1,4 +1,4 @@
-"""Where pieces join: how far positions and velocities jump, where a flight begins, and where its file says that it does."""
+"""Joints of pieces: jumps of positions and velocities, and the begin of a flight beside that in its file."""
 
 from __future__ import annotations
 

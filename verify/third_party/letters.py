@@ -1,4 +1,4 @@
-"""What a mission says beyond figures: its formula over its regions, its obstacles and rims, judged of flights that others planned.
+"""Claims on a mission's formula over its regions, its obstacles and rims, for flights that others planned.
 
 The flights are handed to the rooms that judge ours, as paths of the same kind. What they planned is not known, so that internal states stay
 what they are at the start, and no visits or passages are claimed.
@@ -85,7 +85,7 @@ class FleetPaths(TeamPaths):
 
 
 def check_words(mission: Mission) -> None:
-    """Refuse a mission whose formula no flight with an end can be judged against.
+    """Reject a mission whose formula no flight with an end can be checked against.
 
     Args:
         mission: The mission.
@@ -122,13 +122,13 @@ def word_claims(mission: Mission, fleet: Fleet, asked: Asked) -> Iterator[Claim]
     for robot, spans in statuses(evidence.membership, asked.margin).items():
         initial, found = changes(spans)
         timelines[robot] = Timeline(robot, initial, found, paths.end, mission.initial_letter(robot))
-    for verdict in judge_formula(mission, timelines, evidence.relations, detail="counterexample"):
+    for verdict in judge_formula(mission, timelines, evidence.relations):
         witness = None if verdict.outcome == "holds" else verdict.witness()
         yield Claim(verdict.claim, verdict.outcome, verdict.sentence, robot=verdict.robot, time=verdict.time, witness=witness)
 
 
 def _joins(fleet: Fleet, row: int) -> bool:
-    """Tell whether a piece begins exactly where the one before it ends."""
+    """Return whether a piece begins exactly where the one before it ends."""
     if fleet.basis == "bernstein":
         return np.array_equal(fleet.values[row - 1, :, fleet.degrees[row - 1]], fleet.values[row, :, 0])
     return all(a(1) == b(0) for a, b in zip(fleet.exactly(row - 1), fleet.exactly(row), strict=True))

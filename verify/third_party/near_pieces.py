@@ -1,4 +1,4 @@
-"""Which pieces of two drones can hold a breach or the least distance of all: the rest is proved to be apart and left out.
+"""Pairs of pieces that can hold a violation or the least distance of all: the rest is proved to be apart and left out.
 
 Time is cut into short slices. During a slice of length w a drone is within V w / 2 of where it is at the slice's middle, V a bound on its
 speed then (the greatest control point of its velocity), and within A w^2 / 8 + J w / 2 of the line that it would go on with its velocity
@@ -133,7 +133,7 @@ class _Search:
         late: What such a key can be off by, in s.
         slack: Of each drone: the longest step between its pieces and the rounding of its positions, in m. Shape (drones,).
         above: Drones that are lower are left out, in m; None where none is.
-        windows: When pieces are held against others.
+        windows: When pieces are compared with others.
     """
 
     fleet: Fleet
@@ -287,7 +287,7 @@ class _Search:
             )
         pairs = slow[tree.query_pairs(reach, output_type="ndarray")]
         one, other = [pairs[:, 0]], [pairs[:, 1]]
-        for drone in swift.tolist():  # few: each is held against all
+        for drone in swift.tolist():  # few: each is compared with all
             rest = np.setdiff1d(np.arange(len(points)), swift[swift <= drone])
             one.append(np.full(len(rest), drone, dtype=np.intp))
             other.append(rest)

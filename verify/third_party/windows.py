@@ -1,4 +1,4 @@
-"""When pieces are held against others: always, or only from a height on, and never where a column is judged in their place."""
+"""Times at which pieces are compared with others: always, or only above a height, and never where a column is checked in their place."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _WIDTH = Fraction(1, 2**60)
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Windows:
-    """A stretch of each piece, outside of which it is not held against others.
+    """A stretch of each piece, outside of which it is not compared with others.
 
     Attributes:
         starts: Exact, in s, each the sum of two floats. Shape (rows, 2).
@@ -37,7 +37,7 @@ class Windows:
 
 
 def windows_of(fleet: Fleet, above: float | None, covered: NDArray[np.bool_] | None = None) -> Windows:
-    """Return when pieces are held against others.
+    """Return when pieces are compared with others.
 
     A piece that crosses the height is cut at its first and last crossing, at the next float outside.
 
@@ -85,7 +85,7 @@ def _higher(fleet: Fleet, row: int, above: Fraction) -> tuple[Fraction, Fraction
 
 
 def is_high(fleet: Fleet, rows: Sequence[int], time: Fraction, above: Fraction) -> bool:
-    """Tell whether drones are all no lower than a height at a time, exactly.
+    """Return whether drones are all no lower than a height at a time, exactly.
 
     Args:
         fleet: The drones.
@@ -119,7 +119,7 @@ def high_drones(windows: Windows, above: float | None, first: Indices, last: Ind
     """Return which of some runs of pieces reach a height.
 
     Args:
-        windows: When pieces are held against others.
+        windows: When pieces are compared with others.
         above: In m; None for any.
         first: First row of each run. Shape (k,).
         last: Last row. Shape (k,).

@@ -1,4 +1,4 @@
-"""How fast drones turn by what their files say: headings between which each turns evenly."""
+"""Yaw rates of drones by their files: headings between which each turns evenly."""
 
 from __future__ import annotations
 

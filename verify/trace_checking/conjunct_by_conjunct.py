@@ -1,4 +1,4 @@
-"""What claims about a team's words have in common: the words as given, each conjunct by itself, and Spot's second opinion."""
+"""Common parts of claims about a team's words: the words as given, each conjunct by itself, and Spot's second opinion."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def as_team(formula: str | Formula, words: Mapping[str, Letters], reading: TeamR
         BadInput: No robots, an empty word, another reading, or a formula under "own" that counts robots.
     """
     if reading not in ("own", "joint"):
-        raise BadInput(f'reading must be "own" or "joint", not {reading!r}.')
+        raise BadInput(f'team must be "own" or "joint", not {reading!r}.')
     if not isinstance(words, Mapping) or not words:  # pyright: ignore[reportUnnecessaryIsInstance]  # callers without types
         raise BadInput('words must name at least one robot, such as {"quad0": [set(), {"a"}]}.')
     given = {str(name): as_word(word, owner=f"{name}'s word") for name, word in words.items()}
@@ -48,7 +48,7 @@ def as_team(formula: str | Formula, words: Mapping[str, Letters], reading: TeamR
     formula = as_formula(formula, shown)
     if formula.counts:
         if reading == "own":
-            require_plain(formula, 'under "own" each letter is one robot\'s by itself; give reading="joint"')
+            require_plain(formula, 'under "own" each letter is one robot\'s by itself; give team="joint"')
         require_names(sorted(formula.names() | shown))
         formula = written_out(formula, tuple(given))
     return formula, given

@@ -34,7 +34,7 @@ class _Ordered:
         self.ends = tuple(len(word) - 1 for word in self.words)
 
     def ready(self, nodes: tuple[int, ...], robot: int) -> bool:
-        """Tell whether a robot may come to its next letter while all are where they are."""
+        """Return whether a robot may come to its next letter while all are where they are."""
         node = nodes[robot] + 1
         if node > self.ends[robot]:
             return False
@@ -61,12 +61,12 @@ class OrderedTurns(_Ordered):
                 yield None, ((*nodes[:robot], nodes[robot] + 1, *nodes[robot + 1 :]), bits & ~bit)
 
     def is_final(self, state: tuple[tuple[int, ...], int]) -> bool:
-        """Tell whether all have been read in their last letters."""
+        """Return whether all have been read in their last letters."""
         nodes, bits = state
         return nodes == self.ends and bits == (1 << len(self.words)) - 1
 
     def stronger(self, state: tuple[tuple[int, ...], int]) -> tuple[Hashable, int]:
-        """Whoever has been read may go on; whoever has not may not."""
+        """Return the positions, and the robots that have been read, which alone may go on."""
         return state
 
 
@@ -130,11 +130,11 @@ class OrderedTogether(_Ordered):
             yield tuple(sorted(itertools.chain(*places)))
 
     def is_final(self, state: tuple[int, ...]) -> bool:
-        """Tell whether all hold their last letters."""
+        """Return whether all hold their last letters."""
         return state == self.ends
 
     def stronger(self, state: Hashable) -> tuple[Hashable, int]:
-        """No state can do more than another."""
+        """Return no bits, as no state can do more than another."""
         return state, 0
 
 

@@ -1,4 +1,4 @@
-"""Words of a team held against a formula under stated precedences: every team word that keeps them must satisfy it.
+"""Words of a team checked against a formula under stated precedences: every team word that keeps them must satisfy it.
 
 An *event* is a robot's coming to a letter of its word (entering or leaving a region, an action); a *precedence* says that one
 robot's event is over before another robot's happens. With none this is the claim `parallel`. Like that one it is decided
@@ -12,6 +12,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from verify.data.errors import BadInput
+from verify.data.former_names import former_arguments
 from verify.data.language.counting import Atom, atoms
 from verify.data.language.formula import Formula
 from verify.data.language.word import Letter
@@ -31,11 +32,12 @@ LetterEvent = tuple[str, int]
 """A robot and the index, from 1 on, of the letter of its word that it comes to."""
 
 
+@former_arguments(reading="team")
 def check_ordered(
     formula: str | Formula,
     words: Mapping[str, Letters],
     precedences: Iterable[tuple[LetterEvent, LetterEvent]],
-    reading: TeamReading = "own",
+    team: TeamReading = "own",
     *,
     budget: int = DEFAULT_BUDGET,
 ) -> Verdict:
@@ -45,7 +47,7 @@ def check_ordered(
         formula: LTLf in Spot's syntax.
         words: Each robot's word: a `Word`, or a sequence of sets of names.
         precedences: Pairs of events ((robot, letter), (robot, letter)): the first is over before the second happens.
-        reading: "own": a position is one robot's letter; "joint": the union of all robots' letters.
+        team: "own": a position is one robot's letter; "joint": the union of all robots' letters.
         budget: Configurations that each conjunct may take before the answer is `undecided`.
 
     Returns:
@@ -56,14 +58,14 @@ def check_ordered(
         BadInput: No robots, an empty word, a word with a cycle, an event that is none, or a formula under "own" that counts robots.
         MissingEngine: Spot, which gives the second opinion, is absent.
     """
-    formula, given = as_team(formula, words, reading)
+    formula, given = as_team(formula, words, team)
     if lassos := [name for name, word in given.items() if word.cycle is not None]:
         raise BadInput(f"{lassos[0]}'s word has a cycle; precedences order the events of finite words.")
     letters = {name: word.prefix for name, word in given.items()}
     pairs = _checked(precedences, letters)
     if circle := _circle(letters, pairs):
         return Verdict("fails", f"No flight keeps these precedences, which go round in a circle: {circle}.", claim="ordered")
-    return _Ordered(formula, letters, pairs, reading, budget, atoms(formula)).decide()
+    return _Ordered(formula, letters, pairs, team, budget, atoms(formula)).decide()
 
 
 _Pairs = tuple[tuple[LetterEvent, LetterEvent], ...]

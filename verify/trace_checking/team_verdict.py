@@ -1,4 +1,4 @@
-"""Words of a team held against a formula: one robot after another, and all at once.
+"""Words of a team checked against a formula: one robot after another, and all at once.
 
 Each claim is about every team word, so a conjunction is decided conjunct by conjunct, each seeing only its own
 propositions: most robots then do nothing that it could notice. `sequential` follows what whole words do to the states
@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from verify.data.errors import BadInput, InternalError
+from verify.data.former_names import former_arguments
 from verify.data.language.counting import Atom, atoms
 from verify.data.language.formula import Formula
 from verify.data.language.word import Letter
@@ -33,10 +34,11 @@ from verify.trace_checking.word_graph import InTurn, JointShuffle, Shuffle
 from verify.trace_checking.word_verdict import Letters, check_word
 
 
+@former_arguments(reading="team")
 def check_team(
     formula: str | Formula,
     words: Mapping[str, Letters],
-    reading: TeamReading = "own",
+    team: TeamReading = "own",
     *,
     budget: int = DEFAULT_BUDGET,
 ) -> TeamVerdict:
@@ -45,7 +47,7 @@ def check_team(
     Args:
         formula: LTLf in Spot's syntax.
         words: Each robot's word: a `Word`, or a sequence of sets of names.
-        reading: "own": a position is one robot's letter; "joint": the union of all robots' letters.
+        team: "own": a position is one robot's letter; "joint": the union of all robots' letters.
         budget: Configurations that each conjunct may take before the answer is `undecided`.
 
     Returns:
@@ -53,10 +55,10 @@ def check_team(
 
     Raises:
         FormulaError: The text is no formula.
-        BadInput: No robots, an empty word, a lasso in a team of several robots (laps are judged with their times), or a formula under "own" that counts robots.
+        BadInput: No robots, an empty word, a lasso in a team of several robots (laps are checked with their times), or a formula under "own" that counts robots.
         MissingEngine: Spot, which gives the second opinion, is absent.
     """
-    formula, given = as_team(formula, words, reading)
+    formula, given = as_team(formula, words, team)
     lassos = [name for name, word in given.items() if word.cycle is not None]
     if lassos and len(given) > 1:
         raise BadInput(
@@ -66,9 +68,9 @@ def check_team(
         verdict = check_word(formula, given[lassos[0]])
         return TeamVerdict(verdict, verdict)
     known = atoms(formula)
-    team = _Team(formula, {name: word.prefix for name, word in given.items()}, reading, budget, known)
-    sequential = team.decide("sequential")
-    parallel = team.decide("parallel")
+    asked = _Team(formula, {name: word.prefix for name, word in given.items()}, team, budget, known)
+    sequential = asked.decide("sequential")
+    parallel = asked.decide("parallel")
     if parallel.outcome == "holds" and sequential.outcome == "fails":
         raise InternalError("`parallel` holds but `sequential` fails, which cannot be. This is a bug of ltlplan's.")
     return TeamVerdict(sequential, parallel)

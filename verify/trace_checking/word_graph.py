@@ -83,7 +83,7 @@ class InTurn:
             yield (None if self.joint else self.observation(left, following, 0)), (left, following, 0)
 
     def is_final(self, state: tuple[tuple[int, ...], int, int]) -> bool:
-        """Tell whether all have flown."""
+        """Return whether all have flown."""
         waiting, kind, index = state
         return not any(waiting) and index + 1 == len(self.kinds[kind])
 
@@ -125,7 +125,7 @@ class Shuffle:
                     yield Observation(kind, word[place], (place, 1)), (*state[:kind], tuple(moved), *state[kind + 1 :])
 
     def is_final(self, state: tuple[tuple[int, ...], ...]) -> bool:
-        """Tell whether all have been read in their last letters."""
+        """Return whether all have been read in their last letters."""
         return state == self.ends
 
     def stronger(self, state: Hashable) -> tuple[Hashable, int]:
@@ -166,7 +166,7 @@ class JointShuffle:
             yield self._observation(moved), moved
 
     def is_final(self, state: tuple[tuple[int, ...], ...]) -> bool:
-        """Tell whether all hold their last letters."""
+        """Return whether all hold their last letters."""
         return all(places[-1] == count for places, count in zip(state, self.counts, strict=True))
 
     def stronger(self, state: Hashable) -> tuple[Hashable, int]:

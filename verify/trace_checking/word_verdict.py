@@ -1,4 +1,4 @@
-"""One word, finite or lasso, held against a formula by direct semantics."""
+"""One word, finite or lasso, checked against a formula by direct semantics."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def check_word(formula: str | Formula, word: Letters, cycle: Iterable[Iterable[s
 
 
 def as_formula(formula: str | Formula, shown: Collection[str] = ()) -> Formula:
-    """Return a formula from a text, which is held against words that show some names, or as it is.
+    """Return a formula from a text, which is compared with words that show some names, or as it is.
 
     Raises:
         BadInput: It is neither a text nor a sound formula.

@@ -36,7 +36,8 @@ _HEADINGS = (
 )
 _HEADING = 1e-4
 """rad by which a certified flight may begin beside its robot's heading."""
-_POINTS = (0, 1, 3, 7)
+POINTS = (0, 1, 3, 7)
+"""Control points that are stored of an axis of a piece, by its type: constant, linear, cubic, degree 7."""
 _KIND = 1
 
 _STEPS = (0.35, 0.45, 0.6, 0.8)
@@ -89,7 +90,7 @@ def _fitted(name: str, path: Trajectory, step: float) -> Trajectory:
     points = _points_of(at_joints, length)
     _require_near(name, points)
     cycle = None if path.cycle is None else sum(counts[:-1])
-    return _decoded(np.full(len(points), length, dtype=np.int64), points.astype(np.int64), cycle)
+    return decoded(np.full(len(points), length, dtype=np.int64), points.astype(np.int64), cycle)
 
 
 def _points_of(at_joints: NDArray[np.float64], length: int, begin: NDArray[np.float64] | None = None) -> NDArray[np.float64]:
@@ -130,7 +131,7 @@ def _joined(name: str, flown: Trajectory, last: Trajectory) -> Trajectory | None
     begin = np.stack([q[7], first, second, q[7] - 3 * first + 3 * second - q[4]])
     more = _points_of(at_joints, length, begin)
     _require_near(name, more)
-    joined = _decoded(
+    joined = decoded(
         np.concatenate([durations, np.full(count, length, dtype=np.int64)]),
         np.concatenate([points, more.astype(np.int64)]),
         None,
@@ -157,7 +158,7 @@ def _common_length(spans: list[float], step: float) -> tuple[int, list[int]]:
 
 
 def _require_near(name: str, points: NDArray[Any]) -> None:
-    """Refuse control points, of shape (pieces, 4, 8), that 16 bits do not hold."""
+    """Reject control points, of shape (pieces, 4, 8), that 16 bits do not hold."""
     place, heading = float(np.max(np.abs(points[:, :3]))), float(np.max(np.abs(points[:, 3])))
     if place > _MOST:
         raise DoesNotFit(f"{name} has a control point {place / 1000:g} m from the origin; compressed flights reach 32.767 m.")
@@ -174,7 +175,7 @@ def compressed_bytes(name: str, path: Trajectory) -> tuple[bytes, int]:
         DoesNotFit: A position, duration or heading is out of range, or rounding would change the path.
     """
     durations, points = _encoded(name, path)
-    if _decoded(durations, points, None) != Trajectory(path.durations, path.coefficients):
+    if decoded(durations, points, None) != Trajectory(path.durations, path.coefficients):
         raise _OffGrid(
             f"{name}'s trajectory does not survive rounding to millimetres, tenths of a degree and milliseconds; "
             "certify `flight.quantised(team)` and export that."
@@ -185,47 +186,10 @@ def compressed_bytes(name: str, path: Trajectory) -> tuple[bytes, int]:
         for axis in range(4):
             kind = 0 if np.all(piece[axis] == piece[axis, 0]) else 3
             kinds |= kind << (2 * axis)
-            stored += struct.pack(f"<{_POINTS[kind]}h", *piece[axis, 8 - _POINTS[kind] :].tolist())
+            stored += struct.pack(f"<{POINTS[kind]}h", *piece[axis, 8 - POINTS[kind] :].tolist())
         data += struct.pack("<BH", kinds, duration) + stored
     data += struct.pack("<BH", 0, 0)
     return bytes(data), len(durations)
-
-
-def compressed_trajectory(data: bytes) -> Trajectory:
-    """Read compressed bytes as the firmware does.
-
-    Raises:
-        BadInput: They end in the middle of a piece, or hold no piece.
-    """
-    try:
-        last = np.array(struct.unpack_from("<hhhh", data, 0), dtype=np.int64)
-        place, durations, pieces = 8, [], []
-        while True:
-            kinds, duration = struct.unpack_from("<BH", data, place)
-            place += 3
-            if duration == 0:
-                break
-            piece = np.empty((4, 8), dtype=np.int64)
-            for axis in range(4):
-                count = _POINTS[kinds >> (2 * axis) & 3]
-                own = [int(last[axis]), *struct.unpack_from(f"<{count}h", data, place)]
-                place += 2 * count
-                piece[axis] = own * 8 if count == 0 else _raised(own)
-            durations.append(duration)
-            pieces.append(piece)
-            last = piece[:, 7]
-    except struct.error:
-        raise BadInput(f"{len(data)} bytes end in the middle of a compressed trajectory.") from None
-    if not pieces:
-        raise BadInput("a compressed trajectory needs at least one piece.")
-    return _decoded(np.array(durations, dtype=np.int64), np.array(pieces), None)
-
-
-def _raised(points: list[int]) -> list[int]:
-    """Return eight control points of the same curve where that is exact in integers."""
-    if len(points) != 8:
-        raise BadInput("linear and cubic pieces are not written here and cannot be read exactly.")
-    return points
 
 
 def _encoded(name: str, path: Trajectory) -> tuple[Integers, Integers]:
@@ -247,8 +211,14 @@ def _encoded(name: str, path: Trajectory) -> tuple[Integers, Integers]:
     return durations, points
 
 
-def _decoded(durations: Integers, points: Integers, cycle: int | None) -> Trajectory:
-    """Return the polynomials of control points in stored units over durations in ms, rounded to float32 once."""
+def decoded(durations: Integers, points: Integers, cycle: int | None) -> Trajectory:
+    """Return the polynomials of control points in stored units, rounded to float32 once.
+
+    Args:
+        durations: ms. Shape (pieces,).
+        points: Control points. Shape (pieces, 4, 8).
+        cycle: First piece of the cycle; None for a finite flight.
+    """
     to_powers = np.array(
         [[comb(7, k) * comb(k, j) * (-1) ** (k - j) if j <= k else 0 for j in range(8)] for k in range(8)], dtype=np.int64
     )
@@ -279,7 +249,7 @@ def _product(request: Request) -> Product:
 
 
 def _without_team_laps(team: Mapping[str, Trajectory]) -> Mapping[str, Trajectory]:
-    """Refuse laps of several robots: they begin together to the last bit, and sums of whole milliseconds are no sums of float32."""
+    """Reject laps of several robots: they begin together to the last bit, and sums of whole milliseconds are no sums of float32."""
     if len(team) > 1 and any(path.cycle is not None for path in team.values()):
         raise DoesNotFit(
             "The laps of a team begin together to the last bit, which the compressed format's milliseconds do not keep. Use the format "
@@ -311,7 +281,7 @@ def _packed(team: Mapping[str, Trajectory], laps: int) -> Mapping[str, Trajector
 
 
 def _require_heading(name: str, heading: float) -> None:
-    """Refuse a flight, beginning at a heading in rad, where rounding turns it: no certificate is of that."""
+    """Reject a flight, beginning at a heading in rad, where rounding turns it: no certificate is of that."""
     tenths = heading * _UNITS[3]
     if abs(round(tenths) - tenths) > _HEADING * _UNITS[3]:
         raise DoesNotFit(

@@ -85,7 +85,7 @@ def upload_files(request: Request, encode: Callable[[str, Trajectory], tuple[byt
 
 @dataclass(frozen=True, slots=True)
 class Uploaded:
-    """What was sent to one vehicle, or would have been.
+    """Bytes that were sent to one vehicle, or would have been.
 
     Attributes:
         robot: Name.

@@ -23,9 +23,9 @@ from flight.exports.crazyflies.swarm_settings import configuration, weights_said
 from flight.exports.parts import Part, notes_on, order_of, parts_of
 from flight.exports.target import NOTE, ExportTarget, Product, Request
 from flight.monitoring.thresholds import CRAZYFLIE_ACCURACY
+from flight.storage.ownership import MANIFEST
 from verify.data import BadInput, DoesNotFit, Mission, Trajectory
 from verify.data.files.trajectory_csv import write_csv
-from verify.data.storage.ownership import MANIFEST
 from verify.data.trajectory import HOVER, PAUSE, PIECES
 
 _CONFIGURATION = "crazyflies.yaml"

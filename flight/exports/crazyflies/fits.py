@@ -1,4 +1,4 @@
-"""What several targets ask of a flight before they write it."""
+"""Requirements that several targets have on a flight before they write it."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from verify.data.vehicle import LIGHT
 
 
 def require_crazyflie(request: Request) -> None:
-    """Refuse a vehicle that is no Crazyflie by the size of its numbers.
+    """Reject a vehicle that is no Crazyflie by the size of its numbers.
 
     Raises:
         DoesNotFit: It weighs more than any Crazyflie can lift.
@@ -38,7 +38,7 @@ def crazyflies(mission: Mission, robots: Iterable[str]) -> tuple[str, ...]:
 
 
 def require_float32(name: str, path: Trajectory) -> None:
-    """Refuse numbers that the vehicle's float32 would change after they were certified.
+    """Reject numbers that the vehicle's float32 would change after they were certified.
 
     Raises:
         DoesNotFit: As said.
@@ -58,7 +58,7 @@ def held_at_once(mission: Mission, name: str) -> int:
 
 
 def require_held(mission: Mission, name: str, path: Trajectory, part: str = "") -> None:
-    """Refuse more pieces than are held at once.
+    """Reject more pieces than are held at once.
 
     Args:
         mission: Says what the robot flies.

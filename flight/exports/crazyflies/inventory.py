@@ -41,7 +41,7 @@ _MOST = 1_000_000
 
 @dataclass(frozen=True, slots=True)
 class Item:
-    """What is known of one robot.
+    """Entry of one robot.
 
     Attributes:
         uri: Its address, by radio or for MAVLink; None where it is not said.
@@ -87,7 +87,7 @@ def read_capture(path: Path) -> CaptureSystem | None:
 
 
 def require_radios(mission: Mission, items: Mapping[str, Item]) -> None:
-    """Refuse addresses of more radios than a certificate's skew of the start was reckoned for: they start robots one after the other.
+    """Reject addresses of more radios than a certificate's skew of the start was reckoned for: they start robots one after the other.
 
     Args:
         mission: Which says what clocks may be apart, or by how many radios robots are started.

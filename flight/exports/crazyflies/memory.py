@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from flight.exports.crazyflies.fits import require_float32
-from verify.data import BadInput, DoesNotFit, Trajectory
+from verify.data import DoesNotFit, Trajectory
 
 MEMORY = 4096
 """Bytes of trajectory memory."""
@@ -51,18 +51,6 @@ def poly4d_bytes(name: str, path: Trajectory) -> bytes:
     require_float32(name, path)
     table = np.concatenate([path.coefficients.reshape(len(path), 32), path.durations[:, None]], axis=1)
     return table.astype("<f4").tobytes()
-
-
-def poly4d_trajectory(data: bytes) -> Trajectory:
-    """Read the bytes of an uncompressed trajectory again.
-
-    Raises:
-        BadInput: They are no whole number of pieces, or hold nonsense.
-    """
-    if not data or len(data) % PIECE:
-        raise BadInput(f"{len(data)} bytes are no Poly4D trajectory; a piece has {PIECE}.")
-    table = np.frombuffer(data, dtype="<f4").astype(np.float64).reshape(-1, 33)
-    return Trajectory(table[:, 32], table[:, :32].reshape(-1, 4, 8))
 
 
 def side_by_side(

@@ -1,4 +1,4 @@
-"""What a Crazyflie has to be told so that it flies as it was simulated: controller, mass, and how far to trust motion capture."""
+"""Parameters of a Crazyflie that make it fly as it was simulated: controller, mass, and trust in motion capture."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _OF_CONTROLLERS = {"ctrlMel": 2, "ctrlLee": 5}
 """Groups of parameters that only one controller reads, and its number."""
 
 
-def parameters(vehicle: Vehicle, mass: float | None = None) -> dict[str, dict[str, float]]:
+def firmware_parameters(vehicle: Vehicle, mass: float | None = None) -> dict[str, dict[str, float]]:
     """Return the firmware's parameters for a vehicle, by group and name.
 
     Args:
@@ -31,13 +31,13 @@ def parameters(vehicle: Vehicle, mass: float | None = None) -> dict[str, dict[st
 
 
 def parameters_read(vehicle: Vehicle, mass: float | None = None) -> dict[str, float]:
-    """Return those of `parameters` that are read by whom the vehicle flies with, by `group.name`.
+    """Return those of `firmware_parameters` that are read by whom the vehicle flies with, by `group.name`.
 
     Args:
         vehicle: Its profile.
         mass: kg as it was weighed; None takes the profile's.
     """
-    groups = parameters(vehicle, mass)
+    groups = firmware_parameters(vehicle, mass)
     flown = groups["stabilizer"]["controller"]
     return {
         f"{group}.{key}": float(value)
@@ -54,6 +54,6 @@ def sentence(vehicle: Vehicle) -> str:
         vehicle: Its profile.
     """
     set_to = "; ".join(
-        f"{group}.{name} {value:g}" for group, values in parameters(vehicle).items() for name, value in values.items()
+        f"{group}.{name} {value:g}" for group, values in firmware_parameters(vehicle).items() for name, value in values.items()
     )
     return f"The margin is meant for {controller_name(vehicle)}; {vehicle.name} flies with {set_to}."

@@ -15,7 +15,7 @@ from ruamel.yaml import YAML
 from ruamel.yaml.scalarstring import DoubleQuotedScalarString
 
 from flight.exports.crazyflies.inventory import Item, checked_weight
-from flight.exports.crazyflies.parameters import parameters
+from flight.exports.crazyflies.parameters import firmware_parameters
 from flight.exports.target import Request
 
 _ESTIMATOR = ("kalman.varX", "kalman.varY", "kalman.varZ", "pm.batteryLevel")
@@ -27,7 +27,7 @@ _FEW = 5
 
 
 def _pose_rate(request: Request) -> int:
-    """Return how often a second poses are reported: as often as recordings are best judged, or as a radio has room for."""
+    """Return how often a second poses are reported: as often as recordings are best checked, or as a radio has room for."""
     return 50 if len(request.team) <= _FEW * (request.mission.radios or 1) else 20
 
 
@@ -50,7 +50,7 @@ def configuration(request: Request, starts: Mapping[str, tuple[float, ...]], ite
             "uri": item.uri or f"radio://0/80/2M/E7E7E7E7{index + 1:02X}",
             "initial_position": [round(start[0], 6), round(start[1], 6), 0.0],
             "type": "ltlplan",
-            "firmware_params": parameters(
+            "firmware_params": firmware_parameters(
                 request.mission.vehicle_of(name), checked_weight(name, request.mission.vehicle_of(name), item.mass)
             ),
         }

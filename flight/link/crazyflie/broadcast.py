@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable, Iterable
 from typing import Any
 
-from flight.link.crazyflie.reports import State
+from flight.exports.scripts.flying.supervisor import State
 from flight.link.crazyflie.vehicle import EBUSY, Vehicle
 from flight.link.link import LinkLost
 
@@ -95,7 +95,7 @@ class Broadcast:
 
 
 def _flies(vehicle: Vehicle, begin: float) -> bool:
-    """Tell whether a vehicle whose answer was lost says that it flies something since."""
+    """Return whether a vehicle whose answer was lost says that it flies something since."""
     state, told = vehicle.reports.state, vehicle.reports.state_at
     told_since = vehicle.started is None and state is not None and told > begin + _SETTLES
     return told_since and State.ACTIVE in (state or State(0)) and State.FINISHED not in (state or State.FINISHED)

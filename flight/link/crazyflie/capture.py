@@ -98,7 +98,7 @@ class Watch(threading.Thread):
 
         Args:
             capture: Waits for frames.
-            tell: Told of each.
+            tell: Receives each.
         """
         super().__init__(name="motion capture", daemon=True)
         self._capture, self._tell = capture, tell

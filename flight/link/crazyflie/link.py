@@ -11,11 +11,12 @@ from typing import Literal
 import numpy as np
 
 from flight.exports.crazyflies.radio_addresses import heard_by
+from flight.exports.scripts.flying.checks import battery_left, no_battery
+from flight.exports.scripts.flying.supervisor import fault_of, flying, ready
 from flight.link.addresses import require_addresses
 from flight.link.crazyflie.broadcast import Broadcast
 from flight.link.crazyflie.capture import Body, Capture, Watch
 from flight.link.crazyflie.memory import Memory, encoded
-from flight.link.crazyflie.reports import State
 from flight.link.crazyflie.setting import wanted
 from flight.link.crazyflie.steps import arm, armed, connect, store, until
 from flight.link.crazyflie.vehicle import Vehicle
@@ -105,7 +106,7 @@ class CrazyflieLink:
             raise
 
     def _require(self, mission: Mission) -> None:
-        """Refuse what cannot be flown, before anybody is reached."""
+        """Reject what cannot be flown, before anybody is reached."""
 
     def _reached(self) -> None:
         """Prepare for flights, once all are reached."""
@@ -119,7 +120,7 @@ class CrazyflieLink:
 
     @property
     def failsafe(self) -> str:
-        """What acts on board when nothing comes from here any more."""
+        """Reaction on board when nothing arrives from here any more."""
         return _GONE if self._stops else _GOES_ON
 
     @property
@@ -146,19 +147,14 @@ class CrazyflieLink:
 
     def health(self, robot: str) -> Health:
         """Return what a vehicle last said of itself."""
-        vehicle, endurance = self._vehicles[robot], self._mission.vehicle_of(robot).endurance
-        state, battery, settled, ready = vehicle.reports.state, vehicle.reports.battery, vehicle.reports.settled, None
-        flying, why = None, {"battery": "its charge is not reported" if battery is None else "its vehicle has no `endurance`"}
-        if state is not None:
-            blocked = state & (State.TUMBLED | State.LOCKED | State.CRASHED)
-            ready = not blocked and bool(state & (State.CAN_FLY | State.CAN_ARM))
-            flying = State.FLYING in state
-        if self._watch is not None and vehicle.pose is not None and vehicle.reports.estimate is not None:
-            near = math.dist(vehicle.pose.position, vehicle.reports.estimate.position) < _ASTRAY
-            near = near or robot in self._flown
+        reports, seen = self._vehicles[robot].reports, self._vehicles[robot].pose
+        state, settled = reports.state, reports.settled
+        if self._watch is not None and seen is not None and reports.estimate is not None:
+            near = robot in self._flown or math.dist(seen.position, reports.estimate.position) < _ASTRAY
             settled = near if settled is None else settled and near
-        lasts = None if battery is None or (endurance is None and battery > 0.0) else (endurance or 0.0) * battery
-        return Health(ready, settled, lasts, flying, why)
+        lasts = battery_left(reports.battery, self._mission.vehicle_of(robot).endurance)
+        why = {"battery": no_battery(reports.battery)}
+        return Health(ready(state), settled, lasts, flying(state), fault_of(state), why)
 
     def parameters(self, robot: str) -> Mapping[str, float]:
         """Return the parameters that matter, as they were read back."""
@@ -166,7 +162,7 @@ class CrazyflieLink:
         return {key: board[key] for key in self.wanted[robot] if key in board}
 
     def require_room(self, team: Mapping[str, Trajectory]) -> None:
-        """Refuse flights that memories on board cannot hold, before anything is stored.
+        """Reject flights that memories on board cannot hold, before anything is stored.
 
         Args:
             team: Finite, as they are flown.

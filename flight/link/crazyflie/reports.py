@@ -1,4 +1,4 @@
-"""What a Crazyflie says of itself: where it takes itself to be, its supervisor, its battery, and how sure its estimator is."""
+"""Reports of a Crazyflie: its estimated position, its supervisor, its battery, and its estimator's variances."""
 
 from __future__ import annotations
 
@@ -6,9 +6,10 @@ import functools
 import math
 from collections import deque
 from collections.abc import Callable
-from enum import IntFlag
 from typing import Any
 
+from flight.exports.scripts.flying import supervisor
+from flight.exports.scripts.flying.supervisor import State
 from flight.link.link import Pose
 from flight.monitoring.thresholds import SETTLED
 
@@ -22,26 +23,10 @@ _TARGET = ("ctrltarget.x", "ctrltarget.z")
 _HEALTH = ("supervisor.info", "pm.batteryLevel", "pm.state", *_VARIANCES)
 _WHOLE = 0.02
 """Part of a millimetre by which a streamed set-point's place, of whole ones, is off in float32."""
-_LOW_POWER = 3
-"""`pm.state` of an empty battery; higher ones switch off."""
-
-
-class State(IntFlag):
-    """Bits of `supervisor.info`."""
-
-    CAN_ARM = 1 << 0
-    ARMED = 1 << 1
-    CAN_FLY = 1 << 3
-    FLYING = 1 << 4
-    TUMBLED = 1 << 5
-    LOCKED = 1 << 6
-    CRASHED = 1 << 7
-    ACTIVE = 1 << 8
-    FINISHED = 1 << 9
 
 
 class Reports:
-    """What one vehicle reports, as it comes.
+    """Reports of one vehicle, as they come.
 
     Attributes:
         estimate: Where it takes itself to be.
@@ -111,35 +96,30 @@ class Reports:
 
     @property
     def state(self) -> State | None:
-        """What its supervisor last said; None where it says nothing."""
+        """Last state of its supervisor; None where it reports nothing."""
         info = self._told.get("supervisor.info")
-        return None if info is None else State(int(info) & sum(State))
+        return None if info is None else State(int(info))
 
     @property
     def state_at(self) -> float:
-        """When it said so, s."""
+        """Time of that report, s."""
         return self._told_at
 
     @property
     def watched(self) -> bool:
-        """Whether its pose is known, and its health for half a second, where it says something of it."""
+        """True if its pose is known, and its health for half a second, where it says something of it."""
         health = not self._tells or (bool(self._told) and len(self._variances) in (0, self._variances.maxlen))
         return health and self.estimate is not None
 
     @property
     def settled(self) -> bool | None:
-        """Whether the variances of its estimated position stay as they are; None where it does not say."""
-        if not self._variances:
-            return None
-        return self.watched and all(max(axis) - min(axis) < SETTLED for axis in zip(*self._variances, strict=True))
+        """True if the variances of its estimated position stay as they are; None where it does not say."""
+        return supervisor.settled(self._variances, {"settled": SETTLED})
 
     @property
     def battery(self) -> float | None:
         """Share of its charge that is left; None where it does not say."""
-        if self._told.get("pm.state", 0.0) >= _LOW_POWER:
-            return 0.0
-        level = self._told.get("pm.batteryLevel")
-        return None if level is None else level / 100.0
+        return supervisor.charge(self._told.get("pm.state", 0.0), self._told.get("pm.batteryLevel"))
 
 
 def _start(cf: Any, config: Any) -> None:

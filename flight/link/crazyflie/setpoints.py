@@ -38,13 +38,15 @@ def full_state(flat: Floats) -> bytes:
     attitude = np.roll(from_matrix(leads.turn)[:, 0], -1)  # x, y, z, w
     numbers = np.rint(1000.0 * np.concatenate([flat[0, :3], flat[1, :3], flat[2, :3], leads.rates[:, 0]]))
     if not np.abs(numbers).max() <= 1000.0 * _LARGEST:
-        raise DoesNotFit(f"a set-point has a number above {_LARGEST} m, m/s, m/s^2 or rad/s, which a Crazyflie is not sent.")
+        raise DoesNotFit(
+            f"a set-point of {np.abs(numbers).max() / 1000:.5g} m, m/s, m/s^2 or rad/s exceeds the Crazyflie packet's {_LARGEST}; fly slower, or nearer to the origin."
+        )
     whole = numbers.astype(int).tolist()
     return struct.pack("<B9hI3h", _FULL_STATE, *whole[:9], compress_quaternion(attitude), *whole[9:])
 
 
 def require_near(mission: Mission) -> None:
-    """Refuse a mission in whose workspace there are places that cannot be sent.
+    """Reject a mission in whose workspace there are places that cannot be sent.
 
     Args:
         mission: In the laboratory's frame.

@@ -1,8 +1,7 @@
-"""What is set on board before a flight and read back: the controller, its mass, and how far motion capture is trusted."""
+"""Settings on board before a flight, read back: the controller, its mass, and how far motion capture is trusted."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 
 from flight.exports.crazyflies.fits import crazyflies
@@ -52,17 +51,3 @@ def set_on(vehicle: Vehicle, values: Mapping[str, float]) -> tuple[list[str], Ca
         due[key] = vehicle.reads.get(key, 0) + 2
         vehicle.set(key, value)
     return [], lambda: all(vehicle.reads.get(key, 0) >= count for key, count in due.items())
-
-
-def differing(vehicle: Vehicle, values: Mapping[str, float]) -> list[str]:
-    """Return what a vehicle has on board otherwise than it was told, up to float32.
-
-    Args:
-        vehicle: Whose parameters were read back.
-        values: `group.name` to value.
-    """
-    return [
-        f"{vehicle.name} does not take the parameter {key} = {value:g}: on board it is {vehicle.board[key]:g}"
-        for key, value in values.items()
-        if not math.isclose(vehicle.board[key], value, rel_tol=1e-5, abs_tol=1e-9)
-    ]

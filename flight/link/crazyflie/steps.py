@@ -1,4 +1,4 @@
-"""What takes a while: to reach vehicles, to set parameters, to store a flight, to arm. Each is asked for until it is confirmed, or refused."""
+"""Steps that take a while: to reach vehicles, to set parameters, to store a flight, to arm. Each is repeated until it is confirmed, or rejected."""
 
 from __future__ import annotations
 
@@ -7,9 +7,10 @@ import time
 from collections.abc import Callable, Collection, Mapping
 
 from flight.exports.crazyflies.memory import Entry
+from flight.exports.scripts.flying.checks import differing
+from flight.exports.scripts.flying.supervisor import State
 from flight.link.addresses import said_of
-from flight.link.crazyflie.reports import State
-from flight.link.crazyflie.setting import differing, set_on
+from flight.link.crazyflie.setting import set_on
 from flight.link.crazyflie.vehicle import Vehicle
 from flight.link.link import LinkLost
 from flight.monitoring.thresholds import ARMING
@@ -53,7 +54,7 @@ def connect(vehicles: Collection[Vehicle], values: Mapping[str, Mapping[str, flo
     if lacking:
         raise LinkLost(f"{'; '.join(lacking)}: flash a newer one, or take another controller in the vehicle's profile.")
     until(vehicles, lambda vehicle: ready[vehicle.name](), "did not confirm its parameters", sleep, 2 * ANSWER)
-    wrong = [found for vehicle in vehicles for found in differing(vehicle, values[vehicle.name])]
+    wrong = [f"{v.name} does not take a parameter: {found}" for v in vehicles for found in differing(v.board, values[v.name])]
     if wrong:
         raise LinkLost(f"{'; '.join(wrong)}: look whether the firmware takes them, and whether another program sets them.")
     until(vehicles, lambda vehicle: vehicle.reports.watched, "does not say where it is and how", sleep)

@@ -47,7 +47,7 @@ class StreamedCrazyflies(CrazyflieLink):
 
     @property
     def failsafe(self) -> str:
-        """What acts on board when nothing comes from here any more."""
+        """Reaction on board when nothing arrives from here any more."""
         return f"{_LEVEL}; {_STOPS if self._stops else _SHUTS}; {_ALONE}"
 
     @property
@@ -140,7 +140,7 @@ class StreamedCrazyflies(CrazyflieLink):
             self._vehicles[robot].aim.end()
 
     def _follows_itself(self, robot: str) -> bool:
-        """Tell whether a robot follows its own commander since it was left; while it does not say so, it is told that set-points have ended."""
+        """Return whether a robot follows its own commander since it was left; while it does not say so, it is told that set-points have ended."""
         vehicle = self._vehicles[robot]
         if vehicle.reports.own_target_at > self._gone[robot]:
             return True

@@ -13,9 +13,10 @@ from queue import SimpleQueue
 from typing import Any
 
 from flight.exports.crazyflies.memory import Entry
+from flight.exports.scripts.flying.supervisor import State
 from flight.link.crazyflie import packets
 from flight.link.crazyflie.aim import LANDS, Aim
-from flight.link.crazyflie.reports import Reports, State
+from flight.link.crazyflie.reports import Reports
 from flight.link.link import Pose
 from verify.data import MissingEngine
 
@@ -104,7 +105,7 @@ class Vehicle:
 
     @property
     def connected(self) -> bool:
-        """Whether it is reached, and all that it has is known."""
+        """True if it is reached, and all that it has is known."""
         return self._connected.is_set() and not self.failure
 
     def send(self, call: Callable[[], object]) -> None:
@@ -154,7 +155,7 @@ class Vehicle:
         self.reads[key] = self.reads.get(key, 0) + 1
 
     def has(self, key: str) -> bool:
-        """Whether its firmware has a parameter, such as `ctrlMel.mass`."""
+        """Return whether its firmware has a parameter, such as `ctrlMel.mass`."""
         group, _, name = key.partition(".")
         return name in self._cf.param.toc.toc.get(group, {})
 
@@ -239,7 +240,7 @@ class Vehicle:
 
     @property
     def started(self) -> int | None:
-        """What it answered to the start that was expected: 0 where it flies; None before it has."""
+        """Its answer to the start that was expected: 0 where it flies; None before it has answered."""
         return self._answers.get(packets.START)
 
     def start_packet(self, number: int) -> Any:  # cflib's packets have no types

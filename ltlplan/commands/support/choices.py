@@ -1,4 +1,4 @@
-"""Enumerations for the command line: what `--help` lists, a shell completes and a misspelt name is held against.
+"""Enumerations for the command line: what `--help` lists, a shell completes and a misspelt name is compared with.
 
 They are read from the registries, so that what another package brings is a choice like ours.
 """

@@ -39,27 +39,27 @@ WindOption = Annotated[str | None, typer.Option("--wind", help="m/s: 1.5 (along 
 NoiseOption = Annotated[
     str | None, typer.Option("--noise", help="Motion capture with this standard deviation of a position, m.")
 ]
-ModelOption = Annotated[ModelName, typer.Option("--model", help="How the vehicles fly.")]
-ControllerOption = Annotated[ControllerName, typer.Option("--controller", help="Who follows the plan.")]
+ModelOption = Annotated[ModelName, typer.Option("--model", help="Model of the vehicles.")]
+ControllerOption = Annotated[ControllerName, typer.Option("--controller", help="Controller that follows the plan.")]
 FollowerOption = Annotated[
     ControllerName | None,
-    typer.Option("--controller", help="Who follows the plan (default: whom the vehicles' profiles name)."),
+    typer.Option("--controller", help="Controller that follows the plan (default: by the vehicles' profiles)."),
 ]
 EstimatorOption = Annotated[
     EstimatorName | None,
-    typer.Option("--estimator", help="Who makes a state of what motion capture sees: on board, or on the ground."),
+    typer.Option("--estimator", help="State estimator: on board, or on the ground."),
 ]
 LatencyOption = Annotated[
     float | None, typer.Option("--latency", help="s from a frame of motion capture to its use; 0.01 where there is noise.")
 ]
 MassOption = Annotated[
-    float | None, typer.Option("--mass", help="kg that a controller on board is told, instead of the vehicle's.")
+    float | None, typer.Option("--mass", help="kg that a controller on board assumes, instead of the vehicle's.")
 ]
 PlaceOption = Annotated[
     list[str] | None,
     typer.Option(
         "--place",
-        help="With --link: NAME=x,y,z in m, where the laboratory sees a robot stand (default: at z = 0 below its start).",
+        help="With --link: NAME=x,y,z in m, where motion capture sees a robot stand (default: at z = 0 below its start).",
     ),
 ]
 AddressOption = Annotated[
@@ -87,7 +87,7 @@ GEOMETRIC = ControllerName("geometric")
 
 @dataclass(frozen=True, slots=True)
 class Said:
-    """What options say of a flight; None where they say nothing.
+    """Options of a flight as they were given; None where they were not.
 
     Attributes:
         wind: As `--wind`.
@@ -109,12 +109,12 @@ class Said:
 
     @property
     def anything(self) -> bool:
-        """Whether they say anything."""
+        """True if any of them was given."""
         said = (self.wind, self.noise, self.controller, self.estimator, self.latency, self.mass)
         return self.model != FULL or any(option is not None for option in said)
 
     def require_sense(self) -> None:
-        """Refuse what makes no sense for any mission, before one is planned.
+        """Reject what makes no sense for any mission, before one is planned.
 
         Raises:
             BadInput: There are no such conditions.
@@ -153,7 +153,7 @@ class Said:
         follower = CONTROLLERS.find(controller)
         if self.mass is not None:
             if not isinstance(follower, Mellinger | Lee):
-                raise BadInput(f"--mass is what `mellinger` or `lee` is told; '{controller}' is told none.")
+                raise BadInput(f"--mass is the mass that `mellinger` or `lee` assumes; '{controller}' assumes none.")
             follower = replace(follower, mass=self.mass)
         sensor = None if self.noise is None else MotionCapture.parse(self.noise)
         if self.latency is not None:

@@ -1,4 +1,4 @@
-"""Where events are told while a team flies, as `--follow` spells it: the keyboard, a ROS 2 topic, a planning service, or else a file."""
+"""Event sources of a flight, as `--follow` names them: the keyboard, a ROS 2 topic, a planning service, or else a file."""
 
 from __future__ import annotations
 

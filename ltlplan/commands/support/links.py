@@ -26,7 +26,7 @@ Flown = Literal["on board", "from here"]
 
 @dataclass(frozen=True, slots=True)
 class Asked:
-    """What the command line says of a link.
+    """Options of a link as the command line gives them.
 
     Attributes:
         kind: `simulated`, `crazyflie` or `mavlink`.
@@ -46,7 +46,7 @@ class Asked:
 
 
 def require_sense(asked: Asked, said: Said) -> None:
-    """Refuse options that do not go with a kind of link.
+    """Reject options that do not go with a kind of link.
 
     Args:
         asked: Which link, and where robots are.
@@ -68,7 +68,7 @@ def require_sense(asked: Asked, said: Said) -> None:
 
 
 def require_batteries(asked: Asked, mission: Mission) -> str:
-    """Refuse vehicles whose battery cannot be held against the flight's length, unless that is accepted; return a sentence on them, or nothing.
+    """Reject vehicles whose battery cannot be compared with the flight's length, unless that is accepted; return a sentence on them, or nothing.
 
     Args:
         asked: Which link; simulated vehicles always have an endurance.

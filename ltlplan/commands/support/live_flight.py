@@ -89,7 +89,7 @@ def fly_over_link(source: str, out: Path | None, asked: Asked, said: Said, seed:
 
 
 def keep_record(out: Path | None) -> None:
-    """Refuse a folder with the record of a flight that vehicles flew: it cannot be flown again.
+    """Reject a folder with the record of a flight that vehicles flew: it cannot be flown again.
 
     Args:
         out: Folder to write; None writes nothing.
@@ -97,8 +97,8 @@ def keep_record(out: Path | None) -> None:
     Raises:
         BadInput: It holds such a record, or one that cannot be read.
     """
+    from flight.storage.folders import FLOWN
     from verify.data import BadInput
-    from verify.data.storage.folders import FLOWN
     from verify.data.storage.safe_reading import parse_json, read_text
 
     if out is None or not (out / FLOWN).is_file():
@@ -125,7 +125,7 @@ def write_texts(texts: Mapping[str, str], folder: Path) -> None:
 
 
 def _abort(kind: str, flown: tuple[Stage, ...]) -> str:
-    """Return what is proved of breaking the flight off, all stages judged."""
+    """Return what is proved of breaking the flight off, all stages checked."""
     from flight.link.phases import BRAKING
     from ltlplan.result import aborts_of
 

@@ -46,7 +46,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Happening:
-    """What happens in an online flight.
+    """Event of an online flight.
 
     Attributes:
         events: As `--event`.
@@ -137,7 +137,7 @@ def online_over_link(mission: Mission, out: Path | None, asked: Asked, said: Sai
 def _kept(
     course: OnlineCourse, done: LiveFlight, planned_cost: float, out: Path | None, *, kind: str, failsafe: str
 ) -> tuple[tuple[Path, ...], Outcome]:
-    """Judge what was flown and write it; return the files, and what is shown of how it ended."""
+    """Check what was flown and write it; return the files, and what is shown of how it ended."""
     from ltlplan.online.files import write_online
     from ltlplan.online.measured_result import flown_live
 

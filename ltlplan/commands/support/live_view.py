@@ -77,7 +77,7 @@ def _to_do(look: Look) -> str:
 
 @dataclass
 class Interrupts:
-    """What came from outside to end a flight.
+    """Interrupts from outside that end a flight.
 
     Attributes:
         first: The first signal; None where there was none.

@@ -1,4 +1,4 @@
-"""Where a command's work is done: in processes of this machine, or by the workers of a Dask cluster."""
+"""Workers of a command: processes of this machine, or the workers of a Dask cluster."""
 
 from __future__ import annotations
 
@@ -11,7 +11,9 @@ if TYPE_CHECKING:
 
 DaskOption = Annotated[
     str | None,
-    typer.Option("--dask", metavar="ADDRESS", help="Let the workers of a Dask cluster do it: its scheduler's tcp://HOST:PORT."),
+    typer.Option(
+        "--dask", metavar="ADDRESS", help="Compute by the workers of a Dask cluster: its scheduler's tcp://HOST:PORT."
+    ),
 ]
 
 

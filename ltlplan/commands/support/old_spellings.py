@@ -1,20 +1,41 @@
-"""What commands were called before: old words go on, with a note on standard error."""
+"""Former spellings of commands and options: they go on, with a note on standard error."""
 
 from __future__ import annotations
+
+from verify.data.errors import BadInput
+
+OPTIONS = {
+    "audit": {"--own-limits": "--file-limits", "--no-own-limits": "--no-file-limits"},
+    "certify": {"--called": "--rename"},
+    "check": {"--reading": "--team"},
+    "export": {"--anyway": "--force"},
+}
+"""The present name of each former option, by command."""
 
 
 def spelled_now(words: list[str]) -> tuple[list[str], str | None]:
     """Return the words of a command as it is called now, and a note where that is not how they were written.
 
-    `fly --runs N` is `campaign --runs N`, `fly --runs 1` is `fly`, and `fly --online` is `online`.
+    Former options are listed in `OPTIONS`. `fly --runs N` is `campaign --runs N`, `fly --runs 1` is `fly`, and `fly --online` is `online`.
 
     Args:
         words: Command, arguments and options.
+
+    Raises:
+        BadInput: An option is given by both of its names.
     """
     end = words.index("--") if "--" in words else len(words)
-    if not words or words[0] != "fly":
+    if not words:
         return words, None
     given, rest = words[1:end], words[end:]
+    for old, now in OPTIONS.get(words[0], {}).items():
+        if any(_is(word, old) for word in given):
+            if any(_is(word, now) for word in given):
+                raise BadInput(f"`{old}` is the former name of `{now}`; give `{now}` alone.")
+            renamed = [now + word.removeprefix(old) if _is(word, old) else word for word in given]
+            return [words[0], *renamed, *rest], f"`{old}` is `{now}` now."
+    if words[0] != "fly":
+        return words, None
     if "--online" in given:
         now = ["online", *(word for word in given if word != "--online")]
         return [*now, *rest], "`ltlplan fly --online` is `ltlplan online` now."
@@ -25,6 +46,10 @@ def spelled_now(words: list[str]) -> tuple[list[str], str | None]:
     if runs or workers:
         return ["fly", *single, *rest], "`ltlplan fly` flies once; --runs and --workers belong to `ltlplan campaign`."
     return words, None
+
+
+def _is(word: str, option: str) -> bool:
+    return word == option or word.startswith(f"{option}=")
 
 
 def _without(words: list[str], option: str) -> tuple[list[str], str | None]:

@@ -46,7 +46,7 @@ def read_mission(
     """Load a mission and replace what the command line says otherwise; the result is checked like a file.
 
     A `--formula` alone drops the mission's sequence, and a `--sequence` alone drops its formula: whoever types one
-    of them wants that one flown. Give both to have the sequence judged against the formula.
+    of them wants that one flown. Give both to have the sequence checked against the formula.
 
     Args:
         source: A path, or the name of a shipped mission.
@@ -59,8 +59,8 @@ def read_mission(
         BadInput: There is no such mission, its file is at fault, or a replacement does not fit it.
     """
     from ltlplan.missions import load_mission
+    from ltlplan.missions.notes import notes_of
     from verify.data.mission import check_mission
-    from verify.data.validation.notes import notes_of
 
     mission = load_mission(source)
     for note in notes_of(mission):

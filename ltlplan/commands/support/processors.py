@@ -1,4 +1,4 @@
-"""How many processors there are, and processes for what many robots take."""
+"""Number of processors, and of processes for many robots."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the commands that simulate flights do alike: look at the folder first, fly what is certified, write, show what came of it."""
+"""Common steps of commands that simulate flights: look at the folder first, fly what is certified, write, show the results."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def simulating(out: Path | None, files: tuple[str, ...], *, quiet: bool) -> Gene
     Raises:
         BadInput: The folder cannot be written.
     """
-    from verify.data.storage.folders import check_folder
+    from flight.storage.folders import check_folder
 
     with progress_bar(quiet=quiet) as progress:
         if out is not None:
@@ -46,7 +46,7 @@ def certified(source: str, progress: Progress) -> tuple[Plan, dict[str, Trajecto
 
     Args:
         source: A folder, a mission's file, or the name of a shipped mission.
-        progress: Told what is done, from 0 to 1.
+        progress: Receives what is done, from 0 to 1.
 
     Raises:
         LtlplanError: What planning, refining, certifying or proving again refuses.
@@ -79,14 +79,14 @@ def written(out: Path | None, write: Callable[[Path], None]) -> tuple[Path, ...]
     Raises:
         BadInput: The folder cannot be written or is somebody else's.
     """
-    from verify.data.storage.folders import write_folder
+    from flight.storage.folders import write_folder
 
     return () if out is None else write_folder(out, write)
 
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What is shown of a simulation when its progress bar is gone.
+    """Output of a simulation once its progress bar is gone.
 
     Attributes:
         lines: Sentences for a person.

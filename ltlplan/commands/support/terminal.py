@@ -1,4 +1,4 @@
-"""What every command shows in the same way: errors, JSON."""
+"""Output that all commands share: errors, JSON."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def _report_error(error: LtlplanError, *, as_json: bool) -> int:
 
 
 def _report_os_error(error: OSError, *, as_json: bool) -> int:
-    """Tell what the system refused, such as a full disk; return the exit code."""
+    """Return what the system refused, such as a full disk; return the exit code."""
     what = f"{error.filename}" if error.filename else "The output"
     sentence = f"{what} cannot be read or written: {error.strerror or error}."
     close_output()
@@ -40,7 +40,7 @@ def _report_os_error(error: OSError, *, as_json: bool) -> int:
 
 
 def _report_usage(error: Exception, *, as_json: bool) -> int:
-    """Tell what is wrong with the command's words (an error of typer's); return the exit code."""
+    """Return what is wrong with the command's words (an error of typer's); return the exit code."""
     code = getattr(error, "exit_code", BadInput.exit_code)
     if as_json:
         return _report("BadInput", "bad input", error.format_message(), code, as_json=True)  # type: ignore[attr-defined]

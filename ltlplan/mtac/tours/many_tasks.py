@@ -16,7 +16,6 @@ from dataclasses import dataclass
 from numpy.random import Generator
 
 from ltlplan.allocation import Itinerary
-from ltlplan.logic.automaton import DEAD
 from ltlplan.logic.budget import TooLarge
 from ltlplan.logic.conjunction import conjunct_automata
 from ltlplan.logic.product_automaton import Task
@@ -28,9 +27,9 @@ from ltlplan.mtac.tours.task_tours import Tours
 from ltlplan.paths.costs import team_cost
 from ltlplan.search.assignment import asked_of
 from ltlplan.search.itineraries import itinerary
+from ltlplan.search.own.reading import OwnTask
 from ltlplan.search.reduced_graph import ReducedGraph, Team, letter_classes
 from ltlplan.search.relevant_places import places_that_matter
-from ltlplan.search.team_states import TeamStates
 from ltlplan.systems.region_labels import Layout
 from ltlplan.systems.robot_systems import Systems, unit_cost
 from ltlplan.systems.transition_systems import TransitionSystem
@@ -96,13 +95,13 @@ class ManyTasks:
         whole = [self.graph.expand(robot, nodes) for robot, nodes in enumerate(paths)]
         monoid = TransitionMonoid(self.task)
         elements = [monoid.of(letters) for letters in self.graph.team.letters_of(whole)]
-        return OrderCheck(self.task).failing_parts(elements)
+        return tuple(OrderCheck(self.task).failing_orders(elements))
 
     def least(self) -> float:
         """Return what no share costs less than, by the same ways."""
-        states = TeamStates(self.graph, self.task)
-        begun = states.after(states.initial, self.graph.label[0][self.graph.start[0]])
-        total = 0.0 if begun == DEAD else states.rest(begun, 0, self.graph.start[0])
+        reading = OwnTask(self.graph, self.task).reading()
+        begin = reading.begin()
+        total = 0.0 if begin is None else reading.left(begin)
         if self.longest:
             free = Tours(self.graph, self.task, self.kinds().free_alone())
             total = max(total / len(self.systems), free.dearest_alone())

@@ -1,4 +1,4 @@
-"""What is told to a team while it flies: lines of text, wherever they come from.
+"""Event sources of a team in flight: lines of text, wherever they come from.
 
 | module | what it holds |
 |---|---|

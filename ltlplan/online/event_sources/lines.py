@@ -1,4 +1,4 @@
-"""What changes during an online flight, as a line of text.
+"""Events of an online flight as lines of text.
 
 12.5 quad1 fails            12.5 quad1 leaves          12.5 quad3 joins 1.2,0.9,0.8
 12.5 water moves 0.3,-0.7,0.9                          12.5 formula F loc1

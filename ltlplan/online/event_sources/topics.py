@@ -116,7 +116,7 @@ def _domain() -> int:
 
 
 def _is_reliable(publisher: Any) -> bool:
-    """Tell whether a publisher offers what we ask."""
+    """Return whether a publisher offers what we ask."""
     from cyclonedds.core import Policy
 
     return isinstance(publisher.qos[Policy.Reliability], Policy.Reliability.Reliable)

@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 
 from ltlplan.free_space.free_space import FreeSpace
 from ltlplan.free_space.inflated_obstacles import NO_SOLIDS, Solids
+from refine.corridor.passage_room import room_in_opening, room_in_region
 from verify.data.mission import Mission
 from verify.data.shapes.convex_parts import ConvexBody
 from verify.data.shapes.measures import Measures
 from verify.data.shapes.region import Hoop
-from verify.data.validation.passage_room import room_in_opening, room_in_region
 
 Floats = NDArray[np.float64]
 

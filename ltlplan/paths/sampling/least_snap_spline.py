@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
+from refine.spline.basis import END_STATES, SNAP_GRAM, power_rows
 from verify.data import BadInput, Trajectory
 
 Floats = NDArray[np.float64]
@@ -26,21 +27,9 @@ ORDERS = 4
 """Position, velocity, acceleration and jerk are held at each point."""
 
 
-def _hermite() -> Floats:
-    """Map (position, velocity, acceleration, jerk at 0, the same at 1) to ascending coefficients of degree 7."""
-    rows = np.zeros((8, 8))
-    for order in range(ORDERS):
-        for power in range(8):
-            factor = float(np.prod(np.arange(power - order + 1, power + 1))) if power >= order else 0.0
-            rows[order, power] = factor if power == order else 0.0
-            rows[ORDERS + order, power] = factor
-    return np.asarray(np.linalg.inv(rows), dtype=np.float64)
-
-
-_HERMITE = _hermite()
-_FALLING = np.array([np.prod(np.arange(p - 3, p + 1)) if p >= 4 else 0.0 for p in range(8)])
-_GRAM = np.array([[_FALLING[i] * _FALLING[j] / (i + j - 7) if i >= 4 and j >= 4 else 0.0 for j in range(8)] for i in range(8)])
-_SNAP = _HERMITE.T @ _GRAM @ _HERMITE
+_HERMITE = np.asarray(np.linalg.inv(END_STATES), dtype=np.float64)
+"""From (position, velocity, acceleration, jerk at 0, the same at 1) to ascending coefficients of degree 7."""
+_SNAP = _HERMITE.T @ SNAP_GRAM @ _HERMITE
 """Integral of snap^2 over a piece of length 1, as a quadratic form of its end states."""
 
 
@@ -103,7 +92,7 @@ class LeastSnapSpline:
         """
         times = np.asarray(at, dtype=np.float64)
         piece = self._piece(times)
-        rows = powers(times - self.times[piece], derivative)
+        rows = power_rows(times - self.times[piece], derivative)
         return np.einsum("ik,iak->ia", rows, self.through(points)[piece])
 
     def sampling(self, at: ArrayLike, derivative: int = 0) -> Floats:
@@ -118,7 +107,7 @@ class LeastSnapSpline:
         """
         times = np.asarray(at, dtype=np.float64)
         piece = self._piece(times)
-        return np.einsum("ik,ikp->ip", powers(times - self.times[piece], derivative), self.coefficients[piece])
+        return np.einsum("ik,ikp->ip", power_rows(times - self.times[piece], derivative), self.coefficients[piece])
 
     def _piece(self, times: Floats) -> NDArray[np.int64]:
         return np.clip(np.searchsorted(self.times, times, side="right") - 1, 0, len(self.times) - 2)
@@ -161,15 +150,6 @@ class LeastSnapSpline:
         ends = np.concatenate([states[:-1], states[1:]], axis=1) * scales[:, :, None]
         local = np.einsum("kj,pjc->pkc", _HERMITE, ends)
         return local / self.durations[:, None, None] ** np.arange(8)[None, :, None]
-
-
-def powers(local: Floats, derivative: int = 0) -> Floats:
-    """Return the rows (d/dt)^derivative of (1, t, .., t^7) at local times. Shape (n,) to (n, 8)."""
-    result = np.zeros((len(local), 8))
-    for power in range(derivative, 8):
-        factor = float(np.prod(np.arange(power - derivative + 1, power + 1)))
-        result[:, power] = factor * local ** (power - derivative)
-    return result
 
 
 def nominal_trajectory(points: ArrayLike, times: ArrayLike, *, cycle: int | None = None, yaw: float = 0.0) -> Trajectory:

@@ -13,8 +13,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from ltlplan.systems.region_labels import ellipsoid_matrices
 from verify.data import BadInput, Letter, Mission
-from verify.data.shapes.region import ellipsoid_matrices
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]

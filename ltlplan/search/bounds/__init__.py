@@ -1,6 +1,8 @@
-"""Lower bounds on what is left to pay, which never exceed it: the searches over a team take them to find cheapest plans (A*).
+"""Admissible lower bounds on the cost that is left: they lead a search, and tell when it has the best.
 
-`conjunct_graph` is the one protocol: a conjunct's states, walked backwards from its goals. For formulas that count robots, read
-`counted_conjuncts` (each conjunct by itself), `counted_landmarks` (propositions that must still become true or false) and `goal_cover` (the
-paths that reach them, shared out among the robots).
+Read `conjunct_graph` (a conjunct's automaton, backwards), `conjunct_bounds` (each conjunct by itself, its landmarks included) and
+`spanning_tree` (the cost to show all landmarks); `order_bounds` is for what every order of the robots has to keep. `lagrangian_bounds`
+weighs the robots' costs, where only sums are searched for. For formulas that count robots there are `counted_conjuncts` (each conjunct by
+itself), `counted_landmarks` (propositions that must still become true or false) and `goal_cover` (the paths that reach them, shared out
+among the robots).
 """

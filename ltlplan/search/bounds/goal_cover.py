@@ -2,7 +2,7 @@
 
 What one robot pays at the least for a set of goals, in whatever order, is found once for each class from which it may begin (Held and
 Karp 1962, over moves). The goals are then shared out among robots. Where each is needed once, at the least cost of joining sets: no less
-than the spanning tree over goals, which `ltlplan.search.heuristics` uses. Where some are needed of several robots, that is a set cover, and its
+than the spanning tree over goals, which `spanning_tree` gives. Where some are needed of several robots, that is a set cover, and its
 linear relaxation is looked at: a price for each goal, paid to every robot that reaches it, where no robot gets more than its way costs.
 Any prices give a lower bound, so those that are best of one state serve others.
 """

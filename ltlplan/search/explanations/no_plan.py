@@ -10,7 +10,7 @@ from ltlplan.search.explanations.held_letters import held_letter
 from ltlplan.search.explanations.relaxation import relaxed
 from ltlplan.search.explanations.requirements import all_of
 from ltlplan.search.explanations.unsatisfiable_cores import NoPlan, explain, in_one_order, refused_in_some_order
-from ltlplan.search.joint.team_words import joint_possible
+from ltlplan.search.joint.planning import joint_possible
 from ltlplan.search.partial_orders.ordered_plans import ordered_possible
 from ltlplan.systems.robot_systems import Systems
 from ltlplan.systems.transition_systems import TransitionSystem

@@ -12,14 +12,12 @@ from collections.abc import Sequence
 
 from ltlplan.logic.budget import TooLarge
 from ltlplan.logic.conjunction import conjunct_automata, conjuncts
-from ltlplan.logic.product_automaton import Task
 from ltlplan.search.explanations import remedies
 from ltlplan.search.explanations.inquiry import Feasible, Inquiry, listed
 from ltlplan.search.explanations.reasons import reasons_against
 from ltlplan.search.explanations.remedies import Worlds
 from ltlplan.search.explanations.requirements import BUDGET, all_of, eventually
-from ltlplan.search.reduced_graph import Team
-from ltlplan.search.team_search import cheapest_path
+from ltlplan.search.own.planning import own_possible
 from ltlplan.systems.robot_systems import Systems
 from ltlplan.systems.unreachable import why_unreachable
 from verify.data import Formula, Mission, Unsatisfiable, Word
@@ -112,10 +110,8 @@ def in_one_order(parts: Sequence[Formula], worlds: Worlds) -> bool:
         parts: The requirements.
         worlds: One system for each robot, in the order in which they fly.
     """
-    team = Team(worlds)
     try:
-        task = Task(conjunct_automata(all_of(parts), "finite"), team.letters, team.walls)
-        return cheapest_path(team, task, BUDGET) is not None
+        return own_possible(worlds, conjunct_automata(all_of(parts), "finite"), BUDGET)
     except TooLarge:
         return True  # not known to be impossible, so nothing is said of it
 

@@ -29,7 +29,7 @@ _MOST_LOGIN = 4096
 
 @router.get("/health", response_model=HealthAnswer, responses=problems())
 async def get_health(request: Request) -> Response:
-    """Tell whether the service works. Strangers, where tokens are needed, learn no more than that."""
+    """Return whether the service works. Strangers, where tokens are needed, learn no more than that."""
     found = await service_of(request).jobs.health()
     if found.ok and (trouble := service_of(request).questions.trouble) is not None:
         found = found.model_copy(update={"ok": False, "computing": trouble})

@@ -1,4 +1,4 @@
-"""What the API is asked and answers, where that is no value of `ltlplan.service.models`: for its schema, and for checking requests."""
+"""Requests and responses of the API that are no values of `ltlplan.service.models`: for its schema, and for checking requests."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class ShippedMission(_Answer):
 
 
 class WordsRequest(BaseModel):
-    """Words to be held against a formula."""
+    """Words to be checked against a formula."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -63,7 +63,7 @@ class WordsRequest(BaseModel):
 
 
 class VerdictAnswer(_Answer):
-    """The judge's answer to one question."""
+    """The checker's answer to one question."""
 
     outcome: Literal["holds", "fails", "undecided"]
     sentence: str
@@ -80,7 +80,7 @@ class VerdictAnswer(_Answer):
 
 
 class WordsCheck(_Answer):
-    """Words, held against a formula: `word` of one, `sequential` and `parallel` of a team."""
+    """Words, checked against a formula: `word` of one, `sequential` and `parallel` of a team."""
 
     formula: str
     words: dict[str, str]
@@ -100,7 +100,7 @@ class FlightClaim(_Answer):
 
 
 class FlightAnswer(_Answer):
-    """What a recording shows of a flight."""
+    """Verdict on a recorded flight."""
 
     mission: str
     outcome: Literal["holds", "fails", "undecided"]
@@ -129,7 +129,7 @@ class PlanAnswer(_Answer):
 
 
 class HealthAnswer(_Answer):
-    """Whether the service works; more of it to those who may ask."""
+    """Health of the service; more of it for clients that may see it."""
 
     model_config = ConfigDict(frozen=True, extra="allow")
 
@@ -148,7 +148,7 @@ class LiveBegin(BaseModel):
 
 
 class LiveAnswers(BaseModel):
-    """What a flight did with events that it was told."""
+    """A flight's answers to events that it was sent."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 

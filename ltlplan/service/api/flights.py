@@ -1,4 +1,4 @@
-"""Words and flights that others bring: held against a formula, or against what was asked of them."""
+"""Words and flights that others bring: checked against a formula, or against a mission."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _LONG = 20_000
 async def check_words(request: Request) -> Response:
     """Hold a word, or the words of a team, against a formula.
 
-    One word is answered by `word`. A team's words are judged one after another (`sequential`) and interleaved (`parallel`).
+    One word is answered by `word`. A team's words are checked one after another (`sequential`) and interleaved (`parallel`).
     """
     given = await read_json(request, WordsRequest)
     told = await service_of(request).questions.ask(
@@ -82,7 +82,7 @@ async def judge_flight(  # each parameter is a field of the form
         list[float] | None, Form(description="s that the team hovered between parts", max_length=_MOST_FILES)
     ] = None,
 ) -> Response:
-    """Judge a recorded flight, claim by claim, for all times between its samples too."""
+    """Check a recorded flight, claim by claim, for all times between its samples too."""
     service = service_of(request)
     if (job is None) == (not files):
         raise BadInput("Say what the flight was to do: either `job`, or `files` of a run's folder.")

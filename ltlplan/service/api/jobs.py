@@ -84,7 +84,7 @@ async def list_jobs(
 
 @router.get("/jobs/{job}", response_model=Job, responses=problems(404))
 async def get_job(request: Request, job: JobId) -> Response:
-    """Tell how far a job has come, with what each stage found."""
+    """Return how far a job has come, with what each stage found."""
     return _told(await service_of(request).jobs.job(job))
 
 

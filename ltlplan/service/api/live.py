@@ -11,7 +11,7 @@ from ltlplan.service.api.answers import LiveAnswers, LiveBegin, LiveEnd
 from ltlplan.service.api.request_parsing import JSON, read_json, read_text, service_of
 from ltlplan.service.api.schema import json_body, problems
 from ltlplan.service.event_inbox.names import FLIGHT, NAME
-from ltlplan.service.models import LiveEvent, LiveFlight, LiveTold
+from ltlplan.service.models import EventsAccepted, LiveEvent, LiveFlight
 
 router = APIRouter(prefix="/api/live", tags=["live"])
 
@@ -33,7 +33,7 @@ async def list_flights(request: Request) -> Response:
 
 @router.get("/{name}", response_model=LiveFlight, responses=problems(404))
 async def get_flight(request: Request, name: Name) -> Response:
-    """Tell whether a flight listens, and when it asked last."""
+    """Return whether a flight listens, and when it asked last."""
     return Response((await service_of(request).live.flight(name)).model_dump_json(), media_type=JSON)
 
 
@@ -52,7 +52,7 @@ async def begin_flight(request: Request, name: Name) -> Response:
 
 @router.post(
     "/{name}/events",
-    response_model=LiveTold,
+    response_model=EventsAccepted,
     status_code=201,
     responses={201: {"description": "They are kept, and the flight hears them."}, **problems(404, 409, 507, body=True)},
     openapi_extra={
@@ -97,7 +97,7 @@ async def list_events(
     openapi_extra=json_body("LiveAnswers", "What the flight did."),
 )
 async def answer_events(request: Request, name: Name) -> Response:
-    """Tell what a flight did with events; what was answered before stays."""
+    """Return what a flight did with events; what was answered before stays."""
     asked = await read_json(request, LiveAnswers)
     await service_of(request).live.answer(name, asked.flight, asked.answers)
     return Response(status_code=204)

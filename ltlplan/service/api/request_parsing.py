@@ -1,4 +1,4 @@
-"""Requests taken apart: text that is a mission, JSON with one meaning; what is of another kind is refused by name."""
+"""Requests taken apart: text that is a mission, JSON with one meaning; what is of another kind is rejected by name."""
 
 from __future__ import annotations
 

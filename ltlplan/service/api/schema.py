@@ -12,6 +12,7 @@ from pydantic import BaseModel
 
 from ltlplan.service.models import Problem
 from ltlplan.service.problems import MEDIA_TYPE
+from verify.data.files.key_synonyms import SYNONYMS
 from verify.data.mission import Mission
 from verify.data.shapes.region_shapes import REGION_SHAPES
 
@@ -122,6 +123,9 @@ def mission_schemas() -> dict[str, Any]:
         "description": vehicle["description"],
         "anyOf": [{"type": "string", "examples": ["crazyflie-2.1"]}, {"$ref": _REF.format(model="Vehicle")}],
     }
+    for made in (whole, parts["Agent"]):
+        given = made["properties"]
+        given |= {synonym: given[key] for synonym, key in SYNONYMS.items() if key in given}
     for name in REGION_SHAPES.names():  # a region has one of them; other packages' too
         shape = REGION_SHAPES.find(name)
         made = shape.adapter.json_schema(ref_template=_REF)

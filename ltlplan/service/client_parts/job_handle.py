@@ -61,12 +61,12 @@ class Submitted:
 
     @property
     def state(self) -> State:
-        """How far it is now; as `job`."""
+        """Its present state; as `job`."""
         return self.job.state
 
     @property
     def files(self) -> tuple[FileEntry, ...]:
-        """What it has made by now; as `job`."""
+        """Files that it has made by now; as `job`."""
         return self.job.files
 
     def refreshed(self) -> Submitted:
@@ -107,7 +107,7 @@ class Submitted:
         """Wait until it has ended, and return it.
 
         Args:
-            progress: Told a sentence and the share done, 0 to 1.
+            progress: Receives a sentence and the share done, 0 to 1.
             timeout: s after which to give up waiting; the job goes on.
 
         Raises:
@@ -137,7 +137,7 @@ class Submitted:
         """Return its plan as soon as there is one.
 
         Args:
-            progress: Told a sentence and the share done, 0 to 1.
+            progress: Receives a sentence and the share done, 0 to 1.
 
         Raises:
             LtlplanError: Why there is no plan.
@@ -176,7 +176,7 @@ class Submitted:
         Raises:
             BadInput: It has no files, or the folder cannot be written.
         """
-        from verify.data.storage.folders import check_folder, put_files, write_folder
+        from flight.storage.folders import check_folder, put_files, write_folder
 
         packed = self.wire.ask("GET", f"/api/jobs/{segment(self.id)}/archive").content
         files = {name: data for name, data in unpacked(packed).items() if name not in ONLY_OF_JOBS}
@@ -189,7 +189,7 @@ class Submitted:
 
         Args:
             out: Folder to write.
-            progress: Told a sentence and the share done, 0 to 1.
+            progress: Receives a sentence and the share done, 0 to 1.
 
         Raises:
             LtlplanError: What it failed of, or that its files do not prove what they should.

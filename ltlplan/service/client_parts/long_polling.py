@@ -1,4 +1,4 @@
-"""What operators tell a flight through a service, heard by the flight: asked for in a thread, as questions that wait for an answer.
+"""Long polling of events that operators send to a flight through a service: in a thread, by requests that wait for an answer.
 
 The flight has a number for itself, and asks for events of greater numbers than it has. So a line that breaks, or a service that is started anew,
 costs time only: what was accepted meanwhile comes when it answers again, in order and once. What the flight did with each event goes back by

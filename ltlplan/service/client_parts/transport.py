@@ -1,4 +1,4 @@
-"""How a service is asked: one connection, errors of the library's own classes, and answers that are looked at before they are believed."""
+"""Transport to a service: one connection, errors of the library's own classes, and validated answers."""
 
 from __future__ import annotations
 
@@ -167,7 +167,7 @@ def unpacked(packed: bytes) -> dict[str, bytes]:
             for entry in entries:
                 parts = entry.filename.split("/")
                 if "\\" in entry.filename or any(part in ("", ".", "..") for part in parts) or ":" in parts[0]:
-                    raise BadInput(f"The service's archive holds the name {entry.filename[:80]!r}, which is refused.")
+                    raise BadInput(f"The service's archive holds the name {entry.filename[:80]!r}, which is rejected.")
             return {entry.filename: archive.read(entry) for entry in entries}
     except zipfile.BadZipFile:
         raise InternalError("The service's archive cannot be read.") from None

@@ -14,7 +14,7 @@ def notation(word: Letters | str, cycle: Iterable[Iterable[str]] | None = None) 
     """Return a word in Spot's notation."""
     if isinstance(word, str) and cycle is None:
         return word
-    given = as_word(word, cycle)  # type: ignore[arg-type]  # a text with a cycle is refused there
+    given = as_word(word, cycle)  # type: ignore[arg-type]  # a text with a cycle is rejected there
     parts = [_letter(letter) for letter in given.prefix]
     if given.cycle is not None:
         parts.append(f"cycle{{{'; '.join(map(_letter, given.cycle))}}}")
@@ -46,6 +46,5 @@ def verdict_of(told: dict[str, Any]) -> Verdict:  # of any type: JSON nests
         told["visit"],
         told["region"],
         tuple((float(a), float(b)) for a, b in told["times"]),
-        tuple(((str(a), int(i)), (str(b), int(j))) for (a, i), (b, j) in told["order"]),
         tuple(map(str, told["vacuous"])),
     )

@@ -3,7 +3,7 @@
     flights(id, name, flight, mission, opened, ended)              the newest of a name is the one that is meant by it
     events(flight, number, line, who, told, heard, answer)         numbered from 1 for each flight, in the order in which they were told
 
-So what was accepted is there after a kill at any instant. A file that a newer version wrote is refused.
+So what was accepted is there after a kill at any instant. A file that a newer version wrote is rejected.
 """
 
 from __future__ import annotations

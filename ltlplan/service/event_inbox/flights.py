@@ -21,7 +21,7 @@ from ltlplan.online.event_sources.lines import event_told, meant
 from ltlplan.service.event_inbox.event_store import Book, Entry
 from ltlplan.service.job_queue.results import RESERVE
 from ltlplan.service.job_queue.store import NoRoom
-from ltlplan.service.models import FlightAnswered, LiveEvent, LiveFlight, LiveTold
+from ltlplan.service.models import EventsAccepted, FlightAnswered, LiveEvent, LiveFlight
 from ltlplan.service.problems import Busy, Conflict, NotFound, TooManyRequests
 from verify.data import BadInput
 from verify.data.errors import did_you_mean
@@ -130,7 +130,7 @@ class LiveFlights:
         await asyncio.to_thread(lambda: self._book.begin(name, flight, mission, keep=2 * self._limits.live_flights))
         return self._sign_of_life(await self._entry(name)), True
 
-    async def tell(self, name: str, text: str, who: str) -> LiveTold:
+    async def tell(self, name: str, text: str, who: str) -> EventsAccepted:
         """Tell a flight events, all or none: when this returns, they are on the disk.
 
         Args:
@@ -149,7 +149,7 @@ class LiveFlights:
         async with self._one:
             made = await self._tell(name, lines, who)
         self._wake()
-        return LiveTold(flight=await self.flight(name), events=tuple(made))
+        return EventsAccepted(flight=await self.flight(name), events=tuple(made))
 
     async def _tell(self, name: str, lines: list[str], who: str) -> list[LiveEvent]:
         entry = await self._entry(name)
@@ -157,14 +157,14 @@ class LiveFlights:
             raise Conflict(f"The flight that listened as '{name}' has ended.")
         if (silent := self._silent(entry)) > LOST:
             raise Conflict(
-                f"The flight that listens as '{name}' has not asked for {silent:.0f} s: its line is down, or it was ended. "
-                "What it was told before waits for it."
+                f"The flight that listens as '{name}' has not asked for {silent:.0f} s: its connection is down, or it was ended. "
+                "Events that it was sent before wait for it."
             )
         most, letters = self._limits.live_events, self._limits.live_letters
         if entry.events + len(lines) > most:
-            raise TooManyRequests(f"A flight is told {most} events at most; '{name}' was told {entry.events}.", 60.0)
+            raise TooManyRequests(f"A flight receives {most} events at most; '{name}' was told {entry.events}.", 60.0)
         if await asyncio.to_thread(self._book.letters, entry) + sum(map(len, lines)) > letters:
-            raise TooManyRequests(f"A flight is told {letters} letters at most.", 60.0)
+            raise TooManyRequests(f"A flight receives {letters} letters at most.", 60.0)
         self._require_room()
         return await asyncio.to_thread(self._book.tell, entry, lines, who)
 
@@ -278,7 +278,7 @@ def checked(text: str) -> list[str]:
     if not lines:
         raise BadInput("There is no event in this; write one a line, such as 'quad1 fails'.")
     if len(lines) > AT_ONCE:
-        raise BadInput(f"{len(lines)} events are told at once; {AT_ONCE} are the most.")
+        raise BadInput(f"{len(lines)} events are sent at once; {AT_ONCE} are the most.")
     faults: list[str] = []
     for number, line in enumerate(lines, 1):
         try:

@@ -1,4 +1,4 @@
-"""What flights that listen may be called, and the address that such a flight is told at."""
+"""Names of flights that listen, and the addresses at which they are sent events."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where missions are computed: never in the serving process, within limits of time and memory.
+"""Execution of missions: never in the serving process, within limits of time and memory.
 
 Read `stages` (what is done with a mission, one after the other), `workers` (processes that do it) on `worker_process`, `worker_main` and `forkserver_preload`
 (how they are begun, what they do, how they end), `turns` (whose work comes next), `resource_limits` (what they may take) and `scratch` (their files); `clusters` with

@@ -55,7 +55,7 @@ class BesideAnswer:
         return 0 if self._child is None else self._child.pid
 
     def done(self, wait: float = 0.0) -> bool:
-        """Whether it is there, or will not come.
+        """Return whether it is there, or will not come.
 
         Args:
             wait: s to wait for it at most.

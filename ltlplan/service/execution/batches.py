@@ -17,6 +17,8 @@ from typing import Any
 
 from flight.certificate_checks import require_tube
 from flight.processes import Workers
+from flight.storage.folders import check_folder, put_files, write_folder
+from flight.storage.ownership import read_contents
 from ltlplan.output import run_files
 from ltlplan.planner import with_seed
 from ltlplan.service.execution.clusters import ClusterError
@@ -28,8 +30,6 @@ from verify.data import BadInput, InternalError, LtlplanError, Mission, load_mis
 from verify.data.files.mission_rooms import MAX_BYTES, included_files
 from verify.data.progress import Progress, silent
 from verify.data.storage.file_names import folded
-from verify.data.storage.folders import check_folder, put_files, write_folder
-from verify.data.storage.ownership import read_contents
 from verify.data.storage.safe_reading import read_text
 
 RECORD = "batch.json"
@@ -37,7 +37,7 @@ RECORD = "batch.json"
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """What became of one mission of a folder.
+    """Outcome of one mission of a folder.
 
     Attributes:
         name: Of its file and of its folder.
@@ -88,7 +88,7 @@ def run_batch(
         out: Where each mission gets a folder of its file's name.
         workers: Who does the work, a stage of a mission at a time.
         seed: Source of every draw, instead of the missions' own.
-        progress: Told a sentence and the share done, 0 to 1.
+        progress: Receives a sentence and the share done, 0 to 1.
 
     Returns:
         What became of each, sorted by name.
@@ -209,7 +209,7 @@ def _each(todo: list[_Running], workers: Workers, progress: Progress, of: int) -
 
 
 def _is_gone(future: Future[Outcome]) -> bool:
-    """Tell whether the cluster went away, rather than that a mission failed."""
+    """Return whether the cluster went away, rather than that a mission failed."""
     return not future.cancelled() and isinstance(future.exception(), ClusterError)
 
 

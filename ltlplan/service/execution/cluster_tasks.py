@@ -1,4 +1,4 @@
-"""What runs on a worker of a Dask cluster: each piece of work in a process of its own, with the bounds that it has on one machine.
+"""Tasks on a worker of a Dask cluster: each in a process of its own, with the bounds that it has on one machine.
 
 Workers are asked with bytes and answer with bytes, so that nothing of the work is loaded in the worker's own process.
 """
@@ -64,7 +64,7 @@ def do_supervised(packed: bytes, bounds: Bounds, versions: dict[str, str], key: 
 
 
 def _stopped(worker: Worker, key: str) -> bool:
-    """Tell whether nobody waits for a task any more: the scheduler took it back, or the worker is leaving."""
+    """Return whether nobody waits for a task any more: the scheduler took it back, or the worker is leaving."""
     task = worker.state.tasks.get(key)
     return task is None or task.state == "cancelled" or worker.status.name in ("closing", "closed", "failed")
 

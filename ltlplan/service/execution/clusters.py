@@ -117,12 +117,12 @@ class Cluster:
 
     @property
     def count(self) -> int:
-        """How many pieces of work are done at the same time: the threads of all workers."""
+        """Number of pieces of work that are done at the same time: the threads of all workers."""
         return max(sum(threads for worker, threads in self._threads.items() if worker not in self._refused), 1)
 
     @property
     def trouble(self) -> str | None:
-        """Why nothing is done at the moment: the scheduler has gone, or no worker may take part; None where one does."""
+        """Reason why nothing is computed at the moment: the scheduler has gone, or no worker may take part; None where one does."""
         if self._client is None:
             return f"the Dask scheduler at {self.address} does not answer"
         if any(worker not in self._refused for worker in self._threads):
@@ -131,7 +131,7 @@ class Cluster:
 
     @property
     def alive(self) -> int:
-        """How many pieces of work have begun."""
+        """Number of pieces of work that have begun."""
         return len(self._begun)
 
     def submit(
@@ -142,7 +142,7 @@ class Cluster:
         Args:
             work: A function that is given the arguments and, last, whom to tell its progress.
             arguments: What it is given; must be picklable.
-            progress: Told a sentence and the share done, 0 to 1, from a thread of ours.
+            progress: Receives a sentence and the share done, 0 to 1, from a thread of ours.
             rank: Work of a lower rank is begun first.
 
         Raises:

@@ -17,11 +17,11 @@ from verify.data.progress import Progress
 
 @dataclass(frozen=True, slots=True)
 class ExportAsked:
-    """What a flight is to be written for.
+    """Request for an export.
 
     Attributes:
         target: Name of the format.
-        vehicle: Name of the airframe that will fly, where it is to be held against the certificate's.
+        vehicle: Name of the airframe that will fly, where it is to be compared with the certificate's.
         robots: Those that are written, where others of the team fly from another export; None for all.
         options: The target's own.
         anyway: Write without a simulated flight that stayed in its tube, with a warning in the files.
@@ -53,7 +53,7 @@ def export_archive(value: bytes, progress: Progress) -> tuple[str, bytes]:
 
     Args:
         value: What `export_bytes` made.
-        progress: Told a sentence and the share done, 0 to 1.
+        progress: Receives a sentence and the share done, 0 to 1.
 
     Raises:
         LtlplanError: The flight is not written, and why.
@@ -74,7 +74,7 @@ def export_archive(value: bytes, progress: Progress) -> tuple[str, bytes]:
                 vehicle=asked.vehicle,
                 robots=asked.robots,
                 options=asked.options or {},
-                anyway=asked.anyway,
+                force=asked.anyway,
                 progress=progress,
             )
             return f"{asked.target}.zip", zipped(made.files)

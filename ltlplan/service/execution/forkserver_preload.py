@@ -1,4 +1,4 @@
-"""What the process loads from which all workers are forked: a worker then begins in milliseconds, with everything there.
+"""Modules that the fork server loads: a worker then begins in milliseconds, with everything there.
 
 Loaded by nobody else. Each worker computes in one thread, so that as many as there are processors do not fight for them, and so that
 nothing is running in other threads when it is forked.

@@ -1,4 +1,4 @@
-"""What one piece of work may take, and how it ends that takes more or dies."""
+"""Resource limits of one piece of work, and the errors of one that exceeds them or dies."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ NICE = 5
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Bounds:
-    """What one piece of work may take.
+    """Resource limits of one piece of work.
 
     Attributes:
         seconds: s of processor time, of the process and of all that it starts.

@@ -1,4 +1,4 @@
-"""Where workers put what they need on disk meanwhile: beside other programs' temporary files, and gone after any end.
+"""Scratch space of workers: beside other programs' temporary files, and gone after any end.
 
 A worker's own folder goes with the worker. What is left where all were killed at once is found again by a note in the data folder.
 """

@@ -2,7 +2,7 @@
 
     zip: value.json, 0.npy, 1.npy, ...
 
-What is not plain in JSON is an object with the key "$", which names one of the kinds below; other names are refused. A value of ours is
+What is not plain in JSON is an object with the key "$", which names one of the kinds below; other names are rejected. A value of ours is
 written by its own fields, so that a new field is stored as soon as its class has it; a mission is written as its file is.
 """
 

@@ -41,7 +41,7 @@ _PLANNED, _CERTIFIED, _FLOWN = 0.25, 0.7, 0.9
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What a stage made.
+    """Outcome of a stage.
 
     Attributes:
         value: What the next stage takes; empty after the last.
@@ -76,7 +76,7 @@ def run_stage(name: str, value: bytes, progress: Progress) -> Outcome:
     Args:
         name: "plan", "round 1" to "round 6", "flight" or "files"; "export".
         value: What the stage before it made; of an export what `export_bytes` made.
-        progress: Told a sentence and the share of the whole job done, 0 to 1.
+        progress: Receives a sentence and the share of the whole job done, 0 to 1.
 
     Raises:
         LtlplanError: The mission has no plan, or no certified flight was found, and why.
@@ -140,7 +140,7 @@ def _round(candidate: Candidate, progress: Progress) -> Outcome:
     low, width, number = _PLANNED, (_CERTIFIED - _PLANNED) / MAX_ROUNDS, min(candidate.rounds, MAX_ROUNDS - 1)
     say = part_of(progress, low + number * width, low + (number + 1) * width)
     tried = attempted(candidate, progress=say)
-    while isinstance(tried, Conflict):  # other words, until a flight can be judged
+    while isinstance(tried, Conflict):  # other words, until a flight can be checked
         after = following(candidate, tried)
         if isinstance(after, Certified):
             return Outcome(to_bytes(after), _round_data(after.certificate, certified=True), FLIGHT)

@@ -30,7 +30,7 @@ TICK = 0.05
 
 
 class Stopped(Exception):
-    """Nobody waits for this work any more."""
+    """Work that no caller waits for any more."""
 
 
 def supervised(
@@ -47,7 +47,7 @@ def supervised(
         work: A function of a module; it is given the arguments and, last, whom to tell its progress.
         arguments: What it is given.
         bounds: What it may take.
-        progress: Told a sentence and the share done, 0 to 1.
+        progress: Receives a sentence and the share done, 0 to 1.
         stopped: Asked every 50 ms whether the work is to be ended.
 
     Raises:
@@ -138,14 +138,14 @@ class Child:
 
     @property
     def alive(self) -> bool:
-        """Whether the process is there."""
+        """True if the process is there."""
         return self._process.is_alive()
 
     def look(self, progress: Progress | None = None, *, wait: float = TICK) -> bool:
         """Wait for news, pass progress on, hold it to its bounds, and return whether it has ended.
 
         Args:
-            progress: Told a sentence and the share done, 0 to 1.
+            progress: Receives a sentence and the share done, 0 to 1.
             wait: s to wait at most.
         """
         try:

@@ -118,7 +118,7 @@ class LocalWorkers:
         Args:
             work: A function of a module; it is given the arguments and, last, whom to tell its progress.
             arguments: What it is given; must be picklable.
-            progress: Told a sentence and the share done, 0 to 1, from a thread of the pool.
+            progress: Receives a sentence and the share done, 0 to 1, from a thread of the pool.
             rank: Work of a lower rank is begun first.
 
         Raises:
@@ -131,19 +131,19 @@ class LocalWorkers:
 
     @property
     def alive(self) -> int:
-        """How many processes are at work."""
+        """Number of processes that are at work."""
         with self._news:
             return len(self._running)
 
     @property
     def trouble(self) -> str | None:
-        """Why nothing is done at the moment: processes die one after the other; None while that is not so."""
+        """Reason why nothing is computed at the moment: processes die one after the other; None while that is not so."""
         deaths = [said for when, said in self._deaths if when > time.monotonic() - _REMEMBERED]
         return f"worker processes die one after the other: {deaths[-1]}" if len(deaths) >= TRIES else None
 
     @property
     def waiting(self) -> int:
-        """How many pieces of work have not begun."""
+        """Number of pieces of work that have not begun."""
         with self._news:
             return sum(len(tasks) for tasks in self._waiting.values())
 

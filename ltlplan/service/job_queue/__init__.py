@@ -1,4 +1,4 @@
-"""What was accepted is finished, whatever is killed: jobs, what is known of each, and where all that is kept.
+"""Durable jobs, which survive crashes: jobs, the state of each, and where they are stored.
 
 Read `jobs` (what is asked of them), `runner` (how one is done) and `results` (what was found), then `job_records` (what is known of one
 job), `job_index` (of all) and `events` (what their listeners hear); `engine` is the door to the library that goes on after a kill,

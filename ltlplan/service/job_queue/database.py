@@ -2,7 +2,7 @@
 
 It is one file in the data folder (SQLite), or a PostgreSQL database that was named. What is older is brought to this version when
 the engine starts, in one transaction (SQLite) or step by step, each whole (PostgreSQL); what is newer, another folder's or no database
-of ours is refused in words.
+of ours is rejected in words.
 """
 
 from __future__ import annotations
@@ -85,7 +85,7 @@ def why(error: BaseException) -> str | None:
 
 
 def _check_tables(connection: sa.Connection, known: int) -> None:
-    """Refuse a database that a newer engine has written."""
+    """Reject a database that a newer engine has written."""
     schema = None if connection.dialect.name == "sqlite" else SCHEMA
     if not sa.inspect(connection).has_table("dbos_migrations", schema=schema):
         return

@@ -47,7 +47,7 @@ _log = logging.getLogger("ltlplan.service")
 
 @dataclass(frozen=True, slots=True)
 class Record:
-    """What the database knows of a job.
+    """A job as the database has it.
 
     Attributes:
         id: The job's.
@@ -67,7 +67,7 @@ class Record:
 
 
 class StoredError(InternalError):
-    """What a step raised, as the database has it in the place of a result: versions before this one wrote such."""
+    """Error of a step, as the database has it in the place of a result: versions before this one wrote such."""
 
 
 class Unwritten(InternalError):

@@ -1,4 +1,4 @@
-"""What happens to a job, as events with numbers that grow: told as it happens, and told again from what is kept.
+"""Events of a job, with numbers that grow: sent as they happen, and again from what is stored.
 
     1 queued, 2 running; 1 000 000 i: stage i begins, + 1, 2 ...: its progress, + 900 000 ...: its claims, + 999 999: it ended;
     99 000 000: the job has ended
@@ -48,7 +48,7 @@ def stage_event(job: Job, stage: Stage, number: int) -> Event:
 
 
 def claim_events(job: Job, stage: Stage, number: int) -> list[Event]:
-    """Return an event for each claim that a stage judged.
+    """Return an event for each claim that a stage checked.
 
     Args:
         job: Whose.
@@ -88,7 +88,7 @@ class Feed:
                 self._add(event)
 
     def progress(self, job: Job, stage: str, sentence: str, share: float) -> None:
-        """Tell how far a stage has come; its number is the next.
+        """Return how far a stage has come; its number is the next.
 
         Args:
             job: Whose.

@@ -18,7 +18,7 @@ _TRANSIENT = frozenset(
 
 
 class Register:
-    """What is known of every job. The same mission, seed and versions have one key; each job with a key is an attempt at it."""
+    """Index of all jobs. The same mission, seed and versions have one key; each job with a key is an attempt at it."""
 
     def __init__(self) -> None:
         self._entries: dict[str, Entry] = {}
@@ -105,5 +105,5 @@ class Register:
 
 
 def _is_final(problem: Problem | None) -> bool:
-    """Tell whether a job failed for a reason that is its mission's own, so that another try would fail alike."""
+    """Return whether a job failed for a reason that is its mission's own, so that another try would fail alike."""
     return problem is not None and problem.type.rpartition("/")[2] not in _TRANSIENT

@@ -1,4 +1,4 @@
-"""What is known of each job: made from the database's records, changed while the job goes on, told as events.
+"""State of each job: made from the database's records, changed while the job goes on, sent as events.
 
 The functions make one value from another; `Entry` is what all jobs are in memory, without what their stages found.
 """
@@ -24,7 +24,7 @@ TITLE = 120
 
 @dataclass(slots=True)
 class Entry:
-    """What is known of a job at the moment. Requests, the engine and workers change it, each in a thread of its own.
+    """Present state of a job. Requests, the engine and workers change it, each in a thread of its own.
 
     Attributes:
         job: As it is told, without what its stages found.

@@ -411,7 +411,7 @@ class Jobs:
 
 
 def _asked(mission: Mission, seed: int | None) -> tuple[str, Mission]:
-    """Return the key of what is asked, and the mission with its seed, held against all rules."""
+    """Return the key of what is asked, and the mission with its seed, checked against all rules."""
     from flight.certificate_checks import require_tube
     from ltlplan.planner import with_seed
 

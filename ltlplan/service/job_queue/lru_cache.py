@@ -1,4 +1,4 @@
-"""What was asked for lately, kept in memory up to a size, so that asking again waits for no disk and no other thread."""
+"""Cache of what was requested lately, in memory up to a size, so that a second request waits for no disk and no other thread."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Recent(Generic[Value]):
         self._lock = threading.Lock()
 
     def __contains__(self, key: Hashable) -> bool:
-        """Tell whether there is a value."""
+        """Return whether there is a value."""
         return key in self._kept
 
     def get(self, key: Hashable) -> Value | None:

@@ -1,4 +1,4 @@
-"""What jobs were asked and what they found: bytes in the store, and in memory what was read last."""
+"""Requests and results of jobs: bytes in the store, and in memory what was read last."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ class StoredFile:
 
 
 class Results:
-    """What jobs were asked and what they found. May be used from any thread; what reads or writes waits for the disk.
+    """Requests and results of jobs. May be used from any thread; what reads or writes waits for the disk.
 
     Attributes:
         store: Where it is kept.
@@ -73,7 +73,7 @@ class Results:
         self._keeping = threading.Lock()
 
     def require_room(self, least: float = RESERVE) -> None:
-        """Refuse to go on where the disk is full.
+        """Reject to go on where the disk is full.
 
         Args:
             least: Bytes that must be free.
@@ -142,7 +142,7 @@ class Results:
             _log.info("%d values are removed that no job has", orphans)
 
     def at_hand(self, entry: Entry) -> bool:
-        """Tell whether all that is told of a job is in memory, so that telling it waits for no disk."""
+        """Return whether all that is told of a job is in memory, so that telling it waits for no disk."""
         return all(digest in self._found for digest in told_of(entry))
 
     def whole(self, entry: Entry) -> Job:

@@ -1,4 +1,4 @@
-"""What a job does, in the engine's loop: its stages one after the other, each computed by a worker, kept, and told."""
+"""Run of a job in the engine's loop: its stages one after the other, each computed by a worker, stored, and announced."""
 
 from __future__ import annotations
 
@@ -27,18 +27,18 @@ _log = logging.getLogger("ltlplan.service")
 
 
 class Pool(Protocol):
-    """Who computes: this machine's processes, or a cluster's."""
+    """Pool of workers: this machine's processes, or a cluster's."""
 
     count: int
 
     @property
     def trouble(self) -> str | None:
-        """Why nothing is done at the moment; None where something is."""
+        """Reason why nothing is computed at the moment; None where something is."""
         ...
 
     @property
     def alive(self) -> int:
-        """How many processes are at work."""
+        """Number of processes that are at work."""
         ...
 
     def submit(self, work: Any, /, *arguments: Any, progress: Progress | None = None, rank: float = 0.0) -> WorkFuture:
@@ -47,7 +47,7 @@ class Pool(Protocol):
         Args:
             work: A function of a module; it is given the arguments and, last, whom to tell its progress.
             arguments: What it is given; must be picklable.
-            progress: Told a sentence and the share done, 0 to 1.
+            progress: Receives a sentence and the share done, 0 to 1.
             rank: Work of a lower rank is begun first.
         """
         ...
@@ -58,7 +58,7 @@ class Pool(Protocol):
 
 
 class Runner:
-    """How jobs are done. Users take turns; of one user, what was accepted first is begun first.
+    """Runner of jobs. Users take turns; of one user, what was accepted first is begun first.
 
     Attributes:
         results: Where what they make is kept.

@@ -148,7 +148,7 @@ class Store:
         return data
 
     def is_sound(self, digest: str) -> bool:
-        """Tell whether the bytes of a digest are there, and those that were kept."""
+        """Return whether the bytes of a digest are there, and those that were kept."""
         try:
             with self.path(digest).open("rb") as file:
                 return hashlib.file_digest(file, "sha256").hexdigest() == digest

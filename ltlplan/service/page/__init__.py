@@ -1,4 +1,4 @@
-"""What a browser shows of the service: missions written with help, plans followed, flights watched, trusted, judged, taken away.
+"""Page of the service in a browser: missions written with help, plans followed, flights watched, trusted, checked, taken away.
 
 Begin with `frame`, which puts one module a tab together (`write`, `plan`, `certificate_tab`, `recording_tab`, `downloads_tab`, `live`; a flight is watched in
 `assets/flight.js`); `session_state` is what one person has open, `drafted` what they write, `elements` are the page's own parts over NiceGUI, whose scripts are in `assets`.

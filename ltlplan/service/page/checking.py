@@ -1,4 +1,4 @@
-"""What is said of a mission while it is typed: faults where they stand, the formula in words, its automata, the world.
+"""Checks of a mission while it is typed: errors where they stand, the formula in words, its automata, the world.
 
 These functions are run by a worker, never by the process that serves; what they return is plain data.
 """
@@ -21,7 +21,7 @@ def check_text(text: str, report: Progress) -> Json:
 
     Args:
         text: YAML as it is typed.
-        report: Told what is done.
+        report: Receives what is done.
 
     Returns:
         `faults`, each with `line`, `keys`, `message` and where it stands (`from`, `to`, offsets); of a sound mission also its
@@ -41,9 +41,9 @@ def check_text(text: str, report: Progress) -> Json:
 def mission_view(mission: Mission) -> Json:
     """Return what is shown of a sound mission."""
     from flight.pictures import scene
+    from ltlplan.missions.notes import notes_of
     from ltlplan.service.views.formulas import OPERATORS, in_words, known_names
     from ltlplan.service.views.watching import automata_data, drawn, radii
-    from verify.data.validation.notes import notes_of
 
     return {
         "name": mission.name,
@@ -69,7 +69,7 @@ def change_formula(text: str, formula: str, report: Progress) -> str:
     Args:
         text: YAML.
         formula: The new formula.
-        report: Told what is done.
+        report: Receives what is done.
 
     Raises:
         BadInput: The text is no mission to write a formula into.
@@ -84,7 +84,7 @@ def change_margin(text: str, margin: float, report: Progress) -> str:
     Args:
         text: YAML.
         margin: m.
-        report: Told what is done.
+        report: Receives what is done.
 
     Raises:
         BadInput: The text is no mission to write a margin into.
@@ -99,7 +99,7 @@ def add_edges(text: str, edges: list[tuple[str, str]], report: Progress) -> str:
     Args:
         text: YAML.
         edges: Pairs of regions.
-        report: Told what is done.
+        report: Receives what is done.
 
     Raises:
         BadInput: The text has no list of edges.
@@ -114,7 +114,7 @@ def leave_out(text: str, part: str, report: Progress) -> str:
     Args:
         text: YAML.
         part: The part, as text.
-        report: Told what is done.
+        report: Receives what is done.
 
     Raises:
         BadInput: The text is no mission, or its formula has no such part.

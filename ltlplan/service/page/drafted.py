@@ -1,4 +1,4 @@
-"""What is written and is not lost: each text in the browser from key to key, and at the service too for those who logged in.
+"""Drafts that are not lost: each text in the browser from key to key, and at the service too for those who logged in.
 
 A draft has an id. Its text follows the editor until another mission is loaded: that begins a draft of its own, so that nothing is written over.
 """

@@ -28,7 +28,7 @@ class Editor(Element, component="assets/editor.js", esm={"nicegui-codemirror": f
         language: CodeMirror's name of the text's language, if any.
         single: Whether it is one line.
         hint: Shown while it is empty.
-        on_text: Told the text a quarter of a second after a change.
+        on_text: Receives the text a quarter of a second after a change.
         on_submit: Called on Ctrl-Enter.
     """
 
@@ -143,7 +143,7 @@ class Flight(Element, component="assets/flight.js"):
             self.update()
 
     def look(self, view: str) -> None:
-        """Show it to be watched ("watch"), trusted ("trust") or judged ("judge")."""
+        """Show it to be watched ("watch"), trusted ("trust") or checked ("judge")."""
         self._props["view"] = view
         self.update()
 

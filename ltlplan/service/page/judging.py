@@ -63,20 +63,20 @@ def _finite(text: str, name: str) -> float:
 def judged(
     folder: Path, files: tuple[tuple[str, str], ...], recording: bytes, said: RecordingAsked, report: Progress
 ) -> dict[str, Any]:  # of any type: JSON nests
-    """Judge a recorded flight for the page.
+    """Check a recorded flight for the page.
 
     Args:
         folder: Empty, for use meanwhile.
         files: What the job has made: names, and where their bytes lie.
         recording: The recorded flight.
         said: What a person says of it.
-        report: Told what is done.
+        report: Receives what is done.
 
     Returns:
         `words`, `sentence`, `claims`, `assumptions`, and by robot the places where it was seen (`flown`).
 
     Raises:
-        BadInput: The recording cannot be judged.
+        BadInput: The recording cannot be checked.
     """
     from ltlplan.recorded import judge_flight
     from ltlplan.recording_options import told_of

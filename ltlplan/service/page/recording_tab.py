@@ -1,4 +1,4 @@
-"""The fifth tab: a recorded flight is dropped in, and judged claim by claim against what was certified."""
+"""The fifth tab: a recorded flight is dropped in, and checked claim by claim against what was certified."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ class _Judging:
         self.again.set_visibility(self.file is not None)
 
     def show(self, job: Job | None) -> None:
-        """Say whether a recording can be judged; what was judged is another job's."""
+        """Say whether a recording can be checked; what was checked is another job's."""
         ready = job is not None and job.state == "done"
         if self.job != (job.id if job is not None and ready else None) or not ready:
             self.job = job.id if job is not None and ready else None
@@ -98,7 +98,7 @@ class _Judging:
         self.upload.reset()
 
     async def uploaded(self, event: UploadEventArguments) -> None:
-        """Judge what was dropped."""
+        """Check what was dropped."""
         self.file = event.file
         self.upload.reset()
         await self._judge()

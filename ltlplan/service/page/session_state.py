@@ -1,4 +1,4 @@
-"""What one person has open: a job, its mission's text, a tab. The tabs are told of it, and tell it."""
+"""State of one person's session: a job, its mission's text, a tab. The tabs receive its changes, and make them."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ ADDRESS = {tab: tab.replace(" ", "-") for tab in TABS}
 
 @dataclass(eq=False)
 class Desk:
-    """What one person has open.
+    """State of one person's session.
 
     Attributes:
         service: The running service.
@@ -34,9 +34,9 @@ class Desk:
         who: Who looks: a token's name, or an address.
         user: The token's name, where somebody logged in.
         texts: Missions as they were written, by the job that was made of them.
-        on_job: Told the job when it is another one or has come further.
-        on_progress: Told a sentence and the share done while it is computed.
-        on_tab: Told the tab when it is another one.
+        on_job: Receives the job when it is another one or has come further.
+        on_progress: Receives a sentence and the share done while it is computed.
+        on_tab: Receives the tab when it is another one.
         write: Shows a mission's text in the first tab.
         written: Finds the text that a job was made of, in this browser or of this user.
     """

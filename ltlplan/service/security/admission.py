@@ -1,4 +1,4 @@
-"""Who is let in: by name and page, by token or session, as often as is allowed."""
+"""Admission of requests: by name and page, by token or session, as often as is allowed."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ UPLOADS = ("/api/flights/", "/_nicegui/")
 
 @dataclass(frozen=True)
 class Rules:
-    """What the gate goes by.
+    """Rules of admission.
 
     Attributes:
         sessions: Who may ask: by a token, or by a browser's session.
@@ -38,7 +38,7 @@ class Rules:
 
 @dataclass
 class Admission:
-    """What is known of who asks: tokens, sessions, how often and how much.
+    """State of admission: tokens, sessions, how often and how much each client requests.
 
     Attributes:
         rules: What it goes by.
@@ -59,7 +59,7 @@ class Admission:
 
     @property
     def needs_tokens(self) -> bool:
-        """Whether only tokens are answered; a service that once answered to them does so until it ends, also when the last one is revoked."""
+        """True if only tokens are answered; a service that once answered to them does so until it ends, also when the last one is revoked."""
         self._closed = self._closed or self.rules.closed or self.rules.sessions.tokens.needed
         return self._closed
 

@@ -1,4 +1,4 @@
-"""Who asks, as a request says it, and what is answered to anybody."""
+"""Client of a request, as the request names it, and the answers that any client gets."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ ASSETS = ("/_nicegui/", "/docs/")
 
 @dataclass(frozen=True, slots=True)
 class Asker:
-    """Who asks, as the request says it.
+    """Client of a request, as the request names it.
 
     Attributes:
         path: What is asked for.
@@ -46,7 +46,7 @@ class Asker:
 
 
 def is_open(path: str) -> bool:
-    """Tell whether a path is answered without a token."""
+    """Return whether a path is answered without a token."""
     folder, slash, name = path.rpartition("/")
     return path in OPEN or (bool(name) and folder + slash in OPEN_FOLDERS)
 

@@ -1,4 +1,4 @@
-"""How much a request may bring, and how slowly: counted as it comes, before anything is made of it."""
+"""Limits on the size and slowness of a request's body: counted as it comes, before anything is made of it."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Receive = Callable[[], Awaitable[Message]]
 
 @dataclass
 class Bodies:
-    """What all requests together hold.
+    """Bytes that all requests together hold.
 
     Attributes:
         most_held: Bytes that may be held at the same time.

@@ -22,16 +22,16 @@ class Open(Protocol):
 
     @property
     def client(self) -> str:
-        """Who asks."""
+        """Its client."""
         ...
 
     @property
     def waits(self) -> bool:
-        """Whether it waits for more of what is being sent to it."""
+        """True if it waits for more of what is being sent to it."""
         ...
 
     def may_go_on(self) -> bool:
-        """Tell whether who asks still may."""
+        """Return whether who asks still may."""
         ...
 
     def end(self, error: LtlplanError) -> None:

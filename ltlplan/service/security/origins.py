@@ -2,7 +2,7 @@
 
 A page of another site can make a browser ask a service on its own machine. It cannot choose the header `Host` but by naming a host of
 its own that leads here (DNS rebinding), so only our names are answered; and it cannot hide that it is another site's (`Origin`,
-`Sec-Fetch-Site`), so what would change something is refused to it.
+`Sec-Fetch-Site`), so what would change something is rejected to it.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ SAFE = frozenset({"GET", "HEAD", "OPTIONS"})
 
 
 def is_loopback(host: str) -> bool:
-    """Tell whether an address or name can be reached from this machine only."""
+    """Return whether an address or name can be reached from this machine only."""
     try:
         return ipaddress.ip_address(host.strip("[]")).is_loopback
     except ValueError:
@@ -47,7 +47,7 @@ def own_names(host: str, extra: tuple[str, ...] = ()) -> frozenset[str]:
 
 
 def require_own_host(given: str, names: frozenset[str], *, everywhere: bool) -> None:
-    """Refuse a name that is not ours.
+    """Reject a name that is not ours.
 
     Args:
         given: The header `Host`.
@@ -74,7 +74,7 @@ def hostname(given: str) -> str:
 
 
 def require_own_page(method: str, headers: Mapping[str, str]) -> None:
-    """Refuse what a page of another site asks, if it would change something.
+    """Reject what a page of another site asks, if it would change something.
 
     Args:
         method: The request's; "WEBSOCKET" for a websocket.

@@ -64,11 +64,11 @@ class Passage:
 
     @property
     def waits(self) -> bool:
-        """Whether it waits for more of what is being sent to it."""
+        """True if it waits for more of what is being sent to it."""
         return self._body is not None and self._body.waits
 
     def may_go_on(self) -> bool:
-        """Tell whether who asks is still who asked, or it does not matter."""
+        """Return whether who asks is still who asked, or it does not matter."""
         try:
             return is_open(self._path) or self._admission.who(self._asker) == self.client
         except LtlplanError:  # the tokens cannot be read, so nobody's is known
@@ -149,7 +149,7 @@ class Passage:
                 self._end_of_socket.set()
                 await self._refuse(self._ended)
         if self._ended is not None:
-            raise OSError("who asked may not ask any more")
+            raise OSError("the client may no longer send requests")
         await self._put(message)
 
     async def _put(self, message: Message) -> None:

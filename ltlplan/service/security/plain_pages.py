@@ -1,4 +1,4 @@
-"""Pages for people who are not in yet, or were refused: plain HTML that needs nothing else, for strangers too."""
+"""Pages for people who are not in yet, or were rejected: plain HTML that needs nothing else, for strangers too."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def login_page(said: str = "") -> str:
     """Return the page that asks for a token.
 
     Args:
-        said: Why the last one was refused.
+        said: Why the last one was rejected.
     """
     alert = f'<p role="alert">{html.escape(said)}</p>' if said else ""
     return _PAGE.format(title="log in", width=26, content=_LOGIN.format(said=alert))
@@ -37,7 +37,7 @@ def refusal_page(problem: Problem) -> str:
     """Return a problem as a page, with a way to go on.
 
     Args:
-        problem: What is refused, and why.
+        problem: What is rejected, and why.
     """
     to, words = ("/login", "Log in") if problem.status == 401 else ("/", "To the first page")
     content = _REFUSAL.format(title=html.escape(problem.title), detail=html.escape(problem.detail), to=to, words=words)

@@ -1,4 +1,4 @@
-"""How often one client may ask: a bucket for each, which a request empties and time fills."""
+"""Rate limits of clients: a bucket for each, which a request empties and time fills."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class Rates:
             )
 
     def require_any(self, client: str) -> None:
-        """Refuse a client whose bucket is empty, without taking anything.
+        """Reject a client whose bucket is empty, without taking anything.
 
         Raises:
             TooManyRequests: It is empty.

@@ -1,4 +1,4 @@
-"""What is answered where something is refused: problem details for programs, a page for people."""
+"""Responses to rejected requests: problem details for programs, a page for people."""
 
 from __future__ import annotations
 
@@ -52,5 +52,5 @@ def refusal(error: BaseException, asked: Mapping[str, str], status: int | None =
 
 
 def reads_pages(asked: Mapping[str, str]) -> bool:
-    """Tell whether a request is a browser's that goes to a page, by its headers."""
+    """Return whether a request is a browser's that goes to a page, by its headers."""
     return "text/html" in asked.get("accept", "").lower()

@@ -46,7 +46,7 @@ class Tokens:
 
     @property
     def needed(self) -> bool:
-        """Whether there are any: then everybody needs one."""
+        """True if there are any: then every client needs one."""
         return bool(self._digests())
 
     def names(self) -> tuple[str, ...]:
@@ -73,7 +73,7 @@ class Tokens:
         return token
 
     def revoke(self, name: str) -> None:
-        """Take a token away; who uses it is refused from now on.
+        """Take a token away; who uses it is rejected from now on.
 
         Raises:
             BadInput: There is none of that name.

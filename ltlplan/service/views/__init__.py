@@ -1,1 +1,1 @@
-"""What is shown of missions and flights, as plain data: `formulas` in words, automata by `drawings`, scenes and replays by `watching`."""
+"""Views of missions and flights as plain data: `formulas` in words, automata by `drawings`, scenes and replays by `watching`."""

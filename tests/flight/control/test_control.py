@@ -13,6 +13,7 @@ from flight.model.attitude import euler
 from flight.model.disturbances import BatteryState, Wind
 from flight.model.reference import Reference, sample_reference
 from flight.model.timing import CONTROL_STEP, STEP, SUBSTEPS
+from tests.helpers.few import few_of
 from tests.helpers.stand_ins import hoop6
 from verify.data import load_vehicle
 
@@ -44,7 +45,7 @@ def response(name, steps_of=(((0.0, 0.0, 0.0), 0.0),), seconds=2.5, **options):
     return times, place, np.array([euler(entry.attitude)[2] for entry in entries])
 
 
-@pytest.mark.parametrize("name", shipped_airframes())
+@few_of(1, "name", shipped_airframes())
 def test_the_geometric_controllers_step_responses_overshoot_little_and_settle(name):
     times, place, yaw = response(name, STEPS)
     for k, (jump, _) in enumerate(STEPS[:2]):
@@ -57,7 +58,7 @@ def test_the_geometric_controllers_step_responses_overshoot_little_and_settle(na
     assert np.max(np.abs(place[:, :, 2])) < 0.02
 
 
-@pytest.mark.parametrize("name", shipped_airframes())
+@few_of(1, "name", shipped_airframes())
 def test_the_papers_controllers_step_responses_settle_on_the_papers_model(name):
     cases = (((0.2, 0.0, 0.1), 0.0), STEPS[2])
     times, place, yaw = response(name, cases, model="paper", controller="paper", seconds=2.0)
@@ -66,7 +67,8 @@ def test_the_papers_controllers_step_responses_settle_on_the_papers_model(name):
     assert np.all(np.abs(yaw[times > 1.5, 1] - 0.6) < 0.06)
 
 
-@pytest.mark.parametrize(
+@few_of(
+    2,
     ("name", "controller"),
     [
         *((name, "geometric") for name in shipped_airframes()),

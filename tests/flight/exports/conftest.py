@@ -33,7 +33,7 @@ def script_in_world(tmp_path, monkeypatch):
     before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
 
     def make(team, cert, world=None, kind=Robot):
-        flight.export(team, cert, tmp_path, anyway=True)
+        flight.export(team, cert, tmp_path, force=True)
         world = world or World()
         for name, path in team.items():
             world.robots[name] = kind(name, world, path.evaluate(0.0)[:3] * (1, 1, 0))

@@ -9,11 +9,10 @@ import pytest
 
 import flight
 from flight.exports.braking import AtMost, braked, ends_in_flight
-from flight.exports.crazyflies.compressed import compressed_trajectory
 from flight.exports.crazyflies.crazyflie import upload
-from flight.exports.crazyflies.memory import poly4d_trajectory
 from tests.helpers.flights import legs, small_mission
 from tests.helpers.patrols import EAST, NORTH, circle, hermite, patrol
+from tests.helpers.trajectory_bytes import compressed_trajectory, poly4d_trajectory
 from verify import certify
 from verify.data import Trajectory
 from verify.data.files.trajectory_csv import read_csv
@@ -28,7 +27,7 @@ def certified():
 
 def test_a_patrol_brakes_to_rest_behind_its_last_lap(certified, tmp_path) -> None:
     _, path, cert = certified
-    flight.export({"r0": path}, cert, tmp_path, anyway=True)
+    flight.export({"r0": path}, cert, tmp_path, force=True)
     flown = read_csv((tmp_path / "r0.csv").read_text())
     laps = path.flattened(2)
     assert flown.part(0, len(laps)) == laps
@@ -46,7 +45,7 @@ def test_every_format_of_a_crazyflie_ends_at_rest(certified, target, tmp_path) -
     if target != "crazyflie":
         team = flight.quantised(team)
         cert = certify(plan, team)
-    flight.export(team, cert, tmp_path, format=target, anyway=True)
+    flight.export(team, cert, tmp_path, format=target, force=True)
     (item,) = upload(tmp_path, {"r0": "radio://0/80/2M"}, dry_run=True)
     read = poly4d_trajectory if target == "crazyflie" else compressed_trajectory
     flown, laps = read(item.data), team["r0"].flattened(2)
@@ -112,7 +111,7 @@ def test_it_needs_room_by_the_missions_own_pieces(certified, tmp_path) -> None:
     plan, path, _ = certified
     laps = len(path.flattened(2))
     small = plan.mission.model_copy(update={"limits": plan.mission.limits.model_copy(update={"pieces": laps})})
-    said = flight.export({"r0": path}, certify(plan.changed(mission=small), {"r0": path}), tmp_path, anyway=True).notes
+    said = flight.export({"r0": path}, certify(plan.changed(mission=small), {"r0": path}), tmp_path, force=True).notes
     assert any("no braking behind it was proved that fits" in note for note in said)
 
 

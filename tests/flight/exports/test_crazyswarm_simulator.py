@@ -12,7 +12,7 @@ from tests.helpers.crazyswarm_simulator import BELIEVED, MASS, SimulatedRobot, S
 from tests.helpers.flights import legs, plan_of, small_mission
 from verify import certify, check_flight, load_flight_log
 from verify.data.plan import Visit
-from verify.recordings.flight_reference import Asked
+from verify.recordings.flight_reference import FlightReference
 
 pytestmark = pytest.mark.slow
 
@@ -32,7 +32,7 @@ def simulated(script_in_world):
         cert = certify(plan, team)
         world, script = script_in_world(team, cert, SimulatedWorld(**more), SimulatedRobot)
         world.fly(mission)
-        return Asked.of_certificate(cert, team, plan), world, script
+        return FlightReference.of_certificate(cert, team, plan), world, script
 
     return make
 

@@ -11,12 +11,13 @@ import pytest
 from ruamel.yaml import YAML
 
 import flight
-from flight.exports.crazyflies.compressed import compressed_bytes, compressed_trajectory
+from flight.exports.crazyflies.compressed import compressed_bytes
 from flight.exports.crazyflies.crazyflie import write_entry
-from flight.exports.crazyflies.memory import MEMORY, Entry, poly4d_bytes, poly4d_trajectory, side_by_side
+from flight.exports.crazyflies.memory import MEMORY, Entry, poly4d_bytes, side_by_side
 from flight.exports.px4 import to_ned
 from tests.helpers.stand_ins import flight as made_flight
 from tests.helpers.stand_ins import hoop6, hover, rest_to_rest, stand_in
+from tests.helpers.trajectory_bytes import compressed_trajectory, poly4d_trajectory
 from verify.data import BadInput, DoesNotFit, Trajectory
 from verify.data.files.trajectory_csv import read_csv
 
@@ -24,7 +25,7 @@ from verify.data.files.trajectory_csv import read_csv
 def test_every_export_says_what_voids_its_certificate(certified, tmp_path):
     team, cert = certified
     for name in ("crazyswarm2", "crazyflie"):
-        done = flight.export(team, cert, tmp_path / name, format=name, anyway=True)
+        done = flight.export(team, cert, tmp_path / name, format=name, force=True)
         note = done.files[-1].read_text()
         assert done.digest == cert.digest()
         for word in (cert.digest(), "voids", "climb", "relative", "crazyflie-2.1", "0.05 m"):
@@ -33,7 +34,7 @@ def test_every_export_says_what_voids_its_certificate(certified, tmp_path):
 
 def test_csv_reads_back_exactly_as_crazyswarm2_reads_it(certified, tmp_path):
     team, cert = certified
-    flight.export(team, cert, tmp_path, anyway=True)
+    flight.export(team, cert, tmp_path, force=True)
     for name, path in team.items():
         assert read_csv((tmp_path / f"{name}.csv").read_text()).coefficients[: len(path)].tolist() == path.coefficients.tolist()
         rows = np.loadtxt(tmp_path / f"{name}.csv", delimiter=",", skiprows=1, usecols=range(33))
@@ -45,11 +46,11 @@ def test_a_one_piece_flight_is_exported_as_two_that_were_certified(certified, tm
     plan, team = made_flight()
     assert len(team["quad1"]) == 1
     with pytest.raises(DoesNotFit, match=r"quad1 has one piece.*with_hovers"):
-        flight.export(team, stand_in(plan, team), tmp_path / "one", anyway=True)
+        flight.export(team, stand_in(plan, team), tmp_path / "one", force=True)
     longer = certified[0]["quad1"]
     assert len(longer) == 2
     assert np.allclose(longer.evaluate([2.6, 3.5]), team["quad1"].evaluate(2.5), atol=2e-7)
-    done = flight.export(*certified, tmp_path / "two", anyway=True)
+    done = flight.export(*certified, tmp_path / "two", force=True)
     assert np.loadtxt(tmp_path / "two" / "quad1.csv", delimiter=",", skiprows=1, usecols=range(33)).shape == (2, 33)
     assert read_csv((tmp_path / "two" / "quad1.csv").read_text()) == longer
     assert not any("second piece" in note for note in done.notes)
@@ -66,7 +67,7 @@ def test_a_hover_of_one_piece_is_cut_into_the_same_hover():
 
 
 def test_crazyflies_yaml_names_the_robots_and_their_places(certified, tmp_path):
-    flight.export(*certified, tmp_path, uris={"quad0": "radio://0/80/2M/E7E7E7E7AA"}, anyway=True)
+    flight.export(*certified, tmp_path, uris={"quad0": "radio://0/80/2M/E7E7E7E7AA"}, force=True)
     made = YAML(typ="safe", pure=True).load((tmp_path / "crazyflies.yaml").read_text())
     assert made["robots"]["quad0"]["uri"] == "radio://0/80/2M/E7E7E7E7AA"
     assert made["robots"]["quad1"]["initial_position"] == [1.2, 0.9, 0.0]
@@ -81,7 +82,7 @@ def test_crazyflies_yaml_names_the_robots_and_their_places(certified, tmp_path):
 
 def test_names_of_robots_are_text_to_readers_of_every_version(certified, tmp_path):
     """A YAML 1.1 reader, as ROS has it, takes an unquoted `no` for a Boolean."""
-    flight.export(*certified, tmp_path, anyway=True)
+    flight.export(*certified, tmp_path, force=True)
     text = (tmp_path / "crazyflies.yaml").read_text()
     for old, new in (("quad0", "no"), ("quad1", "on")):
         assert f'"{old}":' in text
@@ -94,7 +95,7 @@ def test_names_of_robots_are_text_to_readers_of_every_version(certified, tmp_pat
 def test_poly4d_bytes_are_what_cflib_packs(certified, tmp_path):
     memory = pytest.importorskip("cflib.crazyflie.mem.trajectory_memory", reason="cflib is not installed")
     team, cert = certified
-    flight.export(team, cert, tmp_path, format="crazyflie", trajectory_ids={"quad1": 7}, offset=264, anyway=True)
+    flight.export(team, cert, tmp_path, format="crazyflie", trajectory_ids={"quad1": 7}, offset=264, force=True)
     table = json.loads((tmp_path / "upload.json").read_text())
     assert table["certificate"] == cert.digest()
     for name, path in team.items():
@@ -122,7 +123,7 @@ class Radio:
 
 def test_an_upload_writes_those_bytes_at_that_offset_through_cflib(certified, tmp_path):
     memory = pytest.importorskip("cflib.crazyflie.mem.trajectory_memory", reason="cflib is not installed")
-    flight.export(*certified, tmp_path, format="crazyflie", offset=132, anyway=True)
+    flight.export(*certified, tmp_path, format="crazyflie", offset=132, force=True)
     uris = {"quad0": "radio://0/80/2M/E7E7E7E701", "quad1": "radio://0/80/2M/E7E7E7E702"}
     for item in flight.upload(tmp_path, uris, dry_run=True):
         radio = Radio([])
@@ -221,7 +222,7 @@ def test_compressed_bytes_are_what_cflib_packs(begin, end):
 def test_a_certified_quantised_team_is_exported(certified, tmp_path):
     plan, team = made_flight()
     rounded = flight.quantised(team)
-    flight.export(rounded, stand_in(plan, rounded), tmp_path, format="crazyflie-compressed", anyway=True)
+    flight.export(rounded, stand_in(plan, rounded), tmp_path, format="crazyflie-compressed", force=True)
     for name, path in rounded.items():
         assert compressed_trajectory((tmp_path / f"{name}.bin").read_bytes()) == path
     assert json.loads((tmp_path / "upload.json").read_text())["robots"]["quad0"]["type"] == "poly4d_compressed"
@@ -233,7 +234,7 @@ def test_mavlink_setpoints_read_back_by_pymavlink_are_the_path_in_ned(certified,
     from pymavlink import mavutil
 
     team, cert = certified
-    flight.export(team, cert, tmp_path, format="px4", rate=25.0, origin=(0.1, 0.2, 0.3), anyway=True)
+    flight.export(team, cert, tmp_path, format="px4", rate=25.0, origin=(0.1, 0.2, 0.3), force=True)
     for system, (name, path) in enumerate(team.items(), start=1):
         log = mavutil.mavlink_connection(str(tmp_path / f"{name}.tlog"), dialect="common")
         texts, setpoints = "", []
@@ -270,7 +271,7 @@ def test_a_ros_bag_read_back_by_rosbags_is_the_path(certified, tmp_path):
     from rosbags.typesys import Stores, get_typestore
 
     team, cert = certified
-    flight.export(team, cert, tmp_path, format="ros2", rate=20.0, anyway=True)
+    flight.export(team, cert, tmp_path, format="ros2", rate=20.0, force=True)
     store = get_typestore(Stores.ROS2_JAZZY)
     seen = {}
     about = YAML(typ="safe", pure=True).load((tmp_path / "bag" / "metadata.yaml").read_text())["rosbag2_bagfile_information"]
@@ -309,5 +310,5 @@ def test_a_ros_bag_read_back_by_rosbags_is_the_path(certified, tmp_path):
 def test_the_same_export_twice_gives_the_same_bytes(certified, tmp_path):
     pytest.importorskip("rosbags", reason="rosbags is not installed")
     for name in ("crazyswarm2", "crazyflie", "ros2"):
-        first, again = (flight.export(*certified, tmp_path / f"{name}{k}", format=name, anyway=True) for k in range(2))
+        first, again = (flight.export(*certified, tmp_path / f"{name}{k}", format=name, force=True) for k in range(2))
         assert [path.read_bytes() for path in first.files] == [path.read_bytes() for path in again.files]

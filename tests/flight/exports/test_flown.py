@@ -1,4 +1,4 @@
-"""Exports that are told of a flight: of this certificate, by a controller that the vehicles run, in its tube; or written anyway, with a warning."""
+"""Exports that are told of a flight: of this certificate, by a controller that the vehicles run, in its tube; or written by force, with a warning."""
 
 from __future__ import annotations
 
@@ -52,14 +52,14 @@ def test_other_flights_are_refused_each_with_its_reason(flown, tmp_path):
 @pytest.mark.parametrize("form", ["crazyswarm2", "crazyflie", "ros2"])
 def test_without_a_flight_nothing_is_written(flown, tmp_path, form):
     _, team, cert, _ = flown
-    with pytest.raises(NotCertified, match=r"no simulated flight that stayed in its tube.*anyway=True"):
+    with pytest.raises(NotCertified, match=r"no simulated flight that stayed in its tube.*force=True"):
         flight.export(team, cert, tmp_path / "out", format=form)
     assert not (tmp_path / "out").exists()
 
 
 def test_a_flight_by_a_controller_that_the_vehicle_does_not_run_is_no_rehearsal(flown, tmp_path):
     _, team, cert, log = flown
-    with pytest.raises(NotCertified, match=r"px4: the controller of its vehicles is not modelled.*anyway"):
+    with pytest.raises(NotCertified, match=r"px4: the controller of its vehicles is not modelled.*--force"):
         flight.export(team, cert, tmp_path / "out", format="px4", flight=log)
     assert not (tmp_path / "out").exists()
 
@@ -91,7 +91,7 @@ def test_a_target_of_another_package_is_opened_by_flights_of_controllers_that_it
         return
     with pytest.raises(NotCertified, match=refused):
         flight.export(team, cert, tmp_path, format=mine, flight=log)
-    flight.export(team, cert, tmp_path, format=mine, flight=log, anyway=True)
+    flight.export(team, cert, tmp_path, format=mine, flight=log, force=True)
     assert json.loads((tmp_path / "flight.json").read_text())["warning"] == WARNING
     assert "margin meant for the controller mellinger, which it does not run" in (tmp_path / "README.txt").read_text()
 
@@ -114,7 +114,7 @@ def test_every_file_with_room_for_words_says_that_px4_was_not_rehearsed(flown, t
     from pymavlink import mavutil
 
     _, team, cert, log = flown
-    done = flight.export(team, cert, tmp_path, format="px4", flight=log, anyway=True)
+    done = flight.export(team, cert, tmp_path, format="px4", flight=log, force=True)
     for path in done.files:
         if path.name not in ("r0.tlog", "manifest.json"):
             assert "not rehearsed with this vehicle's controller" in path.read_text(), path
@@ -127,10 +127,10 @@ def test_every_file_with_room_for_words_says_that_px4_was_not_rehearsed(flown, t
 
 
 @pytest.mark.parametrize(("form", "named"), [("crazyswarm2", "crazyflies.yaml"), ("crazyflie", "upload.json")])
-def test_what_is_written_anyway_says_so(flown, tmp_path, form, named):
+def test_what_is_forced_says_so(flown, tmp_path, form, named):
     plan, team, cert, _ = flown
     left = flight.fly(plan, team, cert)
-    done = flight.export(team, cert, tmp_path, format=form, flight=left, anyway=True)
+    done = flight.export(team, cert, tmp_path, format=form, flight=left, force=True)
     assert done.notes[0] == WARNING
     assert WARNING in (tmp_path / "README.txt").read_text()
     text = (tmp_path / named).read_text()

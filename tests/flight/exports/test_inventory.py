@@ -17,7 +17,7 @@ def robots_of(folder):
 
 def test_the_firmware_is_told_what_the_margin_assumes(certified, tmp_path) -> None:
     team, cert = certified
-    flight.export(team, cert, tmp_path, anyway=True)
+    flight.export(team, cert, tmp_path, force=True)
     for name, row in robots_of(tmp_path).items():
         told = row["firmware_params"]
         assert told["stabilizer"]["controller"] == 2
@@ -33,7 +33,7 @@ def test_addresses_and_weights_come_from_the_users_file_and_it_stays_as_it_is(ce
         "  other: {uri: 'radio://1/90/2M/E7E7E7E798'}\n"
     )
     file.write_text(text)
-    done = flight.export(team, cert, tmp_path / "out", inventory=file, anyway=True)
+    done = flight.export(team, cert, tmp_path / "out", inventory=file, force=True)
     assert file.read_text() == text
     found = robots_of(tmp_path / "out")
     assert set(found) == set(team)
@@ -42,9 +42,9 @@ def test_addresses_and_weights_come_from_the_users_file_and_it_stays_as_it_is(ce
     assert found["quad0"]["firmware_params"]["ctrlMel"]["mass"] == 0.033
     assert any("quad1 weighs 34.1 g, its limits are certified for 33.0 g" in note for note in done.notes)
     with pytest.raises(BadInput, match=r"crazyflies\.yaml"):  # the folder with the user's own file is not written into
-        flight.export(team, cert, tmp_path, inventory=file, anyway=True)
+        flight.export(team, cert, tmp_path, inventory=file, force=True)
     assert file.read_text() == text
-    flight.export(team, cert, tmp_path / "both", inventory=file, uris={"quad1": "radio://2/1/2M/E7E7E7E701"}, anyway=True)
+    flight.export(team, cert, tmp_path / "both", inventory=file, uris={"quad1": "radio://2/1/2M/E7E7E7E701"}, force=True)
     assert robots_of(tmp_path / "both")["quad1"]["uri"] == "radio://2/1/2M/E7E7E7E701"
 
 
@@ -78,7 +78,7 @@ def test_a_bad_inventory_is_refused_with_its_place(certified, tmp_path, text, sa
     file = tmp_path / "mine.yaml"
     file.write_text(text)
     with pytest.raises(BadInput, match=says):
-        flight.export(*certified, tmp_path / "out", inventory=file, anyway=True)
+        flight.export(*certified, tmp_path / "out", inventory=file, force=True)
     assert not (tmp_path / "out").exists()
 
 
@@ -86,23 +86,23 @@ def test_addresses_of_more_radios_than_the_skew_was_reckoned_for_are_refused(cer
     team, cert = certified
     uris = {"quad0": "radio://0/80/2M/E7E7E7E701", "quad1": "radio://1/80/2M/E7E7E7E702"}
     with pytest.raises(BadInput, match=r"those of 2 radios.*counts on 1"):
-        flight.export(team, cert, tmp_path, uris=uris, anyway=True)
-    flight.export(team, cert, tmp_path, uris={**uris, "quad1": "radio://0/80/2M/E7E7E7E702"}, anyway=True)
+        flight.export(team, cert, tmp_path, uris=uris, force=True)
+    flight.export(team, cert, tmp_path, uris={**uris, "quad1": "radio://0/80/2M/E7E7E7E702"}, force=True)
     assert (tmp_path / "README.txt").exists()
 
 
 def test_a_robot_that_weighs_much_more_is_another_airframe(certified, tmp_path) -> None:
     with pytest.raises(DoesNotFit, match=r"quad0 weighs 40\.0 g, and was certified as 33\.0 g"):
-        flight.export(*certified, tmp_path, inventory={"quad0": {"mass": 0.040}}, anyway=True)
+        flight.export(*certified, tmp_path, inventory={"quad0": {"mass": 0.040}}, force=True)
 
 
 def test_px4_vehicles_have_the_systems_that_the_inventory_says(certified, tmp_path) -> None:
     pytest.importorskip("pymavlink", reason="pymavlink is not installed")
     team, cert = certified
     mine = {"quad0": {"id": 7, "uri": "udpin:0.0.0.0:14540"}, "other": {"id": 7}}
-    done = flight.export(team, cert, tmp_path / "out", format="px4", inventory=mine, anyway=True)
+    done = flight.export(team, cert, tmp_path / "out", format="px4", inventory=mine, force=True)
     told = json.loads((tmp_path / "out" / "flight.json").read_text())["robots"]
     assert {name: row["system"] for name, row in told.items()} == {name: k + 1 if k else 7 for k, name in enumerate(team)}
     assert any("quad0 is system 7" in note for note in done.notes)
     with pytest.raises(BadInput, match="quad0 and quad1 are both MAVLink system 2; write `id` of each"):
-        flight.export(team, cert, tmp_path / "no", format="px4", inventory={"quad0": {"id": 2}}, anyway=True)
+        flight.export(team, cert, tmp_path / "no", format="px4", inventory={"quad0": {"id": 2}}, force=True)

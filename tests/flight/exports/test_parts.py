@@ -47,7 +47,7 @@ def patrol():
 
 def test_each_part_is_a_file_of_two_pieces_at_least(team, tmp_path) -> None:
     paths, cert = team
-    done = flight.export(paths, cert, tmp_path, anyway=True)
+    done = flight.export(paths, cert, tmp_path, force=True)
     names = {path.name for path in done.files}
     assert names >= {"r0-part1.csv", "r0-part2.csv", "r1-part1.csv", "r1-part2.csv", "fly_mission.py"}
     assert "r0.csv" not in names
@@ -118,7 +118,7 @@ def test_parts_that_no_crazyflie_holds_are_refused(tmp_path) -> None:
     visits = [Visit(region="a")] * 18
     cert = certify(plan_of(mission, {"r0": visits}), path)
     with pytest.raises(DoesNotFit, match=r"r0-part1 has 33 pieces; the vehicle's memory holds 31"):
-        flight.export(path, cert, tmp_path, anyway=True)
+        flight.export(path, cert, tmp_path, force=True)
 
 
 @pytest.mark.parametrize(
@@ -136,8 +136,8 @@ def test_a_flight_that_the_missions_own_pieces_do_not_hold_is_refused(target, sa
     team = flight.quantised({"r0": path}) if target == "crazyflie-compressed" else {"r0": path}
     cert = certify(plan_of(mission, {"r0": [Visit(region="a")] * 3}), team)
     with pytest.raises(DoesNotFit, match=says):
-        flight.export(team, cert, tmp_path, format=target, anyway=True)
-    assert flight.export(team, cert, tmp_path / "streamed", format="px4", anyway=True).files
+        flight.export(team, cert, tmp_path, format=target, force=True)
+    assert flight.export(team, cert, tmp_path / "streamed", format="px4", force=True).files
 
 
 def test_a_vehicle_flies_the_parts_from_its_memory_as_certified(tmp_path) -> None:
@@ -146,7 +146,7 @@ def test_a_vehicle_flies_the_parts_from_its_memory_as_certified(tmp_path) -> Non
     there = [[(k % 2), 0.1 * (k // 2), 1] for k in range(41)]
     path = cut(legs(there), 20)
     mission = small_mission("true", regions="far: {center: [4.0, 4.0, 4.0], radii: [0.2, 0.2, 0.2]}", margin=0.05)
-    flight.export({"r0": path}, certify(plan_of(mission, {}), {"r0": path}), tmp_path, format="crazyflie", anyway=True)
+    flight.export({"r0": path}, certify(plan_of(mission, {}), {"r0": path}), tmp_path, format="crazyflie", force=True)
     first, second = (flight.upload(tmp_path, {"r0": "radio://0/80/2M"}, dry_run=True, part=part)[0].entry for part in (1, 2))
     assert (first.pieces, second.pieces) == (20, 20)
     vehicle, pause, end = Vehicle(), 7.0, float(path.knots[20])
@@ -166,7 +166,7 @@ def test_a_vehicle_flies_the_parts_from_its_memory_as_certified(tmp_path) -> Non
 
 
 def test_parts_of_an_upload_are_named(team, tmp_path) -> None:
-    flight.export(*team, tmp_path, format="crazyflie", anyway=True)
+    flight.export(*team, tmp_path, format="crazyflie", force=True)
     uris = {"r0": "radio://0/80/2M/E7E7E7E701", "r1": "radio://0/80/2M/E7E7E7E702"}
     for part in (1, 2):
         for item in flight.upload(tmp_path, uris, dry_run=True, part=part):
@@ -180,9 +180,9 @@ def test_parts_of_an_upload_are_named(team, tmp_path) -> None:
 def test_nobody_is_flown_without_the_pauses_of_the_others(team, tmp_path) -> None:
     paths, cert = team
     with pytest.raises(DoesNotFit, match=r"px4 flies r0 without pauses while r1 are flown otherwise"):
-        flight.export(paths, cert, tmp_path / "stream", format="px4", robots=["r0"], anyway=True)
-    flight.export(paths, cert, tmp_path / "all", format="px4", anyway=True)
-    done = flight.export(paths, cert, tmp_path / "some", robots=["r0"], anyway=True)
+        flight.export(paths, cert, tmp_path / "stream", format="px4", robots=["r0"], force=True)
+    flight.export(paths, cert, tmp_path / "all", format="px4", force=True)
+    done = flight.export(paths, cert, tmp_path / "some", robots=["r0"], force=True)
     assert "r1 pause with them, and start each part at the same instant." in done.notes
 
 

@@ -32,7 +32,7 @@ def exported(tmp_path_factory):
         for name, path in team.items()
     }
     folder = tmp_path_factory.mktemp("px4")
-    flight.export(short, stand_in(plan, short), folder, format="px4", rate=RATE, anyway=True)
+    flight.export(short, stand_in(plan, short), folder, format="px4", rate=RATE, force=True)
     return folder, short
 
 
@@ -257,6 +257,7 @@ def test_where_pymavlink_is_not_one_sentence_says_so(exported) -> None:
 SILENT = Manner(reports_heading=False, estimator=None)
 
 
+@pytest.mark.slow
 def test_what_a_vehicle_does_not_report_is_not_checked_and_keeps_all_from_beginning(exported) -> None:
     code, said, vehicles = fly(exported, SILENT, unchecked=())
     assert code == 1

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from flight.exports.scripts.flying.standing import Standing
 from flight.monitoring.alarm_response import LANDING_HEIGHT, LANDING_SPEED, smooth_step
 from flight.monitoring.thresholds import FRESH, LANDED, NEAR, WATCHED, limits
+from tests.helpers.few import given_few
 from verify.data import GRAVITY
 
 RATE = 50.0
@@ -28,7 +29,7 @@ def landing(drop: float, noise: float, seed: int, *, lasts: float = 2.0, own: bo
         yield time, seconds, height, height + draw.uniform(-noise, noise)
 
 
-@given(st.floats(0.05, 3.0), st.floats(0.0, 0.009), st.integers(0, 2**20), st.booleans())
+@given_few(15, 100, st.floats(0.05, 3.0), st.floats(0.0, 0.009), st.integers(0, 2**20), st.booleans())
 def test_by_heights_a_robot_stands_only_where_it_would_meet_the_ground_no_faster_than_by_its_own_landing(
     drop, noise, seed, own
 ) -> None:

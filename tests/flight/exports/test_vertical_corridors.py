@@ -103,7 +103,7 @@ def test_the_note_says_what_is_proved_of_robots_that_are_not_written_as_well(tar
     mission = small_mission(regions="", starts=starts, margin=0.05)
     team = flight.with_hovers({f"r{i}": legs([start]) for i, start in enumerate(starts)})
     cert = certify(plan_of(mission, {}), team)
-    flight.export(team, cert, tmp_path, format=target, robots=["r0"], anyway=True)
+    flight.export(team, cert, tmp_path, format=target, robots=["r0"], force=True)
     note = (tmp_path / "README.txt").read_text()
     assert "Landing not certified: r0 and r1 end too near to each other, seen from above." in note
     assert ("Climb not certified: r0 and r1 start too near" in note) is (target == "crazyswarm2")

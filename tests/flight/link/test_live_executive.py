@@ -21,6 +21,7 @@ from flight.monitoring.thresholds import NEAR
 from ltlplan.commands.support.live_view import interrupts_land
 from ltlplan.live_phases import stages
 from ltlplan.pipeline import certified_team
+from tests.helpers.few import few_of
 from tests.helpers.live_failures import KINDS, Remembers, disturb, fault, on_the_ground, require_whole_logs
 from tests.helpers.live_missions import PAIR
 from verify.data import BadInput
@@ -100,6 +101,7 @@ def test_what_is_wrong_before_take_off_is_said_and_nothing_spins(ready, faults, 
     assert done.record.poses == []
 
 
+@pytest.mark.slow
 def test_a_battery_of_which_nothing_is_known_is_said_not_to_be_checked(ready) -> None:
     mission, flown = ready
 
@@ -135,8 +137,8 @@ def test_parameters_that_are_not_on_board_are_named(ready) -> None:
     assert link.spinning == ()
 
 
-@pytest.mark.parametrize(
-    "kind", ["unseen", "pushed", "lost", *(pytest.param(kind, marks=pytest.mark.slow) for kind in ("flat", "deaf", "both"))]
+@few_of(
+    1, "kind", ["unseen", "pushed", "lost", *(pytest.param(kind, marks=pytest.mark.slow) for kind in ("flat", "deaf", "both"))]
 )
 def test_the_team_ends_on_the_ground_whatever_fails_in_flight(ready, kind) -> None:
     mission, flown = ready
@@ -151,7 +153,7 @@ def test_the_team_ends_on_the_ground_whatever_fails_in_flight(ready, kind) -> No
         assert "landing" not in done.record.starts, "it did not go on as if nothing had been"
 
 
-@pytest.mark.parametrize("when", [0.2, 7.5, *(pytest.param(when, marks=pytest.mark.slow) for when in (2.0, 13.0))])
+@few_of(1, "when", [0.2, 7.5, *(pytest.param(when, marks=pytest.mark.slow) for when in (2.0, 13.0))])
 @pytest.mark.parametrize("error", [KeyboardInterrupt, ValueError])
 def test_interruptions_and_errors_land_the_team(ready, when, error) -> None:
     mission, flown = ready
@@ -199,6 +201,7 @@ def test_a_second_interruption_stops_motors_at_once(ready) -> None:
     assert any("interrupted again" in event.sentence for event in done.record.events)
 
 
+@pytest.mark.slow
 def test_however_often_it_is_interrupted_all_that_hear_stop_and_the_others_are_named(ready) -> None:
     mission, flown = ready
     link = link_to(mission, Faults(deaf={"two": 11.0}))
@@ -218,6 +221,7 @@ def test_however_often_it_is_interrupted_all_that_hear_stop_and_the_others_are_n
     require_whole_logs(done)
 
 
+@pytest.mark.slow
 def test_two_signals_at_once_land_the_team_as_one_does(ready) -> None:
     mission, flown = ready
     link = link_to(mission)
@@ -251,6 +255,7 @@ def test_stages_that_do_not_join_are_refused(ready) -> None:
         fly_live(link_to(mission), flown, grounds={"one": 0.0})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "kind", ["flown", *(pytest.param(kind, marks=pytest.mark.slow) for kind in ("interrupted", "flat", "pushed"))]
 )

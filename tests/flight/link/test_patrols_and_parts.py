@@ -11,12 +11,13 @@ import flight
 from flight.link.live_executive import SETTLE, LiveFlight, fly_live
 from flight.link.phases import Stage
 from flight.link.simulated import Faults, SimulatedLink
+from tests.helpers.few import few_of
 from tests.helpers.live_failures import KINDS, disturb, on_the_ground, require_whole_logs
 from tests.helpers.live_stages import laps_stages, parts_stages, patrol_stages, places_of
 from verify import check_flight
 from verify.data import BadInput, NotCertified, Trajectory
 from verify.recordings.flight_log import Samples
-from verify.recordings.flight_reference import Asked
+from verify.recordings.flight_reference import FlightReference
 
 
 @pytest.fixture(scope="module")
@@ -53,7 +54,7 @@ def samples_of(done: LiveFlight) -> Samples:
     return Samples(np.array(times), places)
 
 
-def outcomes(done: LiveFlight, asked: Asked, **more) -> dict[str, set[str]]:
+def outcomes(done: LiveFlight, asked: FlightReference, **more) -> dict[str, set[str]]:
     verdict = check_flight(samples_of(done), asked, max_speed=1.5, start=0.0, **more)
     found: dict[str, set[str]] = {}
     for claim in verdict.claims:
@@ -82,10 +83,11 @@ def test_a_patrol_brakes_to_rest_behind_its_laps_and_lands(patrol) -> None:
     assert "it was proved for such a flight" in covered[2]
 
 
+@pytest.mark.slow
 def test_of_a_patrols_recording_its_laps_are_judged(patrol) -> None:
     done = flown_over(link_to(patrol), patrol)
     stage = patrol[1]
-    asked = Asked.of_certificate(stage.certificate, stage.team, stage.plan)
+    asked = FlightReference.of_certificate(stage.certificate, stage.team, stage.plan)
     found = outcomes(done, asked, error=1e-6)
     assert set(found) >= {"formula", "tube", "visits", "workspace"}
     assert set().union(*found.values()) == {"holds"}, found
@@ -128,9 +130,9 @@ def test_a_flight_in_parts_pauses_between_them_and_is_judged_whole(parts) -> Non
     assert data["ends"]["flight"] - data["starts"]["flight"] == pytest.approx(stage.duration + sum(pauses), abs=0.05)
     paused = {name: path.paused(pauses) for name, path in stage.team.items()}
     certificate = flight_of(stage, paused)
-    found = outcomes(done, Asked.of_certificate(certificate, paused, stage.plan), error=0.0035)
+    found = outcomes(done, FlightReference.of_certificate(certificate, paused, stage.plan), error=0.0035)
     assert set().union(*found.values()) == {"holds"}, found
-    whole = Asked.of_certificate(stage.certificate, stage.team, stage.plan)
+    whole = FlightReference.of_certificate(stage.certificate, stage.team, stage.plan)
     assert outcomes(done, whole, error=0.0035)["tube"] != {"holds"}, "without its pauses it is another flight"
 
 
@@ -150,7 +152,7 @@ def test_laps_in_parts_are_stored_once_and_begun_again(laps) -> None:
     pauses = done.record.pauses("flight")
     assert len(pauses) == 3
     team = {name: path.flattened(3).paused(pauses) for name, path in stage.team.items()}
-    found = outcomes(done, Asked.of_certificate(stage.certificate, team, stage.plan), error=1e-6)
+    found = outcomes(done, FlightReference.of_certificate(stage.certificate, team, stage.plan), error=1e-6)
     assert found.pop("formula") == {"undecided"}
     assert set().union(*found.values()) == {"holds"}, found
 
@@ -183,7 +185,7 @@ def test_pauses_may_be_of_any_length_and_are_watched(parts) -> None:
     times = [row[0] for row in done.record.poses if done.record.starts["flight"] < row[0] < done.record.ends["flight"]]
     assert max(np.diff(sorted(set(times)))) < 0.05, "nobody is out of sight while parts are brought"
     paused = {name: path.paused(pauses) for name, path in stage.team.items()}
-    found = outcomes(done, Asked.of_certificate(flight_of(stage, paused), paused, stage.plan), error=1e-6)
+    found = outcomes(done, FlightReference.of_certificate(flight_of(stage, paused), paused, stage.plan), error=1e-6)
     assert set().union(*found.values()) == {"holds"}, found
 
 
@@ -202,7 +204,7 @@ def pause_of(stages: tuple[Stage, ...]) -> float:
     return 0.52 + stages[0].duration + 1.02 + stages[1].parts[0].duration + 0.5
 
 
-@pytest.mark.parametrize("kind", ["unseen", "pushed", "lost"])
+@few_of(1, "kind", ["unseen", "pushed", "lost"])
 def test_what_fails_between_parts_ends_on_the_ground(parts, kind) -> None:
     when = pause_of(parts)
     faults = {"unseen": Faults(unseen={"r1": when}), "pushed": Faults(pushed={"r1": (when, 0.08)}), "lost": Faults(lost=when)}
@@ -214,6 +216,7 @@ def test_what_fails_between_parts_ends_on_the_ground(parts, kind) -> None:
     assert link.spinning == ()
 
 
+@pytest.mark.slow
 def test_who_does_not_begin_the_next_part_ends_it_for_all(parts) -> None:
     link = link_to(parts, Faults(deaf={"r1": pause_of(parts)}))
     done = flown_over(link, parts)
@@ -223,7 +226,8 @@ def test_who_does_not_begin_the_next_part_ends_it_for_all(parts) -> None:
     assert link.spinning == ()
 
 
-@pytest.mark.parametrize("seconds", [0.1, 0.4])
+@pytest.mark.slow
+@few_of(1, "seconds", [0.1, 0.4])
 def test_a_patrol_that_is_interrupted_while_it_brakes_lands(patrol, seconds) -> None:
     link = link_to(patrol)
     when = 0.52 + patrol[0].duration + 1.02 + patrol[1].claimed["r0"].duration + seconds

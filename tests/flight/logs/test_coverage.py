@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 import flight
-from flight import Told
+from flight import RecordingOptions
 from ltlplan import judge_flight
 from tests.helpers import foreign_logs
+from tests.helpers.few import few_of
 from tests.helpers.flights import small_mission
 from verify.data import BadInput, mission_to_yaml
 
@@ -135,7 +136,7 @@ FORMATS: dict[str, Callable[[Path], Path]] = {
 @pytest.mark.parametrize("kind", FORMATS)
 def test_a_recording_covers_what_its_files_hold_or_promise(tmp_path: Path, kind: str) -> None:
     path = FORMATS[kind](tmp_path)
-    told = Told(axes="x,-z,y" if kind == "Motive" else "")
+    told = RecordingOptions(axes="x,-z,y" if kind == "Motive" else "")
     found = flight.read_flown(path, ("r0",), told)
     seen = found.times[~np.isnan(found.position[:, 0, 0])]
     assert seen[-1] - seen[0] == pytest.approx(LAST - FIRST, abs=2e-3)
@@ -144,34 +145,34 @@ def test_a_recording_covers_what_its_files_hold_or_promise(tmp_path: Path, kind:
     assert found.covers[1] - seen[-1] == pytest.approx(2.0 - LAST + after, abs=3e-3)
 
 
-@pytest.mark.parametrize("kind", FORMATS)
+@few_of(5, "kind", FORMATS)
 def test_nothing_is_satisfied_of_what_was_not_seen(tmp_path: Path, kind: str) -> None:
     """The robot may have flown into `a`, 0.5 m away, before it was seen first or after it was seen last."""
     mission = small_mission("G !a", regions="a: {center: [0.2, 0.6, 1.0], radii: [0.1, 0.1, 0.1]}")
     (tmp_path / "mission.yaml").write_text(mission_to_yaml(mission))
     path = FORMATS[kind](tmp_path)
     axes = "x,-z,y" if kind == "Motive" else ""
-    verdict = judge_flight(tmp_path / "mission.yaml", path, max_speed=1.0, error=1e-5, told=Told(axes=axes)).verdict
+    verdict = judge_flight(tmp_path / "mission.yaml", path, max_speed=1.0, error=1e-5, told=RecordingOptions(axes=axes)).verdict
     assert verdict.outcome == "undecided", verdict.sentence
     assert any("r0 was not seen for" in said for said in verdict.assumptions)
 
 
 def test_a_blank_line_is_a_frame_that_was_not_written(tmp_path: Path) -> None:
-    found = flight.read_flown(FORMATS["Vicon, a blank line"](tmp_path), ("r0",), Told())
+    found = flight.read_flown(FORMATS["Vicon, a blank line"](tmp_path), ("r0",), RecordingOptions())
     assert len(found.times) == len(TIMES) - 1
     assert np.isnan(found.position[:, 0, 0]).sum() == len(TIMES) - len(SEEN)
     text = foreign_logs.vicon(TIMES, LOST).splitlines()
     text.insert(100, "lost")
     with pytest.raises(BadInput, match=":101: a row of Vicon's export begins with its frame"):
-        flight.read_flown(_text("\n".join(text) + "\n")(tmp_path), ("r0",), Told())
+        flight.read_flown(_text("\n".join(text) + "\n")(tmp_path), ("r0",), RecordingOptions())
 
 
 def test_an_export_that_lacks_frames_says_so_and_when_it_should_have_ended(tmp_path: Path) -> None:
     text = _promised(foreign_logs.qualisys, 1)
-    found = flight.read_flown(_text(text)(tmp_path), ("r0",), Told())
+    found = flight.read_flown(_text(text)(tmp_path), ("r0",), RecordingOptions())
     assert any("promises 201 frames, and 100 are there" in note for note in found.notes)
     with pytest.raises(BadInput, match="does not say how many there are a second"):
-        flight.read_flown(_text(text.replace("FREQUENCY\t100", "FREQUENCY\t"))(tmp_path), ("r0",), Told())
+        flight.read_flown(_text(text.replace("FREQUENCY\t100", "FREQUENCY\t"))(tmp_path), ("r0",), RecordingOptions())
 
 
 @pytest.mark.parametrize(("digits", "late"), [(6, 5e-7), (4, 5e-5), (2, 5e-3), (1, 5e-2)])
@@ -181,7 +182,7 @@ def test_times_are_off_by_half_of_their_last_place(tmp_path: Path, digits: int, 
     rows = [f"{time:.{digits}f},{0.05 * time:.6f},0.123456,1.000001\n" for time in times.tolist()]
     (tmp_path / "log.csv").write_text("t,r0.x,r0.y,r0.z\n" + "".join(rows))
     (tmp_path / "mission.yaml").write_text(mission_to_yaml(small_mission("true")))
-    found = flight.read_flown(tmp_path / "log.csv", ("r0",), Told())
+    found = flight.read_flown(tmp_path / "log.csv", ("r0",), RecordingOptions())
     assert found.rounding[0] == pytest.approx(late, rel=1e-6)
     judged = judge_flight(tmp_path / "mission.yaml", tmp_path / "log.csv", max_speed=0.5)
     said = [sentence for sentence in judged.verdict.assumptions if "No time is off by more than" in sentence]

@@ -5,10 +5,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import flight
+from tests.helpers.few import given_few
 from tests.helpers.flights import small_mission
 from verify import check_recording, check_samples
 from verify.data import BadInput
@@ -85,8 +85,9 @@ def test_stamps_since_an_epoch_lose_nothing(tmp_path: Path, unit: str) -> None:
     assert Fraction(float(begun.times[0])) - Fraction(int(stamps[-len(begun.times)]) - 1_767_225_600_500_000_000, 10**9) < 1e-16
 
 
-@settings(max_examples=200, deadline=None)
-@given(st.lists(st.decimals(-1000, 1000, allow_nan=False, places=6), min_size=1, max_size=6), st.sampled_from([0, -3, -9]))
+@given_few(
+    33, 200, st.lists(st.decimals(-1000, 1000, allow_nan=False, places=6), min_size=1, max_size=6), st.sampled_from([0, -3, -9])
+)
 def test_decimals_are_rounded_once(values: list, unit: int) -> None:
     numbers = [decimal(f"{value:f}") for value in values]
     assert [n.exact(unit) for n in numbers] == [Fraction(value) * Fraction(10) ** unit for value in values]
@@ -96,8 +97,9 @@ def test_decimals_are_rounded_once(values: list, unit: int) -> None:
     assert since(counts, power, zero) == [float(Fraction(value) * Fraction(10) ** unit - zero) for value in values]
 
 
-@settings(max_examples=200, deadline=None)
-@given(st.lists(st.floats(-2000, 2000), min_size=1, max_size=8), st.sampled_from([".4f", ".6f", ".9g", ".7e", "r"]))
+@given_few(
+    33, 200, st.lists(st.floats(-2000, 2000), min_size=1, max_size=8), st.sampled_from([".4f", ".6f", ".9g", ".7e", "r"])
+)
 def test_what_writing_a_number_lost_is_covered(values: list[float], form: str) -> None:
     texts = [repr(value) if form == "r" else f"{value:{form}}" for value in values]
     numbers = [decimal(text) for text in texts]

@@ -167,6 +167,7 @@ def test_one_robot_that_was_seen_late_is_not_taken_to_be_as_slow_as_the_samples_
     assert result.bound["quad0"] > 0.15
 
 
+@pytest.mark.slow
 def test_times_with_few_digits_leave_robots_faster_than_they_seem(flown):
     team, cert, log = flown
     places = np.stack([path.evaluate(np.minimum(log.times, path.duration))[:, :3] for path in team.values()], axis=1)

@@ -7,6 +7,7 @@ import pytest
 
 import flight
 from flight.logs.tables import log_from_csv
+from tests.helpers.few import few_of
 from tests.helpers.stand_ins import changed_log
 from verify.data import BadInput, NotCertified
 from verify.recordings.flight_log import LOG_COLUMNS
@@ -115,7 +116,7 @@ def test_comparing_needs_a_certificate_of_this_team(flown):
         flight.compare(log, cert, measurement=-1.0)
 
 
-@pytest.mark.parametrize(("first", "last"), [(0.4, 0.0), (0.0, 0.9)])
+@few_of(1, ("first", "last"), [(0.4, 0.0), (0.0, 0.9)])
 def test_a_log_that_does_not_cover_the_flight_is_not_covered_by_its_certificate(flown, first, last):
     """Where a robot was before the first sample, or after the last one, nobody knows."""
     team, cert, log = flown

@@ -11,7 +11,7 @@ from flight.control.mellinger import Mellinger
 from flight.model.disturbances import Wind
 from flight.model.numbers import is_number
 from flight.model.sensing import MotionCapture
-from flight.rehearsal.rehearse import Combinations
+from flight.rehearsal.combinations import Combinations
 from verify.data import BadInput
 
 NONE = ("a", "0.03", True, math.nan, math.inf, (1.0,), 1j)

@@ -8,7 +8,6 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import flight
@@ -18,6 +17,7 @@ from flight.monitoring.formula_state import FormulaState
 from flight.monitoring.letters import PlannedAction, certified_actions, planned_actions
 from flight.monitoring.monitor import Monitor
 from flight.monitoring.tube import Tube, relative_acceleration
+from tests.helpers.few import given_few
 from tests.helpers.flights import legs, small_mission
 from tests.helpers.stand_ins import flight as made_flight
 from tests.helpers.stand_ins import mission, rest_to_rest, stand_in
@@ -61,8 +61,9 @@ LETTERS = st.sampled_from(
 )
 
 
-@settings(max_examples=40, deadline=None)
-@given(
+@given_few(
+    6,
+    40,
     st.sampled_from(FORMULAS),
     st.sampled_from(["own", "joint"]),
     st.lists(st.tuples(st.integers(1, 4), st.sampled_from(["quad0", "quad1"]), LETTERS), max_size=6),

@@ -40,7 +40,7 @@ def near(figures: list[float]) -> object:
     return pytest.approx(figures, rel=SHARE, abs=LEAST)
 
 
-SHIPPED = table_below("What `run` flies", "| mission |")
+SHIPPED = table_below("Conditions of `run`", "| mission |")
 
 
 @cache
@@ -82,7 +82,7 @@ def test_a_rehearsal_finds_what_the_page_says():
 
 @pytest.mark.slow
 def test_flights_beside_the_firmwares_are_as_the_page_says():
-    rows = table_below("Held against the firmware", "| flight |")
+    rows = table_below("Comparison with the firmware", "| flight |")
     assert [numbers(firmware) for _, firmware, _ in rows] == [[one.rms, one.worst] for one in FIRMWARE]
     for (name, _, here), (_, rms, worst) in zip(rows, flown_here(), strict=True):
         assert [rms, worst] == near(numbers(here)), name

@@ -103,6 +103,7 @@ def brushless():
     return plan, {"r0": legs([[0, 0, 1], [0.5, 0, 1], [1, 0, 1]], speed=0.5)}
 
 
+@pytest.mark.slow
 def test_a_drag_that_is_a_guess_is_flown_at_both_ends_of_its_range():
     plan, team = brushless()
     few = Combinations(("mellinger",), (1.0,), (0.015,), ("0",))
@@ -141,7 +142,7 @@ def test_what_is_a_guess_is_said_of_every_flight_and_in_every_note(tmp_path):
     plan, team = brushless()
     guess = "drag of 'crazyflie-brushless' is a guess"
     assert any(guess in note for note in flight.fly(plan, team).notes)
-    flight.export(team, certify(plan, team), tmp_path, format="ros2", anyway=True)
+    flight.export(team, certify(plan, team), tmp_path, format="ros2", force=True)
     assert guess in (tmp_path / "README.txt").read_text()
 
 

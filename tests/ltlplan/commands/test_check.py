@@ -36,7 +36,7 @@ def test_a_team_with_its_counterexample():
 
 def test_joint_letters():
     assert run("G !(a & b)", "1; a; 1", "1; b; 1").exit_code == 0
-    assert run("G !(a & b)", "1; a; 1", "1; b; 1", "--reading", "joint").exit_code == 5
+    assert run("G !(a & b)", "1; a; 1", "1; b; 1", "--team", "joint").exit_code == 5
 
 
 def test_for_machines():

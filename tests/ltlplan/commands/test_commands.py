@@ -60,14 +60,14 @@ def test_a_run_that_does_not_hold_prints_one_document(shipped_run, monkeypatch: 
     from ltlplan import pipeline
     from ltlplan.report import summary
 
-    made = shipped_run("hoops-published")  # by the real function, which waits for nobody
+    made = shipped_run("hoops-sequence")  # by the real function, which waits for nobody
     monkeypatch.setattr(pipeline, "run", lambda *_, **__: made)
     monkeypatch.setattr(summary, "holds", lambda _result: False)
-    done = runner.invoke(app, ["run", "hoops-published", "--json"])
+    done = runner.invoke(app, ["run", "hoops-sequence", "--json"])
     assert done.exit_code == NotCertified.exit_code
     assert json.loads(done.stdout)["holds"] is False
     with pytest.raises(NotCertified, match="is not the certified one"):
-        runner.invoke(app, ["run", "hoops-published"], catch_exceptions=False)
+        runner.invoke(app, ["run", "hoops-sequence"], catch_exceptions=False)
 
 
 def test_recheck_proves_it_again(folder: Path) -> None:
@@ -109,6 +109,7 @@ def test_a_recorded_flight_is_judged(folder: Path) -> None:
         ok("certify", str(folder), "--flight", flight)
 
 
+@pytest.mark.slow
 def test_a_table_of_motion_capture_is_judged(folder: Path, tmp_path: Path) -> None:
     """Times with all their digits say how well they are known; with zeros left out they may as well be rounded to 10 ms."""
     rows = [row.split(",")[:5] for row in (folder / "flight.csv").read_text().splitlines()[1:]]
@@ -189,6 +190,7 @@ def test_export_after_proving_again(folder: Path, tmp_path: Path) -> None:
     assert not (tmp_path / "nothing").exists()
 
 
+@pytest.mark.slow
 def test_px4_is_written_anyway_only_as_its_controller_is_not_modelled(folder: Path, tmp_path: Path) -> None:
     out = tmp_path / "px4"
     refused = runner.invoke(app, ["export", str(folder), "--format", "px4", "--out", str(out)])
@@ -197,12 +199,13 @@ def test_px4_is_written_anyway_only_as_its_controller_is_not_modelled(folder: Pa
     assert "the controller of its vehicles is not modelled" in str(refused.exception)
     assert not out.exists()
     assert "not rehearsed with this vehicle's controller" in ok(
-        "export", str(folder), "--format", "px4", "--anyway", "--out", str(out)
+        "export", str(folder), "--format", "px4", "--force", "--out", str(out)
     )
     for name in ("README.txt", "flight.json", "stream_setpoints.py", "flying/px4.py"):
         assert "not rehearsed with this vehicle's controller" in (out / name).read_text(), name
 
 
+@pytest.mark.slow
 def test_a_run_says_why_crazyflies_have_no_export(tmp_path: Path) -> None:
     """Their profile names no controller, so that the flight is `geometric`'s, which no Crazyflie runs."""
     mission = ltlplan.load_mission("hoops-sequence")

@@ -23,8 +23,8 @@ def test_options_become_conditions() -> None:
 @pytest.mark.parametrize(
     ("controller", "given", "said"),
     [
-        ("pid", {"mass": 0.03}, "`mellinger` or `lee` is told; 'pid' is told none"),
-        ("mellinger", {"mass": -1.0}, "a mass above 0 in kg"),
+        ("pid", {"mass": 0.03}, "`mellinger` or `lee` assumes; 'pid' assumes none"),
+        ("mellinger", {"mass": -1.0}, "mass is above 0 in kg"),
         ("mellinger", {"latency": 0.02}, "give --noise as well"),
         ("mellinger", {"estimator": "ekf"}, "give `noise`"),
     ],
@@ -36,6 +36,6 @@ def test_options_that_say_nothing_together_are_refused(controller: str, given: d
 
 @pytest.mark.parametrize("mass", [0.0, float("nan"), 33.0e3])
 def test_a_mass_that_nothing_has_is_refused_before_anything_is_planned(mass: float) -> None:
-    with pytest.raises(BadInput, match="told a mass above 0 in kg"):
+    with pytest.raises(BadInput, match="mass is above 0 in kg"):
         Said(mass=mass).require_sense()
     Said(mass=0.03).require_sense()

@@ -10,16 +10,17 @@ from pathlib import Path
 
 import pytest
 
+from flight.storage.folders import write_folder
+from tests.helpers.few import few_of
 from verify import recheck
 from verify.data import BadInput
-from verify.data.storage.folders import write_folder
 
 ROOT = Path(__file__).parents[3]
 SLOW_WRITER = """
 import sys, time
 from pathlib import Path
 from ltlplan.start import end_cleanly_on_sigterm
-from verify.data.storage.folders import write_folder
+from flight.storage.folders import write_folder
 end_cleanly_on_sigterm()
 def write(folder):
     (folder / "mission.yaml").write_text("half")
@@ -119,7 +120,7 @@ def test_ctrl_c_is_no_bug(delay: float, tmp_path: Path) -> None:
     assert [path for path in tmp_path.rglob("*") if path.is_file()] == []
 
 
-@pytest.mark.parametrize("arguments", [("automaton", "F a"), ("plan", "nowhere", "--json"), ("check", "G !b", "b")])
+@few_of(1, "arguments", [("automaton", "F a"), ("plan", "nowhere", "--json"), ("check", "G !b", "b")])
 def test_a_reader_that_has_gone(arguments: tuple[str, ...], tmp_path: Path) -> None:
     reading, writing = os.pipe()
     os.close(reading)
@@ -160,7 +161,7 @@ main()
 """
 
 
-@pytest.mark.parametrize("module", ["ltlplan.cli", "typer", "ltlplan.commands.missions", "verify.data", "numpy"])
+@few_of(2, "module", ["ltlplan.cli", "typer", "ltlplan.commands.missions", "verify.data", "numpy"])
 def test_ctrl_c_while_the_command_line_itself_is_loaded(module: str, tmp_path: Path) -> None:
     running = interrupted(INTERRUPTED_WHILE_LOADING.replace("sys.argv[1]", repr(module)), tmp_path)
     assert (running.returncode, running.stderr) == (130, "interrupted; no file was left half-written.\n")
@@ -193,7 +194,7 @@ main()
 """
 
 
-@pytest.mark.parametrize("how", ["callback", "try"])
+@few_of(1, "how", ["callback", "try"])
 def test_ctrl_c_that_a_library_drops_is_raised_again(how: str, tmp_path: Path) -> None:
     running = interrupted(INTERRUPTED_UNHEARD.replace("HOW", repr(how)), tmp_path)
     assert (running.returncode, running.stderr.splitlines()[-1:]) == (130, ["interrupted; no file was left half-written."])
@@ -264,8 +265,10 @@ def test_nothing_is_printed_into_the_files_where_streams_are_closed(tmp_path: Pa
     assert recheck(tmp_path / "run").holds
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full, a disk without room")
-@pytest.mark.parametrize(
+@few_of(
+    1,
     ("standard_error", "arguments", "code"),
     [
         ("full", ("plan", "small.yaml"), 0),

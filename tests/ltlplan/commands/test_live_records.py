@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
+from flight.storage.folders import write_files
 from ltlplan.commands.support.live_flight import flown_over, keep_record
 from verify.data import BadInput
-from verify.data.storage.folders import write_files
 
 
 def test_a_record_says_over_which_link_it_was_flown_and_only_a_simulated_one_makes_room(tmp_path: Path) -> None:

@@ -54,14 +54,14 @@ def test_a_team_at_fire_fighting_hears_a_topic_and_a_service_that_is_killed_mean
         Client(served.url) as client,
         publishing(DOMAIN, TOPIC, "reliable", "formula F loc1 & F loc2 & F water & G(smoke -> carrying)"),
     ):
-        client.tell("lab", "quad7 fails", "5 quad1 fails")
+        client.send_events("lab", "quad7 fails", "5 quad1 fails")
         process.send_signal(signal.SIGKILL)
         process.wait(30)
         process, served = start(tmp_path / "data", port=port)
         printed, _ = flight.communicate(timeout=180)
         assert flight.returncode == 0, printed
         assert client.flights()[0].ended
-        wrong, failed = client.told("lab")
+        wrong, failed = client.events("lab")
     assert (wrong.heard, wrong.answer) == (False, "quad7 fails and lands: it is not in the air.")
     assert failed.heard
     assert failed.answer.startswith("quad1 fails and lands, from ")

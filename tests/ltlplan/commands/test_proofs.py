@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from flight.storage.single_files import replace_listed
 from ltlplan.cli import app
+from tests.helpers.few import few_of
 from tests.helpers.flights import legs, plan_of, small_mission
 from tests.helpers.recordings import gates
 from tests.verify.test_run_folder import write_folder
@@ -18,7 +20,6 @@ from verify.data import BadInput, NotCertified
 from verify.data.files.trajectory_csv import load_csv
 from verify.data.plan import Visit
 from verify.data.sections import Action
-from verify.data.storage.single_files import replace_listed
 from verify.run_folder import read_folder
 
 runner = CliRunner()
@@ -59,6 +60,7 @@ def ok(*arguments: str) -> str:
     return done.output
 
 
+@pytest.mark.slow
 def test_a_margin_below_the_missions_is_said_aloud(folder: Path) -> None:
     assert "the mission asks" not in ok("recheck", str(folder))
     (folder / "certificate.json").unlink()
@@ -68,7 +70,7 @@ def test_a_margin_below_the_missions_is_said_aloud(folder: Path) -> None:
 
 
 @pytest.mark.parametrize("option", ["--margin", "--clock-error"])
-@pytest.mark.parametrize("value", ["nan", "inf", "1e300"])
+@few_of(1, "value", ["nan", "inf", "1e300"])
 def test_numbers_that_are_none_are_bad_input(folder: Path, option: str, value: str) -> None:
     done = runner.invoke(app, ["certify", str(folder), option, value])
     assert isinstance(done.exception, BadInput) or done.exit_code == BadInput.exit_code
@@ -90,7 +92,8 @@ def test_states_that_a_table_does_not_show_are_the_planned_ones_and_that_is_said
     assert "Internal states are those of the certificate's planned actions" in text
 
 
-@pytest.mark.parametrize(
+@few_of(
+    2,
     "actions", [[{}], [{"robot": "r0"}], [{"robot": "r9", "visit": 0, "time": 1.0, "source": "dry", "target": "wet"}],
                 [{"robot": "r0", "visit": 0, "time": 1.0, "source": "dry", "target": "steam"}], [1], "none"],
 )  # fmt: skip
@@ -103,6 +106,7 @@ def test_a_hand_edited_certificate_gives_no_states(folder: Path, actions: object
         ok("certify", str(folder), "--flight", str(table(folder)), "--max-speed", "1.2")
 
 
+@pytest.mark.slow
 def test_certifying_again_keeps_the_clock_error(folder: Path) -> None:
     path = folder / "certificate.json"
     path.unlink()
@@ -128,7 +132,7 @@ def test_a_folder_of_an_earlier_format_is_certified_again_with_its_clock_error(f
     ok("recheck", str(folder))
 
 
-@pytest.mark.parametrize("form", ["crazyswarm2", "crazyflie-compressed"])
+@few_of(1, "form", ["crazyswarm2", "crazyflie-compressed"])
 def test_what_an_export_certifies_anew_keeps_margin_and_clock_error(tmp_path: Path, form: str) -> None:
     """One piece: crazyswarm2's loader needs a second one, which is judged as well."""
     mission = small_mission("F G a", margin=0.02)
@@ -139,7 +143,7 @@ def test_what_an_export_certifies_anew_keeps_margin_and_clock_error(tmp_path: Pa
     assert "r0, flown by 'mellinger', strayed" in str(refused.exception)
     assert not (tmp_path / "export").exists()
     assert "not rehearsed with this vehicle's controller" in ok(
-        "export", str(out), "--format", form, "--anyway", "--out", str(tmp_path / "export")
+        "export", str(out), "--format", form, "--force", "--out", str(tmp_path / "export")
     )
     made = recheck(tmp_path / "export")
     assert (made.margin, made.clock_error) == (0.01, 0.05)

@@ -11,6 +11,7 @@ from typer.testing import CliRunner
 
 from ltlplan.cli import app
 from tests.helpers import foreign_logs
+from tests.helpers.few import few_of
 from tests.helpers.recordings import gates
 from tests.ltlplan.commands.test_proofs import write_folder
 from verify.data import BadInput
@@ -115,16 +116,16 @@ HOSTILE = {
     "late.csv": (_table("t,quad0.x,quad0.y,quad0.z\n1,0,0,1\n2,0,0,1\n"), "before the flight's start"),
     "nan.csv": (_table("t,quad0.x,quad0.y,quad0.z\n9,nan,nan,nan\n10,nan,nan,nan\n"), "no sample"),
     "back.csv": (_table("t,quad0.x,quad0.y,quad0.z\n9,0,0,1\n8,0,0,1\n"), "go forward"),
-    "named.csv": (_table("t,Quad0.x,Quad0.y,Quad0.z\n9,0,0,1\n10,0,0,1\n"), "--called"),
+    "named.csv": (_table("t,Quad0.x,Quad0.y,Quad0.z\n9,0,0,1\n10,0,0,1\n"), "--rename"),
     "mm.csv": (_table("t,quad0.x,quad0.y,quad0.z\n9,-800,0,1000\n10,-790,0,1000\n"), "millimetres"),
-    "ms.csv": (_table("t,quad0.x,quad0.y,quad0.z\n9,-0.8,0,1\n19,-0.8,0,1\n29,-0.8,0,1\n"), "--called time_ms=t"),
+    "ms.csv": (_table("t,quad0.x,quad0.y,quad0.z\n9,-0.8,0,1\n19,-0.8,0,1\n29,-0.8,0,1\n"), "--rename time_ms=t"),
     "two.csv": (
         _table("Timestamp,stateEstimate.x,stateEstimate.y,stateEstimate.z,kalman.stateX\n9000,0,0,1,0\n"),
-        "--called x=",
+        "--rename x=",
     ),
     "clock.csv": (
         _table("timestamp,stateEstimate.x,stateEstimate.y,stateEstimate.z\n9.5,0,0,1\n9.6,0,0,1\n"),
-        "--called time_s=timestamp",
+        "--rename time_s=timestamp",
     ),
     "markers.csv": (_table("Trajectories\n100\n"), "export the objects"),
     "cut.ulg": (_cut, "was cut"),
@@ -136,7 +137,7 @@ HOSTILE = {
 }
 
 
-@pytest.mark.parametrize("name", HOSTILE)
+@few_of(5, "name", HOSTILE)
 def test_a_log_that_is_none_ends_in_one_sentence(run, tmp_path, name):
     write, message = HOSTILE[name]
     if name.endswith(".ulg"):
@@ -158,8 +159,8 @@ def test_a_log_that_is_none_ends_in_one_sentence(run, tmp_path, name):
         (["--start", "soon"], "--start is 'soon'"),
         (["--start", "quad0=1,quad0=2"], "--start is"),
         (["--start-error", "0.1"], "give --start as well"),
-        (["--called", "quad0"], "--called is 'quad0'"),
-        (["--called", "quad0=a", "--called", "quad0=b"], "says twice"),
+        (["--rename", "quad0"], "--rename is 'quad0'"),
+        (["--rename", "quad0=a", "--rename", "quad0=b"], "says twice"),
         (["--origin", "1,2"], "--origin is '1,2'"),
         (["--origin", "1,2,3", "--origin", "0,0,0"], "given twice for all robots"),
         (["--start", "1", "--origin", "quad9=1,2,3"], "'quad9'"),

@@ -8,12 +8,13 @@ from typer.testing import CliRunner
 
 import flight
 import ltlplan
+from flight.storage.ownership import files_in
 from ltlplan.cli import app
 from ltlplan.online.files import ONLINE_FILES
 from ltlplan.output import CAMPAIGN_FILES, LOG_FILES, PLAN_FILES, REHEARSAL_FILES, run_files
+from tests.helpers.few import few_of
 from tests.ltlplan.commands.test_commands import SMALL
 from verify.data import BadInput
-from verify.data.storage.ownership import files_in
 
 COMMANDS = {
     "run": (["run", "small.yaml", "--out", "out"], run_files),
@@ -71,9 +72,7 @@ def here(made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path / "here"
 
 
-@pytest.mark.parametrize(
-    "command", [pytest.param(name, marks=pytest.mark.slow) if name == "compressed" else name for name in COMMANDS]
-)
+@few_of(1, "command", [pytest.param(name, marks=pytest.mark.slow) if name == "compressed" else name for name in COMMANDS])
 def test_a_second_time_nothing_of_the_users_is_lost(command: str, here: Path) -> None:
     arguments, names = COMMANDS[command]
     said = run(*arguments)
@@ -114,6 +113,7 @@ def test_a_folder_made_by_hand_is_refused(command: str, here: Path) -> None:
     assert {name: (here / "out" / name).read_text() for name in files_in(here / "out")} == by_hand
 
 
+@pytest.mark.slow
 def test_exports_into_a_runs_folder_outlive_the_next_run(here: Path) -> None:
     run("export", "run", "--format", "crazyflie")
     run("export", "run")  # crazyswarm2, as the run wrote it
@@ -123,6 +123,7 @@ def test_exports_into_a_runs_folder_outlive_the_next_run(here: Path) -> None:
     run("export", "run", "--format", "crazyflie")
 
 
+@pytest.mark.slow
 def test_show_replaces_its_own_page_and_no_other(here: Path) -> None:
     page = here / "small.html"
     for _ in range(2):

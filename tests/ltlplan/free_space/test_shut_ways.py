@@ -11,6 +11,7 @@ import ltlplan
 from ltlplan.free_space.bottlenecks import Gap, Shut, TooNear, what_shuts
 from ltlplan.free_space.free_space import FreeSpace
 from tests.helpers.box_worlds import Boxes, grid_length
+from tests.helpers.few import few_of
 from tests.helpers.walled_rooms import box, two_rooms
 from verify.data import BadInput
 from verify.data.shapes.obstacle import Obstacle
@@ -18,7 +19,7 @@ from verify.data.shapes.obstacle import Obstacle
 SIDE, STEP = 4.0, 0.04
 
 
-@pytest.mark.parametrize("seed", range(8))
+@few_of(3, "seed", range(8))
 def test_what_shuts_a_way_in_random_rooms_is_confirmed_by_a_fine_grid(seed: int) -> None:
     rng = np.random.default_rng(seed)
     boxes = Boxes.random(rng, 9, SIDE)

@@ -8,6 +8,7 @@ import pytest
 import ltlplan
 import verify
 from refine import refine
+from tests.helpers.few import few_of
 from tests.helpers.slotted_rooms import MARGIN, NEED, START, Slotted
 from verify.data import Infeasible, Mission, RobotPlan
 
@@ -37,7 +38,7 @@ def held_against_a_grid(rooms: Slotted) -> bool:
     return True
 
 
-@pytest.mark.parametrize("seed", [38, 45])
+@few_of(1, "seed", [38, 45])
 def test_a_refusal_of_a_way_through_slots_is_confirmed_by_a_grid(seed: int) -> None:
     """One was refused for want of a point to turn at in the mouth of its slot, one for want of room for a curve."""
     assert held_against_a_grid(Slotted.random(np.random.default_rng(seed), 0.2, 0.5, 3))

@@ -14,6 +14,7 @@ from ltlplan.logic.determinisation import determinise, determinised, intersectio
 from ltlplan.logic.product_automaton import Task
 from ltlplan.logic.small_automata import read_hoa
 from ltlplan.logic.translation import translate
+from tests.helpers.few import given_few
 from tests.strategies import finite_words, formulas, lassos
 from verify.data import BadInput, Formula, FormulaError, Word
 from verify.logic.semantics import satisfies
@@ -21,8 +22,7 @@ from verify.logic.semantics import satisfies
 FIRE = "F loc1 & F loc2 & G(smoke -> carrying)"
 
 
-@settings(max_examples=60, deadline=None)
-@given(formulas(with_next=True, size=6), finite_words())
+@given_few(10, 60, formulas(with_next=True, size=6), finite_words())
 def test_finite_automata_accept_what_the_formula_means(formula: Formula, word: Word) -> None:
     wanted = satisfies(formula, word)
     assert translate(formula).accepts(word) == wanted
@@ -39,8 +39,7 @@ SHORT_WORDS = tuple(
 )
 
 
-@settings(max_examples=25, deadline=None)
-@given(formulas(with_next=True, names=("a", "b"), size=5))
+@given_few(4, 25, formulas(with_next=True, names=("a", "b"), size=5))
 def test_all_short_words_are_accepted_as_the_formula_means(formula: Formula) -> None:
     """All 340 words of up to four letters, by the smallest automaton, a conjunction and a task that reads letters by number."""
     automaton = translate(formula)
@@ -53,8 +52,7 @@ def test_all_short_words_are_accepted_as_the_formula_means(formula: Formula) -> 
         assert (after != DEAD and task.is_accepting(after)) == meant
 
 
-@settings(max_examples=60, deadline=None)
-@given(formulas(with_next=True, size=6), lassos())
+@given_few(10, 60, formulas(with_next=True, size=6), lassos())
 def test_buchi_automata_accept_what_the_formula_means(formula: Formula, word: Word) -> None:
     assert translate(formula, "infinite").accepts(word) == satisfies(formula, word)
 
@@ -80,8 +78,7 @@ def test_a_conjunction_accepts_what_both_parts_accept(first: Formula, second: Fo
     assert Conjunction((translate(first, form="small"), other)).accepts(word) == wanted  # type: ignore[arg-type]
 
 
-@settings(max_examples=30, deadline=None)
-@given(formulas(with_next=True, size=6), finite_words())
+@given_few(5, 30, formulas(with_next=True, size=6), finite_words())
 def test_deterministic_automata_have_one_way_and_no_smaller_equal(formula: Formula, word: Word) -> None:
     automaton = translate(formula)
     assert isinstance(automaton, Automaton)

@@ -62,6 +62,7 @@ def test_random_formulas_are_planned_where_the_exact_method_plans_them_and_for_n
             assert found.lower_bound <= assign(mission).cost + 1e-6, mission.spec.formula
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("objective", [pytest.param("sum", marks=pytest.mark.slow), "longest"])
 def test_tasks_are_put_into_the_course_that_counts_ask_for(objective, monkeypatch):
     mission = team(

@@ -14,6 +14,7 @@ from ltlplan.mtac.agent_moves import World
 from ltlplan.mtac.decomposable_task import Reader
 from ltlplan.online_mtac.possible_states import at_start
 from tests.helpers.actions import actions_of_words
+from tests.helpers.few import given_few
 from tests.ltlplan.mtac.test_offline import ROW, small
 from tests.strategies import formulas
 from verify.data import Formula
@@ -39,8 +40,7 @@ def divides_by_all_words(automaton, does, begun, states):
     return all(accepted(after(g, at)) for at in first for g in second)
 
 
-@settings(max_examples=40, deadline=None)
-@given(formulas(size=4), st.data())
+@given_few(6, 40, formulas(size=4), st.data())
 def test_where_a_mission_divides_seen_from_any_states_against_all_words(formula: Formula, data):
     automaton = automaton_of(formula)
     does = actions_of_words(automaton)
@@ -85,8 +85,7 @@ def test_the_present_state_and_the_start_divide_differently():
     assert not decomposes_from(until, frozenset({until.initial}), frozenset({DEAD}))
 
 
-@settings(max_examples=25, deadline=None)
-@given(formulas(size=4))
+@given_few(4, 25, formulas(size=4))
 def test_letters_said_to_commute_do_and_no_others(formula: Formula):
     reader = reader_of(str(formula))
     states = {reader.initial}
@@ -108,8 +107,7 @@ def test_letters_said_to_commute_do_and_no_others(formula: Formula):
         assert reader.commutes(letter) == (plainly and all(read(s, letter, letter) == read(s, letter) for s in states))
 
 
-@settings(max_examples=60, deadline=None)
-@given(formulas(size=4), st.data())
+@given_few(10, 60, formulas(size=4), st.data())
 def test_what_readings_lead_to_with_the_shortcut_against_plain_enumeration(formula: Formula, data):
     reader = reader_of(str(formula))
     robots = ["x", "y", "z"][: data.draw(st.integers(2, 3))]

@@ -12,6 +12,7 @@ from ltlplan.mtac.optimality_gap import best_known, straight_cost
 from ltlplan.mtac.tours.many_tasks import many_tasks
 from ltlplan.planner import make_plan
 from ltlplan.search.exact import assign
+from tests.helpers.few import few_of
 from tests.helpers.random_missions import MANY_TASKS, mission_of_many_tasks
 from verify import check_team
 from verify.data import parse_mission
@@ -30,9 +31,7 @@ QUICKLY_DONE = [("orders", 0, "longest"), ("responses", 0, "sum"), ("sequences",
 OTHERS = sorted(set(product(MANY_TASKS, (0, 1, 3, 5, 6), ("sum", "longest"))) - set(QUICKLY_DONE))
 
 
-@pytest.mark.parametrize(
-    ("kind", "seed", "objective"), [*QUICKLY_DONE, *(pytest.param(*case, marks=pytest.mark.slow) for case in OTHERS)]
-)
+@few_of(1, ("kind", "seed", "objective"), [*QUICKLY_DONE, *(pytest.param(*case, marks=pytest.mark.slow) for case in OTHERS)])
 def test_tours_are_near_the_exact_assignment(kind, seed, objective):
     mission = mission_of_many_tasks(seed, MANY_TASKS[kind], objective=objective)
     assert many_tasks(mission) is not None
@@ -62,6 +61,7 @@ def test_few_tasks_are_walked_as_the_paper_says():
     assert many_tasks(mission_of_many_tasks(0, "F a & F b & F c", objective="longest")) is not None
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_bytes_and_the_gap_is_told():
     mission = mission_of_many_tasks(2, MANY_TASKS["visits"], objective="longest")
     plan = make_plan(mission, method="mtac-e", seed=4)
@@ -71,6 +71,7 @@ def test_the_same_seed_gives_the_same_bytes_and_the_gap_is_told():
     assert plan.lower_bound is not None
 
 
+@pytest.mark.slow
 def test_words_of_the_exact_search_are_taken_where_their_paths_cost_less():
     mission = mission_of_many_tasks(4, MANY_TASKS["sequences"], objective="longest")
     kept = make_plan(mission, method=partial(mtac_e, options=QUICK), seed=4)

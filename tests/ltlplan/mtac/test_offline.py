@@ -15,6 +15,7 @@ from ltlplan.mtac.optimality_gap import straight_cost, straight_line_costs
 from ltlplan.mtac.robot_tasks import RobotTask
 from ltlplan.planner import make_plan
 from ltlplan.search.exact import assign
+from tests.helpers.few import few_of
 from tests.helpers.random_missions import random_mission
 from verify import check_team
 from verify.data import BadInput, Mission, Unsatisfiable, parse_mission
@@ -132,7 +133,7 @@ def test_the_dearest_robot_can_be_what_counts():
 def test_joint_missions_are_flown_one_robot_at_a_time():
     mission = small("F a & F b & G !(a & b)", regions=ROW, agents=[(-2.0, -1.0, 1.0), (0.0, -1.0, 1.0)], team="joint")
     plan = planned(mission)
-    assert check_team(mission.formula, plan.words, reading="joint").sequential
+    assert check_team(mission.formula, plan.words, team="joint").sequential
 
 
 def test_a_robot_that_starts_inside_a_region_starts_with_a_visit():
@@ -161,7 +162,7 @@ def test_a_robot_in_a_forbidden_region_is_refused_at_once():
         planned(small("G !a & F b", regions=ROW, agents=[(-2, 1, 1), (1.5, -1, 1)]))
 
 
-@pytest.mark.parametrize("seed", range(6))
+@few_of(2, "seed", range(6))
 def test_the_heuristic_is_a_lower_bound(seed):
     mission = random_mission(seed)
     world = World(mission)
@@ -180,7 +181,7 @@ def test_the_heuristic_is_a_lower_bound(seed):
 MOST = [*range(12), *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(12, 60))]
 
 
-@pytest.mark.parametrize("seed", MOST)
+@few_of(3, "seed", MOST)
 @pytest.mark.parametrize("objective", ["sum", "longest"])
 def test_one_more_robot_in_free_flight_never_makes_the_exact_optimum_worse(seed, objective):
     # these formulas stay true when an idle {} word joins
@@ -200,7 +201,7 @@ def test_one_more_robot_in_free_flight_never_makes_the_exact_optimum_worse(seed,
     assert check_team(more.formula, {name: itinerary.word for name, itinerary in after.robots.items()}).sequential
 
 
-@pytest.mark.parametrize("seed", MOST)
+@few_of(4, "seed", MOST)
 def test_relabelling_the_robots_changes_nothing_in_the_exact_method(seed):
     mission = random_mission(seed, robots=2 + seed % 3)
     draws = rng(seed)

@@ -14,6 +14,7 @@ from ltlplan.mtac.robot_tasks import RobotTask
 from ltlplan.pipeline import certified_team, plan
 from ltlplan.search.exact import assign
 from ltlplan.systems.robot_systems import Systems
+from tests.helpers.few import few_of
 from tests.helpers.overlaps import CASES, NEST, PAIR, THREE, holds_when_sampled, mission_of, overlapping, sampled_word
 from verify import check_team
 from verify.data import BadInput, Unsatisfiable
@@ -36,7 +37,7 @@ DEFAULT = ("out of two, the other way about", "out of three")
 ALL = [pytest.param(case, marks=() if case in DEFAULT else pytest.mark.slow) for case in CASES]
 
 
-@pytest.mark.parametrize("case", ALL)
+@few_of(1, "case", ALL)
 def test_one_robot_s_visits_are_the_cheapest_and_are_proved(case):
     mission = mission_of(case, "mtac-e")
     made = plan(mission, method=partial(mtac_e, options=QUICK), seed=1)
@@ -58,8 +59,8 @@ TEAMS = [
 ]
 
 
-@pytest.mark.parametrize(
-    ("regions", "formula", "starts", "team"), [*((*one, "own") for one in TEAMS), *((*TEAMS[k], "joint") for k in (2, 3, 4))]
+@few_of(
+    3, ("regions", "formula", "starts", "team"), [*((*one, "own") for one in TEAMS), *((*TEAMS[k], "joint") for k in (2, 3, 4))]
 )
 def test_a_team_s_words_hold_in_every_order_at_no_less_than_the_exact_cost(regions, formula, starts, team):
     mission = overlapping(formula, *starts, regions=regions, method="mtac-e", team=team)
@@ -69,7 +70,7 @@ def test_a_team_s_words_hold_in_every_order_at_no_less_than_the_exact_cost(regio
     assert found is not None
     assert exact.cost - 1e-6 <= by_straight_lines(mission, found) <= 1.05 * exact.cost
     words = {name: path.plan.word for name, path in found.paths.items()}
-    assert check_team(mission.formula, words, reading=team).sequential
+    assert check_team(mission.formula, words, team=team).sequential
 
 
 @pytest.mark.slow
@@ -83,7 +84,7 @@ def test_a_team_s_plan_is_refined_and_certified(regions, formula, starts, method
     assert holds_when_sampled(mission, done.team)
 
 
-@pytest.mark.parametrize("case", ALL)
+@few_of(1, "case", ALL)
 def test_online_mtac_e_plans_them_too(case):
     mission = mission_of(case, "online-mtac-e")
     made = plan(mission, seed=1)

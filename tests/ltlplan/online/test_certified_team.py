@@ -17,6 +17,7 @@ from ltlplan.online.certified_team import CertifiedTeam
 from ltlplan.online.online_flight import NOT_ALL_CERTIFIED
 from ltlplan.online.simulated_online_flight import fly_online
 from tests.helpers import dense_sampler
+from tests.helpers.few import few_of
 from tests.helpers.own_places import own_places
 from tests.helpers.worlds import world
 from verify import check_samples, check_word
@@ -179,6 +180,7 @@ def test_a_robot_that_looks_along_its_path_goes_on_from_the_heading_that_it_has(
     assert abs(begun[4] - begun[3]) > 5
 
 
+@pytest.mark.slow
 def test_slowing_down_keeps_the_limits_of_the_leg_that_it_ends():
     mission = parse_mission(TURNING + "limits: {legs: {a: {speed: 0.4, acceleration: 1.0}}}\n")
     flight = finished(flown(mission, NewFormula(time=1.0, formula="F b")))
@@ -230,7 +232,7 @@ def test_what_was_flown_is_taken_off_the_endurance():
     assert any("its endurance is" in event.sentence or "endurance in the team" in event.sentence for event in short.log.events)
 
 
-@pytest.mark.parametrize(("region", "said"), [("b", "inside it at once"), ("ring", "The rim of ring moves onto quad0")])
+@few_of(1, ("region", "said"), [("b", "inside it at once"), ("ring", "The rim of ring moves onto quad0")])
 def test_a_hoop_that_moves_onto_a_robot_is_said_at_once_and_the_robot_holds(turning, region, said):
     at = CertifiedTeam(turning, seed=1).present.team["quad0"].evaluate(0.8)[:3]
     center = (float(at[0]), float(at[1]), float(at[2]) + (0.26 if region == "ring" else 0.0))
@@ -253,7 +255,7 @@ def test_a_sequence_is_not_flown_online(firefighting):
         fly_online(firefighting.model_copy(update={"sequence": "waterF"}))
 
 
-@pytest.mark.parametrize("seed", range(20))
+@few_of(6, "seed", range(20))
 def test_slowing_down_ends_at_rest_and_begins_as_the_flight_did(seed):
     rng = np.random.default_rng(seed)
     track = Trajectory(rng.uniform(0.5, 2, 3).astype(np.float32), rng.normal(0, 0.3, (3, 4, 8)).astype(np.float32))
@@ -305,6 +307,7 @@ def through(mission, kind, seed):
     return flight
 
 
+@pytest.mark.slow
 def test_a_region_that_moves_is_reached_where_it_is_then(turning):
     flight = finished(flown(turning, HoopMoves(time=0.5, region="a", center=(0.3, 0.6, 1.1))))
     assert len(flight.pieces) == 3

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from ltlplan.online.simulated_online_flight import fly_online
+from tests.helpers.few import few_of
 from tests.helpers.overlaps import NEST, PAIR, THREE, Ball, mission_of, overlapping
 from tests.helpers.spot_reading import spot_accepts
 from tests.ltlplan.online_mtac.test_online_team import Flight
@@ -24,7 +25,7 @@ def read(mission, words):
     return spot_accepts(mission.formula, Word(tuple(letter for word in words.values() for letter in word)))
 
 
-@pytest.mark.parametrize("case", STARTS)
+@few_of(1, "case", STARTS)
 def test_a_team_that_shares_in_flight_begins_inside_them(case):
     flight = Flight(mission_of(case))
     assert flight.team.belief.held["quad0"] == frozenset(flight.team.pilots["quad0"].where.inside)
@@ -34,7 +35,7 @@ def test_a_team_that_shares_in_flight_begins_inside_them(case):
     assert flight.said == []
 
 
-@pytest.mark.parametrize(("regions", "start", "joins", "formula"), JOINS)
+@few_of(1, ("regions", "start", "joins", "formula"), JOINS)
 def test_a_robot_joins_inside_them_and_takes_its_part(regions, start, joins, formula):
     event = RobotJoins(time=1.0, robot="late", agent=Agent(start=joins))
     flight = Flight(overlapping(formula, start, regions=regions), events=[event])
@@ -46,6 +47,7 @@ def test_a_robot_joins_inside_them_and_takes_its_part(regions, start, joins, for
     assert flight.team.belief.accepts()
 
 
+@pytest.mark.slow
 def test_a_new_formula_is_shared_from_where_a_robot_hovers_inside_two():
     flight = Flight(mission_of("into a region in another"), events=[NewFormula(time=6.5, formula="F desk & F d")])
     assert flight.fly(60) is not None

@@ -7,6 +7,7 @@ import ltlplan
 from ltlplan.online.online_flight import NOT_CERTIFIED
 from ltlplan.online.simulated_online_flight import fly_online
 from ltlplan.report.online import online_html
+from tests.helpers.few import few_of
 from tests.helpers.pages import bars_of, data_of
 from verify.data import BadInput, NotCertified, Unsatisfiable, parse_mission
 from verify.data.events import HoopMoves, NewFormula, RobotLeaves
@@ -122,7 +123,7 @@ def test_a_formula_that_became_impossible_ends_in_a_hover_and_a_refusal(one):
     assert np.abs(flight.log.velocity[-1]).max() < 0.05
 
 
-@pytest.mark.parametrize("certified", [False, True])
+@few_of(1, "certified", [False, True])
 def test_what_no_flight_can_complete_any_more_is_said_at_once(one, certified):
     flight = fly_online(one, seed=2, certified=certified, events=[NewFormula(time=1.5, formula="a & F b")])
     said = next(event for event in flight.log.events if "cannot be completed" in event.sentence)
@@ -233,6 +234,7 @@ def test_a_robot_is_led_around_one_that_hovers_in_its_straight_way(seed):
     assert any("quad0 is led around quad1" in event.sentence for event in flight.log.events)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
 def test_an_idle_robot_steps_aside_where_another_one_is_to_go(seed):
     mission = parse_mission(OCCUPIED)

@@ -7,6 +7,7 @@ import pytest
 
 from ltlplan.online_mtac import cross_entropy as online
 from ltlplan.online_mtac.cross_entropy import OnlineSettings
+from tests.helpers.few import few_of
 from tests.helpers.online_cross_entropy import ask, beta, tell
 from verify.data import BadInput
 
@@ -26,7 +27,7 @@ def follow(chosen, steps, rng):
         state = tell(state, np.zeros((40, 1, 1)), costs, np.ones(40, bool), settings=chosen)
 
 
-@pytest.mark.parametrize("elite", [0.05, *(pytest.param(elite, marks=pytest.mark.slow) for elite in (0.1, 0.3)), 0.5])
+@few_of(1, "elite", [0.05, *(pytest.param(elite, marks=pytest.mark.slow) for elite in (0.1, 0.3)), 0.5])
 def test_the_threshold_tracks_the_quantile_of_a_fixed_distribution(elite):
     # with the paper's a and b the step stays as large as the costs' own differences, so lambda is restless, but the
     # share of paths that pass it is rho; with a = 0 the step stays small and lambda itself is the quantile
@@ -37,6 +38,7 @@ def test_the_threshold_tracks_the_quantile_of_a_fixed_distribution(elite):
     assert np.mean([threshold for threshold, _ in calm]) == pytest.approx(-2 * math.log(1 - elite), abs=0.04)
 
 
+@pytest.mark.slow
 def test_the_mean_converges_on_a_quadratic():
     chosen = OnlineSettings()
     rng = np.random.default_rng(3)
@@ -53,9 +55,7 @@ def test_the_mean_converges_on_a_quadratic():
 def test_an_elite_lowers_the_threshold_and_others_raise_it():
     state = rows(3, weight=0.0)
     state = online.OnlineState(*(np.ones(3) if n == "threshold" else getattr(state, n) for n in online.OnlineState.__slots__))
-    after = tell(
-        state, np.zeros((3, 1, 2)), np.array([0.5, 1.0, 1.5]), np.ones(3, bool), settings=OnlineSettings(weight=0.0)
-    )
+    after = tell(state, np.zeros((3, 1, 2)), np.array([0.5, 1.0, 1.5]), np.ones(3, bool), settings=OnlineSettings(weight=0.0))
     assert after.threshold == pytest.approx(1 + state.step * [-0.9, -0.9, 0.1])
     assert after.found.tolist() == [1, 1, 0]
     assert after.step == pytest.approx(state.step)
@@ -90,9 +90,7 @@ def test_delta_is_first_the_quantile_step_and_then_not_computed_again():
     state = online.start(np.zeros((2, 3, 3)), 0.05, rng, settings=OnlineSettings(weight=0.0))
     before = state.step
     for _ in range(5):
-        state = tell(
-            state, ask(state, rng), rng.normal(size=2), np.ones(2, bool), settings=OnlineSettings(weight=0.0)
-        )
+        state = tell(state, ask(state, rng), rng.normal(size=2), np.ones(2, bool), settings=OnlineSettings(weight=0.0))
     assert np.array_equal(state.step, before)
     assert np.all(before > 0)
 

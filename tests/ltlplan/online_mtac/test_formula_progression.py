@@ -8,6 +8,7 @@ import pytest
 from ltlplan.mtac.agent_moves import World
 from ltlplan.mtac.decomposable_task import Reader
 from ltlplan.online_mtac.formula_progression import formula_left, progressed
+from tests.helpers.few import few_of
 from tests.helpers.plain_team_words import holds
 from tests.helpers.random_counts import random_counting_formula
 from tests.ltlplan.mtac.test_offline import small
@@ -31,7 +32,7 @@ def test_progression_asks_of_the_rest_what_the_formula_asks_of_the_whole(text, l
         assert bool(check_word(left, rest)) == bool(check_word(formula, whole)), (str(left), whole)
 
 
-@pytest.mark.parametrize("seed", range(12))
+@few_of(4, "seed", range(12))
 def test_progression_asks_the_same_of_formulas_that_count(seed):
     rng, names = Random(seed), ("quad0", "quad1", "quad2")
     formula = random_counting_formula(rng, 6, names)
@@ -73,7 +74,8 @@ def readings(first, shown, most):
 
 
 @pytest.mark.parametrize("text", ["F a & F b", "!b U a", "G(a -> F c)", "G(a -> (a W c))", "F(a & F b)", "(!a U c) | F b"])
-@pytest.mark.parametrize(
+@few_of(
+    2,
     ("changes", "most"),
     [
         ((), 3),

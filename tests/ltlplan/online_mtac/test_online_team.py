@@ -13,6 +13,7 @@ from ltlplan.online_mtac.events import falls_on, in_order
 from ltlplan.online_mtac.online_team import OnlineTeam
 from ltlplan.online_mtac.team_in_flight import PERIOD
 from ltlplan.search.exact import assign
+from tests.helpers.few import few_of
 from tests.helpers.random_missions import random_mission
 from verify import check_team
 from verify.data import BadInput, Mission, Unsatisfiable, parse_mission
@@ -103,7 +104,8 @@ SECONDS = [
 ]
 
 
-@pytest.mark.parametrize(("robot", "second"), SECONDS)
+@pytest.mark.slow
+@few_of(1, ("robot", "second"), SECONDS)
 def test_a_robot_that_fails_at_any_second_leaves_a_mission_that_the_others_finish_or_that_is_refused(fire, robot, second):
     flight = Flight(fire, events=[RobotLeaves(time=float(second), robot=robot)])
     ended = flight.fly(40)
@@ -134,6 +136,7 @@ def test_all_robots_gone_is_said(fire):
     assert flight.team.holding == "No robot is left in the air."
 
 
+@pytest.mark.slow
 def test_a_hoop_that_moves_is_flown_to_where_it_is(fire):
     flight = Flight(fire, events=[HoopMoves(time=2.0, region="loc2", center=(-1.1, 0.1, 1.1))])
     assert flight.fly(40) is not None
@@ -168,6 +171,7 @@ def test_a_robot_that_joins_takes_part(fire):
     assert check_team(fire.formula, flight.words).sequential
 
 
+@pytest.mark.slow
 def test_robots_wait_where_letters_must_not_be_held_side_by_side():
     mission = parse_mission("""
 format: 1
@@ -286,6 +290,7 @@ workspace: {{min: [-2, -2, 0.2], max: [{1.2 * robots + 1:.1f}, 4, 1.8]}}
     )
 
 
+@pytest.mark.slow
 def test_a_team_of_eight_is_shared_out_by_the_cheapest_search_and_takes_off():
     mission = row_of(8, " & ".join(f"F r{i}" for i in range(8)))
     team = OnlineTeam(mission, rng=np.random.default_rng(0))
@@ -304,6 +309,7 @@ def test_a_team_of_eight_is_shared_out_by_the_cheapest_search_and_takes_off():
     assert max(math.dist(positions[name], agent.start) for name, agent in mission.agents.items()) > 0.1
 
 
+@pytest.mark.slow
 def test_two_places_that_are_to_be_held_at_once_are_shared_out():
     """No walk of one robot after another leads to acceptance: neither letter alone is what is asked."""
     mission = row_of(2, "F(r0 & r1)", "joint")

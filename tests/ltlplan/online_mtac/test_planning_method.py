@@ -50,6 +50,7 @@ def flown(mission: Mission, seed: int) -> tuple[OnlineTeam, dict[str, np.ndarray
     raise AssertionError("the team did not finish")
 
 
+@pytest.mark.slow
 def test_the_plan_is_what_the_online_team_flew(firefighting: Mission, plan):
     team, places = flown(firefighting, 3)
     assert plan.method == "online-mtac-e"
@@ -68,6 +69,7 @@ def test_the_plan_is_what_the_online_team_flew(firefighting: Mission, plan):
     assert check_team(firefighting.formula, plan.words).sequential
 
 
+@pytest.mark.slow
 def test_it_is_not_the_plan_of_another_method(firefighting: Mission, plan):
     for method in ("exact", "mtac-e"):
         other = ltlplan.plan(by_online(firefighting, method), seed=3)
@@ -86,6 +88,7 @@ def test_a_run_by_online_mtac_e_is_certified_and_flown(result: ltlplan.Result):
     assert result.log.satisfied
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(1, 8))])
 def test_words_hold_in_every_order_of_the_robots(seed: int):
     mission = by_online(random_mission(seed, samples=20, rounds=3))
@@ -97,7 +100,7 @@ def test_a_team_that_must_hold_two_places_at_once_is_planned_online():
     mission = ltlplan.load_mission("firefighting")
     asked = by_online(mission, formula="F(loc1 & water)", team="joint")
     made = ltlplan.plan(asked, seed=0)
-    assert check_team(asked.formula, made.words, reading="joint").sequential
+    assert check_team(asked.formula, made.words, team="joint").sequential
 
 
 def test_what_the_method_cannot_do_is_refused_in_words(firefighting: Mission):

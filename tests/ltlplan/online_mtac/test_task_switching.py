@@ -77,6 +77,7 @@ def test_the_checker_holds_a_flight_with_a_hand_over():
     assert flight.require() is flight
 
 
+@pytest.mark.slow
 def test_the_set_is_that_of_the_present_states():
     flight = Flight(small(FIRST_A, regions=PLACES, agents=TWO))
     online_team, handover = flight.team, Handover("quad0", "quad1", 0)
@@ -92,6 +93,7 @@ def test_the_set_is_that_of_the_present_states():
     assert not online_team.reader.in_decomposition_set(now)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("asked_at_three_seconds")
 def test_a_robot_whose_own_weights_make_it_dear_hands_over_in_flight():
     mission = small("F b", regions=PLACES, agents=[(-1.4, 0, 1), (1.5, -2.4, 1)])
@@ -133,6 +135,7 @@ def asked_throughout(flight, seconds):
     return answers
 
 
+@pytest.mark.slow
 def test_in_a_state_outside_the_set_nothing_changes_hands_however_cheap():
     # whoever goes to b must not come before anybody's visit of c: no part is anybody else's, from the first state on
     flight = Flight(small("F b & G(b -> G !c)", regions=PLACES, agents=[(-1.4, 0.6, 1), (1.5, -0.6, 1)]))
@@ -156,6 +159,7 @@ def test_without_what_binds_it_the_same_part_changes_hands():
     assert flight.words["quad0"] == [frozenset()]
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("asked_at_three_seconds")
 def test_a_robot_may_keep_the_first_visits_of_what_it_gives_away():
     flight = Flight(small("F a & F b", regions=PLACES, agents=[(-0.6, 0, 1), TWO[1]]))
@@ -166,6 +170,7 @@ def test_a_robot_may_keep_the_first_visits_of_what_it_gives_away():
     assert check_word("F a & F b", flown(flight))
 
 
+@pytest.mark.slow
 def test_a_region_that_moves_away_is_shared_again_and_another_robot_flies_there():
     mission = small("F b & F c", regions=PLACES, agents=[(0.3, -0.5, 1), (-1.0, -1.5, 1), (2.5, 2.0, 1)])
     moves = HoopMoves(time=1.5, region="b", center=(-1.5, -1.5, 1.0))

@@ -18,6 +18,7 @@ from ltlplan.paths.hoops import route
 from ltlplan.paths.sampling.least_snap_spline import LeastSnapSpline
 from ltlplan.pipeline import certified_team
 from ltlplan.report.pictures import pictures_html
+from tests.helpers.few import few_of
 from tests.helpers.random_missions import random_mission
 from verify import check_word, recheck
 from verify.data import Infeasible, Mission, Visit, mission_to_yaml
@@ -42,7 +43,8 @@ def test_a_cycle_of_one_piece_is_a_hover_at_rest():
     assert np.allclose(spline.evaluate(points, early), finite.evaluate(points[:3], early), atol=1e-9)
 
 
-@pytest.mark.parametrize(
+@few_of(
+    1,
     "formula",
     [
         "F hoop0 & F G free",  # through a hoop, then hover behind it
@@ -66,10 +68,10 @@ def test_a_lasso_that_hovers_after_its_last_hoop_goes_all_the_way(formula: str, 
     stays = plan.word.cycle[0]
     for name, region in result.mission.all_regions.items():
         assert (float(region.level(lap[0])) <= 1.0) == (name in stays)
-    assert export(result.team, result.certificate, tmp_path / "exported", format="crazyswarm2", anyway=True)
+    assert export(result.team, result.certificate, tmp_path / "exported", format="crazyswarm2", force=True)
 
 
-@pytest.mark.parametrize("trace", ["finite", "infinite"])
+@few_of(1, "trace", ["finite", "infinite"])
 def test_staying_in_a_hoop_does_not_fly_through_it(trace: str):
     """Whoever stays in a hoop comes from one side and keeps clear of the opening, judged by samples of the flight."""
     mission = asking("F hoop2 & F G hoop1", trace)
@@ -104,6 +106,7 @@ def test_improving_a_flight_that_hovers_improves_what_leads_there():
     assert found.cost == pytest.approx(plan_cost(found.plan, cost_of(mission, "quad0")))
 
 
+@pytest.mark.slow
 def test_pictures_of_a_lasso_that_hovers():
     assert "optimised path" in pictures_html(asking("F hoop0 & F G free"))
 
@@ -128,7 +131,7 @@ workspace: {min: [-1.6, -1.3, 0.2], max: [1.6, 1.3, 1.8]}
     assert {visit.region for visit in robot.visits[robot.cycle_visit :]} == {"a", "b"}
 
 
-@pytest.mark.parametrize("seed", range(12))
+@few_of(3, "seed", range(12))
 def test_a_patrol_costs_the_way_to_its_nearer_end_and_its_laps(seed: int) -> None:
     """Two regions, straight ways: no lap begins with a visit more than it needs."""
     from ltlplan.search.exact import assign

@@ -140,6 +140,7 @@ def test_what_is_minimised_is_said_unless_it_is_length() -> None:
     assert objective_text(team("length: 1", "length: 1", objective="longest")) == "the robot that costs most, 1 length"
 
 
+@pytest.mark.slow
 def test_a_term_of_another_package_is_minimised_and_counted_as_nothing_in_the_bound(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

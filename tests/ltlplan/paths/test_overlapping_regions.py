@@ -1,14 +1,13 @@
 """Paths through regions that overlap or lie in each other: the word that the exact search found is the one that is flown and proved."""
 
-import pytest
-
 from ltlplan.paths.hoops import route_itinerary
 from ltlplan.pipeline import certified_team, plan
 from ltlplan.search.exact import assign
+from tests.helpers.few import few_of
 from tests.helpers.overlaps import CASES, NEST, holds_when_sampled, mission_of, overlapping, sampled_word
 
 
-@pytest.mark.parametrize("case", CASES)
+@few_of(2, "case", CASES)
 def test_the_exact_search_s_words_are_flown_and_proved(case):
     mission = mission_of(case)
     made = plan(mission, seed=1)

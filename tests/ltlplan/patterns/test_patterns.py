@@ -13,6 +13,7 @@ from ltlplan.allocation import Itinerary
 from ltlplan.logic.conjunction import conjuncts
 from ltlplan.pipeline import certified_team
 from ltlplan.search.exact import Assignment, assign
+from tests.helpers.few import few_of
 from tests.helpers.patterns import cases, patterns
 from tests.helpers.plain_team_words import Held, holds
 from tests.helpers.spot_reading import spot_accepts
@@ -49,7 +50,7 @@ def test_all_patterns_that_need_no_next_are_there() -> None:
     assert set(published) <= set(names)
 
 
-@pytest.mark.parametrize("name", [slow_unless(planned_in_every_run(name), name) for name in WORDS])
+@few_of(10, "name", [slow_unless(planned_in_every_run(name), name) for name in WORDS])
 def test_a_pattern_is_planned_by_words_that_spot_accepts(name: str) -> None:
     case = CASES[name]
     mission = case.mission
@@ -67,7 +68,7 @@ def test_a_pattern_is_planned_by_words_that_spot_accepts(name: str) -> None:
             assert accepted(*as_propositions(mission, flown_in_some_order(found, Random(seed))))
 
 
-@pytest.mark.parametrize("name", [slow_unless(name in FLOWN, name) for name in CASES])
+@few_of(2, "name", [slow_unless(name in FLOWN, name) for name in CASES])
 def test_a_pattern_is_refined_and_certified(name: str) -> None:
     done = certified_team(plan(CASES[name].mission))
     assert all(claim.outcome == "holds" for claim in done.certificate.claims)

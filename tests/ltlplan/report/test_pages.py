@@ -119,6 +119,7 @@ def test_an_axis_is_broken_only_where_a_limit_would_flatten_the_curve() -> None:
     assert "yaxis2" not in still.to_dict()["layout"], "where nothing moves there is nothing to flatten"
 
 
+@pytest.mark.slow
 def test_the_error_chart_of_a_run_shows_curve_and_margin(shipped_run) -> None:
     flown = shipped_run("firefighting")
     run = replace(flown, log=fly(flown.plan, flown.team, flown.certificate))  # in still air, by who knows all: far inside

@@ -13,10 +13,11 @@ from ltlplan.missions import load_mission
 from ltlplan.paths.improvement import improved_path
 from ltlplan.report import pictures
 from ltlplan.report.pictures import pictures_html
+from tests.helpers.few import few_of
 from verify.data import BadInput
 
 
-@pytest.mark.parametrize("name", ["firefighting", "hoops-ltl"])
+@few_of(1, "name", ["firefighting", "hoops-ltl"])
 def test_what_is_shown_is_what_is_planned(name: str) -> None:
     mission = load_mission(name)
     page = pictures_html(mission, seed=3)

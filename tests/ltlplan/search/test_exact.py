@@ -5,7 +5,6 @@ import math
 from collections.abc import Iterator
 
 import pytest
-from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ltlplan.logic.budget import Budget, TooLarge
@@ -13,6 +12,7 @@ from ltlplan.missions import load_mission
 from ltlplan.search.exact import Assignment, assign
 from ltlplan.search.explanations.unsatisfiable_cores import NoPlan
 from ltlplan.systems.visit_words import word_of
+from tests.helpers.few import given_few
 from tests.helpers.worlds import office_grid, world
 from tests.strategies import formulas
 from verify import check_team, check_word
@@ -36,7 +36,7 @@ def assert_sound(mission: Mission, plan: Assignment) -> None:
         assert check_word(mission.formula, robot.word)
     else:
         words = {name: robot.word for name, robot in plan.robots.items()}
-        assert check_team(mission.formula, words, reading=mission.spec.team).sequential
+        assert check_team(mission.formula, words, team=mission.spec.team).sequential
     costs = [robot.cost for robot in plan.robots.values()]
     assert plan.cost == pytest.approx(max(costs) if mission.planner.objective == "longest" else sum(costs))
 
@@ -300,14 +300,12 @@ def assert_cheapest(mission: Mission, most: int) -> None:
         assert plan.cost == pytest.approx(best)
 
 
-@settings(max_examples=40, deadline=None)
-@given(formulas(size=5))
+@given_few(6, 40, formulas(size=5))
 def test_one_robot_against_brute_force(formula: Formula) -> None:
     assert_cheapest(world(str(formula), regions=SMALL), 3)
 
 
-@settings(max_examples=4, deadline=None)
-@given(formulas(size=5))
+@given_few(2, 4, formulas(size=5))
 def test_two_robots_against_brute_force(formula: Formula) -> None:
     assert_cheapest(world(str(formula), regions=SMALL, robots=2, starts=((-0.5, -0.5), (2.5, 0.5))), 2)
 
@@ -316,8 +314,7 @@ def not_again(plan: Assignment) -> bool:
     return all(x != y for tour in visited(plan).values() for x, y in itertools.pairwise(tour))
 
 
-@settings(max_examples=25, deadline=None)
-@given(formulas(size=5), st.sampled_from([1, 3]))
+@given_few(4, 25, formulas(size=5), st.sampled_from([1, 3]))
 def test_lassos_against_brute_force(formula: Formula, laps: int) -> None:
     mission = world(str(formula), regions=SMALL, trace="infinite", repeat=laps)
     best = math.inf
@@ -345,8 +342,7 @@ def test_lassos_against_brute_force(formula: Formula, laps: int) -> None:
         assert plan.cost <= best + 1e-9
 
 
-@settings(max_examples=25, deadline=None)
-@given(formulas(size=5))
+@given_few(4, 25, formulas(size=5))
 def test_joint_plans_pass_the_judge(formula: Formula) -> None:
     mission = world(str(formula), regions=SMALL, robots=2, team="joint")
     try:
@@ -356,8 +352,7 @@ def test_joint_plans_pass_the_judge(formula: Formula) -> None:
     assert_sound(mission, plan)
 
 
-@settings(max_examples=25, deadline=None)
-@given(formulas(size=5))
+@given_few(4, 25, formulas(size=5))
 def test_the_longest_robot_is_never_longer_than_with_the_smallest_sum(formula: Formula) -> None:
     try:
         least = assign(world(str(formula), regions=SMALL, robots=2))

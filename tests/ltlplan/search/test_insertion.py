@@ -6,17 +6,19 @@ import itertools
 import math
 
 import pytest
-from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ltlplan.logic.budget import DEFAULT_BUDGET, Budget
 from ltlplan.logic.conjunction import conjunct_automata
 from ltlplan.logic.product_automaton import Task
 from ltlplan.search.exact import assign
-from ltlplan.search.insertion import share_by_insertion
-from ltlplan.search.makespan import MANY, plan_makespan
+from ltlplan.search.own.insertion import share_by_insertion
+from ltlplan.search.own.reading import OwnTask
 from ltlplan.search.reduced_graph import ReducedGraph, Team, letter_classes
+from ltlplan.search.sequential_reading import Objective
+from ltlplan.search.team_planning import MANY, plan_team
 from ltlplan.systems.transition_systems import TransitionSystem
+from tests.helpers.few import given_few
 from tests.helpers.graphs import systems, tasks
 from verify import check_team
 from verify.data import Formula, Mission, Word, parse_formula, parse_mission
@@ -33,8 +35,7 @@ VISITS = st.sampled_from(
 )
 
 
-@settings(max_examples=60, deadline=None)
-@given(st.lists(systems(), min_size=1, max_size=3), st.one_of(VISITS.map(parse_formula), tasks(with_next=False)))
+@given_few(10, 60, st.lists(systems(), min_size=1, max_size=3), st.one_of(VISITS.map(parse_formula), tasks(with_next=False)))
 def test_its_paths_do_the_tasks_and_its_bound_is_one(each: list[TransitionSystem], formula: Formula) -> None:
     found = shared(each, formula)
     if found is None:
@@ -45,11 +46,12 @@ def test_its_paths_do_the_tasks_and_its_bound_is_one(each: list[TransitionSystem
         ending = 0.0 if system.final is None else system.final[path[-1]]
         assert cost == pytest.approx(sum(steps) + ending, abs=1e-6)
     team = Team(each)
-    best, bound, exhausted = plan_makespan(team, Task(conjunct_automata(formula, "finite"), team.letters), DEFAULT_BUDGET)
+    task = OwnTask.of(team, Task(conjunct_automata(formula, "finite"), team.letters))
+    best = plan_team(task, DEFAULT_BUDGET, Objective(longest=True))
     words = {f"r{i}": Word(tuple(each[i].labels[node] for node in path)) for i, path in enumerate(found.paths)}
-    if exhausted and best.run is not None:
-        assert found.bound <= bound + 1e-6
-        assert not check_team(formula, words).sequential or max(found.costs) >= bound - 1e-6
+    if best.stopped is None and best.run is not None:
+        assert found.bound <= best.bound + 1e-6
+        assert not check_team(formula, words).sequential or max(found.costs) >= best.bound - 1e-6
 
 
 def test_one_robot_for_each_of_two_visits_that_it_alone_can_make() -> None:

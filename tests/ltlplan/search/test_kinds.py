@@ -11,6 +11,7 @@ import pytest
 from ltlplan.mtac.optimality_gap import straight_cost
 from ltlplan.planner import make_plan
 from ltlplan.search.exact import assign
+from tests.helpers.few import few_of
 from tests.helpers.kinds import mixed, mixed_text
 from verify.data import Infeasible, Mission, Unsatisfiable, parse_mission
 
@@ -79,7 +80,7 @@ def cheapest(mission: Mission, flight: float = math.inf) -> float:
 
 
 @pytest.mark.parametrize("objective", ["sum", "longest"])
-@pytest.mark.parametrize("cost", ["{time: 1.0}", "{length: 1.0, time: 0.5}"])
+@few_of(1, "cost", ["{time: 1.0}", "{length: 1.0, time: 0.5}"])
 def test_the_exact_search_finds_what_trying_everything_finds(objective, cost):
     rng = np.random.default_rng(7)
     shared = 0
@@ -103,7 +104,7 @@ def with_endurance(mission: Mission, seconds: float) -> Mission:
     return mission.model_copy(update={"agents": {**mission.agents, name: agent.model_copy(update={"limits": limits})}})
 
 
-@pytest.mark.parametrize(("objective", "team"), [("sum", "own"), ("longest", "own"), ("sum", "joint")])
+@few_of(1, ("objective", "team"), [("sum", "own"), ("longest", "own"), ("sum", "joint")])
 def test_endurance_is_kept_as_trying_everything_keeps_it(objective, team):
     """To show places for the whole team (`joint`) is the same as to show each by itself, so the same plans are best."""
     rng = np.random.default_rng(11)
@@ -129,7 +130,7 @@ def test_endurance_is_kept_as_trying_everything_keeps_it(objective, team):
     assert shared or objective == "longest"
 
 
-@pytest.mark.parametrize(("method", "team"), [("exact", "own"), ("exact", "joint"), ("mtac-e", "own")])
+@few_of(1, ("method", "team"), [("exact", "own"), ("exact", "joint"), ("mtac-e", "own")])
 def test_endurance_makes_robots_share(method, team):
     """Alone one of them would do it all for less."""
     text = (

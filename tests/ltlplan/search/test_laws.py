@@ -11,6 +11,7 @@ from ltlplan.logic.budget import TooLarge
 from ltlplan.replanning.soft_parts import kept_by_words
 from ltlplan.search.exact import assign
 from ltlplan.search.explanations.unsatisfiable_cores import NoPlan
+from tests.helpers.few import few_of
 from tests.helpers.worlds import STARTS, world
 from verify.data import BadInput, Formula, Mission, Unsatisfiable, parse_formula
 from verify.testing import formulas
@@ -51,7 +52,8 @@ def _name(name: str) -> Formula:
 
 
 @pytest.mark.parametrize("formula", ["F PLACE", "G !b & F(PLACE)", "F(b & F PLACE)"])
-@pytest.mark.parametrize(
+@few_of(
+    1,
     "same",
     [
         ("count(a) >= 2", "quad0.a & quad1.a", "all(a)", "!some(!a)"),

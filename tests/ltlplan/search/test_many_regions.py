@@ -16,6 +16,7 @@ from ltlplan.logic.budget import TooLarge
 from ltlplan.search.exact import assign
 from ltlplan.search.relevant_places import places_that_matter
 from ltlplan.systems.region_labels import Layout, apart
+from tests.helpers.few import few_of
 from verify.data import Mission
 from verify.motion.regions import Ellipsoid, are_disjoint, relations
 
@@ -41,7 +42,8 @@ workspace: {{min: [-2, -2, 0.2], max: [{side + 1}, {side + 1}, 2]}}
 """)
 
 
-@pytest.mark.parametrize(
+@few_of(
+    1,
     ("formula", "named"),
     [
         ("F r1 & F r7 & (!r7 U r20)", ("r1", "r7", "r20")),
@@ -60,7 +62,8 @@ def test_words_and_costs_are_those_of_the_named_regions_alone(formula: str, name
     }
 
 
-@pytest.mark.parametrize(
+@few_of(
+    3,
     ("formula", "named"),
     [
         ("F(count(free) <= 1 & r1)", None),

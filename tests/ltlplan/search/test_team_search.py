@@ -11,18 +11,19 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ltlplan.logic.automaton import DEAD
 from ltlplan.logic.budget import DEFAULT_BUDGET, Budget
 from ltlplan.logic.conjunction import Conjunction, conjunct_automata, conjuncts
 from ltlplan.logic.product_automaton import Task
 from ltlplan.search.exact import assign
 from ltlplan.search.joint.conjuncts import JointConjunct, WordEffects
-from ltlplan.search.joint.joint_states import JointTask
-from ltlplan.search.makespan import plan_makespan
-from ltlplan.search.reduced_graph import ReducedGraph, Team, letter_classes
-from ltlplan.search.team_search import cheapest_path, moves, plan_team
-from ltlplan.search.team_states import SearchStates, TeamStates
+from ltlplan.search.joint.reading import JointTask
+from ltlplan.search.own.reading import OwnTask
+from ltlplan.search.reduced_graph import Team
+from ltlplan.search.sequential_reading import Objective
+from ltlplan.search.team_planning import least_in_one_order, plan_team
+from ltlplan.search.team_reading import TeamReading, is_complete
 from ltlplan.systems.transition_systems import TransitionSystem
+from tests.helpers.few import few_of, given_few
 from tests.helpers.graphs import simple_words, systems, tasks
 from tests.helpers.team_automaton import TeamAutomaton
 from tests.helpers.worlds import world
@@ -30,6 +31,11 @@ from tests.strategies import formulas
 from verify import check_team
 from verify.data import Formula, Mission, Word, parse_formula
 from verify.logic.semantics import satisfies
+
+
+def own_task(each: list[TransitionSystem], formula: Formula) -> OwnTask:
+    team = Team(each)
+    return OwnTask.of(team, Task(conjunct_automata(formula, "finite"), team.letters))
 
 
 def cheapest_by_plain_walk(each: list[TransitionSystem], formula: Formula) -> float:
@@ -43,12 +49,9 @@ def cheapest_by_plain_walk(each: list[TransitionSystem], formula: Formula) -> fl
     return min((cost for node, cost in lengths.items() if graph.nodes[node]["accepting"]), default=math.inf)
 
 
-@settings(max_examples=80, deadline=None)
-@given(st.lists(systems(), min_size=1, max_size=3), tasks(with_next=True))
+@given_few(13, 80, st.lists(systems(), min_size=1, max_size=3), tasks(with_next=True))
 def test_short_cuts_keep_the_smallest_cost(each: list[TransitionSystem], formula: Formula) -> None:
-    team = Team(each)
-    task = Task(conjunct_automata(formula, "finite"), team.letters)
-    run = cheapest_path(team, task, DEFAULT_BUDGET)
+    run = least_in_one_order(own_task(each, formula), DEFAULT_BUDGET)
     best = cheapest_by_plain_walk(each, formula)
     assert (math.inf if run is None else run.cost) == pytest.approx(best, abs=1e-6)
     if run is None:
@@ -61,11 +64,9 @@ def test_short_cuts_keep_the_smallest_cost(each: list[TransitionSystem], formula
     assert satisfies(formula, Word(tuple(itertools.chain(*words))))
 
 
-@settings(max_examples=60, deadline=None)
-@given(st.lists(systems(5), min_size=2, max_size=3), tasks(with_next=False))
+@given_few(10, 60, st.lists(systems(5), min_size=2, max_size=3), tasks(with_next=False))
 def test_plans_of_any_graphs_hold_in_every_order(each: list[TransitionSystem], formula: Formula) -> None:
-    team = Team(each)
-    found = plan_team(team, Task(conjunct_automata(formula, "finite"), team.letters), Budget(candidates=200, states=20_000))
+    found = plan_team(own_task(each, formula), Budget(candidates=200, states=20_000))
     words = [simple_words(system, 3) for system in each]
     best = min(
         (
@@ -85,72 +86,68 @@ def test_plans_of_any_graphs_hold_in_every_order(each: list[TransitionSystem], f
         assert found.run.cost == pytest.approx(best, abs=1e-6)
 
 
-def assert_lower_bounds(graph: ReducedGraph, situations: SearchStates) -> None:
+def assert_lower_bounds(reading: TeamReading) -> None:
     """No estimate is more than what the cheapest plan that holds in every order of the robots still costs from there."""
-    begin = situations.after(situations.initial, graph.label[0][graph.start[0]])
-    waiting = [] if begin == DEAD else [(0, graph.start[0], begin)]
+    begin = reading.begin()
+    waiting = [] if begin is None else [begin]
     seen = set(waiting)
-    before: dict[tuple[int, int, int], list[tuple[float, tuple[int, int, int]]]] = {}
-    left: dict[tuple[int, int, int], float] = {}
-    for robot, node, at in waiting:  # grows while it is walked
-        following = [(robot, target, after, step) for target, after, step in moves(graph, situations, robot, node, at)]
-        ending = graph.successors(robot, node).ending
-        if ending is not None and robot + 1 < len(graph.start):
-            between = situations.handed_over(at)
-            start = graph.start[robot + 1]
-            after = DEAD if between == DEAD else situations.after(between, graph.label[robot + 1][start])
-            if after != DEAD:
-                following.append((robot + 1, start, after, ending))
-        elif ending is not None and situations.is_accepting(at) and situations.holds_in_every_order(at):
-            left[robot, node, at] = ending
-        for next_robot, target, after, step in following:
-            place = (next_robot, target, after)
-            before.setdefault(place, []).append((step, (robot, node, at)))
-            if place not in seen and len(seen) < 3000:
-                seen.add(place)
-                waiting.append(place)
-    queue = [(cost, place) for place, cost in left.items()]
+    before: dict[int, list[tuple[float, int]]] = {}
+    left: dict[int, float] = {}
+    for state in waiting:  # grows while it is walked
+        for after, step, _ in reading.steps(state):
+            if is_complete(after):
+                if reading.holds(state):
+                    left[state] = step
+                continue
+            before.setdefault(after, []).append((step, state))
+            if after not in seen and len(seen) < 3000:
+                seen.add(after)
+                waiting.append(after)
+    queue = [(cost, state) for state, cost in left.items()]
     heapq.heapify(queue)
     while queue:
-        cost, place = heapq.heappop(queue)
-        if cost > left[place]:
+        cost, state = heapq.heappop(queue)
+        if cost > left[state]:
             continue
-        for step, earlier in before.get(place, ()):
+        for step, earlier in before.get(state, ()):
             if cost + step < left.get(earlier, math.inf):
                 left[earlier] = cost + step
                 heapq.heappush(queue, (cost + step, earlier))
-    for (robot, node, at), cost in left.items():
-        assert situations.rest(at, robot, node) <= cost + 1e-9
+    for state, cost in left.items():
+        assert reading.left(state) <= cost + 1e-9
 
 
-@settings(max_examples=60, deadline=None)
-@given(st.lists(systems(), min_size=1, max_size=3), tasks(with_next=True))
+@given_few(10, 60, st.lists(systems(), min_size=1, max_size=3), tasks(with_next=True))
 def test_estimates_are_lower_bounds(each: list[TransitionSystem], formula: Formula) -> None:
-    team = Team(each)
-    task = Task(conjunct_automata(formula, "finite"), team.letters)
-    graph = ReducedGraph(team, *letter_classes(task))
-    assert_lower_bounds(graph, TeamStates(graph, task, range(len(task.parts))))
+    task = own_task(each, formula)
+    assert_lower_bounds(task.reading(range(len(task.task.parts))))
 
 
-@settings(max_examples=60, deadline=None)
-@given(st.lists(systems(5), min_size=2, max_size=3), tasks(with_next=False))
+@given_few(10, 60, st.lists(systems(5), min_size=2, max_size=3), tasks(with_next=False))
 def test_joint_estimates_are_lower_bounds(each: list[TransitionSystem], formula: Formula) -> None:
     joint = JointTask(each, conjunct_automata(formula, "finite"))
-    assert_lower_bounds(joint.graph, joint.search_states(range(len(joint.parts))))
+    assert_lower_bounds(joint.reading(range(len(joint.parts))))
 
 
-@settings(max_examples=40, deadline=None)
-@given(st.lists(systems(5), min_size=2, max_size=3), tasks(with_next=False))
+def test_a_step_that_several_conjuncts_need_counts_once_under_joint() -> None:
+    """All robots start where they show `c`, so that a step to `a` and `b` is also one away from `c`."""
+    system = TransitionSystem((frozenset("c"), frozenset("ab")), (((1, 1.0),), ((0, 1.0),)))
+    joint = JointTask([system], conjunct_automata(parse_formula("F a & F b & F !c"), "finite"))
+    reading = joint.reading()
+    begin = reading.begin()
+    assert begin is not None
+    assert reading.left(begin) == pytest.approx(1.0)
+
+
+@given_few(6, 40, st.lists(systems(5), min_size=2, max_size=3), tasks(with_next=False))
 def test_the_longest_robot_of_any_graphs(each: list[TransitionSystem], formula: Formula) -> None:
-    team = Team(each)
-    task = Task(conjunct_automata(formula, "finite"), team.letters)
-    found, bound, exhausted = plan_makespan(team, task, DEFAULT_BUDGET)
-    least = plan_team(team, task, DEFAULT_BUDGET)
+    found = plan_team(own_task(each, formula), DEFAULT_BUDGET, Objective(longest=True))
+    least = plan_team(own_task(each, formula), DEFAULT_BUDGET)
     assert (found.run is None) == (least.run is None)
     if found.run is not None and least.run is not None:
         dearest = [max(path_costs(each, run.paths)) for run in (found.run, least.run)]
-        assert exhausted
-        assert bound <= dearest[0] + 1e-6
+        assert found.stopped is None
+        assert found.bound <= dearest[0] + 1e-6
         assert dearest[0] <= dearest[1] + 1e-6
 
 
@@ -209,7 +206,8 @@ def grid(formula: str, *, robots: int, width: int = 4, height: int = 3) -> Missi
     )  # fmt: skip
 
 
-@pytest.mark.parametrize(
+@few_of(
+    1,
     "formula",
     [
         "F n0_2 & F(n1_1 & F n2_2)",

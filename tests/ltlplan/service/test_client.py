@@ -11,7 +11,7 @@ import pytest
 
 import ltlplan
 import verify
-from flight import Told
+from flight import RecordingOptions
 from flight.exports.flown import WARNING
 from ltlplan import Client
 from ltlplan.missions import shipped_mission_text
@@ -21,6 +21,7 @@ from ltlplan.service.client_parts.transport import Wire, require_success, unpack
 from ltlplan.service.problems import NotFound, Unreachable
 from ltlplan.service.queries import zipped
 from tests.helpers import foreign_logs
+from tests.helpers.few import few_of
 from tests.helpers.services import ONE_HOOP
 from verify.data import BadInput, DoesNotFit, FormulaError, MissionError, NotCertified, Unsatisfiable, parse_mission
 from verify.run_folder import read_folder
@@ -61,7 +62,7 @@ def test_recordings_are_judged(client: Client, done: Submitted, tmp_path: Path) 
         client.judge_flight(done.id, tmp_path / "flown.csv")
 
 
-@pytest.mark.parametrize("kind", ["ulog", "bag", "motive", "crazyflie folder"])
+@few_of(1, "kind", ["ulog", "bag", "motive", "crazyflie folder"])
 def test_recordings_of_every_kind_are_judged_as_here(client: Client, done: Submitted, tmp_path: Path, kind: str) -> None:
     folder, flown = done.download(tmp_path / "run"), tmp_path / "flown"
     (path,) = read_folder(folder)[1].values()
@@ -69,18 +70,18 @@ def test_recordings_of_every_kind_are_judged_as_here(client: Client, done: Submi
     places = path.evaluate(times)[:, :3]
     if kind == "ulog":
         pytest.importorskip("pyulog", reason="pyulog is not installed")
-        flown, told = flown.with_suffix(".ulg"), Told(start=3.0)
+        flown, told = flown.with_suffix(".ulg"), RecordingOptions(start=3.0)
         flown.write_bytes(foreign_logs.ulog(times, places, booted=3.0))
     elif kind == "bag":
         pytest.importorskip("rosbags", reason="rosbags is not installed")
-        told = Told(start=1_700_000_000.0, start_error=0.001)
+        told = RecordingOptions(start=1_700_000_000.0, start_error=0.001)
         foreign_logs.bag(flown, times, {"quad0": places}, kind="PoseStamped", mcap=False)
     elif kind == "motive":
-        flown, told = flown.with_suffix(".csv"), Told(start=0.0, axes="x,-z,y", origin={"": (0.0, 0.0, 0.0)})
+        flown, told = flown.with_suffix(".csv"), RecordingOptions(start=0.0, axes="x,-z,y", origin={"": (0.0, 0.0, 0.0)})
         flown.write_text(foreign_logs.motive(times, {"quad0": places}))
     else:
         flown.mkdir()
-        told = Told(start={"quad0": 2.5}, called={"quad0": "cf231"})
+        told = RecordingOptions(start={"quad0": 2.5}, rename={"quad0": "cf231"})
         (flown / "cf231.csv").write_text(foreign_logs.crazyflie(times, places, booted=2.5))
         (flown / "cf232.csv").write_text(foreign_logs.crazyflie(times, places, booted=9.0))
     ours = ltlplan.judge_flight(folder, flown, max_speed=2.0, error=0.001, told=told).verdict.to_dict()
@@ -94,7 +95,7 @@ def test_exports_are_written_as_the_library_writes_them(client: Client, done: Su
     assert "px4" in client.exports()
     written = client.export(done, tmp_path / "out", "crazyflie")
     assert (tmp_path / "out" / "README.txt") in written
-    client.export(done, tmp_path / "anyway", "crazyflie", anyway=True)
+    client.export(done, tmp_path / "anyway", "crazyflie", force=True)
     assert WARNING in (tmp_path / "anyway" / "README.txt").read_text()
     assert WARNING not in (tmp_path / "out" / "README.txt").read_text()
     assert client.export(done, tmp_path / "some", "crazyflie", robots=list(parse_mission(ONE_HOOP).agents))

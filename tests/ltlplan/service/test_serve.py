@@ -51,6 +51,7 @@ def test_a_data_folder_that_cannot_be_one(tmp_path: Path) -> None:
     assert (tmp_path / "file").read_text() == "mine"
 
 
+@pytest.mark.slow
 def test_a_database_that_cannot_be_used_is_one_sentence(tmp_path: Path) -> None:
     (tmp_path / "jobs.sqlite").write_text("no database, but long enough to be taken for one " * 20)
     command = [sys.executable, "-m", "ltlplan", "serve", "--port", "0", "--no-page", "--data", str(tmp_path)]

@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 import pytest
-from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ltlplan.missions import load_mission
@@ -11,6 +10,7 @@ from ltlplan.systems.region_labels import Layout, apart
 from ltlplan.systems.robot_systems import Systems
 from ltlplan.systems.transition_systems import TransitionSystem, environment_of, robot_graph
 from ltlplan.systems.visit_words import word_of
+from tests.helpers.few import given_few
 from tests.helpers.worlds import world
 from verify.data import BadInput, Mission, Visit, parse_mission
 from verify.data.shapes.region import Region
@@ -95,8 +95,7 @@ def test_which_regions_lie_apart() -> None:
     assert not apart(ball(0, 0, 2.0, 0.1, 0.1), ball(0, 0.15, 2.0, 0.1, 0.1))
 
 
-@settings(max_examples=50, deadline=None)
-@given(st.floats(-2, 2), st.floats(-2, 2), st.floats(0.2, 1.5), st.floats(0.2, 1.5), st.floats(0, 180))
+@given_few(8, 50, st.floats(-2, 2), st.floats(-2, 2), st.floats(0.2, 1.5), st.floats(0.2, 1.5), st.floats(0, 180))
 def test_regions_that_lie_apart_share_no_sampled_point(x: float, y: float, a: float, b: float, yaw: float) -> None:
     import numpy as np
 

@@ -52,6 +52,7 @@ def refused(plan: Plan, team: dict[str, Trajectory]) -> list[str]:
     return [claim.sentence for claim in verify.judge(plan, team, largest=False).claims if claim.outcome != "holds"]
 
 
+@pytest.mark.slow
 def test_robots_on_a_circle_change_sides_at_once_and_whoever_meets_nobody_flies_on() -> None:
     lone = straight((-2.0, -5.0, 2.0), (0.0, -5.0, 2.0))
     plan = hall({**circle(6, 1.5), "lone": lone})

@@ -9,6 +9,7 @@ import pytest
 
 import verify
 from refine import refine
+from tests.helpers.few import few_of
 from tests.helpers.random_plans import random_plan
 from verify.data import Infeasible, Plan
 from verify.data.sections import LegLimits
@@ -28,7 +29,7 @@ def limited(seed: int) -> Plan:
     return plan.model_copy(update={"mission": plan.mission.model_copy(update={"limits": limits})})
 
 
-@pytest.mark.parametrize("seed", [22, 188])
+@few_of(1, "seed", [22, 188])
 def test_robots_that_give_way_keep_the_limits_of_their_ways(seed: int) -> None:
     plan = limited(seed)
     assert verify.judge(plan, refine(plan), largest=False).holds

@@ -13,6 +13,7 @@ from refine.corridor.points import with_rests
 from refine.feedback import feedback_of
 from refine.single_robot.flight import robot_flight
 from refine.single_robot.task import Problem, RefinementOptions
+from tests.helpers.few import few_of
 from tests.helpers.plans_by_hand import ball, room, straight
 from verify.data import BadInput, Mission, Plan
 from verify.data.plan import Precedence
@@ -34,7 +35,7 @@ def plan(a_ends: tuple[float, float, float], b_ends: tuple[float, float, float],
     return Plan(mission=mission(), robots={"a": a, "b": b}, precedences=WAITS)
 
 
-@pytest.mark.parametrize("via", [(), ((-0.3, 1.2, 1.0),)])
+@few_of(1, "via", [(), ((-0.3, 1.2, 1.0),)])
 def test_waits_are_kept_when_robots_give_way_afterwards(via: tuple) -> None:
     """After b's second visit their ways cross, while a has been waiting for it on the way."""
     asked = plan((2.0, -1.5, 1.0), (2.0, 0.0, 1.0), *via)

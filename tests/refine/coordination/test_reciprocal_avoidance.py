@@ -11,6 +11,7 @@ from refine.coordination.conflict_intervals import mover
 from refine.coordination.reciprocal_avoidance import avoid_by_rule
 from refine.corridor.fitting import fit
 from refine.corridor.planned import corridor_of
+from tests.helpers.few import few_of
 from tests.helpers.plans_by_hand import ball, straight
 from verify.data import Infeasible, Mission, Plan, RobotPlan, Trajectory
 from verify.data.sections import Agent, Box, Spec
@@ -107,7 +108,7 @@ def circle(robots: int, across: int) -> Plan:
     return hall(1.6, {f"r{k}": straight(at[k], at[(k + across) % robots]) for k in range(robots)})
 
 
-@pytest.mark.parametrize(("robots", "across"), [(3, 1), (4, 2), (5, 2), (6, 3)])
+@few_of(2, ("robots", "across"), [(3, 1), (4, 2), (5, 2), (6, 3)])
 def test_teams_swap_places_across_a_circle(robots: int, across: int) -> None:
     """With even numbers all straight ways cross at one point and each end is another one's start: departures cannot do."""
     plan = circle(robots, across)

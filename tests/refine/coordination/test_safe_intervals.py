@@ -14,6 +14,7 @@ from refine.coordination.departures import GRID, Orders
 from refine.feedback import feedback_of
 from refine.single_robot.flight import robot_flight
 from refine.single_robot.task import Problem, RefinementOptions, RobotFlight
+from tests.helpers.few import few_of
 from tests.helpers.plans_by_hand import ball, robot_plan, room, straight, through
 from tests.helpers.random_plans import random_plan
 from verify.data import Infeasible, Plan, Waypoint
@@ -40,7 +41,7 @@ def end_of(robot: RobotFlight, waits: np.ndarray) -> float:
     return float(waits.sum() + robot.path.duration)
 
 
-@pytest.mark.parametrize("seed", range(12))
+@few_of(4, "seed", range(12))
 def test_no_waits_end_earlier_than_those_that_are_found(seed: int) -> None:
     first, second = robots(seed).values()
     steps = int(np.ceil((first.path.duration + second.path.duration + 2 * WAITS.max()) / GRID)) + 2

@@ -12,6 +12,7 @@ import verify
 from ltlplan import parse_mission
 from ltlplan.pipeline import certified_team
 from refine.coordination.departures import least_between
+from tests.helpers.few import few_of
 from verify.data import BadInput, Mission, MissionError
 
 
@@ -31,8 +32,10 @@ margin: {margin}
 """)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ends", [pytest.param(False, marks=pytest.mark.slow), True])
-@pytest.mark.parametrize(
+@few_of(
+    1,
     ("margin", "separation", "separation_z"),
     [(0.05, 0.3, None), pytest.param(0.02, 0.15, None, marks=pytest.mark.slow), (0.03, 0.3, 0.6), (0.03, 0.4, 0.16)],
 )

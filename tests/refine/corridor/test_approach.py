@@ -45,6 +45,7 @@ def test_a_flight_may_end_there_and_turn_within_it() -> None:
     assert_certified(mission, plan)
 
 
+@pytest.mark.slow
 def test_a_passage_may_set_out_from_the_bay_of_another_hoop() -> None:
     """Its rear control point is 0.08 m in front of the first hoop's opening."""
     start = (-2.0, 0.0, 1.0)

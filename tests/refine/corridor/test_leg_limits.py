@@ -9,6 +9,7 @@ import pytest
 
 import ltlplan
 from refine import refine
+from tests.helpers.few import few_of
 from tests.helpers.flights import plan_of, small_mission
 from verify import judge
 from verify.certificate import Certificate
@@ -52,7 +53,8 @@ def assert_kept(certificate: Certificate) -> None:
 
 
 @pytest.mark.parametrize("pace", ["nominal", pytest.param("time", marks=pytest.mark.slow)])
-@pytest.mark.parametrize(
+@few_of(
+    1,
     ("formula", "trace", "leg"),
     [
         ("F (a & F b)", "finite", "b: {speed: 0.25}"),
@@ -65,7 +67,8 @@ def test_planned_flights_keep_the_limits_of_their_legs(formula, trace, leg, pace
     assert_kept(judge(plan, refine(plan, pace=pace), largest=False))
 
 
-@pytest.mark.parametrize(
+@few_of(
+    2,
     ("regions", "visits", "leg"),
     [
         (OVERLAPPING, "ab", "b: {speed: 0.25}"),

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from refine.corridor.planned import hovering_corridor
-from refine.keep_out_bodies import convex_parts, grown_region
+from refine.obstacles.keep_out_bodies import convex_parts, grown_region
 from tests.helpers.flights import small_mission
 from tests.helpers.solids import random_solid
 from verify.data.shapes.region import Region
@@ -14,6 +14,7 @@ from verify.data.shapes.region import Region
 UNION = "a: {union: [{center: [1, 0, 1], size: [0.4, 1, 1]}, {center: [1.4, 0, 1], cylinder: {radius: 0.3, height: 1}}]}"
 
 
+@pytest.mark.slow
 def test_a_plane_parts_a_leg_from_each_part_wherever_they_lie_apart() -> None:
     rng = np.random.default_rng(0)
     parted = 0

@@ -9,11 +9,12 @@ import ltlplan
 import verify
 from ltlplan.pipeline import certified_team
 from refine import refine
+from tests.helpers.few import few_of
 from tests.helpers.gates import SHAPES, gate, gate_of
 from verify.data import Infeasible
 
 
-@pytest.mark.parametrize("seed", range(8))
+@few_of(2, "seed", range(8))
 def test_visits_contain_their_passages_where_openings_are_wide(seed: int) -> None:
     rng = np.random.default_rng(seed)
     mission = gate(
@@ -30,6 +31,7 @@ def test_a_region_too_small_for_its_passage_is_the_reason() -> None:
         refine(ltlplan.plan(mission, seed=0))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shape", ["box", *(pytest.param(name, marks=pytest.mark.slow) for name in SHAPES if name != "box")])
 def test_rings_stand_in_regions_of_all_shapes(shape: str) -> None:
     for formula in ("F a & F goal", "F(goal & F G a)"):

@@ -13,6 +13,7 @@ import verify
 from refine import refine
 from refine.corridor.meeting_places import moved_apart, moved_to_meet
 from refine.corridor.relocation import relocations
+from tests.helpers.few import few_of
 from tests.helpers.plans_by_hand import ball, room, straight
 from verify.data import Infeasible, Plan
 from verify.data.sections import Agent
@@ -126,7 +127,7 @@ def leaving(robots: int) -> Plan:
     return Plan(mission=mission, robots=flights)
 
 
-@pytest.mark.parametrize("order", list(itertools.permutations(("idle", "guest", "other"))))
+@few_of(2, "order", list(itertools.permutations(("idle", "guest", "other"))))
 def test_a_visit_keeps_clear_of_a_robot_that_never_moves(order: tuple[str, ...]) -> None:
     starts = {"idle": (1.0, 0.35, 1.0), "guest": (-1.5, 0.0, 1.0), "other": (-1.5, 1.5, 1.0)}
     robots = {
@@ -163,7 +164,7 @@ def walled(planned: tuple[float, float, float]) -> Plan:
     return Plan(mission=mission.model_copy(update={"obstacles": {"wall": wall}}), robots=robots)
 
 
-@pytest.mark.parametrize("planned", [(1.0, -0.1, 1.0), (1.1, -0.12, 1.1)])
+@few_of(1, "planned", [(1.0, -0.1, 1.0), (1.1, -0.12, 1.1)])
 def test_a_visit_is_not_moved_behind_a_wall(planned: tuple[float, float, float]) -> None:
     """Behind it lie places that are nearer in a straight line, and those that are farthest."""
     plan = walled(planned)

@@ -14,6 +14,7 @@ from refine.limits.usage import peaks
 from refine.planes import Plane
 from refine.solvers.fastest import stretched_guess
 from refine.solvers.retiming import pace, retime
+from tests.helpers.few import few_of
 from tests.helpers.refinement_courses import (
     HOOP6,
     HOOP6_BLEND,
@@ -63,7 +64,7 @@ def test_a_turned_course_takes_as_long() -> None:
     assert there.duration == pytest.approx(here.duration, rel=1e-3)
 
 
-@pytest.mark.parametrize("seed", range(4))
+@few_of(1, "seed", range(4))
 def test_random_courses_are_certified_and_never_slower_than_stretching(seed: int) -> None:
     rng = np.random.default_rng(seed)
     points = np.cumsum(rng.normal(size=(int(rng.integers(2, 6)), 3)), axis=0)
@@ -90,6 +91,7 @@ def test_retiming_keeps_the_path_and_beats_stretching() -> None:
     assert strict.duration == pytest.approx(guess.duration, rel=2e-3)  # nothing fits so closely: stretching stands
 
 
+@pytest.mark.slow
 def test_a_race_with_rotor_limits_and_little_spin() -> None:
     """The first legs of the Split-S course: every limit of the racer but tilt, for all times."""
     vehicle, points = racer(), SPLIT_S[:5]
@@ -133,6 +135,7 @@ def test_bad_input_is_named(change: dict, words: str) -> None:
         time_optimal(arguments.pop("waypoints"), arguments.pop("limits"), **arguments)
 
 
+@pytest.mark.slow
 def test_walls_that_no_flight_can_keep_are_refused() -> None:
     with pytest.raises(Infeasible, match="walls"):
         time_optimal(HOOP6[:3], HOOP6_LIMITS, walls=[Plane(np.array([0.0, 0.0, 1.0]), 5.0)])

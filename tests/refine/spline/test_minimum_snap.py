@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from refine import Limits, Spline, minimum_snap
-from refine.keep_out_bodies import Ball
+from refine.obstacles.keep_out_bodies import Ball
 from refine.solvers.nlp import Timing, optimise
 from refine.solvers.qp import Programme, Row, residual, rest_to_rest, solve
 from refine.spline.basis import bernstein_matrix

@@ -14,6 +14,7 @@ from refine import Spline, jumps, minimum_snap, on_grid, quantise
 from refine.solvers.qp import Programme, rest_to_rest, solve
 from refine.spline.basis import derivative_weights
 from refine.spline.rounding import exact_end
+from tests.helpers.few import few_of
 from tests.helpers.refinement_courses import HOOP6
 from verify.data import BadInput, DoesNotFit, Trajectory
 
@@ -107,7 +108,7 @@ def test_what_the_compressed_format_cannot_hold_is_refused() -> None:
         on_grid(minimum_snap([[0.0, 0, 1, 0], [1.0, 0, 1, 0]], [0.0, 70.0]))
 
 
-@pytest.mark.parametrize("seed", range(6))
+@few_of(2, "seed", range(6))
 def test_laps_of_long_pieces_close_too(seed: int) -> None:
     """Ulps of the last coefficients count for micrometres at the end of a piece of 20 s, half an ulp of a small coordinate does not."""
     rng = np.random.default_rng(seed)
@@ -124,6 +125,7 @@ def test_laps_of_long_pieces_close_too(seed: int) -> None:
     np.testing.assert_allclose(flight.evaluate(flight.knots[:-1] + 5.0)[:, :3], _at(path, 5.0), atol=2e-4)
 
 
+@pytest.mark.slow
 @given(st.integers(0, 2**32 - 1), st.sampled_from([0.5, 1.0, 2.0, 4.0, 7.999109268188477, 8.0, 16.0]), st.booleans())
 @settings(max_examples=12, deadline=None)
 @example(32, 8.0, False)

@@ -7,9 +7,10 @@ from fractions import Fraction
 
 import pytest
 from flint import fmpq, fmpq_poly
-from hypothesis import assume, given, settings
+from hypothesis import assume
 from hypothesis import strategies as st
 
+from tests.helpers.few import given_few
 from verify.arithmetic.exact import nonnegative, rational, roots
 
 PLACES = st.fractions(min_value=-1, max_value=2, max_denominator=16)
@@ -42,8 +43,7 @@ def test_a_root_is_found_where_it_is_though_complex_ones_hide_it() -> None:
     assert root.multiplicity == 1
 
 
-@settings(max_examples=60, deadline=None)
-@given(st.lists(PLACES, min_size=1, max_size=6), PLACES, PLACES)
+@given_few(10, 60, st.lists(PLACES, min_size=1, max_size=6), PLACES, PLACES)
 def test_roots_are_those_that_were_put_in(places: list[Fraction], start: Fraction, stop: Fraction) -> None:
     assume(start != stop)
     assert_found(places, min(start, stop), max(start, stop))
@@ -64,8 +64,7 @@ def test_roots_at_ends_halves_and_beside_each_other(places: list[Fraction]) -> N
     assert_found([place - 5 for place in places], Fraction(-5), Fraction(-4))
 
 
-@settings(max_examples=60, deadline=None)
-@given(st.lists(PLACES, min_size=1, max_size=5), st.booleans())
+@given_few(10, 60, st.lists(PLACES, min_size=1, max_size=5), st.booleans())
 def test_signs_are_those_between_the_roots(places: list[Fraction], turned: bool) -> None:
     p = -made_of(places) if turned else made_of(places)
     ends = sorted({Fraction(0), Fraction(1), *(place for place in places if 0 < place < 1)})

@@ -1,6 +1,6 @@
 import pytest
-from hypothesis import given, settings
 
+from tests.helpers.few import given_few
 from tests.strategies import finite_words, formulas, letters
 from verify.data import parse_formula
 from verify.logic.normal_form import conjuncts, normal_form, to_formula
@@ -12,16 +12,14 @@ def accepts(automaton: Automaton, word) -> bool:
     return automaton.accepts(automaton.run(word.prefix))
 
 
-@settings(max_examples=300, deadline=None)
-@given(formulas(with_next=True), finite_words())
+@given_few(50, 300, formulas(with_next=True), finite_words())
 def test_progression_agrees_with_semantics(formula, word):
     expected = satisfies(formula, word)
     assert accepts(Automaton(normal_form(formula)), word) == expected
     assert accepts(Automaton(normal_form(formula, negated=True)), word) != expected
 
 
-@settings(max_examples=150, deadline=None)
-@given(formulas(with_next=True), finite_words())
+@given_few(25, 150, formulas(with_next=True), finite_words())
 def test_normal_form_and_conjuncts_mean_the_same(formula, word):
     normal = normal_form(formula)
     expected = satisfies(formula, word)
@@ -29,8 +27,7 @@ def test_normal_form_and_conjuncts_mean_the_same(formula, word):
     assert all(satisfies(to_formula(part), word) for part in conjuncts(normal)) == expected
 
 
-@settings(max_examples=150, deadline=None)
-@given(formulas(with_next=True), finite_words(), letters())
+@given_few(25, 150, formulas(with_next=True), finite_words(), letters())
 def test_doomed_and_settled_are_for_ever(formula, word, letter):
     automaton = Automaton(normal_form(formula))
     state = automaton.run(word.prefix)

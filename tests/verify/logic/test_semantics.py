@@ -1,6 +1,7 @@
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 
+from tests.helpers.few import given_few
 from tests.helpers.spot_reading import spot_accepts
 from tests.strategies import finite_words, formulas, lassos, words
 from verify.data import BadInput, Formula, Word, parse_formula
@@ -13,14 +14,12 @@ def holds(text: str, *letters: str, cycle: str | None = None) -> bool:
     return satisfies(parse_formula(text), Word.of([set(letter) for letter in letters], rest))
 
 
-@settings(max_examples=150, deadline=None)
-@given(formulas(with_next=True), finite_words())
+@given_few(25, 150, formulas(with_next=True), finite_words())
 def test_agrees_with_spot_on_finite_words(formula, word):
     assert satisfies(formula, word) == spot_accepts(formula, word)
 
 
-@settings(max_examples=150, deadline=None)
-@given(formulas(with_next=True), lassos())
+@given_few(25, 150, formulas(with_next=True), lassos())
 def test_agrees_with_spot_on_lassos(formula, word):
     assert satisfies(formula, word) == spot_accepts(formula, word)
 

@@ -55,6 +55,7 @@ def held_against_spot(count: int, seed: int) -> tuple[int, int]:
     return yes, no
 
 
+@pytest.mark.slow
 def test_flights_that_leave_nothing_open_are_lost_exactly_where_spot_says_so():
     yes, no = held_against_spot(250, 1)
     assert yes > 50

@@ -8,6 +8,7 @@ import json
 import numpy as np
 import pytest
 
+from tests.helpers.few import few_of
 from tests.helpers.flights import legs, plan_of, small_mission
 from tests.helpers.witnesses import Right, assert_refused, judged
 from verify import certify, judge
@@ -145,7 +146,8 @@ def ball_mission(extra: str = "") -> Mission:
     return small_mission("G F a & G F b", regions=BALLS, trace="infinite", margin=0.03, extra=extra)
 
 
-@pytest.mark.parametrize(
+@few_of(
+    2,
     ("points", "cycle", "visits", "right"),
     [
         ([[0, 0, 1], [1, 0, 1], [0, 1, 1], [0, 0, 1]], 0, "ab", 0),

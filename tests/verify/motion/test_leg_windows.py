@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
+from tests.helpers.few import few_of
 from tests.helpers.flights import legs, plan_of, quantised, small_mission
 from tests.helpers.witnesses import Right, around, assert_refused, judged
 from verify.data.mission import Mission
@@ -64,7 +65,7 @@ def test_within_a_house_a_way_begins_where_the_room_before_ends():
     assert_refused(judged(plan, {"r0": joined(to_a, swift)}), Right("limits.legs.speed", "r0", "b", 2, off=around(0.156, 1e-2)))
 
 
-@pytest.mark.parametrize("gap", [-0.1, -0.001, 0.0, 0.02, 0.05])
+@few_of(2, "gap", [-0.1, -0.001, 0.0, 0.02, 0.05])
 def test_regions_that_overlap_or_come_within_the_margin_hide_no_way(gap):
     """The way to b leads through a, which is not left for sure before b is entered."""
     regions = f"""a: {{center: [1.5, 0.0, 1.0], radii: [0.5, 0.5, 0.5]}}
@@ -90,7 +91,7 @@ def out_and_back(depth: float, out: float, seconds: float) -> Trajectory:
     )  # fmt: skip
 
 
-@pytest.mark.parametrize("limited", ["a", "b"])
+@few_of(1, "limited", ["a", "b"])
 @pytest.mark.parametrize(("depth", "seconds"), [(0.1, 0.2), (0.05, 0.15)])
 def test_an_excursion_within_the_margin_is_on_the_way(limited, depth, seconds):
     """Out of a by 0.015 m and back, with a margin of 0.03 m: one visit, in which the robot hurries by itself."""
@@ -261,7 +262,7 @@ def random_balls(rng: np.random.Generator) -> str:
 
 
 @pytest.mark.parametrize("lasso", [pytest.param(False, marks=pytest.mark.slow), True])
-@pytest.mark.parametrize("count", [14, pytest.param(400, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("count", [6, *(pytest.param(count, marks=pytest.mark.slow) for count in (14, 400))])
 def test_limits_of_legs_against_dense_samples(lasso, count):
     rng = np.random.default_rng(count + lasso)
     judgements = 0

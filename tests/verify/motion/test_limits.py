@@ -4,6 +4,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
+from tests.helpers.few import few_of
 from tests.helpers.flights import legs, quantised, small_mission
 from tests.helpers.limited_quantities import sampled
 from verify.data.sections import LegLimits
@@ -203,11 +204,11 @@ def test_tilt_at_its_limit():
         assert extreme.fails != kept
 
 
-def test_absurd_numbers_prove_nothing_and_raise_nothing():
-    for size in (1e30, 1e150, 1e300):
-        trajectory = constant((size, size, size), (size, 0, -size), (size, size, 0), (0.0, size))
-        found = extremes_of(trajectory)
-        assert not any(found[name].holds for name in ("speed", "acceleration", "thrust_max", "rotor_thrust_max", "yaw_rate"))
+@few_of(1, "size", [1e300, 1e150, 1e30])
+def test_absurd_numbers_prove_nothing_and_raise_nothing(size):
+    trajectory = constant((size, size, size), (size, 0, -size), (size, size, 0), (0.0, size))
+    found = extremes_of(trajectory)
+    assert not any(found[name].holds for name in ("speed", "acceleration", "thrust_max", "rotor_thrust_max", "yaw_rate"))
 
 
 def test_a_leg_is_limited_in_its_own_time_only():

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from tests.helpers.few import few_of
 from tests.helpers.flights import firefighting, legs, plan_of, small_mission
 from verify import certify, judge
 from verify.data.language.word import Word
@@ -79,7 +80,7 @@ def attack(plan, team, certificate, rng, rounds, samples):
     return furthest
 
 
-@pytest.mark.parametrize("margin", [0.0, 0.02, 0.05, "largest"])
+@few_of(2, "margin", [0.0, 0.02, 0.05, "largest"])
 def test_nobody_within_the_margin_breaks_the_claim(margin):
     plan, team = firefighting()
     wanted = judge(plan, team).largest_margin if margin == "largest" else margin
@@ -94,6 +95,7 @@ b: {center: [1.0, 1.0, 1.0], radii: [0.4, 0.3, 0.3], yaw_deg: 30}
 c: {center: [0.0, 1.0, 1.0], radii: [0.3, 0.5, 0.3]}"""
 
 
+@pytest.mark.slow
 def test_random_flights_with_random_formulas():
     """Whatever the judge certifies of the formula, no perturbed flight breaks; refusals are not held against it."""
     rng = np.random.default_rng(1)

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.helpers.few import few_of
 from tests.helpers.flights import legs, plan_of, small_mission
 from tests.verify.test_run_folder import write_folder
 from verify import certify, recheck
@@ -52,7 +53,8 @@ def test_the_words_of_the_visits_are_true(folder: Path) -> None:
     assert recheck(folder).holds
 
 
-@pytest.mark.parametrize(
+@few_of(
+    3,
     ("change", "says"),
     [
         (word([], ["b"], ["b", "wet"], ["wet"]), "not what its visits"),

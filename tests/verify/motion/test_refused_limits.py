@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 
+from tests.helpers.few import few_of
 from tests.helpers.flights import changed, legs, plan_of, small_mission
 from tests.helpers.limited_quantities import LIMITS
 from tests.helpers.witnesses import PLAN, TEAM, Right, around, assert_refused, judged, refused
@@ -39,7 +40,7 @@ def quantity(name: str, path: Trajectory, time: float) -> float:
 
 
 @pytest.mark.parametrize("name", LIMITS)
-@pytest.mark.parametrize("share", [1e-2, 1e-5])
+@few_of(1, "share", [1e-5, 1e-2])
 def test_every_limit_passed_by_a_little(name, share):
     team = {**TEAM, "quad0": changed(TEAM["quad0"], coefficients=_turning(TEAM["quad0"]))}
     claims = [c for c in judged(PLAN, team).claims if c.name == f"limits.{name}"]
@@ -70,7 +71,7 @@ def _turning(path: Trajectory) -> np.ndarray:
     return values.astype(np.float32).astype(np.float64)
 
 
-@pytest.mark.parametrize("factor", [0.2, 0.3, 0.4, 0.45])
+@few_of(1, "factor", [0.2, 0.3, 0.4, 0.45])
 @pytest.mark.parametrize("robot", ["quad0", "quad1"])
 def test_flown_faster_than_the_limits(robot, factor):
     path = TEAM[robot]
@@ -101,7 +102,7 @@ def test_thrust_through_zero():
     assert 0 <= found[0].bound < 1e-3 < found[0].limit
 
 
-@pytest.mark.parametrize("gap", [1e-6, 1e-3, 0.3])
+@few_of(1, "gap", [1e-6, 1e-3, 0.3])
 @pytest.mark.parametrize("axis", range(3))
 @pytest.mark.parametrize("side", [-1, 1])
 def test_a_wall_passed_by_a_millionth(axis, side, gap):

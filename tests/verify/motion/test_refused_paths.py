@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 
+from tests.helpers.few import few_of
 from tests.helpers.flights import changed, legs, plan_of, quantised, small_mission
 from tests.helpers.witnesses import PLAN, TEAM, Right, around, assert_refused, judged
 from verify.data.plan import Visit
@@ -19,7 +20,7 @@ MOVED = [(robot, piece, offset) for robot, n in (("quad0", 6), ("quad1", 4)) for
          for offset in ((0.0, 0.0, 0.9), (0.5, -0.5, 0.3), (1e-3, 0.0, 0.0))]  # fmt: skip
 
 
-@pytest.mark.parametrize(("robot", "piece", "offset"), MOVED)
+@few_of(8, ("robot", "piece", "offset"), MOVED)
 def test_a_waypoint_moved_tears_the_path_at_both_ends_of_its_piece(robot, piece, offset):
     values = TEAM[robot].coefficients.copy()
     values[piece, :3, 0] += offset
@@ -32,7 +33,7 @@ def test_a_waypoint_moved_tears_the_path_at_both_ends_of_its_piece(robot, piece,
     assert min(abs(claim.time - broken.knots[i]) for i in (piece, piece + 1)) < 1e-9
 
 
-@pytest.mark.parametrize(("robot", "piece"), [*(("quad0", i) for i in range(5)), *(("quad1", i) for i in range(1, 3))])
+@few_of(3, ("robot", "piece"), [*(("quad0", i) for i in range(5)), *(("quad1", i) for i in range(1, 3))])
 def test_a_piece_dropped_leaves_a_gap_as_long_as_it(robot, piece):
     path = TEAM[robot]
     keep = [i for i in range(len(path)) if i != piece]
@@ -58,7 +59,7 @@ def test_a_last_piece_dropped_leaves_out_the_last_visit(robot, hoop, visit):
 
 
 @pytest.mark.parametrize("robot", ["quad0", "quad1"])
-@pytest.mark.parametrize("index", range(5))
+@few_of(2, "index", range(5))
 def test_two_pieces_swapped_tear_the_path_where_they_meet(robot, index):
     path, order = TEAM[robot], list(range(len(TEAM[robot])))
     a, b = index % len(order), (index + 1) % len(order)
@@ -74,7 +75,7 @@ def test_two_pieces_swapped_tear_the_path_where_they_meet(robot, index):
 @pytest.mark.parametrize(
     "factor", [0.5, *(pytest.param(factor, marks=pytest.mark.slow) for factor in (0.9, 1.01, 1.2)), 0.99, 2.0]
 )
-@pytest.mark.parametrize("index", range(6))
+@few_of(2, "index", range(6))
 def test_one_duration_changed_tears_the_path_behind_it(index, factor):
     durations = TEAM["quad0"].durations.copy()
     durations[index] *= factor
@@ -87,7 +88,7 @@ def test_one_duration_changed_tears_the_path_behind_it(index, factor):
 
 
 @pytest.mark.parametrize("axis", range(3))
-@pytest.mark.parametrize("power", range(8))
+@few_of(3, "power", range(8))
 @pytest.mark.parametrize("piece", [pytest.param(0, marks=pytest.mark.slow), 3])
 def test_a_coefficient_changed_by_much_tears_the_path_by_as_much(axis, power, piece):
     values, path = TEAM["quad0"].coefficients.copy(), TEAM["quad0"]
@@ -99,7 +100,7 @@ def test_a_coefficient_changed_by_much_tears_the_path_by_as_much(axis, power, pi
     assert min(abs(claim.time - end) for end in ends) < 1e-6
 
 
-@pytest.mark.parametrize("axis", range(4))
+@few_of(2, "axis", range(4))
 @pytest.mark.parametrize("order", range(4))
 def test_a_jump_of_any_derivative_is_named(axis, order):
     """Bent by delta t^k (1 - t / T)^4, a piece begins with a jump of that derivative and ends as it did."""
@@ -117,7 +118,7 @@ def test_a_jump_of_any_derivative_is_named(axis, order):
     assert_refused(certificate, Right("continuity", "quad0", time=around(path.knots[3], 1e-6), what=what, off=off))
 
 
-@pytest.mark.parametrize("yaw", [1e-3, 0.5, math.pi, -2.0])
+@few_of(2, "yaw", [1e-3, 0.5, math.pi, -2.0])
 def test_a_heading_that_is_not_the_agents_is_refused_at_the_start(yaw):
     broken = changed(TEAM["quad1"], coefficients=_turned(TEAM["quad1"], yaw))
     size = abs(yaw)
@@ -159,7 +160,7 @@ def wrong_visits(robot: str, planned: tuple[Visit, ...], flown: tuple[Visit, ...
     return Right("visits", robot, planned[0].region, 0, None, says="does not happen")
 
 
-@pytest.mark.parametrize("pair", [("quad0", "quad1"), ("quad0", "quad2"), ("quad1", "quad2")])
+@few_of(1, "pair", [("quad0", "quad1"), ("quad0", "quad2"), ("quad1", "quad2")])
 def test_two_robots_swapped(pair):
     a, b = pair
     first, second = PLAN.robots[a].visits, PLAN.robots[b].visits

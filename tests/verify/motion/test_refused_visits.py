@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 import pytest
 
+from tests.helpers.few import few_of
 from tests.helpers.flights import legs, plan_of, small_mission, through
 from tests.helpers.witnesses import ANY, PLAN, TEAM, Right, around, assert_refused, judged
 from verify.data.plan import Plan, Visit
@@ -38,7 +39,7 @@ HOOPS = [
 
 
 @pytest.mark.parametrize(("robot", "pair", "hoop", "visit"), HOOPS)
-@pytest.mark.parametrize("height", [0.15, -0.15, 0.25, 0.45, -0.45])
+@few_of(2, "height", [0.15, -0.15, 0.25, 0.45, -0.45])
 def test_a_hoop_missed_by_a_smooth_path(robot, pair, hoop, visit, height):
     """Flown over or under its middle: near it off the axis, at its rim into it, further away without a visit."""
     path = course(robot, {i: np.array([0, 0, height]) for i in pair})
@@ -92,7 +93,7 @@ RINGED = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("visits", "points", "right"), [r[1:] for r in RINGED], ids=[r[0] for r in RINGED])
+@few_of(6, ("visits", "points", "right"), [r[1:] for r in RINGED], ids=[r[0] for r in RINGED])
 def test_passages(visits, points, right):
     mission = small_mission(regions="", hoops=RING, margin=0.05)
     path = legs(points)
@@ -157,7 +158,7 @@ def with_visits(visits: list[Visit]) -> Plan:
     return PLAN.model_copy(update={"robots": {**PLAN.robots, "quad0": robot}})
 
 
-@pytest.mark.parametrize(("visits", "right"), [row[1:] for row in VISITS], ids=[row[0] for row in VISITS])
+@few_of(8, ("visits", "right"), [row[1:] for row in VISITS], ids=[row[0] for row in VISITS])
 def test_visits_and_actions_that_the_path_does_not_make(visits, right):
     assert_refused(judged(with_visits(visits), TEAM), right)
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from tests.helpers.few import few_of
 from tests.helpers.recordings import along_x
 from verify.recordings.alignment import fitted
 
@@ -16,7 +17,7 @@ def fit(shift: float, error: float = 0.0):
     return fitted(times, {"r0": positions}, {"r0": along_x()}, error=error, clock_error=0.0)
 
 
-@pytest.mark.parametrize("shift", np.random.default_rng(0).uniform(-0.5, 0.5, 20).tolist())
+@few_of(5, "shift", np.random.default_rng(0).uniform(-0.5, 0.5, 20).tolist())
 def test_the_best_shift_is_found_to_a_fortieth_of_a_millisecond(shift):
     assert fit(shift).fitted == pytest.approx(shift, abs=2.5e-5)
 

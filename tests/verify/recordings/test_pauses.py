@@ -12,7 +12,7 @@ from verify import certify, check_flight
 from verify.data import BadInput, NotCertified, Trajectory
 from verify.data.plan import Visit
 from verify.recordings.flight_log import Samples
-from verify.recordings.flight_reference import asked_of, lap_times
+from verify.recordings.flight_reference import lap_times, load_reference
 
 
 @pytest.fixture(scope="module")
@@ -29,23 +29,24 @@ def flown(path: Trajectory, pauses: tuple[float, ...]) -> Samples:
     return Samples(times, {"r0": real.evaluate(times)[:, :3]})
 
 
+@pytest.mark.slow
 def test_a_flight_with_pauses_satisfies_what_its_parts_are_certified_for(folder) -> None:
     place, path = folder
     samples = flown(path, (3.5, 0.0))
-    judged = check_flight(samples, asked_of(place, (3.5, 0.0)), max_speed=1.5, start=0.0)
+    judged = check_flight(samples, load_reference(place, (3.5, 0.0)), max_speed=1.5, start=0.0)
     assert judged.outcome == "holds"
-    assert check_flight(samples, asked_of(place), max_speed=1.5, start=0.0).outcome != "holds"
-    assert check_flight(samples, asked_of(place, (0.0, 3.5)), max_speed=1.5, start=0.0).outcome != "holds"
+    assert check_flight(samples, load_reference(place), max_speed=1.5, start=0.0).outcome != "holds"
+    assert check_flight(samples, load_reference(place, (0.0, 3.5)), max_speed=1.5, start=0.0).outcome != "holds"
 
 
 def test_pauses_that_there_cannot_be_are_refused(folder) -> None:
     place, path = folder
     with pytest.raises(BadInput, match="1 pauses are given; the flight is in 3 parts, so 2 are asked for"):
-        asked_of(place, (3.5,))
+        load_reference(place, (3.5,))
     with pytest.raises(BadInput, match="A pause must be a number"):
-        asked_of(place, (-1.0, 0.0))
+        load_reference(place, (-1.0, 0.0))
     with pytest.raises(BadInput, match="no certified run"):
-        asked_of(place / "mission.yaml", (1.0, 1.0))
+        load_reference(place / "mission.yaml", (1.0, 1.0))
     with pytest.raises(BadInput, match="It has laps; say with `flattened`"):
         cut(legs([POINTS[0], POINTS[1], POINTS[0]], cycle=0), 0).paused((1.0,))
     assert path.paused((0.0, 0.0)) == Trajectory(path.durations, path.coefficients)
@@ -58,7 +59,7 @@ def test_pauses_that_outlast_an_endurance_are_not_proved(tmp_path) -> None:
     team = {"r0": cut(legs(POINTS), 2)}
     place = write_folder(tmp_path / "out", plan, team, certify(plan, team))
     with pytest.raises(NotCertified, match="with these pauses the flight is not proved"):
-        asked_of(place, (90.0,))
+        load_reference(place, (90.0,))
 
 
 LAPS = [POINTS[0], POINTS[1], POINTS[3], POINTS[1]]
@@ -80,21 +81,21 @@ def test_laps_with_pauses_between_them_are_held_against_laps_with_these_pauses(t
     samples = flown(laps, (2.0, 0.0, 1.5))
     outcomes = {}
     for pauses in ((), (2.0, 0.0, 1.5), (2.0, 1.5, 0.0)):
-        judged = check_flight(samples, asked_of(place, pauses), max_speed=1.5, start=0.0)
+        judged = check_flight(samples, load_reference(place, pauses), max_speed=1.5, start=0.0)
         outcomes[pauses] = {claim.name: claim.outcome for claim in judged.claims}
     with_pauses = outcomes[2.0, 0.0, 1.5]
     assert with_pauses.pop("formula") == "undecided", "which is asked of laps for ever"
     assert set(with_pauses.values()) == {"holds"}
     assert outcomes[()]["tube"] == outcomes[2.0, 1.5, 0.0]["tube"] == "fails"
     with pytest.raises(BadInput, match="2 pauses are given; the flight is in 4 parts, so 3 are asked for"):
-        asked_of(place, (2.0, 1.5))
+        load_reference(place, (2.0, 1.5))
 
 
 def test_pauses_between_laps_that_outlast_an_endurance_are_not_proved(tmp_path) -> None:
     place, _ = patrol_folder(tmp_path / "out", endurance=400.0)
-    assert asked_of(place, (100.0, 30.0, 40.0)).team is not None
+    assert load_reference(place, (100.0, 30.0, 40.0)).team is not None
     with pytest.raises(NotCertified, match=r"they last 190.0 s in all, and its endurance counts 180 s"):
-        asked_of(place, (100.0, 50.0, 40.0))
+        load_reference(place, (100.0, 50.0, 40.0))
 
 
 def test_what_happens_in_a_lap_happens_in_each() -> None:

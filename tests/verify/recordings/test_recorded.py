@@ -8,15 +8,16 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
+from tests.helpers.few import few_of
 from tests.helpers.flights import legs, plan_of, small_mission
 from tests.helpers.recordings import aside, asked, claims, fires, gates, judged, recorded, refused
-from verify import Asked, Samples, certify, check_flight
+from verify import FlightReference, Samples, certify, check_flight
 from verify.data.plan import Visit
 from verify.recordings.flight_reference import World
 from verify.recordings.reachable_sets import Bounds, track
 
 
-@pytest.mark.parametrize("made", [fires, gates])
+@few_of(1, "made", [fires, gates])
 def test_a_true_flight_is_satisfied_in_every_claim(made):
     verdict = judged(made(), recorded(made()))
     assert verdict, [claim.sentence for claim in verdict.claims if claim.outcome != "holds"]
@@ -33,14 +34,14 @@ def test_robots_that_pass_each_other_between_their_samples_are_as_near_as_their_
     mission = small_mission(regions="", starts=[[-1.0, gap, 1.0], [1.0, 0.0, 1.0]], extra="separation: 0.3")
     places = {"r0": np.array([[-1.0, gap, 1.0], [1.0, gap, 1.0]]), "r1": np.array([[1.0, 0.0, 1.0], [-1.0, 0.0, 1.0]])}
     places = {name: rows[::-1] if turned else rows for name, rows in places.items()}
-    verdict = check_flight(Samples(np.array([0.0, 2.0]), places), Asked.of_mission(mission), max_speed=1.0 + 1e-9)
+    verdict = check_flight(Samples(np.array([0.0, 2.0]), places), FlightReference.of_mission(mission), max_speed=1.0 + 1e-9)
     (claim,) = (claim for claim in verdict.claims if claim.name == "separation")
     assert (claim.outcome == "holds") == keeps
     assert claim.bound == pytest.approx(gap, abs=1e-3)
     assert claim.time == pytest.approx(1.0, abs=0.01)
 
 
-@pytest.mark.parametrize("missed", [None, 0, 1, 2])
+@few_of(2, "missed", [None, 0, 1, 2])
 def test_planned_actions_of_every_lap_are_judged_where_the_robot_then_was(missed):
     regions = """a: {center: [1.0, 0.0, 1.0], radii: [0.2, 0.2, 0.2]}
 b: {center: [0.0, 1.0, 1.0], radii: [0.2, 0.2, 0.2]}"""
@@ -126,7 +127,7 @@ def test_time_is_aligned_for_the_whole_team_and_never_robot_by_robot():
     assert judged(fires(), together, start=0.6)
     assert judged(fires(), together, start=0.0).outcome == "fails"
     plan, team, certificate = fires()
-    lenient = replace(Asked.of_certificate(certificate, team, plan), clock_error=0.65)
+    lenient = replace(FlightReference.of_certificate(certificate, team, plan), clock_error=0.65)
     trusted = check_flight(together, lenient, max_speed=1.2)
     assert trusted.alignment.trusted
     assert "undecided" in claims(trusted)["tube"]  # not for every start from 0 to 0.6 s
@@ -196,7 +197,9 @@ def test_a_region_that_the_robot_does_not_start_in_is_visited_from_the_first_row
     whole = check_flight(recorded(gates(), begin=inside), replace(free, plan=plan), max_speed=1.2)
     assert claims(whole)["visits"] == {"holds"}
     there = plan.mission.agents["quad0"].model_copy(update={"start": (0.0, 0.0, 1.0)})
-    starts = Asked((World(0.0, plan.mission.model_copy(update={"agents": {"quad0": there}})),), plan=free.plan, margin=0.05)
+    starts = FlightReference(
+        (World(0.0, plan.mission.model_copy(update={"agents": {"quad0": there}})),), plan=free.plan, margin=0.05
+    )
     assert claims(check_flight(recorded(gates(), begin=inside), starts, max_speed=1.2))["visits"] == {"holds"}
 
 

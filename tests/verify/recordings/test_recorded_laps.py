@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from tests.helpers.bad_prefix_oracle import is_lost, some_lasso
+from tests.helpers.few import few_of
 from tests.helpers.flights import legs, plan_of, small_mission
 from tests.helpers.random_teams import random_formula, short_timeline
 from tests.helpers.recordings import aside, asked, claims, judged, recorded
@@ -60,7 +61,7 @@ def formula_of(verdict):
     return next(claim for claim in verdict.claims if claim.name == "formula")
 
 
-@pytest.mark.parametrize(("robots", "team"), [(1, "own"), (2, "own"), (2, "joint")])
+@few_of(1, ("robots", "team"), [(1, "own"), (2, "own"), (2, "joint")])
 def test_laps_as_planned_are_satisfied_if_it_goes_on_so(robots, team):
     formula = "G F a & G F b & G !c" if team == "joint" or robots == 1 else "G F a & G F b & G(a -> F b)"
     made = patrol(formula, robots, team)
@@ -108,7 +109,7 @@ def test_a_visit_that_was_skipped_in_one_lap(lap, formula):
         assert "Even if it went on as in its last lap" in formula_of(verdict).sentence
 
 
-@pytest.mark.parametrize(("lap", "told", "robots"), [(0, True, 1), (1, False, 1), (2, True, 1), (1, True, 2)])
+@few_of(2, ("lap", "told", "robots"), [(0, True, 1), (1, False, 1), (2, True, 1), (1, True, 2)])
 def test_a_region_that_is_forbidden_was_entered(lap, told, robots):
     made = patrol("G F a & G F b & G !c", robots, "own")
     begin, length = lap_of(made)
@@ -190,6 +191,7 @@ def against_spot(count: int, seed: int) -> dict[str, int]:
     return found
 
 
+@pytest.mark.slow
 def test_what_is_said_of_laps_is_what_spot_says_of_their_letters():
     assert min(against_spot(80, 5).values()) > 8
 

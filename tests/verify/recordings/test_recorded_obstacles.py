@@ -8,7 +8,7 @@ from verify.data.sections import Agent, Box, Spec
 from verify.data.shapes.obstacle import Obstacle
 from verify.data.shapes.region import Hoop
 from verify.recordings.flight_log import Samples
-from verify.recordings.flight_reference import Asked, World
+from verify.recordings.flight_reference import FlightReference, World
 from verify.recordings.flight_verdict import check_flight
 
 WALL = {"center": (0.0, 0.0, 1.0), "size": (0.05, 2.0, 1.9)}
@@ -30,7 +30,7 @@ def verdict(points, *, step=0.02, openings=(), **bounds):
     lengths = np.r_[0, np.cumsum(np.linalg.norm(np.diff(corners, axis=0), axis=1))]
     times = np.arange(0, lengths[-1] + step / 2, step)
     places = np.stack([np.interp(times, lengths, axis) for axis in corners.T], axis=1)
-    asked = Asked((World(0.0, mission),))
+    asked = FlightReference((World(0.0, mission),))
     found = check_flight(Samples(times=times, positions={"r": places}), asked, max_speed=1.05, **bounds)
     (claim,) = [claim for claim in found.claims if claim.name == "obstacles"]
     return claim

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from tests.helpers.flights import small_mission
 from tests.helpers.recordings import aside, asked, claims, darting, dense, fires, gates, judged, recorded, refused
-from verify import Asked, Samples, check_flight
+from verify import FlightReference, Samples, check_flight
 from verify.data import BadInput, Word
 from verify.logic.semantics import satisfies
 
@@ -40,7 +40,7 @@ def test_a_robot_that_is_parked_on_the_floor_satisfies_no_sequence():
     assert refused(verdict, "workspace").bound == pytest.approx(-0.2)
     assert refused(verdict, "tube").robot == "quad0"
     assert refused(verdict, "visits").region == "gate0"
-    alone = check_flight(parked, Asked.of_mission(gates()[0].mission), max_speed=1.2)
+    alone = check_flight(parked, FlightReference.of_mission(gates()[0].mission), max_speed=1.2)
     assert refused(alone, "passages").region == "gate0"
 
 
@@ -124,7 +124,7 @@ def test_times_of_a_broken_formula_are_those_of_the_recording(formula):
     across = np.stack([times / 2, np.zeros_like(times), np.ones_like(times)], axis=1)
     found = []
     for begin in (0.0, 7.0):
-        verdict = check_flight(Samples(times + begin, {"r0": across}), Asked.of_mission(mission), max_speed=0.8)
+        verdict = check_flight(Samples(times + begin, {"r0": across}), FlightReference.of_mission(mission), max_speed=0.8)
         (claim,) = (claim for claim in verdict.claims if claim.name == "formula")
         assert claim.outcome == "fails"
         found.append(claim)

@@ -3,9 +3,9 @@ from random import Random
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.helpers.few import given_few
 from tests.helpers.timelines import mission, random_readings, random_unions
 from tests.strategies import formulas
 from verify import check_samples
@@ -184,8 +184,9 @@ def dense_signal(asked: Mission, points: list[tuple[float, float]], times: np.nd
 corners = st.tuples(st.sampled_from([-0.4, 0.0, 0.5, 1.0, 1.5, 2.0, 2.4]), st.sampled_from([0.0, 0.0, 0.05, 0.15, 0.5]))
 
 
-@settings(max_examples=15, deadline=None)
-@given(
+@given_few(
+    4,
+    15,
     formulas(size=6),
     st.lists(st.lists(corners, min_size=2, max_size=4), min_size=1, max_size=2),
     st.sampled_from(["own", "joint"]),

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tests.helpers.flights import legs, plan_of, small_mission
-from verify import Asked, FlightVerdict, Samples, certify, check_flight
+from verify import FlightReference, FlightVerdict, Samples, certify, check_flight
 from verify.data.plan import Visit
 
 REGIONS = """a: {center: [1.6, 0.0, 1.0], radii: [0.15, 0.15, 0.15]}
@@ -14,7 +14,9 @@ BEGIN, HOVER = 4.0, 3.0
 """s, when the flight begins, and since when its robot has hovered at its start."""
 
 
-def climbed(formula: str, *, then: tuple[float, float, float] | None = None) -> tuple[Asked, Asked, Samples]:
+def climbed(
+    formula: str, *, then: tuple[float, float, float] | None = None
+) -> tuple[FlightReference, FlightReference, Samples]:
     """Return a flight to a, asked with its plan and of its mission alone, and a recording of it in which its robot was in c for 2 s before."""
     mission = small_mission(formula, regions=REGIONS, starts=((0.0, 0.0, 1.0),), margin=0.05)
     plan, team = plan_of(mission, {"r0": (Visit(region="a"),)}), {"r0": legs([(0.0, 0.0, 1.0), (1.6, 0.0, 1.0)])}
@@ -30,7 +32,7 @@ def climbed(formula: str, *, then: tuple[float, float, float] | None = None) -> 
             [np.interp(times[after], [leaves, arrives], [(1.6, 0.0, 1.0)[k], then[k]]) for k in range(3)], axis=1
         )
     samples = Samples(times, {"r0": places})
-    return Asked.of_certificate(certificate, team, plan), Asked.of_mission(mission), samples
+    return FlightReference.of_certificate(certificate, team, plan), FlightReference.of_mission(mission), samples
 
 
 def outcomes(verdict: FlightVerdict) -> dict[str, str]:
@@ -41,7 +43,7 @@ def test_what_was_visited_before_some_of_the_starts_is_not_taken_for_the_flight(
     _, alone, samples = climbed("F a")
     seen = {"F c": "holds", "G !c": "fails"}
     for formula, outcome in seen.items():
-        asked = Asked.of_mission(alone.mission.asking(formula))
+        asked = FlightReference.of_mission(alone.mission.asking(formula))
         found = {
             "whole": check_flight(samples, asked, max_speed=1.5, start=0.0),
             "late": check_flight(samples, asked, max_speed=1.5, start=BEGIN),
@@ -59,7 +61,7 @@ def test_what_was_visited_before_some_of_the_starts_is_not_taken_for_the_flight(
 def test_while_nothing_changes_every_start_tells_the_same(start: tuple[float, float]) -> None:
     _, alone, samples = climbed("F a & (F c -> F b)")
     assert outcomes(check_flight(samples, alone, max_speed=1.5, start=start))["formula"] == "holds"
-    never = Asked.of_mission(alone.mission.asking("F b"))
+    never = FlightReference.of_mission(alone.mission.asking("F b"))
     assert outcomes(check_flight(samples, never, max_speed=1.5, start=start))["formula"] == "fails"
 
 

@@ -69,6 +69,7 @@ def test_every_operator_is_drawn():
     assert len(set(found)) > 75
 
 
+@pytest.mark.slow
 def test_what_is_drawn_shrinks_to_what_is_short():
     assert str(simplest(formulas(robots=ROBOTS))) == "a"
     assert str(simplest(lassos())) == "({})^w"
@@ -97,6 +98,7 @@ def test_missions_are_sound(mission):
     assert mission.spec.team == "joint" or not mission.written.counts
 
 
+@pytest.mark.slow
 def test_missions_are_varied():
     found = drawn(missions(soft=2), 60)
     assert {len(m.agents) for m in found} == {len(m.regions) for m in found} == {1, 2, 3}
@@ -107,6 +109,7 @@ def test_missions_are_varied():
     assert any("load" in m.written.names() for m in found)
 
 
+@pytest.mark.slow
 @quick
 @given(plans(missions(robots=2)))
 def test_plans_are_sound_and_say_what_their_visits_show(plan):
@@ -115,6 +118,7 @@ def test_plans_are_sound_and_say_what_their_visits_show(plan):
         assert robot.word == word_of(plan.mission, name, robot.visits)
 
 
+@pytest.mark.slow
 @quick
 @given(plans(missions(trace="infinite")))
 def test_plans_of_infinite_traces_are_lassos(plan):
@@ -124,6 +128,7 @@ def test_plans_of_infinite_traces_are_lassos(plan):
     assert robot.waypoints[-1].position == robot.waypoints[robot.cycle_waypoint].position
 
 
+@pytest.mark.slow
 def test_laps_and_hovers_are_drawn():
     robots = [plan.robots["quad0"] for plan in drawn(plans(missions(trace="infinite")), 60)]
     assert any(robot.hovers and not robot.visits for robot in robots)

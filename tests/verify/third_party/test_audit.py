@@ -96,11 +96,11 @@ def test_after_its_end_a_robot_is_where_it_came_to_rest(tmp_path: Path) -> None:
         (
             dict.fromkeys(("mission.yaml", "plan.json", "certificate.json", "flight.csv"), ""),
             {"speed": 1.0},
-            "`ltlplan recheck .*` judges it",
+            "`ltlplan recheck .*` checks it",
         ),
         ({"a.csv": hop(math.nan, 0)}, {"speed": 1.0}, "x\\^0 is 'nan'"),
         ({"a.csv": hop(0, 0).replace("2.0,", "-2.0,", 1)}, {"speed": 1.0}, "durations"),
-        ({"a.csv": hop(0, 0)}, {}, "Nothing is asked"),
+        ({"a.csv": hop(0, 0)}, {}, "Nothing is required"),
         ({"a.csv": hop(0, 0)}, {"speed": math.nan}, "speed must be a finite number"),
         ({"a.csv": hop(0, 0)}, {"separation": -1.0}, "separation must be at least 0"),
         ({"a.csv": hop(0, 0)}, {"workspace": (0, 1)}, "six numbers"),

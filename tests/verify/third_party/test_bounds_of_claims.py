@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import verify
+from tests.helpers.few import few_of
 from tests.helpers.fleets import show_of, trajectory_of, write_show
 from tests.helpers.flights import firefighting
 from verify.claims.claim import Claim
@@ -30,7 +31,7 @@ def assert_bounds_satisfy_limits(claims: Iterable[Claim]) -> None:
             assert asked <= bound <= reached, claim.sentence
 
 
-@pytest.mark.parametrize("seed", range(12))
+@few_of(4, "seed", range(12))
 def test_audits_of_grids_print_what_they_keep(tmp_path: Path, seed: int) -> None:
     """Drones beside each other, at what is asked up to rounding."""
     rng = np.random.default_rng(seed)

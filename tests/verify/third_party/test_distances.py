@@ -9,6 +9,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
+from tests.helpers.few import few_of
 from tests.helpers.fleets import sampled, wandering
 from tests.helpers.flights import legs, small_mission
 from verify.arithmetic.balls import Floats
@@ -51,7 +52,7 @@ def same(one: tuple[Nearest, list[Breach]], other: tuple[Nearest, list[Breach]])
 
 
 @pytest.mark.parametrize("common", [True, False])
-@pytest.mark.parametrize("seed", range(4))
+@few_of(1, "seed", range(4))
 def test_the_broad_phase_leaves_nothing_out(seed: int, common: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     rng = np.random.default_rng(seed)
     fleet = wandering(int(rng.integers(2, 8)), 4, rng, common=common, size=float(rng.uniform(3, 9)))
@@ -61,7 +62,7 @@ def test_the_broad_phase_leaves_nothing_out(seed: int, common: bool, monkeypatch
         assert same(plainly(fleet, asked), quickly(fleet, asked, monkeypatch))
 
 
-@pytest.mark.parametrize("seed", [80, 237, 353])
+@few_of(1, "seed", [80, 237, 353])
 def test_pairs_are_kept_of_which_one_drone_changes_pieces_meanwhile(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Of 400 teams those in which a breach is near a joint of one drone's path alone."""
     rng = np.random.default_rng(seed)
@@ -83,7 +84,7 @@ def test_the_broad_phase_leaves_nothing_out_of_many_teams(monkeypatch: pytest.Mo
         assert same(plainly(fleet, asked), quickly(fleet, asked, monkeypatch))
 
 
-@pytest.mark.parametrize("seed", range(3))
+@few_of(1, "seed", range(3))
 def test_the_judge_agrees_with_a_dense_sampler(seed: int) -> None:
     rng = np.random.default_rng(100 + seed)
     fleet = wandering(3, 3, rng, common=seed != 1, size=4.0)
@@ -195,7 +196,7 @@ def grid_fleet(values: np.ndarray, starts: Floats) -> Fleet:
     return assemble("show", "bernstein", flights)
 
 
-@pytest.mark.parametrize("seed", range(3))
+@few_of(1, "seed", range(3))
 def test_folders_of_csv_files_are_judged_as_certificates_are(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     rng = np.random.default_rng(seed)
     starts = [tuple(row) for row in rng.uniform(0, 2, (7, 3)).tolist()]

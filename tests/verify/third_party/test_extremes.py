@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from tests.helpers.few import few_of
 from tests.helpers.fleets import sampled, wandering
 from verify.arithmetic.balls import Floats
 from verify.third_party.extremes import Direction, Rate, rate_extremes, wall_extremes
@@ -20,7 +21,7 @@ def rate(order: Literal[1, 2], limits: Floats, direction: Direction = "all") -> 
     return Rate("limits", "rate", order, direction, limits)
 
 
-@pytest.mark.parametrize("seed", range(3))
+@few_of(1, "seed", range(3))
 def test_extremes_agree_with_a_dense_sampler(seed: int) -> None:
     fleet = wandering(3, 3, np.random.default_rng(seed), common=bool(seed % 2))
     speeds, pushes = (rate_extremes(fleet, rate(order, np.full(3, 2.0))) for order in (1, 2))

@@ -7,6 +7,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
+from tests.helpers.few import few_of
 from tests.helpers.fleets import sampled, wandering
 from verify.third_party.fleet import Fleet, Flight, assemble
 from verify.third_party.shows.fences import judge_fence
@@ -28,7 +29,7 @@ def room_of(points: np.ndarray, fence: Fence) -> np.ndarray:
     return np.where(inside == fence.inside, distance, -distance)
 
 
-@pytest.mark.parametrize("seed", range(6))
+@few_of(2, "seed", range(6))
 def test_the_judge_agrees_with_a_dense_sampler(seed: int) -> None:
     rng = np.random.default_rng(seed)
     fleet = wandering(4, 3, rng, common=bool(seed % 2), size=4.0)
@@ -57,7 +58,8 @@ def along(*points: tuple[float, float]) -> Fleet:
     return assemble("show", "bernstein", [Flight("a", knots, values, np.ones(len(values), dtype=np.int8))])
 
 
-@pytest.mark.parametrize(
+@few_of(
+    4,
     ("points", "margin", "keeps"),
     [
         (((0, 1), (0, 8), (3, 8)), 0, True),  # along the border

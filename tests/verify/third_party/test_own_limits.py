@@ -67,9 +67,9 @@ def test_what_is_given_takes_their_place(tmp_path: Path) -> None:
     assert given
     assert given.asked["from"] == {"workspace": "given", "separation": "given", "speed": "given"}
     assert len([note for note in given.notes if "takes its place" in note]) == 4
-    assert verify.audit(path, limits=verify.AuditLimits(min_height=0.0, own_limits=False))
-    with pytest.raises(BadInput, match="Nothing is asked"):
-        verify.audit(path, limits=verify.AuditLimits(own_limits=False))
+    assert verify.audit(path, limits=verify.AuditLimits(min_height=0.0, file_limits=False))
+    with pytest.raises(BadInput, match="Nothing is required"):
+        verify.audit(path, limits=verify.AuditLimits(file_limits=False))
 
 
 @pytest.mark.parametrize(

@@ -223,6 +223,7 @@ def unpacked(path: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, int]:
     return counts
 
 
+@pytest.mark.slow
 def test_members_that_take_turns_in_being_referenced_use_up_what_may_be_unpacked(tmp_path: Path) -> None:
     drones = [{"$ref": f"./{'ab'[k % 2]}.json#/{k}"} for k in range(40)]
     rows = [{"settings": {"name": f"d{k}", "trajectory": trajectory_of([[0, [k, 0, 0]]])}} for k in range(40)]

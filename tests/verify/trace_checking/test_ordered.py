@@ -59,6 +59,7 @@ def test_a_counterexample_is_a_team_word_of_everybody() -> None:
     assert {robot for robot, _ in verdict.readings()} == set(words)
 
 
+@pytest.mark.slow
 def test_without_precedences_it_is_the_claim_of_all_interleavings() -> None:
     rng = Random(3)
     for _ in range(150):

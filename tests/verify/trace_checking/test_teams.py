@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.helpers.few import given_few
 from tests.strategies import finite_words, formulas
 from verify import check_team, check_word
 from verify.data import BadInput, Formula, Letter, Word, parse_formula
@@ -77,8 +78,7 @@ teams = st.lists(finite_words(most=3), min_size=1, max_size=3) | st.lists(finite
 readings = st.sampled_from(["own", "joint"])
 
 
-@settings(max_examples=60, deadline=None)
-@given(formulas(with_next=True, size=8), teams, readings)
+@given_few(10, 60, formulas(with_next=True, size=8), teams, readings)
 def test_one_after_another_against_all_orders(formula, team, reading):
     names = [f"q{i}" for i in range(len(team))]
     words = tuple(w.prefix for w in team)
@@ -90,8 +90,7 @@ def test_one_after_another_against_all_orders(formula, team, reading):
         assert not satisfies(formula, Word(tuple(letter for _, letter in verdict.readings())))
 
 
-@settings(max_examples=20, deadline=None)
-@given(formulas(size=8), teams, readings)
+@given_few(4, 20, formulas(size=8), teams, readings)
 def test_all_at_once_against_plain_enumeration(formula, team, reading):
     names = [f"q{i}" for i in range(len(team))]
     words = tuple(w.prefix for w in team)
@@ -108,16 +107,14 @@ def test_all_at_once_against_plain_enumeration(formula, team, reading):
             assert is_a_reading(words, names, verdict.readings())
 
 
-@settings(max_examples=60, deadline=None)
-@given(formulas(with_next=True, size=8), teams, readings)
+@given_few(10, 60, formulas(with_next=True, size=8), teams, readings)
 def test_parallel_implies_sequential(formula, team, reading):
     found = check_team(formula, {f"q{i}": w for i, w in enumerate(team)}, reading)
     assert not found.parallel or found.sequential
     assert bool(found) == (bool(found.sequential) and bool(found.parallel))
 
 
-@settings(max_examples=40, deadline=None)
-@given(formulas(size=8), teams, readings, st.integers(2, 3))
+@given_few(6, 40, formulas(size=8), teams, readings, st.integers(2, 3))
 def test_repeating_letters_changes_no_verdict(formula, team, reading, times):
     def repeated(w: Word) -> Word:
         return Word(tuple(letter for letter in w.prefix for _ in range(times)))

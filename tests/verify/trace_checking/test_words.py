@@ -1,6 +1,6 @@
 import pytest
-from hypothesis import given, settings
 
+from tests.helpers.few import given_few
 from tests.strategies import formulas, words
 from verify import check_team, check_word
 from verify.data import BadInput, FormulaError, Word
@@ -8,8 +8,7 @@ from verify.logic.semantics import satisfies
 from verify.trace_checking.word_verdict import parse_word
 
 
-@settings(max_examples=200, deadline=None)
-@given(formulas(with_next=True), words())
+@given_few(33, 200, formulas(with_next=True), words())
 def test_the_verdict_is_the_semantics_and_says_why(formula, word):
     verdict = check_word(formula, word)
     assert bool(verdict) == satisfies(formula, word)

@@ -7,6 +7,7 @@ import random
 
 import pytest
 
+from tests.helpers.few import few_of
 from verify import check_team, check_word
 from verify.data import Formula, Word, parse_formula
 from verify.data.language.counting import written_out
@@ -56,7 +57,7 @@ def random_team(seed: int, size: int) -> dict[str, list[set[str]]]:
         *(pytest.param(size, 3, marks=pytest.mark.slow) for size in (20, 30)),
     ],
 )
-@pytest.mark.parametrize("family", FAMILIES)
+@few_of(2, "family", FAMILIES)
 def test_one_after_another_is_what_all_orders_give(family: str, size: int, teams: int) -> None:
     """Held against every order, word by word, by direct semantics."""
     formula = parse_formula(FAMILIES[family](size))
@@ -138,6 +139,7 @@ def test_many_robots_at_once_are_counted_by_readings() -> None:
     assert f"more than {READINGS * 500} readings" in verdict.sentence or "more than 500 configurations" in verdict.sentence
 
 
+@pytest.mark.slow
 def test_reading_an_infinite_trace_is_counted() -> None:
     text = " | ".join(f"(G F a{i} & F G b{i})" for i in range(14))
     tableau = Tableau(normal_form(parse_formula(text), negated=True))

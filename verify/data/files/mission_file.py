@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 from ruamel.yaml import YAML
 
+from verify.data.files.key_synonyms import in_format_keys
 from verify.data.files.mission_rooms import INCLUDE, MAX_BYTES, ROOM_KEYS, with_rooms, without_rooms
 from verify.data.files.mission_tree import MissionTree, read_tree
 from verify.data.mission import Mission
@@ -79,6 +80,7 @@ def _sound(tree: MissionTree, *, installed: bool) -> Mission:
     Raises:
         MissionError: All faults, each with its line and keys.
     """
+    tree = in_format_keys(tree)
     values, faults = sound_sections(tree.data, Mission.model_fields)
     with np.errstate(all="ignore"):  # absurd numbers end as infinities, which lie outside of everything
         broken = [*faults, *broken_rules(values, tree.data, installed=installed), *unused_tables(values)]

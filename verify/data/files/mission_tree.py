@@ -1,9 +1,9 @@
-"""What a mission's file says, as plain values, before anybody asks what it means; and where in which file each key stands."""
+"""Plain values of a mission's file before validation, with the file and line of each key."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from ruamel.yaml.comments import CommentedMap, CommentedSeq
@@ -38,11 +38,13 @@ class MissionTree:
         source: The file's name, as messages show it; of several, that of the mission.
         data: What stands under each key.
         places: Where each key and each entry of a list stands.
+        written: Keys that the file has by a synonym: as it has them.
     """
 
     source: str
     data: dict[str, Any]  # of any type: what a mission file may hold
     places: Mapping[KeyPath, Place]
+    written: Mapping[KeyPath, str] = field(default_factory=dict[KeyPath, str])
 
     def place(self, keys: KeyPath) -> Place | None:
         """Return where the deepest of nested keys stands."""
@@ -58,6 +60,7 @@ class MissionTree:
             keys: Where, as keys and indices.
             reason: What is wrong and what would be right.
         """
+        keys = tuple(self.written.get(keys[: at + 1], key) for at, key in enumerate(keys))
         place = self.place(keys)
         if place is None:
             return Fault(keys, None, reason)

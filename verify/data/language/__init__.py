@@ -1,4 +1,4 @@
-"""What is asked, as text, and what is shown, as letters.
+"""Formulas as text, and words as letters.
 
 `formula_reader` makes a `formula` of linear temporal logic of its `formula_tokens` (`free`: what the name of that stands for) and
 `sequence` reads passages through hoops, each with our own grammar; `word` is what a flight says.

@@ -144,7 +144,7 @@ class Atom:
 
     @property
     def text(self) -> str:
-        """How letters and automata know it."""
+        """Its name in letters and automata."""
         return self.formula.atom
 
 
@@ -191,7 +191,7 @@ def require_plain(formula: Formula, what: str) -> Formula:
 
 
 def require_names(names: Sequence[str]) -> None:
-    """Refuse names that could be taken for counts or robots' names.
+    """Reject names that could be taken for counts or robots' names.
 
     Raises:
         BadInput: One is no name of letters, digits and `_`.

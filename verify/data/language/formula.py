@@ -75,7 +75,7 @@ class Formula:
 
     @property
     def counts(self) -> bool:
-        """Whether it speaks of single robots or of how many there are."""
+        """True if it names single robots or counts them."""
         return any(node.operator in COUNTING or node.robot for node in self.nodes())
 
     def names(self) -> frozenset[str]:
@@ -115,7 +115,7 @@ class Formula:
         return self if self.operator in COUNTING else replace(self, arguments=tuple(a.of(robot) for a in self.arguments))
 
     def uses_next(self) -> bool:
-        """Tell whether an X or X[!] occurs, so that truth depends on how time is sampled."""
+        """Return whether an X or X[!] occurs, so that truth depends on how time is sampled."""
         return any(node.operator in ("X", "X[!]") for node in self.nodes())
 
     def nodes(self) -> Iterator[Formula]:

@@ -1,4 +1,4 @@
-"""What is wrong with a formula's text: each fault in a sentence, with a caret under its place."""
+"""Errors in a formula's text: each in a sentence, with a caret under its place."""
 
 from __future__ import annotations
 

@@ -44,7 +44,7 @@ class Sequence:
         return text
 
     def same_passages(self, other: Sequence) -> bool:
-        """Tell whether both are the same passages in the same order for ever, wherever their cycles begin.
+        """Return whether both are the same passages in the same order for ever, wherever their cycles begin.
 
         `aF (bF)*` is `aF bF (bF bF)*`, and is neither `(aF bF)*` nor `aF bF`.
         """

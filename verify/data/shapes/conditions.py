@@ -140,12 +140,17 @@ def root_bounds(value: Fraction) -> tuple[Fraction, Fraction]:
 
 
 def is_positive(matrix: Sequence[Sequence[Fraction]]) -> bool:
-    """Tell whether a symmetric matrix is positive definite: all its leading minors are above zero.
+    """Return whether a symmetric matrix is positive definite: all its leading minors are above zero.
 
     Args:
         matrix: Shape (n, n), n at most 3.
     """
     return all(determinant([row[:k] for row in matrix[:k]]) > 0 for k in range(1, len(matrix) + 1))
+
+
+def dot(a: Vector, b: Vector) -> Fraction:
+    """Return the inner product of two vectors."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 def determinant(matrix: Sequence[Sequence[Fraction]]) -> Fraction:

@@ -79,13 +79,6 @@ class ConvexBody:
             reach = np.minimum(reach, own @ centre[axes] + far + np.max(rest @ corners.T, axis=1))
         return reach
 
-    def edges(self) -> Floats:
-        """Return unit vectors along the edges of a polyhedron: across all pairs of its faces' normals. Shape (edges, 3)."""
-        pairs = np.array(list(itertools.combinations(range(len(self.normals)), 2)), dtype=np.intp).reshape(-1, 2)
-        across = np.cross(self.normals[pairs[:, 0]], self.normals[pairs[:, 1]])
-        sizes = np.linalg.norm(across, axis=1)
-        return np.unique(np.round(across[sizes > 1e-9] / sizes[sizes > 1e-9, None], 9), axis=0)
-
     def corners(self) -> Floats:
         """Return the corners of a polyhedron around the body: its faces, and the box of each quadric. Shape (corners, 3)."""
         normals, distances = [self.normals], [self.distances]

@@ -89,7 +89,7 @@ class _Union:
 
 
 def _faces(a: Inequality, b: Inequality) -> bool:
-    """Tell whether every point beyond one half-space is in another: their normals are opposite, and they leave no gap."""
+    """Return whether every point beyond one half-space is in another: their normals are opposite, and they leave no gap."""
     if sum(x * y for x, y in zip(a.linear, b.linear, strict=True)) >= 0:  # in floats: most pairs end here
         return False
     first, second = [Fraction(x) for x in a.linear], [Fraction(x) for x in b.linear]

@@ -164,23 +164,3 @@ def grown(parts: Sequence[Sequence[Inequality]], margin: float) -> tuple[tuple[I
         return old.model_copy(update={"bound": old.bound + root**2 - square})
 
     return tuple(tuple(map(one, part)) for part in parts)
-
-
-def surface(parts: Sequence[Sequence[Inequality]], ways: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return where rays from the centre leave a convex body that holds its centre, for pictures.
-
-    Args:
-        parts: The body; of several parts the first.
-        ways: Directions. Shape (n, 3).
-
-    Returns:
-        Points relative to the centre, m. Shape (n, 3).
-    """
-    reach = np.full(len(ways), np.inf)
-    for inequality in parts[0]:
-        square = np.einsum("ni,ij,nj->n", ways, np.array(inequality.quadratic), ways)
-        slope = ways @ np.array(inequality.linear)
-        with np.errstate(all="ignore"):  # 2 b / (slope + root) is the positive root for half-spaces too
-            far = 2 * inequality.bound / (slope + np.sqrt(slope**2 + 4 * square * inequality.bound))
-        reach = np.minimum(reach, np.where(far > 0, far, np.inf))
-    return reach[:, None] * ways

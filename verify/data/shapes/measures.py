@@ -1,4 +1,4 @@
-"""What planning asks of a region's body, in floats: how deep points lie in it, how far it reaches, how large it is.
+"""Measures of a region's body in floats, for planning: depth of points in it, extents, size.
 
 The depth of a point is the radius of a ball around it that the body holds, or minus that of one that it does not touch; where
 corners are near it may be less than the greatest. It changes by at most d within d. Nothing here is a proof.

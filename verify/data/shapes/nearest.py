@@ -1,4 +1,4 @@
-"""Where a convex body is nearest to points outside it, in floats: round edges and corners, as faces alone do not tell.
+"""Nearest points of convex bodies to points outside them, in floats: round edges and corners, which faces alone do not give.
 
 A polyhedron is nearest on a face or on an edge; a quadric where its gradient points to the point, found by Newton's method; an
 upright cylinder is both, each in its own coordinates. Bodies of other inequalities are met by Dykstra's alternating projections.

@@ -100,7 +100,7 @@ class PlacedBody(Value):
 
     @property
     def is_ellipsoid(self) -> bool:
-        """Tell whether the body is one quadratic form around its centre."""
+        """Return whether the body is one quadratic form around its centre."""
         if self.parts is None:
             return True
         if len(self.parts) != 1 or len(self.parts[0]) != 1:
@@ -110,7 +110,7 @@ class PlacedBody(Value):
 
     @property
     def measures(self) -> Measures:
-        """How large the body is and how deep points lie in it, of any shape, in floats."""
+        """Size of the body and depth of points in it, for any shape, in floats."""
         return measures(self.body)
 
     @property
@@ -130,7 +130,7 @@ class PlacedBody(Value):
 
     @property
     def volume(self) -> float:
-        """How large it is beside a ball of radius 1 m: the product of an ellipsoid's half axes; of other shapes roughly."""
+        """Size beside a ball of radius 1 m: the product of an ellipsoid's half axes; approximate for other shapes."""
         return math.prod(self.semi_axes) if self.is_ellipsoid else self.measures.volume
 
     @property

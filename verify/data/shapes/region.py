@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection
 from typing import Annotated, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from verify.data.shapes.inequalities import Point
@@ -23,12 +21,6 @@ class Region(PlacedBody):
     only: Annotated[tuple[str, ...], Field(min_length=1)] | None = Field(
         default=None, description="names of `robots` tables: who may enter; all where it is left out"
     )
-
-
-def ellipsoid_matrices(regions: Collection[Region]) -> NDArray[np.float64]:
-    """Return the matrix of each ellipsoid among some regions, in m^-2, and zeros for other shapes. Shape (regions, 3, 3)."""
-    zero = np.zeros((3, 3))
-    return np.array([region.shape if region.is_ellipsoid else zero for region in regions]).reshape(-1, 3, 3)
 
 
 class Hoop(Region):

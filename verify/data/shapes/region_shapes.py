@@ -110,7 +110,7 @@ def exact_turn(yaw: float) -> tuple[float, float]:
 
 @dataclass(frozen=True, slots=True)
 class Compiled:
-    """What stands under a shape's key as plain data, for the schema to look at.
+    """A shape's plain data under its key, for the schema.
 
     Attributes:
         parts: The body.

@@ -1,4 +1,4 @@
-"""What is solid in a mission: the convex parts of its obstacles, each with the openings that lead through it.
+"""Solid bodies of a mission: the convex parts of its obstacles, each with the openings that lead through it.
 
 A part's opening is all of the part that lies nearer to the hoop's axis than the hoop's `opening`; a part has it where it holds the
 hoop's centre, which is decided without rounding, since everyone must mean the same.

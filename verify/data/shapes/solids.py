@@ -25,14 +25,14 @@ is of a finer grid."""
 
 
 class Cylinder(Value):
-    """What stands under `cylinder`."""
+    """Value of the key `cylinder`."""
 
     radius: Positive = Field(description="m")
     height: Positive = Field(description="m, along z, half of it above the centre")
 
 
 class Prism(Value):
-    """What stands under `prism`."""
+    """Value of the key `prism`."""
 
     polygon: Annotated[tuple[Corner, ...], Field(min_length=3, max_length=_MOST_CORNERS)] = Field(
         description="m, corners of a convex polygon in the order in which they follow each other, world frame"

@@ -19,7 +19,7 @@ _METHODS = {zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED}
 
 @dataclass(frozen=True, slots=True)
 class ArchiveBounds:
-    """What is read of an archive at the most.
+    """Bounds on what is read of an archive.
 
     Attributes:
         what: What such an archive holds, for messages: "show".
@@ -62,7 +62,7 @@ def checked_members(source: str, members: Iterable[zipfile.ZipInfo], bounds: Arc
             )
         key = posixpath.normpath(name)
         if key in found:
-            raise BadInput(f"{source} holds {name[:100]!r} twice; one of them would be judged and the other flown.")
+            raise BadInput(f"{source} holds {name[:100]!r} twice; one of them would be checked and the other flown.")
         total += member.file_size
         if total > bounds.size:
             size = f"{bounds.size // 10**9} GB" if bounds.size >= 10**9 else f"{bounds.size // 10**6} MB"
@@ -72,7 +72,7 @@ def checked_members(source: str, members: Iterable[zipfile.ZipInfo], bounds: Arc
 
 
 def leads_out(name: str) -> bool:
-    """Tell whether a path in an archive may lead out of it.
+    """Return whether a path in an archive may lead out of it.
 
     Args:
         name: The path.

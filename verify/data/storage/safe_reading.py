@@ -42,7 +42,7 @@ def read_bytes(path: str | os.PathLike[str], *, most: int, what: str) -> bytes:
 
 
 def begins_with(path: str | os.PathLike[str], text: bytes, what: str) -> bool:
-    """Tell whether a regular file begins so, a byte order mark aside, without reading on.
+    """Return whether a regular file begins so, a byte order mark aside, without reading on.
 
     Args:
         path: The file.

@@ -88,7 +88,7 @@ class Table:
         return [self._number(row[column], line, name, blank) for row, line in zip(self.rows, self.lines, strict=True)]
 
     def require_whole(self, column: int) -> None:
-        """Refuse a file that ends within a column's last number.
+        """Reject a file that ends within a column's last number.
 
         Raises:
             BadInput: It is the last column, and the last line does not end.

@@ -1,4 +1,4 @@
-"""What a mission's agents must keep: starts and ends clear of walls, borders, rims, openings and each other, and histories that fit."""
+"""Rules for a mission's agents: starts and ends clear of walls, borders, rims, openings and each other, and histories that fit."""
 
 from __future__ import annotations
 
@@ -159,7 +159,7 @@ def _wall(point: Point, workspace: Any) -> float:
 
 
 def _on_edge(point: Point, region: Region, near: float) -> bool:
-    """Tell whether a point is so near a region's boundary that, within so many m, it may be in or out."""
+    """Return whether a point is so near a region's boundary that, within so many m, it may be in or out."""
     level = math.sqrt(float(region.level(np.array(point))))
     slack = near / region.inner_radius
     return 1 - slack <= level <= 1 + slack

@@ -1,4 +1,4 @@
-"""How far apart the clocks of a team may be: what a mission says, or what a common start by broadcast leaves."""
+"""Greatest difference between the clocks of a team: as a mission states it, or as a common start by broadcast leaves it."""
 
 from __future__ import annotations
 

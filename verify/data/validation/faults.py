@@ -188,7 +188,7 @@ _WANTED = {
 
 
 def _is_type_name(part: str | int) -> bool:
-    """Tell whether a location part is pydantic's name of a union member rather than a key."""
+    """Return whether a location part is pydantic's name of a union member rather than a key."""
     return isinstance(part, str) and (part.startswith(("tuple[", "literal[", "function-", "lax-or-strict")))
 
 

@@ -1,4 +1,4 @@
-"""What a mission of several kinds of robots must keep: tables of `robots` that are known and used, and limits that only tighten."""
+"""Rules for a mission with several robot types: tables of `robots` that are known and used, and limits that only tighten."""
 
 from __future__ import annotations
 

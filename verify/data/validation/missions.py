@@ -1,4 +1,4 @@
-"""What spans several keys of a mission: names, starts, edges, limits. Each rule yields (keys, sentence) pairs.
+"""Rules that span several keys of a mission: names, starts, edges, limits. Each rule yields (keys, sentence) pairs.
 
 The rules take whichever sections are sound, so that a mistake in one section does not hide those in the others.
 """
@@ -244,7 +244,7 @@ def _control_points(values: Mapping[str, Any]) -> Iterator[Finding]:
 
 
 def _open(hoop: Hoop, agent: Agent | None) -> bool:
-    """Tell whether a hoop is open to an agent; to a mission without agents all are."""
+    """Return whether a hoop is open to an agent; to a mission without agents all are."""
     return agent is None or hoop.only is None or agent.robot in hoop.only
 
 

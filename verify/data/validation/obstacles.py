@@ -1,4 +1,4 @@
-"""What a mission's obstacles must keep: openings that lead through walls, and room around starts, ends and hoops."""
+"""Rules for a mission's obstacles: openings that lead through walls, and room around starts, ends and hoops."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from verify.data.errors import did_you_mean
 from verify.data.sections import Agent
 from verify.data.shapes.convex_parts import ConvexBody, Floats, outline
-from verify.data.shapes.gaps import Solid, solids
+from verify.data.shapes.nearest import Surface, surface_of
 from verify.data.shapes.obstacle import Obstacle
 from verify.data.shapes.region import Hoop, Region
 from verify.data.shapes.solid_parts import SolidPart, solid_parts
@@ -150,15 +150,15 @@ def _walled_in(
 
 
 def _is_inside(region: Region, obstacle: Obstacle) -> bool:
-    """Tell whether every part of a region lies in some convex body of an obstacle, in floats."""
+    """Return whether every part of a region lies in some convex body of an obstacle, in floats."""
     between = np.array(region.center) - np.array(obstacle.center)
     return all(
-        any(_is_part_inside(one, held, between) for held in obstacle.measures.covers)
-        for one in solids(tuple(map(tuple, region.body)))
+        any(_is_part_inside(surface_of(tuple(part)), held, between) for held in obstacle.measures.covers)
+        for part in region.body
     )
 
 
-def _is_part_inside(inner: Solid, held: ConvexBody, between: Floats) -> bool:
+def _is_part_inside(inner: Surface, held: ConvexBody, between: Floats) -> bool:
     faces = between @ held.normals.T + inner.body.reaches(held.normals, inner.corners) <= held.distances + _TOUCHING
     return bool(np.all(faces)) and (
         not len(held.matrices) or bool(np.all(held.depths(outline(inner.body) + between) >= -_TOUCHING))

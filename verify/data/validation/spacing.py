@@ -1,4 +1,4 @@
-"""How far robots keep from each other, and how much given points keep on top of a margin: one rule for mission files
+"""Least distances between robots, and the reserve of given points beyond a margin: one rule for mission files
 and refinement.
 
 A certificate at margin m asks that nominal paths, hovers included, keep `separation` and 2 m, where with `separation_z` distances
@@ -62,7 +62,7 @@ def spacing(separation: float, separation_z: float | None, margin: float) -> Spa
 
 
 class Separated(Protocol):
-    """What says how far robots keep apart, as a mission does."""
+    """Source of least distances between robots, such as a mission."""
 
     @property
     def separation(self) -> float:

@@ -45,7 +45,7 @@ _Sets = tuple[int, ...]
 def some_word_breaks_apart(
     robots: Sequence[RobotBehaviour], words: BreakingWords, *, timed: bool, clock_error: Fraction = Fraction(0), budget: int
 ) -> bool:
-    """Tell whether some team word of the robots, read one at a time, breaks the formula.
+    """Return whether some team word of the robots, read one at a time, breaks the formula.
 
     Args:
         robots: The team (or the robots of it that matter).

@@ -17,7 +17,7 @@ from verify.model_checking.robot_letters import RobotBehaviour, merged
 
 
 def that_matter(robots: Sequence[RobotBehaviour], words: BreakingWords) -> list[RobotBehaviour]:
-    """Return the robots on which it can depend whether a word is broken, one of those that stand for each other.
+    """Return the robots that can affect the verdict, one representative for each set of interchangeable robots.
 
     Letters are cut down to what the formula sees; where it matters that a robot is read before its letter changes in what the
     formula does not see, a number tells its whole letters apart.

@@ -1,4 +1,4 @@
-"""Where one robot may be while words move on, and where it may have been read: sets of its nodes, as bits."""
+"""Possible positions of one robot while words move on, and where it may have been observed: sets of its nodes, as bits."""
 
 from __future__ import annotations
 

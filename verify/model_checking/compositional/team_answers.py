@@ -65,13 +65,13 @@ class Question:
         return frozenset(name for known, name in self._names.items() if known in letter)
 
     def nothing_is_idle(self) -> bool:
-        """Tell whether a robot that shows nothing of the part can be read at any time without consequence."""
+        """Return whether a robot that shows nothing of the part can be read at any time without consequence."""
         return bool(self.words.idle >> self.words.letters.index(self._empty) & 1)
 
     def is_broken(
         self, robots: Sequence[RobotBehaviour], *, timed: bool, clock_error: Fraction = Fraction(0), budget: int
     ) -> bool:
-        """Tell whether some team word breaks the part, with Spot's agreement.
+        """Return whether some team word breaks the part, with Spot's agreement.
 
         Args:
             robots: The team; shows no letter that the question does not have.

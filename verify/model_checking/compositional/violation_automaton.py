@@ -121,7 +121,7 @@ class BreakingWords:
         return len(self.free)
 
     def spot_agrees(self) -> bool:
-        """Tell whether Spot finds these words to be exactly the ones over the letters that break the formula.
+        """Return whether Spot finds these words to be exactly the ones over the letters that break the formula.
 
         Raises:
             OutOfBudget: Spot is not asked about so large a formula, or the words are too many to be written down.

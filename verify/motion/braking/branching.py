@@ -46,7 +46,7 @@ Kind = TypeVar("Kind", bound=Parts)
 
 @dataclass(eq=False, slots=True)
 class Search(Generic[Kind]):
-    """What is not proved of parts, and the one that falls short by most of all that do.
+    """Parts that are not proved, and the one that falls short by most.
 
     Attributes:
         bounds: Returns how much more than is asked is proved of parts, m, and how much more is kept somewhere in them, m, in floats; infinite
@@ -92,5 +92,5 @@ class Search(Generic[Kind]):
 
     @property
     def tolerance(self) -> float:
-        """How much more than `excess` parts may fall short by, m."""
+        """Excess over `excess` by which parts may fall short, m."""
         return max(TOLERANCE, -SHARE * self.excess)

@@ -49,7 +49,7 @@ class ClosedRegions:
 
     @cached_property
     def bodies(self) -> tuple[Body, ...]:
-        """What they are."""
+        """The regions' bodies."""
         return tuple(Body.of(self.paths.mission.all_regions[name]) for name in self.names)
 
     @property

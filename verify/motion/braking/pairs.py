@@ -1,4 +1,4 @@
-"""How near two robots come to one another when all brake at once, whatever the instant: branch and bound over instants and shares.
+"""Least distance of two robots when all brake at once, whatever the instant: branch and bound over instants and shares.
 
 Both robots' flights are cut into patches (`patches`), of which those that boxes keep apart are left out (`lanes`). Two patches at the same
 shares are parted by the direction between their middles: coefficients of one share's weight lie apart along it by the one's least less the other's

@@ -81,12 +81,12 @@ class Patches:
 
     @property
     def size(self) -> Floats:
-        """How large coordinates may be, about, m. Shape (n, 3)."""
+        """Approximate size of coordinates, m. Shape (n, 3)."""
         return np.abs(self.mid).max(axis=(2, 3))
 
     @property
     def extents(self) -> tuple[Floats, Floats]:
-        """How far patches reach along instants, and along shares, about, m. Shape (n,) each."""
+        """Approximate extents of patches along instants, and along shares, m. Shape (n,) each."""
         return np.ptp(self.mid, axis=3).max(axis=(1, 2)), np.ptp(self.mid, axis=2).max(axis=(1, 2))
 
     def halved_in_time(self) -> Patches:
@@ -134,13 +134,13 @@ class Patches:
         return (float(start.min()), float(stop.max())), (float(self.share.min()), float((self.share + self.width).max()))
 
     def require_finite(self) -> None:
-        """Refuse what cannot be computed.
+        """Reject what cannot be computed.
 
         Raises:
             BadInput: Coefficients are too large.
         """
         if not (np.all(self.size < _FAR) and np.all(self.rad < _FAR)):
-            raise BadInput("These coefficients are too large to tell where braking leads.")
+            raise BadInput("These coefficients are too large to bound braking.")
 
     def _halves_rad(self, degree: int) -> Floats:
         """Bound what the coefficients of halves are off: they are means of these, in exact shares, rounded."""

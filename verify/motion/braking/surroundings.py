@@ -1,4 +1,4 @@
-"""How near robots come in braking to what stands around them: walls, rims, obstacles, and regions that are closed to them.
+"""Least distances of braking robots to their surroundings: walls, rims, obstacles, and regions that are closed to them.
 
 Each of these (`targets`, `closed_regions`) tells how far a patch's hull stays from it at the least. Branch and bound over instants and shares does the rest; what
 boxes keep far enough is left out first, and what says that a robot comes too near is computed again without rounding.
@@ -27,7 +27,7 @@ class Surrounding(Protocol):
 
     @property
     def asked(self) -> Floats:
-        """How far each robot stays away, m, rounded up. Shape (robots,)."""
+        """Distance that each robot keeps, m, rounded up. Shape (robots,)."""
         ...
 
     def close(self, parts: Patches, robots: Indices) -> tuple[Indices, Indices]:

@@ -1,9 +1,9 @@
-"""Whose braking can meet: each robot's flight in short parts, put into boxes with all of the braking that begins there.
+"""Pairs of robots whose braking can meet: each robot's flight in short parts, in boxes with all of the braking that begins there.
 
 Boxes come from Bernstein coefficients, so a robot that brakes from a part is in its box, whatever the instant and the share. Time is cut
 into windows. In each window a robot's box holds the parts that begin there, and another box those that may be flown at the same time, by
 clocks that differ. Where a robot's box is farther from another's than these two must keep, they cannot come too near in braking that the
-first begins there: nothing is sampled. Of the windows that are left single parts are held against each other in the same way.
+first begins there: nothing is sampled. Of the windows that are left single parts are compared with each other in the same way.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ _SLACK = 1e-9
 
 @dataclass(frozen=True, slots=True)
 class Stretch:
-    """What a robot does at some time: a segment, or a wait.
+    """Motion of a robot at some time: a segment, or a wait.
 
     Attributes:
         robot: Index.
@@ -120,12 +120,12 @@ class Lanes:
 
     @cached_property
     def start(self) -> Floats:
-        """When parts begin, s. Shape (parts,)."""
+        """Begin of parts, s. Shape (parts,)."""
         return self.times(self.parts)[0]
 
     @cached_property
     def stop(self) -> Floats:
-        """When parts end, s. Shape (parts,)."""
+        """End of parts, s. Shape (parts,)."""
         return self.times(self.parts)[1]
 
     @cached_property
@@ -204,7 +204,7 @@ class Lanes:
 
 
 def _beyond(low: Floats, high: Floats, its_low: Floats, its_high: Floats, asked: Floats | float) -> Flags:
-    """Tell which boxes are farther apart than is asked. Shapes (..., 3) to (...)."""
+    """Return which boxes are farther apart than is asked. Shapes (..., 3) to (...)."""
     gap = np.maximum(np.nextafter(np.maximum(low - its_high, its_low - high), -np.inf), 0.0)
     return (gap * gap).sum(-1) * (1 - _SLACK) > asked * asked
 

@@ -1,4 +1,4 @@
-"""What robots keep away from in braking, and how far patches stay from it at the least: walls, rims, obstacles.
+"""Surroundings that braking robots keep away from, and lower bounds on the distance of patches to them: walls, rims, obstacles.
 
 A patch lies in the hull of its coefficients. From walls it stays by its greatest and least coordinates; from a hoop's rim by its distances along
 and across the axis, of which the one across is at most that of a coefficient, and at least what the hull shows along one direction; from
@@ -46,7 +46,7 @@ class Walls:
 
     @property
     def asked(self) -> Floats:
-        """How far each robot stays away, m, rounded up. Shape (robots,)."""
+        """Distance that each robot keeps, m, rounded up. Shape (robots,)."""
         return np.full(len(self.paths.robots), _above(self.margin))
 
     def close(self, parts: Patches, robots: Indices) -> tuple[Indices, Indices]:
@@ -179,7 +179,7 @@ class Solids(_Around):
 
     @cached_property
     def bodies(self) -> SolidBodies:
-        """What is solid."""
+        """The solid bodies."""
         return SolidBodies.of(self.paths.mission)
 
     def close(self, parts: Patches, robots: Indices) -> tuple[Indices, Indices]:

@@ -1,4 +1,4 @@
-"""A region as the judge sees it: exact inequalities, and what their answers at one time come to.
+"""A region as the checker sees it: exact inequalities, and what their answers at one time come to.
 
 A robot is out of a region for sure where every part has an inequality that is broken by the margin, and in it for sure where all
 inequalities of one convex body within the region are kept by the margin: of a part, or of one that reaches across the faces that

@@ -1,4 +1,4 @@
-"""What the inequalities of every region are along a path, as polynomials: of degree 14 on each piece, or 7 for a half-space."""
+"""Inequalities of every region along a path, as polynomials: of degree 14 on each piece, or 7 for a half-space."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _CHUNK = 20_000
 
 @dataclass(frozen=True, eq=False)
 class MembershipPolynomials:
-    """What every region's inequalities are along all segments, computed once for any margin.
+    """Every region's inequalities along all segments, computed once for any margin.
 
     Attributes:
         paths: The team.

@@ -1,4 +1,4 @@
-"""From polynomials to label timelines: for all times, in which regions a robot must, may or cannot be.
+"""From polynomials to label timelines: for all times, in which regions a robot must, may or must not be.
 
 With r the path and q <= b one of the inequalities that a region is made of, q(r(t)) is a polynomial on each piece, of degree 14,
 or 7 for a half-space. For a point within the margin d of r the bound moves to the safe side (`verify.data.shapes.conditions`):

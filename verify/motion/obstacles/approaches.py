@@ -1,4 +1,4 @@
-"""How near robots come to obstacles, for all times: branch and bound over segments of paths and convex parts of obstacles.
+"""Least distances of robots to obstacles, for all times: branch and bound over segments of paths and convex parts of obstacles.
 
 The quantity is the distance of a path from what is solid (`verify.data.shapes.solid_parts`). Far parts are told by boxes around
 several segments at once; of what is left each segment is halved until what `verify.motion.obstacles.half_spaces` proves of its
@@ -28,7 +28,7 @@ SLACK = 1e-4
 _FAR_SLACK = 0.01
 """And this share of what it is more than is needed."""
 _SLICE = 8
-"""So many segments of a robot are held against a part at once, to begin with."""
+"""So many segments of a robot are compared with a part at once, to begin with."""
 _FIRST, _SECOND = 4, 32
 """So many of the nearest slices of each robot, and then of its nearest segments, are looked at to know about how near it comes."""
 _DEPTH, _DEPTH_AT_LIMIT = 30, 44
@@ -40,7 +40,7 @@ _STEP = 1e-6
 
 @dataclass(frozen=True, slots=True)
 class Approach:
-    """How near one robot comes to one obstacle.
+    """Least distance of one robot to one obstacle.
 
     Attributes:
         robot: Name.
@@ -84,7 +84,7 @@ class SolidWorld:
 
     @cached_property
     def bodies(self) -> SolidBodies:
-        """What is solid, as arrays."""
+        """The solid bodies, as arrays."""
         return SolidBodies(self.parts)
 
     @np.errstate(all="ignore")

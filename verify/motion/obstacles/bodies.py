@@ -1,4 +1,4 @@
-"""What is solid in a mission, for the judge: its parts as arrays, and how far points and hulls are from them."""
+"""Solid bodies of a mission, for the checker: their parts as arrays, and distances of points and hulls to them."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ MOST_AT_ONCE = 2_000_000
 
 @dataclass(frozen=True, eq=False)
 class SolidBodies:
-    """What is solid.
+    """Solid bodies as arrays.
 
     Attributes:
         parts: Convex parts of all obstacles.
@@ -69,7 +69,7 @@ class SolidBodies:
         """Return how far hulls stay from parts, proved, and about how far one place of each is.
 
         Args:
-            parts: The part that each hull is held against. Shape (n,).
+            parts: The part that each hull is compared with. Shape (n,).
             hulls: n of them.
             places: One place of each, m. Shape (n, 3).
             enough: Hulls of which as much as this is proved soon are not looked at any closer, m. Shape (n,).

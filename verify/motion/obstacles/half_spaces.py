@@ -1,4 +1,4 @@
-"""How far paths stay from convex parts, proved: what lies between two places is parted from a part by one plane.
+"""Proved distances of paths to convex parts: one plane separates the path between two places from a part.
 
 Whatever weights w >= 0 are given to a part's half-spaces l.x <= b, all of its points have (sum w l).x <= sum w b. So a point's distance
 from the part is at least (sum w l).x - sum w b over |sum w l|, and with the weights of the nearest point it is exactly that, at
@@ -53,7 +53,7 @@ class Hulls:
 
     @property
     def size(self) -> Floats:
-        """How large coordinates may be, m. Shape (n, 3)."""
+        """Bound on coordinates, m. Shape (n, 3)."""
         return (np.abs(self.mid).max(axis=-1) + self.rad) * GROW
 
     def __getitem__(self, index: Indices) -> Hulls:

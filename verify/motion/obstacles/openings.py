@@ -43,7 +43,7 @@ _LEAST_SHARE = 2.0**-20
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Found:
-    """What is known of some hulls, each beside one part.
+    """Results for some hulls, each beside one part.
 
     Attributes:
         low: Proved: no point of the hull is nearer to what is solid, m; below zero nothing is. Shape (n,).

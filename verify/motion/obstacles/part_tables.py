@@ -137,7 +137,7 @@ class PartTable:
         """Return how far hulls stay from what is solid of parts.
 
         Args:
-            rows: The part that each hull is held against, by its row in this table. Shape (n,).
+            rows: The part that each hull is compared with, by its row in this table. Shape (n,).
             hulls: n of them.
             places: One place of each, for which weights are looked for, m. Shape (n, 3).
             enough: Hulls whose faces alone prove as much as this are not looked at any closer, m. Shape (n,). None: all are.

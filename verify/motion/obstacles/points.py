@@ -1,4 +1,4 @@
-"""Whether a path surely meets an obstacle: one instant of it and one solid point that are near enough, in rational numbers."""
+"""Refutation of clearances: one instant of a path and one solid point that are too near, in rational numbers."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from fractions import Fraction
 import numpy as np
 
 from verify.arithmetic.exact import fraction, rational
-from verify.data.shapes.conditions import HalfSpace, condition, determinant, solve
+from verify.data.shapes.conditions import HalfSpace, condition, determinant, dot, solve
 from verify.data.shapes.nearest import surface_of
 from verify.data.shapes.region import Hoop
 from verify.data.shapes.solid_parts import SolidPart, holds
@@ -84,10 +84,10 @@ def _on_faces(part: SolidPart, point: Vector, near: np.ndarray) -> Iterator[Vect
     ]
     for count in (1, 2, 3):
         for chosen in itertools.combinations(active[:6], count):
-            gram = [[_dot(a.normal, b.normal) for b in chosen] for a in chosen]
+            gram = [[dot(a.normal, b.normal) for b in chosen] for a in chosen]
             if determinant(gram) == 0:
                 continue
-            over = [_dot(one.normal, (offset[0], offset[1], offset[2])) - one.bound for one in chosen]
+            over = [dot(one.normal, (offset[0], offset[1], offset[2])) - one.bound for one in chosen]
             weights = solve(gram, over)
             x, y, z = (
                 p - sum((w * one.normal[i] for w, one in zip(weights, chosen, strict=True)), Fraction(0))
@@ -131,19 +131,13 @@ def _on_slanted_edge(hoop: Hoop, part: SolidPart, point: Vector) -> Iterator[Vec
 def _in_opening(hoop: Hoop, point: Vector) -> bool:
     x, y, z = (value - Fraction(c) for value, c in zip(point, hoop.center, strict=True))
     normal = _exact(np.array(hoop.normal))
-    along = _dot((x, y, z), normal)
-    return _dot((x, y, z), (x, y, z)) * _dot(normal, normal) - along * along < Fraction(hoop.opening) ** 2 * _dot(
-        normal, normal
-    )
+    along = dot((x, y, z), normal)
+    return dot((x, y, z), (x, y, z)) * dot(normal, normal) - along * along < Fraction(hoop.opening) ** 2 * dot(normal, normal)
 
 
 def _exact(point: np.ndarray) -> Vector:
     x, y, z = (Fraction(value) for value in point.tolist())
     return x, y, z
-
-
-def _dot(a: Vector, b: Vector) -> Fraction:
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 def _square(a: Vector, b: Vector) -> Fraction:

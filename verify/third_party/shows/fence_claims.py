@@ -1,4 +1,4 @@
-"""What is claimed of a geofence: one claim for each polygon that all drones keep, one for each drone that does not keep it."""
+"""Claims on a geofence: one for each polygon that all drones satisfy, one for each drone that violates it."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from verify.third_party.shows.own_limits import Fence
 
 
 def fence_claims(fleet: Fleet, fences: Sequence[Fence], margin: Fraction) -> tuple[list[Claim], list[Instant]]:
-    """Judge every polygon of a geofence.
+    """Check every polygon of a geofence.
 
     Args:
         fleet: The drones.

@@ -1,4 +1,4 @@
-"""Whether drones stay inside polygons, or outside of them, for all times: the hull of a piece against the edges, then exact arithmetic.
+"""Drones inside or outside of polygons, for all times: the hull of a piece against the edges, then exact arithmetic.
 
 A piece lies in the hull of its control points. Seen along an edge and across it the hull is a box, and how far that is from the edge is a
 bound for all of the piece; where it is far enough from all edges, the piece lies on one side of them as its first point does. What that
@@ -59,7 +59,7 @@ class Outside:
 
 @dataclass(slots=True)
 class Kept:
-    """How near to a fence's border drones come on the right side of it: mutable while pieces are gone through.
+    """Least distance of drones to a fence's border on the right side of it: mutable while pieces are gone through.
 
     Attributes:
         low: No drone comes nearer, in m.
@@ -122,7 +122,7 @@ def judge_fence(fleet: Fleet, fence: Fence, margin: Fraction) -> tuple[Kept, lis
 
 # six parameters: two are brought up to date
 def _block(fleet: Fleet, fence: Fence, margin: float, rows: Indices, kept: Kept, broken: dict[int, Outside]) -> Indices:
-    """Judge pieces as far as floats can; return those that are left open."""
+    """Check pieces as far as floats can; return those that are left open."""
     parts = _Parts(fleet.positions(rows)[:, :2], rows, np.zeros(len(rows)), 1.0)
     for level in range(DEEPEST + 1):
         low, first, last, same = _distances(fence, parts)
@@ -274,7 +274,7 @@ def _critical(x: fmpq_poly, y: fmpq_poly, start: list[float], end: list[float], 
 
 
 def _keeps(fence: Fence, x: fmpq, y: fmpq, margin: fmpq) -> bool:
-    """Tell whether a point keeps a fence; its border belongs to either side. Exact."""
+    """Return whether a point keeps a fence; its border belongs to either side. Exact."""
     inside = False
     for start, end in _edges(fence):
         ax, ay, bx, by = (exact.rational(value) for value in (*start, *end))

@@ -1,4 +1,4 @@
-"""What a show's own file asks of its flights: the limits and fences that its designer wrote into it, where nobody says otherwise."""
+"""Limits and fences in a show's own file, which its designer wrote; they are required where nothing else is given."""
 
 from __future__ import annotations
 

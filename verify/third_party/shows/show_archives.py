@@ -1,7 +1,7 @@
 """Show files as archives: zip files from strangers, of which single members are read and nothing is unpacked to a disk.
 
 `verify.data.storage.archives` checks all names before anything is read. A member that was just read is kept, so that many references to it cost
-one reading; a file that makes the reader unpack much more than it holds is refused.
+one reading; a file that makes the reader unpack much more than it holds is rejected.
 """
 
 from __future__ import annotations

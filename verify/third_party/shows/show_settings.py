@@ -41,7 +41,7 @@ _INSTEAD = {"minNavAltitude": _NAVIGATION, "min_nav_altitude": _NAVIGATION}
 
 
 def own_limits(archive: ShowArchive, show: Mapping[str, Any]) -> tuple[OwnLimits, list[str]]:
-    """Return what a show asks of itself, and what of that is not judged, in sentences.
+    """Return what a show asks of itself, and what of that is not checked, in sentences.
 
     Args:
         archive: The open file.
@@ -100,7 +100,9 @@ def _fences(archive: ShowArchive, value: Any, show: Any) -> tuple[Fence, ...]:
     if not isinstance(polygons, list):
         raise BadInput(f"{archive.source}: settings.geofence.polygons must be a list, not {polygons!r:.40}.")
     if len(polygons) > MOST_POLYGONS:
-        raise BadInput(f"{archive.source}: settings.geofence has {len(polygons)} polygons; at most {MOST_POLYGONS} are judged.")
+        raise BadInput(
+            f"{archive.source}: settings.geofence has {len(polygons)} polygons; at most {MOST_POLYGONS} are checked."
+        )
     found: list[Fence] = []
     for index, polygon in enumerate(polygons):
         where = f"settings.geofence.polygons[{index}]"
@@ -127,7 +129,7 @@ def _corners(where: str, points: Any) -> Floats:
     if (crossing := _first_crossing(corners)) is not None:
         one, other = crossing
         raise BadInput(
-            f"{where}: its edges {one} and {other} (counted from 0) meet, so that nobody can say what is inside; give the corners in order "
+            f"{where}: its edges {one} and {other} (counted from 0) meet, so that its inside is undefined; give the corners in order "
             "around it."
         )
     return corners

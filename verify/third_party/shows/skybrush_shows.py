@@ -71,7 +71,7 @@ class _Seen:
     """The drones read so far: mutable while a show is read.
 
     Attributes:
-        unjudged: Drones with settings of each kind that nobody judges.
+        unjudged: Drones with settings of each kind that nobody checks.
         starts: Names by first positions.
         keyframes: Of all drones together.
     """
@@ -81,7 +81,7 @@ class _Seen:
     keyframes: int = 0
 
     def count(self, source: str, where: str, name: str, keyframes: Sequence[Any]) -> None:
-        """Refuse a trajectory that another drone has, or one too many, before it costs anything."""
+        """Reject a trajectory that another drone has, or one too many, before it costs anything."""
         _check_keyframe(f"{where}: points[0]", keyframes[0], first=True)
         x, y, z = keyframes[0][1]
         if (other := self.starts.setdefault((x, y, z), name)) != name:
@@ -179,7 +179,7 @@ def _points(rows: Sequence[Sequence[float]]) -> Floats:
 
 
 def _check_shapes(where: str, keyframes: Sequence[Any]) -> None:
-    """Refuse what is no keyframe; looked at all at once, and one by one only to say which is at fault."""
+    """Reject what is no keyframe; looked at all at once, and one by one only to say which is at fault."""
     numbers: set[type] = {int, float}
     try:
         points = [keyframe[1] for keyframe in keyframes]

@@ -1,4 +1,4 @@
-"""Where the drones of a show take off and land outside their paths, by what its file says of homes, landing places and times."""
+"""Take-offs and landings of a show's drones outside their paths, by the homes, landing places and times in its file."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Place = tuple[float, float, float]
 
 @dataclass(frozen=True, slots=True)
 class Ends:
-    """What a drone's settings say beside its path.
+    """Settings of a drone beside its path.
 
     Attributes:
         home: Where it stands before take-off, in m.

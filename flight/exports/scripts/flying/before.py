@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from flying.checks import Check, Place, Pose, checks_of, one_body_each
+from flying.checks import Check, Place, Pose, checks_of_team
 from flying.crazyswarm import Swarm
 from flying.watch import Refused, Team
 
@@ -45,10 +45,12 @@ def checked(team: Team, swarm: Swarm, *, hovering: bool) -> tuple[list[Check], d
         raise Refused("two robots have one address: look at crazyflies.yaml")
     poses, now = watched(team, swarm), swarm.now()
     starts: dict[str, Place] = {name: tuple(row["start"][:3]) for name, row in team.data["robots"].items()}
-    found, grounds, wrong = list[Check](), dict.fromkeys(team.names, 0.0), swarm.set_parameters()
+    grounds, wrong = dict.fromkeys(team.names, 0.0), swarm.set_parameters()
+    where = "its start" if hovering else "below its start"
+    asked = {name: team.asked(name, starts, where, above=not hovering) for name in team.names}
+    known = {name: swarm.known(name, poses[name], wrong.get(name)) for name in team.names}
+    found = checks_of_team(known, asked, team.limits, now)
     for name in team.names:
-        asked = team.asked(name, starts, "its start" if hovering else "below its start", above=not hovering)
-        found += checks_of(name, swarm.known(name, poses[name], wrong.get(name)), asked, team.limits, now)
         found += swarm.voltage(name)
         if poses[name] and not hovering:
             z = sum(pose.position[2] for pose in poses[name]) / len(poses[name])
@@ -56,7 +58,6 @@ def checked(team: Team, swarm: Swarm, *, hovering: bool) -> tuple[list[Check], d
             on_it = -team.limits["share"] * team.margin <= z < starts[name][2]
             sentence = f"{name} stands at z = {z:.3f} m: the ground is at z = 0, and its start at {starts[name][2]:.3f} m"
             found.append(Check("ground", name, on_it, sentence))
-    found += one_body_each({name: row[-1].position for name, row in poses.items() if row}, team.limits)
     return found, grounds
 
 

@@ -6,6 +6,7 @@ A check passes, fails, or could not be made. What could not be made keeps a robo
 
 from __future__ import annotations
 
+import cmath
 import itertools
 import math
 from collections.abc import Collection, Iterable, Mapping, Sequence
@@ -93,6 +94,57 @@ class Check:
     sentence: str
 
 
+def margin_fault(margin: float, limits: Mapping[str, float]) -> str:
+    """Return that measurements use a margin up, so that nobody could begin; empty where they do not.
+
+    Args:
+        margin: delta, m.
+        limits: The numbers.
+    """
+    accuracy, left = limits["accuracy"], 1.0 - limits["share"]
+    if left * margin > accuracy:
+        return ""
+    return (
+        f"the margin is {margin:g} m, and a measurement may be off by {accuracy:.3g} m: a margin above {accuracy / left:.3g} m leaves robots room "
+        "to begin in"
+    )
+
+
+def battery_left(charge: float | None, endurance: float | None) -> float | None:
+    """Return how long a battery lasts, s; None where that is not known.
+
+    Args:
+        charge: Share that is left; None where it is not reported.
+        endurance: s of a full one; None where the vehicle's profile does not say.
+    """
+    if charge is not None and charge <= 0.0:
+        return 0.0
+    return None if charge is None or endurance is None else endurance * charge
+
+
+def no_battery(charge: float | None) -> str:
+    """Return why it is not known how long a battery lasts.
+
+    Args:
+        charge: Share that is left; None where it is not reported.
+    """
+    return "its charge is not reported" if charge is None else "its vehicle has no `endurance`"
+
+
+def differing(board: Mapping[str, float], wanted: Mapping[str, float]) -> list[str]:
+    """Return which parameters on board differ, up to float32.
+
+    Args:
+        board: As they were read.
+        wanted: As they must be.
+    """
+    return [
+        f"{key} is {f'{board[key]:g}' if key in board else 'not known'}, not {value:g}"
+        for key, value in wanted.items()
+        if key not in board or not math.isclose(board[key], value, rel_tol=1e-5, abs_tol=1e-9)
+    ]
+
+
 def refusals(checks: Iterable[Check], unchecked: Collection[str]) -> list[str]:
     """Return a sentence for each check that keeps a team on the ground: it failed, or could not be made and is not accepted; and how to accept it.
 
@@ -130,6 +182,28 @@ def checks_of(robot: str, known: Known, asked: Asked, limits: Mapping[str, float
         _of_battery(robot, known, limits["reserve"] * asked.lasts),
         _of_parameters(robot, known),
     ]
+
+
+def checks_of_team(
+    known: Mapping[str, Known], asked: Mapping[str, Asked], limits: Mapping[str, float], now: float
+) -> list[Check]:
+    """Check robots before they fly, each by itself and all together: that each is one body, and that they are shown in the mission's frame.
+
+    Args:
+        known: What is known of each.
+        asked: What is asked of each.
+        limits: The numbers.
+        now: s of the poses' clock.
+
+    Returns:
+        All checks, passed or not; a frame that is turned stands in place of what it makes wrong of each robot.
+    """
+    found = [check for name in known for check in checks_of(name, known[name], asked[name], limits, now)]
+    places = {name: (_mean(each.poses), each.poses[-1].heading) for name, each in known.items() if each.poses}
+    if sentence := _turned(places, asked, limits):
+        found = [check for check in found if check.passed is not False or check.name not in ("place", "heading")]
+        found.append(Check("frame", next(iter(places)), False, sentence))
+    return found + one_body_each({name: each.poses[-1].position for name, each in known.items() if each.poses}, limits)
 
 
 def at_place(robot: str, position: Place, asked: Asked, limits: Mapping[str, float]) -> Check:
@@ -213,11 +287,57 @@ def _of_poses(robot: str, known: Known, limits: Mapping[str, float], now: float)
 def _of_place(robot: str, known: Known, asked: Asked, limits: Mapping[str, float]) -> list[Check]:
     if not known.poses:
         return []
-    x, y, z = (sum(pose.position[axis] for pose in known.poses) / len(known.poses) for axis in range(3))
     return [
-        at_place(robot, (x, y, z), asked, limits),
+        at_place(robot, _mean(known.poses), asked, limits),
         heading_of(robot, known.poses[-1].heading, asked.heading, limits),
     ]
+
+
+def _mean(poses: Sequence[Pose]) -> Place:
+    x, y, z = (math.fsum(pose.position[axis] for pose in poses) / len(poses) for axis in range(3))
+    return x, y, z
+
+
+def _turned(measured: Mapping[str, tuple[Place, float | None]], asked: Mapping[str, Asked], limits: Mapping[str, float]) -> str:
+    """Return how places are turned, mirrored and moved, where everybody is elsewhere and all would be right without that; else nothing.
+
+    Bodies that are taken for each other are turned, too, but for their headings, and each is where another belongs.
+
+    Args:
+        measured: Place and heading of each robot.
+        asked: What is asked of each.
+        limits: The numbers.
+    """
+    ends = {name: asked[name].places[name] for name in measured}
+    margin = min((asked[name].margin for name in ends), default=0.0)
+    most = limits["share"] * margin
+    rises = [0.0 if asked[name].above else at[2] - ends[name][2] for name, (at, _) in measured.items()]
+    seen, wanted = [complex(*at[:2]) for at, _ in measured.values()], [complex(*end[:2]) for end in ends.values()]
+    near = any(math.hypot(abs(one - other), up) <= margin for one, other, up in zip(seen, wanted, rises, strict=True))
+    if len(ends) < 2 or near:
+        return ""
+    there, here, rise = sum(seen) / len(seen), sum(wanted) / len(wanted), sum(rises) / len(rises)
+    swapped = any(abs(one - other) <= most for one in seen for other in wanted)
+    for mirrored in (False, True):
+        sense = -1.0 if mirrored else 1.0
+        shown = [complex(place.real, sense * place.imag) for place in wanted]
+        middle = complex(here.real, sense * here.imag)
+        turn = cmath.phase(sum((one - there) * (other - middle).conjugate() for one, other in zip(seen, shown, strict=True)))
+        off = [one - there - (other - middle) * cmath.rect(1.0, turn) for one, other in zip(seen, shown, strict=True)]
+        stands = all(math.hypot(abs(left), up - rise) <= most for left, up in zip(off, rises, strict=True))
+        looks = all(
+            heading is not None
+            and abs(math.remainder(heading - sense * asked[name].heading - turn, math.tau)) <= limits["heading"]
+            for name, (_, heading) in measured.items()
+        )
+        if stands and looks and not (mirrored and swapped):
+            moved = there - middle * cmath.rect(1.0, turn)
+            by = f"turned by {math.degrees(turn):.1f} degrees about z and moved by ({moved.real:.2f}, {moved.imag:.2f}, {rise:.2f}) m"
+            what, wrong = (
+                ("but mirrored and ", "axes of motion capture are") if mirrored else ("but ", "the mission's `frame` is")
+            )
+            return f"the robots are measured where the mission has them, {what}{by}: if they stand right, {wrong} wrong by that"
+    return ""
 
 
 def _told(robot: str, name: str, known: Known, word: str, do: str) -> Check:

@@ -17,12 +17,12 @@ import signal
 from collections import deque
 from typing import Any
 
-from flying.checks import Check, Known, Place, Pose
+from flying import supervisor
+from flying.checks import Check, Known, Place, Pose, differing, no_battery
 from flying.simulator import Transforms, by_simulated_clock, heading_of
+from flying.supervisor import State
 from flying.watch import Refused, Team
 
-CAN_ARM, ARMED, CAN_FLY, FLYING, TUMBLED, LOCKED, CRASHED = 1, 2, 8, 16, 32, 64, 128  # bits of `supervisor.info`
-LOW_POWER = 3  # `pm.state` from which on the vehicle itself calls its battery low
 CRITICAL = 3.7  # V, as crazyflies.yaml says
 AGAIN = 0.1  # s after which a command is sent again
 TRAJECTORY_ID = 0
@@ -127,7 +127,7 @@ class Swarm:
 
     @property
     def seen_by_tf(self) -> bool:
-        """Whether robots are the simulator's, and have no /pose."""
+        """True if robots are the simulator's, and have no /pose."""
         return self.simulated and self.dated and any(not robot.poseStamped for robot in self.robots.values())
 
     @property
@@ -147,22 +147,15 @@ class Swarm:
         robot = self.robots[name]
         return dict(robot.get_status() or {}) if hasattr(robot, "get_status") else {}
 
+    def state(self, name: str) -> State | None:
+        """Return what a robot's supervisor last said; None where it says nothing."""
+        status = self.status(name)
+        return State(int(status["supervisor"])) if status else None
+
     def level(self, name: str) -> float | None:
         """Return a battery's charge as a share; None where it is not known."""
-        if self.status(name).get("pm_state", 0) >= LOW_POWER:
-            return 0.0
         kept = self.estimates[name]
-        return kept[-1][3] / 100.0 if kept and len(kept[-1]) > 3 else None
-
-    def flying(self, name: str) -> bool | None:
-        """Return whether a robot's supervisor says that it flies; None where it says nothing."""
-        status = self.status(name)
-        return bool(int(status["supervisor"]) & FLYING) if status else None
-
-    def supervisor_fault(self, name: str) -> str:
-        """Return that a robot's supervisor blocks it; empty where it does not, or says nothing."""
-        state = int(self.status(name).get("supervisor", CAN_FLY))
-        return f"{name} has tumbled, or is locked" if state & (TUMBLED | LOCKED | CRASHED) else ""
+        return supervisor.charge(self.status(name).get("pm_state", 0), kept[-1][3] if kept and len(kept[-1]) > 3 else None)
 
     def known(self, name: str, poses: list[Pose], wrong: str | None) -> Known:
         """Return what is known of a robot before it flies.
@@ -172,23 +165,17 @@ class Swarm:
             poses: Where it was measured.
             wrong: What differs of its parameters; None where they are not known.
         """
-        status, level, why = self.status(name), self.level(name), {"age": "this version of crazyswarm2 does not date them"}
-        ready = None
-        if status:
-            state = int(status["supervisor"])
-            ready = not state & (TUMBLED | LOCKED | CRASHED) and bool(state & (CAN_ARM | CAN_FLY))
-        else:
-            why["ready"] = "no `status` is reported of it"
-        variances, settled = [row[:3] for row in self.estimates[name] if len(row) >= 3], None
-        if variances:
-            steady = (max(axis) - min(axis) < self._team.limits["settled"] for axis in zip(*variances, strict=True))
-            settled = len(variances) >= 5 and all(steady)
-        else:
-            why["estimator"] = "its variances are not reported"
-        why["battery"] = "its charge is not reported" if level is None else "its vehicle has no `endurance`"
-        why["parameters"] = "crazyswarm2 lists none of them"
-        lasts = None if level is None else self._team.battery_left(name, level)
-        return Known(poses, ready, settled, lasts, wrong, self.dated, why)
+        state, level = self.state(name), self.level(name)
+        variances = [row[:3] for row in self.estimates[name] if len(row) >= 3]
+        why = {
+            "age": "this version of crazyswarm2 does not date them",
+            "ready": "no `status` is reported of it",
+            "estimator": "its variances are not reported",
+            "battery": no_battery(level),
+            "parameters": "crazyswarm2 lists none of them",
+        }
+        settled, lasts = supervisor.settled(variances, self._team.limits), self._team.battery_left(name, level)
+        return Known(poses, supervisor.ready(state), settled, lasts, wrong, self.dated, why)
 
     def voltage(self, name: str) -> list[Check]:
         """Return the check of a battery's voltage; nothing where it is not reported, which a server says by 0.
@@ -223,11 +210,7 @@ class Swarm:
             self.sleep(0.5)
         for name, wanted in asked.items():
             board = self.parameters[name] = {key: float(self.robots[name].getParam(key)) for key in wanted}
-            wrong = [
-                f"{key} is {board[key]:g}, not {value:g}"
-                for key, value in wanted.items()
-                if not math.isclose(board[key], value, rel_tol=1e-5, abs_tol=1e-9)
-            ]
+            wrong = differing(board, wanted)
             remedy = "look whether crazyswarm2 was started with the exported crazyflies.yaml"
             found[name] = f"{name}: {'; '.join(wrong)}: {remedy}" if wrong else ""
         return found
@@ -249,11 +232,11 @@ class Swarm:
                 if hasattr(self.everyone, "arm"):
                     self.everyone.arm(True)
             self.sleep(AGAIN)
-            reported = {name: int(status["supervisor"]) for name in self.robots if (status := self.status(name))}
-            left = [name for name, state in reported.items() if not state & CAN_FLY]
+            reported = {name: state for name in self.robots if (state := self.state(name)) is not None}
+            left = [name for name, state in reported.items() if State.CAN_FLY not in state]
             if not left and self.now() - begin >= 1.0:  # what is not reported has that long to spin up
                 return
-        armed = [name for name in left if int(self.status(name)["supervisor"]) & ARMED]
+        armed = [name for name in left if State.ARMED in (self.state(name) or State(0))]
         why = f"armed, and cannot fly: the motors of {', '.join(armed)} did not spin up" if armed else "did not arm"
         raise Refused(f"{', '.join(left)} {why}: look at what its supervisor says")
 

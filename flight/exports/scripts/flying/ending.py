@@ -6,6 +6,7 @@ import math
 
 from flying.stages import Flight
 from flying.standing import Standing
+from flying.supervisor import flying
 
 STEP = 0.02  # s between two looks
 AGAIN = 0.1  # s after which a landing is told again
@@ -88,7 +89,7 @@ def _look(flight: Flight, standing: Standing) -> None:
     flight.look(None)
     for name in flight.team.names:
         if (pose := flight.swarm.pose(name)) is not None:
-            standing.see(name, pose.time, pose.position[2], flight.swarm.flying(name))
+            standing.see(name, pose.time, pose.position[2], flying(flight.swarm.state(name)))
 
 
 def _height(flight: Flight, name: str) -> float:

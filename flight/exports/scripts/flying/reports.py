@@ -10,6 +10,8 @@ import struct
 from dataclasses import dataclass, field
 from typing import Any
 
+from .checks import no_battery
+
 OFFBOARD, HOLD, LAND = (6, 0), (4, 3), (4, 6)  # PX4's main and sub mode
 CUSTOM_MODE, SET_MODE, SET_INTERVAL, ARM, PX4, INT32 = 1, 176, 511, 400, 12, 6
 BEAT = 1.0  # s between two heartbeats of a ground station
@@ -94,44 +96,41 @@ class Reports:
 
     @property
     def settled(self) -> bool | None:
-        """Whether its estimator knows attitude and horizontal position; None where it does not say."""
+        """True if its estimator knows attitude and horizontal position; None where it does not say."""
         if self.estimator is None:
             return None
         return bool(self.estimator & _LEVEL and self.estimator & _PLACED and not self.estimator & _LOST)
 
     @property
     def ready(self) -> bool | None:
-        """Whether it is armed, or its checks before arming pass; None where it does not say, or they do not in the mode that it is in."""
+        """True if it is armed, or its checks before arming pass; None where it does not say, or they do not in the mode that it is in."""
         present, health = self._checks
         return True if self.armed or present & health & _PREARM else None
 
     @property
     def flying(self) -> bool | None:
-        """Whether it is armed and does not take itself to have landed; None where it does not say."""
+        """True if it is armed and does not take itself to have landed; None where it does not say."""
         if self.mode is None:
             return None
         return False if not self.armed or self._landed == _ON_GROUND else True if self._landed else None
 
     @property
+    def fault(self) -> str:
+        """That it left offboard flight, of a vehicle that was in it; empty where it did not."""
+        return "" if self.mode == OFFBOARD else "left offboard flight"
+
+    @property
     def ready_to_check(self) -> bool:
-        """Whether all that checks before a flight ask for has been said, and its own checks pass."""
+        """True if all that checks before a flight ask for has been said, and its own checks pass."""
         return self.heading is not None and self.estimator is not None and bool(self.ready) and self._checks != (0, 0)
 
-    def why(self, *, endurance: bool) -> dict[str, str]:
-        """Return why a check cannot be made, by its name.
-
-        Args:
-            endurance: Whether it is known how long a full battery lasts.
-        """
-        charged = self.charge is not None
+    @property
+    def why(self) -> dict[str, str]:
+        """Why a check cannot be made, by its name."""
         return {
             "ready": "it does not report its checks before arming, or they do not pass in the mode that it is in",
             "estimator": "it does not report it (ESTIMATOR_STATUS)",
-            "battery": "its charge is not reported"
-            if not charged
-            else "its vehicle has no `endurance`"
-            if not endurance
-            else "",
+            "battery": no_battery(self.charge),
         }
 
 

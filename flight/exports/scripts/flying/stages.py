@@ -12,6 +12,7 @@ from flying.paths import PiecewisePath, Row
 from flying.record import FLIGHT, Record
 from flying.simulator import trimmed
 from flying.standing import Standing
+from flying.supervisor import fault_of
 from flying.watch import Refused, Team, Watch
 
 STEP = 0.02  # s between two looks in flight
@@ -19,7 +20,6 @@ AGE = 0.05  # s that a position and a start may have been on their way: it is he
 WAY = 2.0  # s that the last centimetres to a start take
 AGAIN = 0.1  # s after which robots are told to brake once more
 PLATFORM = 0.1  # m above the floor, from which on a robot stood on something
-SLOW = 0.2  # s by which a look may be late: meanwhile nobody saw anything
 
 
 class Flight:
@@ -108,7 +108,7 @@ class Flight:
                 if index != loaded:
                     self.load(folder, index)
                     loaded = index
-                    watch.last = dict.fromkeys(self.team.names, swarm.now())  # nobody was listened to meanwhile
+                    watch.begin(swarm.now())  # nobody was listened to meanwhile
                 self._go_on(0.5, watch)
             self._require_at(part["starts"])
             if number and swarm.now() - since > data["pause"]:
@@ -158,14 +158,10 @@ class Flight:
                 self.record.pose(self.stage, pose.time, name, pose.position, wanted, off)
                 if watch is not None:
                     watch.see(name, pose, off, low=self.stage in ("way", FLIGHT))
-            if watch is None:
-                continue
-            if (level := swarm.level(name)) is not None:
-                watch.require_charged(name, level)
-            if fault := swarm.supervisor_fault(name):
-                raise Refused(fault)
         if watch is not None:
-            watch.require_seen(swarm.now())
+            watch.require(
+                swarm.now(), lambda name: (self.team.battery_left(name, swarm.level(name)), fault_of(swarm.state(name)))
+            )
 
     def brake(self, poses: dict[str, Pose]) -> None:
         """Have all go to where they come to rest, and hover there.
@@ -209,13 +205,9 @@ class Flight:
 
     def _go_on(self, seconds: float, watch: Watch) -> None:
         """Let what is flown go on under watch."""
-        swarm, looked = self.swarm, self.swarm.now()
-        end = looked + seconds
+        swarm, end = self.swarm, self.swarm.now() + seconds
         while (left := end - swarm.now()) > 0:
             swarm.sleep(min(STEP, left))
-            if swarm.now() - looked > SLOW + STEP:
-                raise Refused(f"this computer is too busy: nobody was looked at for {swarm.now() - looked:.2f} s")
-            looked = swarm.now()
             self.look(watch)
 
     def _hold_at(self, places: dict[str, Any], watch: Watch) -> None:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from dataclasses import replace
 
-from flying.checks import Check, Known, Place, Pose, checks_of, one_body_each, refusals
+from flying.checks import Known, Place, Pose, checks_of_team, refusals
 from flying.px4 import AGAIN, Vehicle
 from flying.record import FLIGHT, Record
 from flying.reports import HOLD, LAND, OFFBOARD, PX4
@@ -48,12 +49,18 @@ class Stream:
         """
         self._reach()
         self.wait(time.monotonic() + LOOK)
-        now, found = time.monotonic(), list[Check]()
+        now = time.monotonic()
         starts: dict[str, Place] = {vehicle.name: vehicle.wanted(0) for vehicle in self.vehicles}
-        for vehicle in self.vehicles:
-            found += self._checks_of(vehicle, starts, now)
-        places = {vehicle.name: vehicle.poses[-1].position for vehicle in self.vehicles if vehicle.poses}
-        found += one_body_each(places, self.team.limits)
+        asked = {name: self.team.asked(name, starts, "its start") for name in starts}
+        found = checks_of_team(
+            {vehicle.name: self._known(vehicle, now) for vehicle in self.vehicles}, asked, self.team.limits, now
+        )
+        found = [
+            replace(check, sentence=f"{check.robot} is not armed: bring it to a hover at its start first")
+            if check.name == "ready" and not check.passed
+            else check
+            for check in found
+        ]
         for check in found:
             if check.passed is None:
                 self.say(check.sentence, "check")
@@ -61,18 +68,12 @@ class Stream:
             raise Refused("; ".join(faults))
         self._set_failsafe()
 
-    def _checks_of(self, vehicle: Vehicle, starts: dict[str, Place], now: float) -> list[Check]:
-        """Look at one vehicle; its parameters are set, and read back, once all that only looks has passed."""
-        team, name, says = self.team, vehicle.name, vehicle.says
-        lasts = None if says.charge is None else team.battery_left(name, says.charge)
+    def _known(self, vehicle: Vehicle, now: float) -> Known:
+        """Return what is known of a vehicle; its parameters are set, and read back, once all that only looks has passed."""
+        name, says = vehicle.name, vehicle.says
         self.record.said["batteries"][name] = says.charge
-        why = says.why(endurance=team.data["robots"][name]["endurance"] is not None)
-        known = Known(vehicle.since(now - team.limits["watched"]), says.armed, says.settled, lasts, "", why=why)
-        found = checks_of(name, known, team.asked(name, starts, "its start"), team.limits, now)
-        if says.armed:
-            return found
-        hover = Check("ready", name, False, f"{name} is not armed: bring it to a hover at its start first")
-        return [hover, *(check for check in found if check.name != "ready")]
+        lasts, poses = self.team.battery_left(name, says.charge), vehicle.since(now - self.team.limits["watched"])
+        return Known(poses, says.armed, says.settled, lasts, "", why=says.why)
 
     def _reach(self) -> None:
         """Wait until all speak, and report often."""
@@ -169,22 +170,18 @@ class Stream:
             late = time.monotonic() - due
             if late > LATE:
                 raise Refused(f"the setpoint of {index / self.rate:.2f} s was {late:.2f} s late")
-            self._require_in_flight(time.monotonic() - begin)
+            self._require_in_flight()
             for vehicle in self.vehicles:
                 vehicle.send(index)
         self.record.ended(FLIGHT, begin + self.team.data["duration"])
         self.wait(time.monotonic() + 4 * AGE, sending=True)
-        self._require_in_flight(time.monotonic() - begin)
+        self._require_in_flight()
 
-    def _require_in_flight(self, at: float) -> None:
-        """Refuse to go on where a robot has left offboard flight, or is silent, or nearly out of battery."""
-        left = [vehicle.name for vehicle in self.vehicles if vehicle.says.mode != OFFBOARD]
-        if left:
-            raise Refused(f"{', '.join(left)} left offboard flight at {at:.2f} s")
-        self._watch.require_seen(time.monotonic())
-        for vehicle in self.vehicles:
-            if vehicle.says.charge is not None:
-                self._watch.require_charged(vehicle.name, vehicle.says.charge)
+    def _require_in_flight(self) -> None:
+        """Refuse to go on where a robot has left offboard flight, or must not go on."""
+        says = {vehicle.name: vehicle.says for vehicle in self.vehicles}
+        lasts = self.team.battery_left
+        self._watch.require(time.monotonic(), lambda name: (lasts(name, says[name].charge), says[name].fault))
 
     def _seen(self, vehicle: Vehicle, pose: Pose) -> None:
         """Take in a pose."""

@@ -1,14 +1,16 @@
-"""What robots are asked for before they fly, and what must not go on in flight. Copied into exports; all numbers come from `flight.json`.
+"""The watch of a team in flight, for live links and exported scripts. Standard library only; copied into exports.
 
-Each sentence says what is wrong and what to do about it. Places are x, y, z in m in the laboratory, headings in rad.
+All numbers come from `flight.monitoring.thresholds.bounds`, which scripts read from `flight.json`. Each sentence says what is wrong and what to do
+about it. Places are x, y, z in m, headings in rad.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any
 
-from flying.checks import Asked, Place, Pose, at_place, heading_of
+from .checks import Asked, Place, Pose, at_place, battery_left, heading_of, margin_fault
 
 
 class Refused(Exception):
@@ -16,10 +18,10 @@ class Refused(Exception):
 
 
 class Team:
-    """What is known of a flight and its robots, as `flight.json` has it.
+    """The numbers of a flight and its robots.
 
     Attributes:
-        data: All of it.
+        data: All of them, as `flight.json` has them; of a link what `thresholds.bounds` says, and `robots`.
         names: The robots.
         margin: m.
         limits: The numbers that flights are checked and watched by.
@@ -44,13 +46,8 @@ class Team:
         Raises:
             Refused: As said.
         """
-        accuracy = self.limits["accuracy"]
-        if not (1.0 - self.limits["share"]) * self.margin > accuracy:
-            least = accuracy / (1.0 - self.limits["share"])
-            raise Refused(
-                f"the margin is {self.margin:g} m, and a measurement may be off by {accuracy:g} m: a margin above {least:g} m leaves "
-                "robots room to begin in"
-            )
+        if fault := margin_fault(self.margin, self.limits):
+            raise Refused(fault)
 
     def asked(self, name: str, places: dict[str, Place], where: str, *, above: bool = False) -> Asked:
         """Return what is asked of a robot before it flies.
@@ -78,10 +75,9 @@ class Team:
         found = (at_place(name, pose.position, asked, self.limits), heading_of(name, pose.heading, heading, self.limits))
         return [check.sentence for check in found if check.passed is False]
 
-    def battery_left(self, name: str, level: float) -> float | None:
+    def battery_left(self, name: str, level: float | None) -> float | None:
         """Return how long a robot's battery lasts, s; None where its vehicle's `endurance` is not known."""
-        endurance = self.data["robots"][name]["endurance"]
-        return 0.0 if level <= 0.0 else None if endurance is None else endurance * level
+        return battery_left(level, self.data["robots"][name]["endurance"])
 
     # In flight
 
@@ -95,7 +91,7 @@ class Team:
         accuracy = self.limits["accuracy"]
         if off + accuracy < self.margin:
             return ""
-        return f"{name} is {off:.3f} m from its plan; the margin is {self.margin:g} m, and its measurement may be off by {accuracy:g} m"
+        return f"{name} is {off:.3f} m from its plan; the margin is {self.margin:g} m, and its measurement may be off by {accuracy:.3g} m"
 
     def apart_fault(self, name: str, places: dict[str, Place]) -> str:
         """Return which robot one is too near to; empty where that is none. A distance in z counts as the mission says.
@@ -106,11 +102,12 @@ class Team:
         """
         z, (x, y, height) = self.data["z_scale"], places[name]
         for other, least in self._beside[name]:
-            if other in places:
-                place = places[other]
-                found = math.hypot(x - place[0], y - place[1], z * (height - place[2]))
-                if not found >= least:
-                    return f"{name} and {other} are {found:.3f} m apart, and {least:.3f} m are asked"
+            place = places.get(other)
+            if place is None or abs(x - place[0]) > least:
+                continue
+            found = math.hypot(x - place[0], y - place[1], z * (height - place[2]))
+            if not found >= least:
+                return f"{name} and {other} are {found:.3f} m apart, and {least:.3f} m are asked"
         return ""
 
     def workspace_fault(self, name: str, place: Place, *, low: bool = True) -> str:
@@ -129,13 +126,26 @@ class Team:
 
 
 class Watch:
-    """Looks at the team in flight, pose by pose; whoever must not go on raises Refused."""
+    """Looks at a team in flight, pose by pose, and says why a robot, or the team, must not go on.
+
+    Attributes:
+        last: When each robot was measured last, s.
+        places: Where that was.
+        outside: Robots that may have left their margin or the workspace, with a sentence each.
+        near: Which robots came too near to each other, a sentence; empty where none did.
+    """
 
     def __init__(self, team: Team, now: float) -> None:
         """Begin to watch; all count as seen by now."""
         self._team = team
-        self.last = dict.fromkeys(team.names, now)
         self.places: dict[str, Place] = {}
+        self.outside: dict[str, str] = {}
+        self.near = ""
+        self.begin(now)
+
+    def begin(self, now: float) -> None:
+        """Count all as seen by now, after a time in which nobody was looked at."""
+        self.last, self._looked = dict.fromkeys(self._team.names, now), math.inf
 
     def see(self, name: str, pose: Pose, off: float, *, low: bool = True) -> None:
         """Take in a new pose.
@@ -145,47 +155,54 @@ class Watch:
             pose: Where it was measured.
             off: m from where it should have been.
             low: Whether the workspace's lower end counts.
-
-        Raises:
-            Refused: It must not go on.
         """
-        self.last[name] = pose.time
-        self.places[name] = pose.position
-        team = self._team
+        team, self.last[name], self.places[name] = self._team, pose.time, pose.position
+        fault = team.margin_fault(name, off) or team.workspace_fault(name, pose.position, low=low)
         if not all(map(math.isfinite, pose.position)):
-            raise Refused(f"{name}'s measured place is no number")
-        fault = (
-            team.margin_fault(name, off)
-            or team.workspace_fault(name, pose.position, low=low)
-            or team.apart_fault(name, self.places)
-        )
+            fault = f"{name}'s measured place is no number"
         if fault:
-            raise Refused(fault)
+            self.outside.setdefault(name, fault)
+        self.near = self.near or team.apart_fault(name, self.places)
 
-    def require_seen(self, now: float) -> None:
-        """Refuse to go on where a robot was not seen lately, or nobody looked.
-
-        Args:
-            now: s.
-
-        Raises:
-            Refused: As said.
-        """
-        fresh = self._team.limits["fresh"]
-        silent = [name for name, time in self.last.items() if now - time > fresh]
-        if silent:
-            raise Refused(f"no position from {', '.join(silent)} for {fresh:g} s")
-
-    def require_charged(self, name: str, level: float) -> None:
-        """Refuse to go on with a battery that is nearly empty.
+    def lost(self, name: str, now: float, lasts: float | None, fault: str) -> str:
+        """Return why a robot cannot go on, though others can; empty where it can.
 
         Args:
             name: The robot's.
-            level: Share of its charge.
+            now: s.
+            lasts: s that its battery lasts; None where that is not known.
+            fault: What blocks it, as of it alone (`has tumbled`); empty where nothing does.
+        """
+        limits = self._team.limits
+        if now - self.last[name] > limits["fresh"]:
+            return f"{name} was not seen for {limits['fresh']:g} s"
+        if lasts is not None and not lasts >= limits["empty"]:
+            return f"{name}'s battery lasts {max(lasts, 0.0):.0f} s more"
+        return fault and f"{name} {fault}"
+
+    def alarm(self) -> str:
+        """Return why the team must not go on, though all robots could; empty where it may."""
+        return next(iter(self.outside.values()), self.near)
+
+    def late(self, now: float) -> str:
+        """Return that nobody was looked at for too long, up to now; empty where they were.
+
+        Args:
+            now: s.
+        """
+        late, self._looked = now - self._looked, now
+        return f"this computer is too busy: nobody was looked at for {late:.2f} s" if late > self._team.limits["slow"] else ""
+
+    def require(self, now: float, health: Callable[[str], tuple[float | None, str]]) -> None:
+        """Refuse to go on where one cannot.
+
+        Args:
+            now: s.
+            health: Returns for how long a robot's battery lasts and what blocks it, as `lost` takes them.
 
         Raises:
             Refused: As said.
         """
-        left = self._team.battery_left(name, level)
-        if left is not None and not left >= self._team.limits["empty"]:
-            raise Refused(f"{name}'s battery lasts {left:.0f} s more")
+        lost = (self.lost(name, now, *health(name)) for name in self._team.names)
+        if fault := self.late(now) or self.alarm() or next(filter(None, lost), ""):
+            raise Refused(fault)

@@ -15,6 +15,7 @@ from ltlplan.paths.sampling.path_problem import path_problem
 from ltlplan.pipeline import certified_team
 from tests.benchmarks.hoops_scenarios import LIMIT, lengths, under_the_limit, wide_course
 from tests.helpers.courses import courses
+from tests.helpers.few import few_of
 from verify import judge
 from verify.data import BadInput, Plan, Trajectory, Visit, Word
 
@@ -155,6 +156,7 @@ def ended(populations, seed):
     return minimise(valleys, search, rng=np.random.default_rng(seed))[0].best_cost
 
 
+@pytest.mark.slow
 def test_several_populations_miss_the_deeper_valley_less_often_than_one():
     one, four = (np.array([ended(populations, seed) for seed in range(12)]) for populations in (1, 4))
     assert four.mean() < one.mean() - 0.05
@@ -245,6 +247,7 @@ def judged(mission, plan):
     return [claim.sentence for claim in claims if claim.outcome != "holds"]
 
 
+@pytest.mark.slow
 def test_every_returned_path_passes_the_judge():
     cases = [(m, p) for m, _, p in shipped() if len(m.agents) == 1] + courses(seed=21, count=2)
     for mission, nominal in cases:
@@ -287,6 +290,7 @@ def test_populations_begin_at_the_nominal_path_and_over_and_under_it():
     assert one.best_cost == problem.costs(problem.mean[None])[0]
 
 
+@pytest.mark.slow
 def test_blocks_of_a_round_cost_what_the_round_costs():
     mission = load_mission("hoops-sequence")
     problem = path_problem(mission, route_sequence(mission), EFFORT)
@@ -407,7 +411,7 @@ def test_a_word_too_long_for_the_search_keeps_its_nominal_path():
     assert [v.region for v in found.plan.visits] == [v.region for v in nominal.visits]
 
 
-@pytest.mark.parametrize("seed", range(3))
+@few_of(1, "seed", range(3))
 def test_prefix_and_suffix_come_below_five_metres_where_they_are_not_at_first(seed: int) -> None:
     """Scenario 4.3's example J <= 5, on a course whose nominal lap is above it; a sample that is not kept ends no search."""
     nominal, found = under_the_limit(seed)

@@ -120,6 +120,7 @@ def test_a_plan_moves_and_turns_with_the_world(angle, shift):
     assert [w.role for w in there.waypoints] == [w.role for w in here.waypoints]
 
 
+@pytest.mark.slow
 def test_random_courses_never_enter_a_hoop_that_is_not_next_in_the_sequence():
     crowds = courses(seed=11, count=8, hoops=5, passages=3) + courses(seed=12, count=3, hoops=8, passages=5)
     for mission, plan in crowds:
@@ -261,6 +262,7 @@ def test_two_hoops_in_each_others_way_are_passed_by_the_points_of_both():
     assert keeps_clear(mission, [start, *(p.position for p in points), end])
 
 
+@pytest.mark.slow
 def test_avoid_keeps_clear_of_all_hoops_between_the_control_points_of_crowded_ones():
     rng, found = np.random.default_rng(7), []
     for _ in range(6):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from ltlplan.search.exact import assign
+from tests.helpers.few import few_of
 from tests.helpers.worlds import world
 
 PLACES = {"a": (-1.7, 0.7), "b": (1.7, 0.7), "home": (0.0, -1.5)}
@@ -25,7 +26,8 @@ def places_of_actions(formula: str, *, robots: int) -> list[str]:
 
 
 @pytest.mark.parametrize("robots", [2, 3])
-@pytest.mark.parametrize(
+@few_of(
+    1,
     "formula",
     ["F all(home) & F(count(a) == 2)", "F(count(home) >= 2 & F(count(b) == 2))", "F all(b) & F(count(home) == 2 & F quad0.a)"],
 )

@@ -189,7 +189,7 @@ def test_with_counts_too_the_dearest_robot_may_be_what_counts():
     assert longest.complete
     assert longest.cost == max(robot.cost for robot in longest.robots.values()) == pytest.approx(4.5)
     words = {name: robot.word for name, robot in longest.robots.items()}
-    assert check_team(written_out(parse_formula(formula), NAMES), words, reading="joint").sequential
+    assert check_team(written_out(parse_formula(formula), NAMES), words, team="joint").sequential
 
 
 def test_where_nobody_has_anything_to_fly_for_the_dearest_robot_costs_nothing():
@@ -239,6 +239,7 @@ def test_a_meeting_is_planned_flown_and_certified():
     assert all(claim.outcome == "holds" for claim in done.certificate.claims)
 
 
+@pytest.mark.slow
 def test_whoever_comes_first_waits_in_flight():
     made = plan(parse_mission(MEETING.replace("FORMULA", "F(count(dock) >= 2) & F all(home)")))
     assert {(meeting.first[0], meeting.then[0]) for meeting in made.meetings} == {("quad0", "quad1"), ("quad1", "quad0")}

@@ -23,6 +23,7 @@ def world(formula: str, robots: int = 2) -> Mission:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("formula", "robots"),
     [

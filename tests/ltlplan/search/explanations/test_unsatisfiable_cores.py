@@ -1,12 +1,12 @@
 from __future__ import annotations
 
 import pytest
-from hypothesis import given, settings
 
 from ltlplan.logic.conjunction import conjuncts
 from ltlplan.missions import load_mission
 from ltlplan.search.exact import assign
 from ltlplan.search.explanations.unsatisfiable_cores import NoPlan
+from tests.helpers.few import given_few
 from tests.helpers.worlds import world
 from tests.strategies import formulas
 from verify.data import Formula, Mission, parse_formula
@@ -109,8 +109,7 @@ def test_joint_missions_are_explained_too() -> None:
     assert set(error.core) == {"F (a & b)", "G !a"}
 
 
-@settings(max_examples=40, deadline=None)
-@given(formulas(size=5), formulas(size=5))
+@given_few(6, 40, formulas(size=5), formulas(size=5))
 def test_cores_are_impossible_and_minimal(first: Formula, second: Formula) -> None:
     mission = world(f"({first}) & ({second})")
     try:

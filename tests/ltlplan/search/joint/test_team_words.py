@@ -4,7 +4,6 @@ import itertools
 import math
 
 import pytest
-from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ltlplan.logic.budget import Budget, TooLarge
@@ -12,10 +11,13 @@ from ltlplan.logic.conjunction import conjunct_automata
 from ltlplan.logic.translation import translate
 from ltlplan.search.exact import assign
 from ltlplan.search.explanations.unsatisfiable_cores import NoPlan
-from ltlplan.search.joint.team_words import joint_possible, plan_joint
+from ltlplan.search.joint.planning import joint_possible
+from ltlplan.search.joint.reading import JointTask
+from ltlplan.search.team_planning import plan_team
 from ltlplan.systems.robot_systems import Systems
 from ltlplan.systems.transition_systems import TransitionSystem
 from ltlplan.systems.visit_words import word_of
+from tests.helpers.few import few_of, given_few
 from tests.helpers.graphs import simple_words, systems, tasks
 from tests.helpers.worlds import world
 from tests.strategies import formulas
@@ -26,8 +28,7 @@ from verify.data.sections import TeamReading
 NEAR = {"a": (0.0, 0.0), "b": (2.0, 0.0)}
 
 
-@settings(max_examples=15, deadline=None)
-@given(formulas(names=("a", "b"), size=4))
+@given_few(4, 15, formulas(names=("a", "b"), size=4))
 def test_joint_plans_against_brute_force(formula: Formula) -> None:
     mission = world(str(formula), regions=NEAR, robots=2, team="joint")
     tours = [(), ("a",), ("b",), ("a", "b"), ("b", "a")]
@@ -40,7 +41,7 @@ def test_joint_plans_against_brute_force(formula: Formula) -> None:
         for name in mission.agents
     }
     possible = any(
-        check_team(mission.formula, dict(zip(mission.agents, choice, strict=True)), reading="joint").sequential
+        check_team(mission.formula, dict(zip(mission.agents, choice, strict=True)), team="joint").sequential
         for choice in itertools.product(*words.values())
     )
     try:
@@ -50,10 +51,11 @@ def test_joint_plans_against_brute_force(formula: Formula) -> None:
         return
     except TooLarge:
         return
-    assert check_team(mission.formula, {n: r.word for n, r in plan.robots.items()}, reading="joint").sequential
+    assert check_team(mission.formula, {n: r.word for n, r in plan.robots.items()}, team="joint").sequential
 
 
-@pytest.mark.parametrize(
+@few_of(
+    3,
     "formula",
     ["F a & F b", "F(a & F b)", "F a & F b & G !(a & b)", "F(a & b)", "F b & G(b -> a)", "F a & F G b", "F(a & F(b & F a))"],
 )
@@ -69,7 +71,7 @@ def test_the_dearest_robot_of_a_joint_team_against_brute_force(formula: str) -> 
     kept = [
         max(one[0], two[0])
         for one, two in itertools.product(*options)
-        if check_team(mission.formula, {"quad0": one[1], "quad1": two[1]}, reading="joint").sequential
+        if check_team(mission.formula, {"quad0": one[1], "quad1": two[1]}, team="joint").sequential
     ]
     plan = assign(mission)
     if not kept:
@@ -111,12 +113,13 @@ def test_eight_robots_that_watch_each_other() -> None:
     mission = world(text, regions=GOALS, robots=8, starts=HOMES, team="joint")
     plan = assign(mission)
     assert plan.complete
-    assert check_team(mission.formula, {n: r.word for n, r in plan.robots.items()}, reading="joint").sequential
+    assert check_team(mission.formula, {n: r.word for n, r in plan.robots.items()}, team="joint").sequential
     alone = assign(world(text.replace(" & F(p3 & p5)", ""), regions=GOALS, robots=8, starts=HOMES, team="joint"))
     assert alone.cost <= plan.cost + 1e-9  # less is asked
 
 
-@pytest.mark.parametrize(
+@few_of(
+    1,
     ("team", "robots", "rest", "budgets"),
     [
         ("joint", 8, "F(p1 & F(p2 & F p3)) & F(p6 & p4)", (20_000, 5_000)),
@@ -130,7 +133,7 @@ def test_a_budget_leaves_a_plan_and_a_bound(team: TeamReading, robots: int, rest
     assert best.complete
     for states in budgets:
         plan = assign(mission, budget=Budget(states=states))
-        assert check_team(mission.formula, {n: r.word for n, r in plan.robots.items()}, reading=team).sequential
+        assert check_team(mission.formula, {n: r.word for n, r in plan.robots.items()}, team=team).sequential
         assert not plan.complete
         assert plan.lower_bound is not None
         assert 0.5 * best.cost < plan.lower_bound <= best.cost + 1e-9
@@ -138,11 +141,10 @@ def test_a_budget_leaves_a_plan_and_a_bound(team: TeamReading, robots: int, rest
         assert any("a cheaper one may exist" in note for note in plan.notes)
 
 
-@settings(max_examples=60, deadline=None)
-@given(st.lists(systems(4), min_size=2, max_size=3), tasks(with_next=False))
+@given_few(10, 60, st.lists(systems(4), min_size=2, max_size=3), tasks(with_next=False))
 def test_joint_plans_of_any_graphs(each: list[TransitionSystem], formula: Formula) -> None:
     try:
-        found = plan_joint(each, conjunct_automata(formula, "finite"), Budget(states=200_000, candidates=1000))
+        found = plan_team(JointTask(each, conjunct_automata(formula, "finite")), Budget(states=200_000, candidates=1000))
     except TooLarge:
         return
     words = [simple_words(system, 3) for system in each]
@@ -150,7 +152,7 @@ def test_joint_plans_of_any_graphs(each: list[TransitionSystem], formula: Formul
         (
             sum(cost for cost, _ in choice)
             for choice in itertools.product(*words)
-            if check_team(formula, {f"r{i}": word for i, (_, word) in enumerate(choice)}, reading="joint").sequential
+            if check_team(formula, {f"r{i}": word for i, (_, word) in enumerate(choice)}, team="joint").sequential
         ),
         default=math.inf,
     )
@@ -161,7 +163,7 @@ def test_joint_plans_of_any_graphs(each: list[TransitionSystem], formula: Formul
     assert found.run.cost <= best + 1e-6
     paths = found.run.paths
     shown = {f"r{i}": Word(tuple(each[i].labels[node] for node in path)).compressed() for i, path in enumerate(paths)}
-    assert check_team(formula, shown, reading="joint").sequential
+    assert check_team(formula, shown, team="joint").sequential
     if all(len(path) <= 3 for path in paths):
         assert found.run.cost == pytest.approx(best, abs=1e-6)
 

@@ -16,6 +16,7 @@ from ltlplan.search.exact import assign
 from ltlplan.search.lassos.product_search.cheapest_laps import laps_below, least_of_all_laps
 from ltlplan.systems.robot_systems import Systems
 from ltlplan.systems.transition_systems import TransitionSystem
+from tests.helpers.few import few_of
 from tests.helpers.short_laps import World, least_cost
 from tests.helpers.timelines import mission
 from tests.helpers.worlds import world
@@ -111,7 +112,7 @@ TEAMS = [
 """Reading, robots, what laps cost at the most that are tried, and what is to be least."""
 
 
-@pytest.mark.parametrize(("team", "robots", "most", "objective"), TEAMS)
+@few_of(3, ("team", "robots", "most", "objective"), TEAMS)
 def test_no_short_laps_are_cheaper(team: str, robots: int, most: float, objective: str):
     assert sum(agrees(seed, team, robots, most, objective) for seed in range(4)) >= 1
 
@@ -200,7 +201,7 @@ def test_a_robot_that_rests_is_known_to_be_read_in_each_lap():
     assert found.laps == ((1,), (1,))
 
 
-@pytest.mark.parametrize("objective", ["sum", "longest"])
+@few_of(1, "objective", ["sum", "longest"])
 def test_what_is_found_and_proved_among_few_places_is_true(objective: str):
     """Too many places for a search below any limit: it goes on below shares of what few flying robots pay."""
     proved = bounded = 0
@@ -235,6 +236,7 @@ def filling(robots: int, repeat: int, objective: str) -> Mission:
     )  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("objective", ["sum", pytest.param("longest", marks=pytest.mark.slow)])
 def test_robots_that_wait_for_each_others_actions_act_where_they_come_to(objective: str):
     plan = assign(filling(3, 2, objective))

@@ -6,7 +6,6 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.sparse import csr_matrix
 
@@ -18,6 +17,7 @@ from ltlplan.search.lassos.lasso import cheapest_lasso, lasso_exists
 from ltlplan.search.lassos.memoryless_automata import closes_at_once
 from ltlplan.search.lassos.word_lasso import improve_lasso
 from ltlplan.systems.transition_systems import TransitionSystem
+from tests.helpers.few import few_of, given_few
 from tests.strategies import formulas, letters
 from verify.data import Formula, Word
 from verify.logic.semantics import satisfies
@@ -47,8 +47,7 @@ def word(system: TransitionSystem, path: tuple[int, ...]) -> Word:
     return Word(tuple(system.labels[node] for node in path))
 
 
-@settings(max_examples=60, deadline=None)
-@given(systems(), formulas(with_next=True, names=("a", "b"), size=4))
+@given_few(10, 60, systems(), formulas(with_next=True, names=("a", "b"), size=4))
 def test_lassos_satisfy_their_formula_and_are_found_if_there_are_any(system: TransitionSystem, formula: Formula) -> None:
     resting = TransitionSystem(system.labels, system.edges, 0, {})  # no hovering: every letter is a step
     automaton = translate(formula, "infinite")
@@ -116,7 +115,7 @@ def test_many_goals_for_ever_against_every_order(seed: int, weight: float) -> No
     assert run.bound == pytest.approx(run.prefix_cost + weight * run.cycle_cost, abs=1e-6)
 
 
-@pytest.mark.parametrize("seed", range(8))
+@few_of(3, "seed", range(8))
 def test_bounds_by_trees_and_by_orders_lead_to_the_same_round(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Goals may be shown at several places; a round is found with one bound and with the other."""
     system, _ = places(11, seed)

@@ -8,6 +8,7 @@ import pytest
 
 from ltlplan import parse_mission, plan
 from ltlplan.pipeline import Candidate, Flight, attempted
+from tests.helpers.few import few_of
 from verify.data import Mission, MissionError, Unsatisfiable
 
 HOUSES = {
@@ -34,7 +35,8 @@ def certified(mission: Mission) -> bool:
     return isinstance(found, Flight) and found.certificate.holds
 
 
-@pytest.mark.parametrize(
+@few_of(
+    2,
     ("formula", "start", "robot"),
     [
         ("G F room & G F b", [0.0, -1.6, 1.0], ""),

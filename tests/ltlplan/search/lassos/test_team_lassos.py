@@ -15,6 +15,7 @@ from ltlplan.search.lassos.concurrent_cycle_steps import Stage
 from ltlplan.search.lassos.conjunct_assignment import parts_of, share_out
 from ltlplan.search.lassos.team_lassos import plan_team_lasso
 from ltlplan.systems.transition_systems import TransitionSystem
+from tests.helpers.few import given_few
 from tests.helpers.timelines import mission
 from tests.helpers.worlds import world
 from verify.data import BadInput, Letter, Word
@@ -95,8 +96,9 @@ def cost(each, found) -> float:
     )
 
 
-@settings(max_examples=40, deadline=None)
-@given(
+@given_few(
+    6,
+    40,
     st.tuples(systems(), systems()),
     st.one_of(RECURRENCES, st.sampled_from(["G(a -> F b)", "G(a -> !b U c)", "(!a U b) & G F c", "G F(a & F b)"])),
     st.sampled_from(["own", "joint"]),
@@ -185,8 +187,9 @@ def test_laps_of_few_robots_stand_where_the_product_of_all_is_too_large():
 PARTS = ("G F a", "G F b", "G F c", "F a", "F b")
 
 
-@settings(max_examples=25, deadline=None)
-@given(st.tuples(systems(), systems()), st.lists(st.sampled_from(PARTS), min_size=1, max_size=3, unique=True), st.booleans())
+@given_few(
+    4, 25, st.tuples(systems(), systems()), st.lists(st.sampled_from(PARTS), min_size=1, max_size=3, unique=True), st.booleans()
+)
 def test_parts_are_shared_out_at_the_least_cost(each, parts: list[str], longest: bool):
     """Against every way to give the parts to the two, each robot's laps tried by hand."""
     asked = mission(" & ".join(parts), robots=2, trace="infinite")

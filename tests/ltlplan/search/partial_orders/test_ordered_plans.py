@@ -10,6 +10,7 @@ from ltlplan.logic.conjunction import conjunct_automata
 from ltlplan.pipeline import certified_team
 from ltlplan.search.partial_orders.ordered_plans import plan_ordered
 from ltlplan.systems.robot_systems import Systems
+from tests.helpers.few import few_of
 from tests.helpers.own_places import own_places
 from tests.helpers.worlds import world
 from verify import check_team
@@ -21,7 +22,8 @@ def waits(plan: Plan) -> list[str]:
     return [each.sentence(plan.robots) for each in plan.precedences]
 
 
-@pytest.mark.parametrize(
+@few_of(
+    2,
     ("formula", "may_enter", "own", "joint"),
     [
         (
@@ -98,7 +100,7 @@ def test_what_takes_too_many_states_is_not_called_impossible() -> None:
         )
 
 
-@pytest.mark.parametrize("team", ["own", "joint"])
+@few_of(1, "team", ["own", "joint"])
 def test_what_counterexamples_cannot_mend_goes_back_to_planning(team: str) -> None:
     """Under `joint` the robot that is waited for never leaves, so no wait that a counterexample names helps."""
     plan = ltlplan.plan(own_places("F a & (!a U b)", {"quad0": "a", "quad1": "b"}, team=team))
@@ -107,6 +109,7 @@ def test_what_counterexamples_cannot_mend_goes_back_to_planning(team: str) -> No
     assert done.plan.precedences == plan.precedences
 
 
+@pytest.mark.slow
 def test_words_that_only_whole_words_in_turn_keep_are_given_up_for_others() -> None:
     """Each order of the robots does it; but b may be read late, so no flight of these words does unless quad0 leaves b."""
     asked = "F a & F c & G(a -> (!c U b)) & G(c -> (!a U d)) & F b & F d"
@@ -139,7 +142,8 @@ margin: 0.05
 """
 
 
-@pytest.mark.parametrize(
+@few_of(
+    1,
     ("formula", "wait"),
     [
         ("F carrying & (!carrying U b)", "slow acts in water only when fast has entered b"),

@@ -30,7 +30,7 @@ def _held_to_its_schema(served: Served, job: str, count: int) -> set[str]:
         computes = any(part in operation.label for part in SAME_WORK)
 
         @settings(
-            max_examples=max(2, count // 6) if computes else count,
+            max_examples=max(1, count // 6) if computes else count,
             deadline=None,
             database=None,
             derandomize=True,
@@ -50,7 +50,7 @@ def _held_to_its_schema(served: Served, job: str, count: int) -> set[str]:
 
 
 def test_every_route_does_what_its_schema_says(served: Served, done: Submitted) -> None:
-    assert len(_held_to_its_schema(served, done.id, 2)) > 20
+    assert len(_held_to_its_schema(served, done.id, 1)) > 20
 
 
 @pytest.mark.slow

@@ -15,6 +15,7 @@ from ltlplan.service.execution.batches import RECORD, exit_code, run_batch
 from ltlplan.service.execution.clusters import Cluster, ClusterError
 from ltlplan.service.execution.workers import LocalWorkers
 from tests.helpers.clusters import local_cluster
+from tests.helpers.few import few_of
 from tests.helpers.flights import small_mission
 from verify.data import BadInput, mission_to_yaml
 
@@ -67,6 +68,7 @@ def done(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.mark.slow
 def test_each_folder_is_what_run_writes_and_a_record(done: Path, tmp_path: Path) -> None:
     ltlplan.run(done / "good.yaml", tmp_path / "run")
     ours, theirs = contents(tmp_path / "run"), contents(done.parent / "out" / "good")
@@ -84,7 +86,7 @@ def test_what_was_done_is_not_done_again(done: Path) -> None:
     assert contents(done.parent / "out") == before
 
 
-@pytest.mark.parametrize("change", ["seed", "version", "mission"])
+@few_of(1, "change", ["seed", "version", "mission"])
 def test_another_seed_version_or_mission_is_run(
     change: str, done: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -117,6 +119,7 @@ def test_a_folder_that_somebody_changed_is_theirs(done: Path, tmp_path: Path) ->
     assert "did not write it" in never.sentence
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("error", [KeyboardInterrupt, pytest.param(ClusterError, marks=pytest.mark.slow)])
 def test_what_ends_the_whole_leaves_whole_folders_and_is_gone_on_with(error: type[BaseException], tmp_path: Path) -> None:
     folder = missions(tmp_path / "missions", one="F a", two="F a & F free")
@@ -135,6 +138,7 @@ def test_what_ends_the_whole_leaves_whole_folders_and_is_gone_on_with(error: typ
     assert [(entry.name, entry.exit_code, entry.found) for entry in again] == [("one", 0, True), ("two", 0, False)]
 
 
+@pytest.mark.slow
 def test_a_flight_that_leaves_its_tube_is_written_and_not_certified(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     folder = missions(tmp_path / "missions", one="F a")
     monkeypatch.setattr("ltlplan.report.summary.shortfall", lambda _result: "r0 strayed")

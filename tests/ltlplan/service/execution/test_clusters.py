@@ -17,6 +17,7 @@ from ltlplan.service.execution.stages import Outcome, mission_bytes, run_stage
 from ltlplan.service.provenance import here
 from tests.helpers import work_for_workers as work
 from tests.helpers.clusters import LocalCluster, local_cluster
+from tests.helpers.few import few_of
 from tests.helpers.flights import small_mission
 from tests.helpers.stand_ins import flight as made_flight
 from tests.helpers.stand_ins import stand_in
@@ -133,7 +134,7 @@ def test_a_worker_that_dies_costs_its_own_work_only(machines: LocalCluster, clus
     assert all(map(is_gone, began))
 
 
-@pytest.mark.parametrize("address", ["tcp://127.0.0.1:9", "nowhere", "http://127.0.0.1:80", "tcp://127.0.0.1:port"])
+@few_of(1, "address", ["tcp://127.0.0.1:9", "nowhere", "http://127.0.0.1:80", "tcp://127.0.0.1:port"])
 def test_a_scheduler_that_is_not_there_is_said(address: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(clusters, "_CONNECT", 0.5)
     with pytest.raises(ClusterError, match=rf"No Dask scheduler answers at {address} \(.*\); start one with `dask scheduler`"):

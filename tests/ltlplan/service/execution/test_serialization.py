@@ -18,6 +18,7 @@ from ltlplan.replanning.candidates import Candidate, Certified, Cut
 from ltlplan.service.execution import stages
 from ltlplan.service.execution.serialization import fields_of, from_bytes, stored_classes, to_bytes
 from ltlplan.service.execution.stages import mission_bytes, run_stage
+from tests.helpers.few import few_of
 from tests.helpers.flights import small_mission
 from verify.data import Mission, Plan, Trajectory, Witness
 from verify.data.plan import Precedence
@@ -155,6 +156,7 @@ def test_a_flight_in_parts_comes_back_in_parts(cycle: int | None, cuts: tuple[in
     assert again.digest() == flight.digest()
 
 
+@pytest.mark.slow
 def test_what_planning_and_refining_a_flight_in_parts_store_comes_back(monkeypatch: pytest.MonkeyPatch) -> None:
     found = list(stored(load_mission("door-puzzle"), "flight", monkeypatch))
     assert [stage for stage, _, _ in found] == ["plan", "round 1"]
@@ -165,7 +167,7 @@ def test_what_planning_and_refining_a_flight_in_parts_store_comes_back(monkeypat
     assert certified.certificate.covers(certified.team)
 
 
-@pytest.mark.parametrize(("formula", "trace"), [("F a", "finite"), ("F (a & F b)", "finite"), ("G F a & G F b", "infinite")])
+@few_of(1, ("formula", "trace"), [("F a", "finite"), ("F (a & F b)", "finite"), ("G F a & G F b", "infinite")])
 def test_whatever_a_stage_stores_comes_back(formula: str, trace: str, monkeypatch: pytest.MonkeyPatch) -> None:
     regions = "a: {center: [1.0, 0.0, 1.0], radii: [0.2, 0.2, 0.2]}\nb: {center: [-1.0, 0.0, 1.0], radii: [0.2, 0.2, 0.2]}"
     mission = small_mission(formula, regions=regions, margin=0.05, trace=trace)

@@ -64,6 +64,7 @@ class Here:
         return future
 
 
+@pytest.mark.slow
 def test_shipped_missions_are_certified_in_a_batch(tmp_path: Path) -> None:
     assert_certified(folder_of(tmp_path / "missions", ["hoops-ltl", "hoops-published"]), tmp_path / "out", Here())
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import json
 import zipfile
 from io import BytesIO
@@ -17,6 +18,7 @@ from ltlplan import pipeline
 from ltlplan.replanning import candidates
 from ltlplan.service.execution.serialization import from_bytes, to_bytes
 from ltlplan.service.execution.stages import Outcome, mission_bytes, plan_of, run_stage, share_after
+from tests.helpers.few import few_of
 from tests.helpers.flights import small_mission
 from verify.data import InternalError, Mission, Trajectory
 from verify.data.progress import silent
@@ -38,9 +40,16 @@ def with_margin(formula: str = "F a") -> Mission:
     return small_mission(formula, margin=0.05)
 
 
+@functools.cache
+def done() -> tuple[tuple[str, Outcome], ...]:
+    """Do all stages of the mission of one region."""
+    return tuple(staged(with_margin()))
+
+
+@pytest.mark.slow
 def test_a_jobs_files_are_those_of_the_command(tmp_path: Path) -> None:
     mission = with_margin()
-    outcomes = staged(mission)
+    outcomes = done()
     assert [name for name, _ in outcomes] == ["plan", "round 1", "flight", "files"]
     ltlplan.run(mission, tmp_path / "run")
     written = {
@@ -51,6 +60,7 @@ def test_a_jobs_files_are_those_of_the_command(tmp_path: Path) -> None:
     assert [name for name in written if made[name] != written[name]] == []
 
 
+@pytest.mark.slow
 def test_soft_parts_go_through_the_stages_as_through_the_library() -> None:
     plain = with_margin()
     mission = plain.changed(spec={**plain.spec.model_dump(), "soft": [{"formula": "F a"}, {"formula": "G !a", "weight": 0.5}]})
@@ -98,7 +108,7 @@ def _refused(mission: Mission) -> tuple[dict[str, Trajectory], verify.Certificat
 
 
 def test_what_stages_find_is_plain_data_for_people() -> None:
-    outcomes = dict(staged(with_margin()))
+    outcomes = dict(done())
     found = {name: json.loads(json.dumps(outcome.found, allow_nan=False)) for name, outcome in outcomes.items()}
     assert found["plan"]["visits"] == {"r0": "a"}
     assert found["round 1"]["certified"]
@@ -111,18 +121,17 @@ def test_what_stages_find_is_plain_data_for_people() -> None:
     assert outcomes["files"].problem is None
 
 
-@pytest.mark.parametrize("stage", ["plan", "round 1", "flight"])
+@few_of(1, "stage", ["plan", "round 1", "flight"])
 def test_a_stages_value_survives_to_the_last_bit(stage: str) -> None:
-    value = dict(staged(with_margin()))[stage].value
+    value = dict(done())[stage].value
     again = from_bytes(value)
     assert to_bytes(again) == value
     assert to_bytes(from_bytes(to_bytes(again))) == value
 
 
 def test_the_plan_can_be_read_from_what_planning_made() -> None:
-    mission = with_margin()
-    outcomes = dict(staged(mission))
-    plan = ltlplan.plan(mission)
+    outcomes = dict(done())
+    plan = ltlplan.plan(with_margin())
     assert plan_of(outcomes["plan"].value) == plan
     assert plan_of(outcomes["round 1"].value).digest() == plan.digest()
 

@@ -15,6 +15,7 @@ from ltlplan.service.job_queue.jobs import Jobs
 from ltlplan.service.job_queue.store import Damaged, Store
 from ltlplan.service.models import Job
 from ltlplan.service.service import places
+from tests.helpers.few import few_of
 from tests.helpers.flights import small_mission
 from tests.helpers.job_services import begun, ended, run, service
 
@@ -56,7 +57,7 @@ def test_a_value_that_is_kept_once_more_is_whole_again(tmp_path: Path, damage: D
     assert store.require(digest).read_bytes() == b"value"
 
 
-@pytest.mark.parametrize("damage", DAMAGES, ids=lambda each: each.__name__)
+@few_of(1, "damage", DAMAGES, ids=lambda each: each.__name__)
 def test_nothing_damaged_is_served_and_asking_again_mends_it(tmp_path: Path, damage: Damage) -> None:
     async def check() -> None:
         async with service(tmp_path / "data") as jobs:
@@ -86,7 +87,7 @@ def test_nothing_damaged_is_served_and_asking_again_mends_it(tmp_path: Path, dam
     run(check())
 
 
-@pytest.mark.parametrize("damage", DAMAGES, ids=lambda each: each.__name__)
+@few_of(1, "damage", DAMAGES, ids=lambda each: each.__name__)
 def test_what_a_stage_takes_is_made_once_more(tmp_path: Path, damage: Damage) -> None:
     async def check() -> None:
         async with service(tmp_path / "data", workers=1) as jobs:

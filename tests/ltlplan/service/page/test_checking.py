@@ -8,6 +8,7 @@ import pytest
 from ltlplan import parse_mission
 from ltlplan.missions import shipped_mission_text, shipped_missions
 from ltlplan.service.page.checking import add_edges, change_formula, change_margin, check_text, leave_out
+from tests.helpers.few import few_of
 from verify.data import BadInput
 
 FIRE = shipped_mission_text("firefighting")
@@ -21,7 +22,7 @@ def _underlined(text: str) -> list[tuple[str, str]]:
     return [(fault["keys"], text[fault["from"] : fault["to"]]) for fault in check_text(text, _silent)["faults"]]
 
 
-@pytest.mark.parametrize("name", shipped_missions())
+@few_of(3, "name", shipped_missions())
 def test_shipped_missions_have_no_faults_and_are_shown(name: str) -> None:
     told = check_text(shipped_mission_text(name), _silent)
     assert told["faults"] == []

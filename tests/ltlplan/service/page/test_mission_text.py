@@ -7,12 +7,13 @@ from hypothesis import strategies as st
 from ltlplan import parse_mission
 from ltlplan.missions import shipped_mission_text, shipped_missions
 from ltlplan.service.page.mission_text import span_of, with_edges, with_value
+from tests.helpers.few import few_of
 from verify.data import BadInput
 
 FIRE = shipped_mission_text("firefighting")
 
 
-@pytest.mark.parametrize("name", shipped_missions())
+@few_of(3, "name", shipped_missions())
 def test_only_the_value_changes(name: str) -> None:
     text = shipped_mission_text(name)
     changed = with_value(text, ("margin",), 0.031)

@@ -4,6 +4,7 @@ import pytest
 import ruamel.yaml
 
 from ltlplan.missions import load_mission, shipped_missions
+from tests.helpers.few import few_of
 from verify.data import BadInput, Mission, MissionError, mission_to_yaml, parse_mission
 from verify.data.files.mission_file import MAX_BYTES
 from verify.data.storage import strict_yaml
@@ -50,7 +51,7 @@ def test_a_mission_is_written_alike_whether_or_not_yamls_c_library_is_there(monk
     assert mission_to_yaml(load_mission("firefighting")) == written
 
 
-@pytest.mark.parametrize("name", shipped_missions())
+@few_of(3, "name", shipped_missions())
 def test_a_resolved_mission_reads_back_as_itself(name: str) -> None:
     mission = load_mission(name)
     again = parse_mission(mission_to_yaml(mission))

@@ -77,9 +77,7 @@ def test_at_most_one_robot_visits_two_regions_between_them_and_that_is_certified
     assert [len(robot.visits) for robot in free.robots.values()] == [1, 1]
     assert sorted(len(robot.visits) for robot in bound.robots.values()) == [0, 2]
     assert verify.certify(bound, refine.refine(bound)).holds
-    verdict = verify.check_team(
-        bound.mission.formula, {name: robot.word for name, robot in free.robots.items()}, reading="joint"
-    )
+    verdict = verify.check_team(bound.mission.formula, {name: robot.word for name, robot in free.robots.items()}, team="joint")
     assert verdict.sequential.outcome == "fails"
 
 

@@ -4,6 +4,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.helpers.few import few_of
 from verify.data.language.formula import FALSE, Formula
 from verify.data.language.formula_error import FormulaError
 from verify.data.language.formula_reader import MAX_DEPTH, parse_formula
@@ -62,7 +63,7 @@ def test_operators_without_spaces_where_no_name_can_stand(text: str, spaced: str
     assert spot.formula(text) == spot.formula(parse_formula(text).quoted())
 
 
-@pytest.mark.parametrize("seed", range(150))
+@few_of(50, "seed", range(150))
 def test_reads_random_formulas_as_spot_does(seed: int) -> None:
     random = next(iter(spot.randltl(4, seed=seed, tree_size=18)))
     formula = parse_formula(random.to_str("spot", True))

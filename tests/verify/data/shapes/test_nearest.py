@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
+from tests.helpers.few import few_of
 from verify.data.shapes.convex_parts import outline
 from verify.data.shapes.nearest import surface_of
 from verify.data.shapes.obstacle import Obstacle
@@ -19,7 +20,7 @@ SHAPES = [
 ]
 
 
-@pytest.mark.parametrize("shape", SHAPES, ids=["ellipsoid", "box", "cylinder", "prism", "octahedron"])
+@few_of(2, "shape", SHAPES, ids=["ellipsoid", "box", "cylinder", "prism", "octahedron"])
 def test_nearest_points_are_an_optimisers(shape: dict[str, object]) -> None:
     part = Obstacle.model_validate(shape).body[0]
     surface = surface_of(part)
@@ -50,8 +51,8 @@ def test_the_way_to_the_nearest_point_parts_the_body_from_the_point(shape: dict[
     assert np.max(within @ ways.T - np.einsum("ni,ni->n", nearest, ways)) < 1e-9
 
 
-@pytest.mark.parametrize(
-    "shape", [*SHAPES, {"center": (0, 0, 0), "parts": [[{"quadratic": np.diag([40.0, 20.0, 60.0]).tolist(), "bound": 4.0}]]}]
+@few_of(
+    3, "shape", [*SHAPES, {"center": (0, 0, 0), "parts": [[{"quadratic": np.diag([40.0, 20.0, 60.0]).tolist(), "bound": 4.0}]]}]
 )
 def test_an_outline_is_close_around_its_body(shape: dict[str, object]) -> None:
     surface = surface_of(Obstacle.model_validate(shape).body[0])

@@ -11,12 +11,12 @@ import pytest
 
 import ltlplan
 import verify
-from flight.shapes import region_shapes
+from flight.shapes import region_shapes, surface_points
 from tests.helpers.packages import install
 from verify.data import BadInput, MissionError, check_mission, load_mission_file, load_plan, mission_to_yaml, parse_mission
 from verify.data.events import HoopMoves
 from verify.data.mission import Mission
-from verify.data.shapes.inequalities import Inequality, quadratic_form, surface, turned
+from verify.data.shapes.inequalities import Inequality, quadratic_form, turned
 from verify.data.shapes.region import Region
 from verify.data.shapes.region_shapes import REGION_SHAPES
 from verify.motion.regions import Ellipsoid, extent
@@ -179,8 +179,8 @@ def test_rays_leave_half_spaces_and_quadratics_where_their_inequalities_end() ->
         for axis in range(3)
         for sign in (1.0, -1.0)
     )
-    points = surface((box,), np.concatenate([np.eye(3), -np.eye(3)]))
+    points = surface_points((box,), np.concatenate([np.eye(3), -np.eye(3)]))
     assert np.allclose(points, np.concatenate([np.diag([0.1, 0.2, 0.3]), -np.diag([0.1, 0.2, 0.3])]))
     shifted = (Inequality(quadratic=((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)), linear=(-1.0, 0.0, 0.0), bound=0.75),)
-    assert np.allclose(surface((shifted,), np.array([[1.0, 0, 0], [-1.0, 0, 0]])), [[1.5, 0, 0], [-0.5, 0, 0]])
-    assert np.allclose(surface(turned((shifted,), np.pi / 2), np.array([[0.0, 1.0, 0]])), [[0, 1.5, 0]])
+    assert np.allclose(surface_points((shifted,), np.array([[1.0, 0, 0], [-1.0, 0, 0]])), [[1.5, 0, 0], [-0.5, 0, 0]])
+    assert np.allclose(surface_points(turned((shifted,), np.pi / 2), np.array([[0.0, 1.0, 0]])), [[0, 1.5, 0]])

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from ltlplan.missions.notes import notes_of
 from tests.helpers.solids import random_solid
 from verify.data import BadInput, MissionError, mission_to_yaml, parse_mission
 from verify.data.shapes.region import Region
-from verify.data.validation.notes import notes_of
 
 MISSION = """format: 1
 name: rooms

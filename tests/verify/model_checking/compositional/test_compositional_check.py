@@ -7,6 +7,7 @@ from random import Random
 
 import pytest
 
+from tests.helpers.few import few_of
 from tests.helpers.plain_word_judge import plainly
 from tests.helpers.random_teams import random_formula, random_timeline
 from tests.helpers.timelines import APART, mission, timeline
@@ -145,7 +146,7 @@ def goals(robots: int, edge: float = 0.0) -> list:
 
 
 @pytest.mark.parametrize("robots", [3, 30])
-@pytest.mark.parametrize("edge", [0.0, 0.3])
+@few_of(1, "edge", [0.0, 0.3])
 def test_thirty_robots_that_do_the_same_at_once(robots: int, edge: float) -> None:
     asked = mission("G(a -> F b) & F(a & F b) & G !c & F G !a & (!b U a)", robots=robots)
     lines = {line.robot: line for line in goals(robots, edge)}

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from tests.helpers.braking import brakes
+from tests.helpers.few import few_of
 from tests.helpers.solid_distances import distances
 from tests.helpers.solids import random_solid
 from tests.helpers.stand_ins import hover, minimum_snap
@@ -101,7 +102,7 @@ def agrees_with_sampling(seed: int, kind: str) -> bool:
 
 
 @pytest.mark.parametrize("kind", ["walls", "rims", "solids", "regions"])
-@pytest.mark.parametrize("seed", [0, 1])
+@few_of(1, "seed", [0, 1])
 def test_random_flights_brake_as_near_as_sampled(seed: int, kind: str) -> None:
     assert agrees_with_sampling(seed, kind)
 

@@ -203,6 +203,7 @@ def test_a_moved_world_gives_the_same_labels() -> None:
             assert [span.mark for span in before[name]] == [span.mark for span in after[name]]
 
 
+@pytest.mark.slow
 def test_a_scaled_and_a_turned_world_give_the_same_labels() -> None:
     rng = np.random.default_rng(5)
     for _ in range(10):

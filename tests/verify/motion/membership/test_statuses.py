@@ -39,6 +39,7 @@ def check_cover(spans, end):
             assert {a.mark, b.mark} != {"no", "must"}
 
 
+@pytest.mark.slow
 def test_the_second_exact_method_finds_the_same_switches():
     rng = np.random.default_rng(0)
     told = left_open = 0

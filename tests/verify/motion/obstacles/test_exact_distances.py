@@ -5,6 +5,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
+from tests.helpers.few import few_of
 from tests.helpers.solid_distances import distances
 from tests.helpers.solids import random_solid
 from verify.data.shapes.conditions import HalfSpace, condition
@@ -27,7 +28,7 @@ SHAPES = {
 }
 
 
-@pytest.mark.parametrize("name", SHAPES)
+@few_of(2, "name", SHAPES)
 def test_nothing_is_proved_beyond_the_exact_distance_of_a_face(name: str) -> None:
     rng = np.random.default_rng(3)
     *_, part = solid_parts({"o": Obstacle.model_validate(SHAPES[name])}, {})

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from scipy.spatial import KDTree
 
+from tests.helpers.few import few_of
 from tests.verify.motion.obstacles.test_obstacles import RADIUS, claims, dense, lines, world
 from verify.arithmetic.balls import Floats
 from verify.data import Mission, Trajectory
@@ -116,8 +117,8 @@ def assert_proved_to_a_millimetre(rng: np.random.Generator, count: int, *, curve
         assert [outcome(mission, flight, least - room) == "holds" for room in (0.01, 0.001, -0.001)] == [True, True, False]
 
 
-@pytest.mark.parametrize("curved", [False, True])
-@pytest.mark.parametrize("seed", range(2))
+@few_of(1, "curved", [True, False])
+@few_of(1, "seed", range(2))
 def test_flights_through_oblique_openings_are_proved_to_a_millimetre(seed: int, curved: bool) -> None:
     assert_proved_to_a_millimetre(np.random.default_rng(seed), 6, curved=curved)
 

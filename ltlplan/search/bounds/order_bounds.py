@@ -1,0 +1,90 @@
+"""Lower bounds where a conjunct must hold in every order of the robots: as much is left as in the order that asks for most.
+
+A search follows robots one after another, and what is cheap in that order may break a conjunct in another one. What the other orders
+still ask for is known long before all robots have flown: those that did may come before what is still to be flown, or after it. So this has
+to lead on from where some of them take the conjunct to where the rest of them, read afterwards, takes it to a goal.
+"""
+
+from __future__ import annotations
+
+import itertools
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from typing import Any, Generic, TypeVar
+
+from ltlplan.search.bounds.conjunct_bounds import ConjunctBounds
+from ltlplan.search.bounds.conjunct_graph import Node
+from ltlplan.search.team_reading import UNREACHABLE
+
+Effect = TypeVar("Effect", int, tuple[int, ...])
+"""What a word does to a conjunct."""
+
+_ALL_ORDERS = 3  # words up to which all their orders are looked at; of more the sorted one and its reverse
+
+
+class OrderBounds(ABC, Generic[Effect, Node]):
+    """Lower bounds for one conjunct that every order of the robots has to keep.
+
+    Args:
+        index: The conjunct's.
+        bounds: What its nodes cost; they have to know the conjunct.
+    """
+
+    def __init__(self, index: int, bounds: ConjunctBounds[Node]) -> None:
+        self.index, self._bounds = index, bounds
+        self._known: dict[Any, tuple[float, int]] = {}
+
+    def __call__(self, own: Effect, done: tuple[Effect, ...], waiting: int = 0) -> tuple[float, int]:
+        """Return a lower bound on the cost that is left, and what must still be shown, as bits.
+
+        Args:
+            own: What the word of the robot that flies has done so far.
+            done: What the words of robots that flew before it do.
+            waiting: What is held by those still to fly, as bits.
+        """
+        key = own, done, waiting
+        found = self._known.get(key)
+        if found is None:
+            moved = tuple(sorted(word for word in done if self.moves(word)))
+            orders = sorted(set(itertools.permutations(moved))) if len(moved) <= _ALL_ORDERS else [moved, moved[::-1]]
+            cost, missing = 0.0, 0
+            for order, cut in itertools.product(orders, range(len(moved) + 1)):
+                between = self.between((*order[:cut], own), order[cut:], done, waiting)
+                if between is None:
+                    cost = UNREACHABLE
+                    continue
+                node, goals = between
+                costs, needed = self._bounds.to(self.index, goals)
+                cost, missing = max(cost, costs.get(node, UNREACHABLE)), missing | needed.get(node, 0)
+            found = self._known[key] = cost, missing
+        return found
+
+    def more(self, own: Effect, done: tuple[Effect, ...], waiting: int, node: Node) -> tuple[float, int]:
+        """Return by how much the bound is above the one for the order in which robots are followed, and what must still be shown.
+
+        Args:
+            own: As above.
+            done: As above.
+            waiting: As above.
+            node: Where the conjunct is in that order.
+        """
+        left, needed = self(own, done, waiting)
+        plain = self._bounds.of(self.index, node)
+        return (left - plain if left > plain else 0.0), needed
+
+    @abstractmethod
+    def moves(self, word: Effect) -> bool:
+        """Tell whether a word changes anything where it is read."""
+
+    @abstractmethod
+    def between(
+        self, before: Sequence[Effect], after: Sequence[Effect], done: Sequence[Effect], waiting: int, /
+    ) -> tuple[Node, frozenset[Node]] | None:
+        """Return where words take the conjunct, and the nodes from which others, read later, may lead to a goal; None where it is lost.
+
+        Args:
+            before: The words, the last one that of the robot that flies.
+            after: Words that are read later.
+            done: All words of robots that have landed, also those that do not move.
+            waiting: What is held by those still to fly, as bits.
+        """

@@ -1,0 +1,322 @@
+"""The states of the search for `team: joint`: the conjuncts' states, what robots hold and, for tracked conjuncts, what their words do."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass
+from functools import reduce
+from itertools import accumulate
+from operator import or_
+
+from ltlplan.logic.automaton import DEAD, Automaton
+from ltlplan.logic.budget import TooLarge
+from ltlplan.search.bounds.conjunct_bounds import ConjunctBounds
+from ltlplan.search.bounds.conjunct_graph import ConjunctGraph
+from ltlplan.search.bounds.order_bounds import OrderBounds
+from ltlplan.search.joint.conjuncts import JointConjunct, WordEffects
+from ltlplan.search.reduced_graph import ReducedGraph, Team
+from ltlplan.search.sequential_reading import Objective, SequentialReading
+from ltlplan.search.team_reading import UNREACHABLE
+from ltlplan.systems.transition_systems import TransitionSystem
+
+MAX_REPEATS = 50_000  # states times letters of a conjunct up to which it is found out whether repeating letters matters
+MAX_CONTEXTS = 4096  # sets of propositions that the others may hold
+MAX_MOVES = 100_000  # moves of a conjunct's graph up to which it is walked
+
+Seen = tuple[int, int]
+"""A conjunct's state and what it sees held now."""
+
+
+class JointTask:
+    """A team and the conjuncts that its robots keep together (see `team_planning.TeamTask`), with propositions as bits.
+
+    Args:
+        systems: One for each robot.
+        automata: One for each conjunct.
+
+    Attributes:
+        automata: One for each conjunct.
+        parts: The conjuncts.
+        masks: For each letter, its propositions as bits.
+        repeats: Whether it is known of all conjuncts that reading a letter twice is the same as reading it once.
+        graph: The team's graph.
+        bounds: On what is left of each conjunct.
+        first: What each robot holds before it flies, as bits.
+        share: Of the budget, one in so many states is spent on a search by sums.
+    """
+
+    share = 10
+
+    def __init__(self, systems: Sequence[TransitionSystem], automata: Sequence[Automaton]) -> None:
+        self.automata = tuple(automata)
+        team = Team(systems)
+        names = sorted({name for automaton in automata for name in automaton.propositions})
+        bit = {name: 1 << i for i, name in enumerate(names)}
+        self.parts = tuple(JointConjunct(automaton, bit) for automaton in automata)
+        self.masks = [sum(bit.get(name, 0) for name in letter) for letter in team.letters]
+        alike: dict[int, int] = {}
+        classes = [alike.setdefault(mask, letter) for letter, mask in enumerate(self.masks)]
+        self.repeats = all(part.repeats(MAX_REPEATS) for part in self.parts)
+        self.graph = ReducedGraph(team, [False if self.repeats else None] * len(classes), classes)
+        self.bounds = ConjunctBounds([_backwards(part, self.masks) for part in self.parts], self.masks, self.graph)
+        self.first = [self.masks[label[start]] for label, start in zip(team.label, self.graph.start, strict=True)]
+
+    def flown_by(self, robots: Collection[int]) -> JointTask:
+        """Return the task of the team with all but these robots, by index, staying where they start."""
+        within = self.graph.team.flown_by(robots)
+        return self if within is self.graph.team else JointTask(within.systems, self.automata)
+
+    def reading(self, tracked: Collection[int] = (), objective: Objective = Objective()) -> JointReading:  # noqa: B008 - frozen
+        """Return what a search walks over.
+
+        Args:
+            tracked: Conjuncts, by index, that words must keep in every order.
+            objective: The order on plans, and limits on robots.
+        """
+        return JointReading(self, sorted(tracked), objective)
+
+    def contexts(self, part: JointConjunct) -> list[int]:
+        """Return what a conjunct may see held by robots that do not fly: unions of first and last letters.
+
+        Raises:
+            TooLarge: There are too many.
+        """
+        ends = {mask & part.mask for mask in self.first}
+        for label, system in zip(self.graph.team.label, self.graph.team.systems, strict=True):
+            final = range(len(label)) if system.final is None else system.final
+            ends |= {self.masks[label[node]] & part.mask for node in final}
+        found = {0}
+        for end in ends:
+            found |= {end | other for other in found}
+            if len(found) > MAX_CONTEXTS:
+                raise TooLarge("What robots may hold takes", len(found), "sets of propositions", MAX_CONTEXTS)
+        return sorted(found)
+
+    def failing_orders(self, paths: Sequence[Sequence[int]]) -> dict[int, tuple[int, ...]]:
+        """Return, for each conjunct that some order of flying breaks, such an order.
+
+        Args:
+            paths: The nodes of each robot's system.
+
+        Raises:
+            TooLarge: There are too many different orders.
+        """
+        found: dict[int, tuple[int, ...]] = {}
+        letters = [[self.masks[letter] for letter in word] for word in self.graph.team.letters_of(paths)]
+        for index, part in enumerate(self.parts):
+            words = WordEffects(part, None)
+            bad = words.failing_order([words.of(word) for word in letters])
+            if bad is not None:
+                found[index] = bad
+        return found
+
+    def shared_out(self, objective: Objective, states: int) -> None:
+        """Return None: no way is known to share tasks that robots do together.
+
+        Args:
+            objective: Limits on robots.
+            states: How many states may be looked at.
+        """
+        del objective, states
+
+
+Progress = tuple[int, tuple[int, ...], int, int, tuple[int, ...], tuple[tuple[int, ...], ...]]
+"""Who flies, the conjuncts' states, what that robot and those who have landed hold, and for each tracked conjunct what the
+flying robot's word does so far and what the words before it did."""
+
+_NOT_YET = -1  # what a robot holds whose word has not begun
+
+
+@dataclass(frozen=True, slots=True)
+class _Shown:
+    """What a letter of the team leads to, in the order in which robots are followed.
+
+    Attributes:
+        states: The conjuncts' states.
+        rest: A lower bound on what is left to fly.
+        missing: What must still be shown, as bits.
+        asked: The propositions that unfinished conjuncts speak of.
+    """
+
+    states: tuple[int, ...]
+    rest: float
+    missing: int
+    asked: int
+
+
+class JointReading(SequentialReading[Progress]):
+    """How far a team is whose robots fly one after another while the others hold their letters.
+
+    Args:
+        joint: The team and its task.
+        tracked: The conjuncts, by index, for which the words must also keep the task in every order.
+        objective: The order on plans, and limits on robots.
+    """
+
+    def __init__(self, joint: JointTask, tracked: Sequence[int], objective: Objective) -> None:
+        self._parts, self._masks, self._bounds = joint.parts, joint.masks, joint.bounds
+        self._waiting = [*accumulate(reversed(joint.first[1:]), or_, initial=0)][::-1]  # held by those still to fly
+        self._words = [WordEffects(joint.parts[index], joint.contexts(joint.parts[index])) for index in tracked]
+        self._orders = [
+            (place, _Orders(words, index, joint.bounds))
+            for place, (index, words) in enumerate(zip(tracked, self._words, strict=True))
+            if joint.repeats and joint.bounds.knows(index)
+        ]
+        self._kept: dict[tuple[int, tuple[int, ...], int, bool], bool] = {}
+        self._shown: dict[tuple[tuple[int, ...], int, bool], _Shown | None] = {}
+        initial = tuple(part.initial for part in self._parts)
+        super().__init__(joint.graph, joint.bounds.tree, (0, initial, _NOT_YET, 0, (), ((),) * len(tracked)), objective)
+
+    def read(self, progress: Progress, letter: int) -> int:
+        """Return the progress, by number, after a letter of the robot that flies; `DEAD` where the task is lost."""
+        robot, states, own, held, elements, before = progress
+        letter, waiting = self._masks[letter], self._waiting[robot]
+        shown = letter | held | waiting
+        key = states, shown, own != _NOT_YET or robot == 0  # a later robot's first letter was held, and read, all the time
+        if key not in self._shown:
+            self._shown[key] = self._read_by_all(*key)
+        then = self._shown[key]
+        if then is None:
+            return DEAD
+        if own == _NOT_YET:
+            elements = tuple([words.begin(letter) for words in self._words])
+        else:
+            elements = tuple([words.read(element, letter) for words, element in zip(self._words, elements, strict=True)])
+        rest, missing = then.rest, then.missing
+        for place, bound in self._orders:
+            node = then.states[bound.index], shown & self._parts[bound.index].mask
+            more, needed = bound.more(elements[place], before[place], waiting & self._parts[bound.index].mask, node)
+            rest, missing = rest + more, missing | needed
+        if rest == UNREACHABLE:
+            return DEAD
+        return self._number((robot, then.states, letter & then.asked, held & then.asked, elements, before), rest, missing)
+
+    def _read_by_all(self, states: tuple[int, ...], shown: int, is_new: bool) -> _Shown | None:
+        """Return what a letter of the team leads to; None where the task is lost."""
+        if is_new:
+            states = tuple(part.step(state, shown) for part, state in zip(self._parts, states, strict=True))
+            if DEAD in states:
+                return None
+        seen = [(state, shown & part.mask) for part, state in zip(self._parts, states, strict=True)]
+        rest, missing = self._bounds(seen)
+        masks = (part.mask for part, state in zip(self._parts, states, strict=True) if not part.finished(state))
+        return None if rest == UNREACHABLE else _Shown(states, rest, missing, reduce(or_, masks, 0))
+
+    def hand_over(self, progress: Progress, rest: float, missing: int, /) -> int:
+        """Return the progress, by number, when a robot has landed and the next one has not begun; `DEAD` where some order is lost.
+
+        Args:
+            progress: When the robot has landed.
+            rest: The lower bound on what is left.
+            missing: What must still be shown, as bits.
+        """
+        robot, states, own, held, elements, before = progress
+        done = tuple(tuple(sorted((*those, element))) for those, element in zip(before, elements, strict=True))
+        if not all(self._is_kept(i, numbers, self._waiting[robot], finished=False) for i, numbers in enumerate(done)):
+            return DEAD
+        return self._number((robot + 1, states, _NOT_YET, held | own, (), done), rest, missing)
+
+    def is_accepting(self, progress: Progress) -> bool:
+        """Tell whether everything is done, in the order in which the robots were followed."""
+        return all(part.accepting(state) for part, state in zip(self._parts, progress[1], strict=True))
+
+    def holds_in_every_order(self, progress: Progress) -> bool:
+        """Tell whether the words keep the tracked conjuncts in every order of the robots."""
+        pairs = enumerate(zip(progress[5], progress[4], strict=True))
+        return all(self._is_kept(i, tuple(sorted((*those, element))), 0, finished=True) for i, (those, element) in pairs)
+
+    def _is_kept(self, index: int, numbers: tuple[int, ...], waiting: int, *, finished: bool) -> bool:
+        words = self._words[index]
+        if not finished and words.never_lost:
+            return True
+        key = (index, numbers, waiting & words.part.mask, finished)
+        found = self._kept.get(key)
+        if found is None:
+            bad = words.failing_order(numbers, waiting=waiting, finished=finished)
+            found = self._kept[key] = bad is None
+        return found
+
+
+class _Orders(OrderBounds[int, Seen]):
+    """Bounds for a conjunct that is read while others hold something.
+
+    It has to be one for which reading a letter twice changes nothing. What each robot holds is known but for where robots come to rest
+    that are still to fly, and there anything that may be held counts as held.
+    """
+
+    def __init__(self, words: WordEffects, index: int, bounds: ConjunctBounds[Seen]) -> None:
+        super().__init__(index, bounds)
+        self._words = words
+        self._goals: dict[tuple[tuple[int, ...], int], frozenset[Seen]] = {}
+
+    def moves(self, word: int) -> bool:
+        return self._words.moved[word]
+
+    def between(
+        self, before: Sequence[int], after: Sequence[int], done: Sequence[int], waiting: int, /
+    ) -> tuple[Seen, frozenset[Seen]] | None:
+        words = self._words
+        still = self._union(words.last, [word for word in done if not words.moved[word]], waiting)
+        later = self._union(words.first, after, still)
+        state = words.part.step(words.part.initial, self._union(words.first, before, later))
+        for place, word in enumerate(before):
+            context = self._union(words.last, before[:place], self._union(words.first, before[place + 1 :], later))
+            state = words.apply(word, state, context)
+        seen = state, self._union(words.last, before, later) & words.part.mask
+        landed = self._union(words.last, before[:-1], 0)  # the last one is still to fly on
+        return None if state == DEAD else (seen, self._goals_before(tuple(after), landed))
+
+    def _goals_before(self, after: tuple[int, ...], landed: int) -> frozenset[Seen]:
+        found = self._goals.get((after, landed))
+        if found is None:
+            part = self._words.part
+            found = self._goals[after, landed] = frozenset(
+                (state, held)
+                for held in _subsets(part.mask)
+                for state in part.domain
+                if any(map(part.accepting, self._reached(state, held, after, landed)))
+            )
+        return found
+
+    def _reached(self, state: int, held: int, after: Sequence[int], landed: int) -> set[int]:
+        """Return all states that some words may lead to, while those that flew before hold `landed`, or up to `held` in all."""
+        words, reached = self._words, {state}
+        for place, word in enumerate(after):
+            sure = self._union(words.last, after[:place], self._union(words.first, after[place + 1 :], landed))
+            may = self._union(words.last, after[:place], held)
+            contexts = [context for context in words.contexts if not (sure & ~context or context & ~may)]
+            reached = {words.apply(word, at, context) for at in reached for context in contexts} - {DEAD}
+        return reached
+
+    @staticmethod
+    def _union(held: Sequence[int], words: Sequence[int], others: int) -> int:
+        return reduce(or_, (held[word] for word in words), others)
+
+
+def _backwards(part: JointConjunct, masks: Sequence[int]) -> ConjunctGraph[Seen] | None:
+    """Return a conjunct's graph: of what is held, any part may stay, and one robot's letter is added; None where there are too many moves."""
+    letters = sorted({mask & part.mask for mask in masks})
+    if not part.deterministic or len(part.domain) * len(letters) * 4 ** part.mask.bit_count() > MAX_MOVES:
+        return None
+    back: dict[Seen, list[tuple[Seen, int]]] = defaultdict(list)
+    for held in _subsets(part.mask):
+        for state in part.domain:
+            for letter in letters:
+                for stays in _subsets(held):
+                    after = part.step(state, letter | stays)
+                    if after != DEAD:
+                        back[after, letter | stays].append(((state, held), letter))
+    nodes = [(state, held) for state in part.domain for held in _subsets(part.mask)]
+    goals = frozenset(node for node in nodes if part.accepting(node[0]))
+    return ConjunctGraph(nodes, back, goals, part.mask, {letter for letter in letters if letter})
+
+
+def _subsets(mask: int) -> Iterator[int]:
+    """Yield all sets of bits within a mask."""
+    at = mask
+    while True:
+        yield at
+        if not at:
+            return
+        at = (at - 1) & mask

@@ -1,0 +1,213 @@
+"""The states of the search for `team: own`: the state of the task and, for tracked conjuncts, what the robots' words do."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Collection, Sequence
+from functools import reduce
+
+from ltlplan.logic.automaton import DEAD
+from ltlplan.logic.conjunct_automata import Deterministic, Part
+from ltlplan.logic.product_automaton import Task
+from ltlplan.logic.transition_monoid import Element, OrderCheck, TransitionMonoid
+from ltlplan.search.bounds.conjunct_bounds import ConjunctBounds
+from ltlplan.search.bounds.conjunct_graph import ConjunctGraph
+from ltlplan.search.bounds.order_bounds import OrderBounds
+from ltlplan.search.own.insertion import share_by_insertion
+from ltlplan.search.reduced_graph import MAX_TABLE, ReducedGraph, Team, letter_classes
+from ltlplan.search.sequential_reading import SLACK, Objective, SequentialReading
+from ltlplan.search.team_planning import PlanningOutcome, TeamRun
+from ltlplan.search.team_reading import UNREACHABLE
+
+Progress = tuple[int, Element, tuple[Element, ...]]
+"""The state of the task; for the tracked conjuncts, what the word of the robot that flies does so far, and what the words before it do."""
+
+
+class OwnTask:
+    """A team and the conjuncts that its robots' words keep (see `team_planning.TeamTask`).
+
+    Args:
+        graph: The team's graph.
+        task: What is to be done.
+
+    Attributes:
+        graph: The team's graph.
+        task: What is to be done.
+        bounds: On what is left of each conjunct.
+        share: Of the budget, one in so many states is spent on a search by sums.
+    """
+
+    share = 1
+
+    def __init__(self, graph: ReducedGraph, task: Task) -> None:
+        self.graph, self.task = graph, task
+        names = sorted({n for part in task.parts if isinstance(part, Deterministic) for n in part.automaton.propositions})
+        bit = {name: 1 << place for place, name in enumerate(names)}
+        masks = [sum(bit.get(name, 0) for name in letter) for letter in task.letters]
+        shown = sorted({letter for label in graph.label for letter in label})
+        self.bounds = ConjunctBounds([_backwards(part, bit, masks, shown) for part in task.parts], masks, graph)
+        self._left: dict[int, tuple[float, int]] = {}
+        self._everything, self._check = TransitionMonoid(task), OrderCheck(task)
+        self._shapes = [
+            part.automaton.shape if isinstance(part, Deterministic) else index for index, part in enumerate(task.parts)
+        ]
+
+    @classmethod
+    def of(cls, team: Team, task: Task) -> OwnTask:
+        """Return the task of a team over the nodes that matter to it.
+
+        Args:
+            team: The robots.
+            task: What is to be done.
+        """
+        return cls(ReducedGraph(team, *letter_classes(task)), task)
+
+    def flown_by(self, robots: Collection[int]) -> OwnTask:
+        """Return the task of the team with all but these robots, by index, staying where they start."""
+        within = self.graph.flown_by(robots)
+        return self if within is self.graph else OwnTask(within, self.task)
+
+    def reading(self, tracked: Collection[int] = (), objective: Objective = Objective()) -> OwnReading:  # noqa: B008 - frozen
+        """Return what a search walks over.
+
+        Args:
+            tracked: Conjuncts, by index, that words must keep in every order; by sums with all that have the same automaton: what some
+                order broke of one, it may break of these next.
+            objective: The order on plans, and limits on robots.
+        """
+        alike = self._shapes if objective == Objective() else range(len(self._shapes))
+        shapes = {alike[index] for index in tracked}
+        return OwnReading(self, [index for index, shape in enumerate(alike) if shape in shapes], objective)
+
+    def failing_orders(self, paths: Sequence[Sequence[int]]) -> dict[int, tuple[int, ...]]:
+        """Return, for each conjunct that some order of the robots breaks, such an order.
+
+        Args:
+            paths: The nodes of each robot's system.
+
+        Raises:
+            TooLarge: There are too many different orders.
+        """
+        return self._check.failing_orders([self._everything.of(letters) for letters in self.graph.team.letters_of(paths)])
+
+    def left(self, state: int) -> tuple[float, int]:
+        """Return a lower bound for a state of the task, and what must still be shown, as bits."""
+        found = self._left.get(state)
+        if found is None:
+            found = self._left[state] = self.bounds(self.task.state(state))
+        return found
+
+    def shared_out(self, objective: Objective, states: int) -> PlanningOutcome | None:
+        """Return the plan that tasks shared by insertion make, with a bound on its highest cost; None where it does not hold in every order.
+
+        Args:
+            objective: Limits on robots.
+            states: How many states may be looked at.
+        """
+        shared = share_by_insertion(self.graph, self.task, objective.allows, states)
+        if shared is None or self.failing_orders(shared.paths):
+            return None
+        reading = self.reading()
+        begin = reading.begin()
+        spread = 0.0 if begin is None else reading.left(begin) / len(self.graph.start) - SLACK
+        run = TeamRun(shared.paths, max(shared.costs), shared.reached)
+        return PlanningOutcome(run, run, 1, bound=max(shared.bound, spread))
+
+
+class OwnReading(SequentialReading[Progress]):
+    """How far a team is whose robots' words are read one after another.
+
+    Args:
+        own: The team and its task.
+        tracked: The conjuncts, by index, for which the words must also keep the task in every order.
+        objective: The order on plans, and limits on robots.
+    """
+
+    def __init__(self, own: OwnTask, tracked: Sequence[int], objective: Objective) -> None:
+        self._own, self._task = own, own.task
+        self._orders = [
+            (place, _Orders(part, index, own.bounds))
+            for place, index in enumerate(tracked)
+            if isinstance(part := own.task.parts[index], Deterministic) and own.bounds.knows(index)
+        ]
+        self._monoid, self._check = TransitionMonoid(own.task, tracked), OrderCheck(own.task, tracked)
+        super().__init__(own.graph, own.bounds.tree, (own.task.initial, self._monoid.identity, ()), objective)
+
+    def read(self, progress: Progress, letter: int) -> int:
+        """Return the progress, by number, after a letter; `DEAD` where the task is lost, for this order of the robots or for another."""
+        state, own, done = progress
+        after = self._task.row(state)[letter]
+        if after == DEAD or self._own.left(after)[0] == UNREACHABLE:
+            return DEAD
+        element = self._monoid.read(own, letter)
+        return DEAD if self._monoid.is_dead(element) else self._numbered((after, element, done))
+
+    def hand_over(self, progress: Progress, *_: object) -> int:
+        """Return the progress, by number, between two words; `DEAD` where some order of the robots is lost."""
+        state, own, done = progress
+        if own != self._monoid.identity:
+            done = tuple(sorted((*done, own)))
+        if self._check.failing_order(done, finished=False) is not None:
+            return DEAD
+        return self._numbered((state, self._monoid.identity, done))
+
+    def is_accepting(self, progress: Progress) -> bool:
+        """Tell whether everything is done, in the order in which the robots were followed."""
+        return self._task.is_accepting(progress[0])
+
+    def holds_in_every_order(self, progress: Progress) -> bool:
+        """Tell whether the words keep the tracked conjuncts in every order of the robots."""
+        return self._check.failing_order([*progress[2], progress[1]]) is None
+
+    def _numbered(self, progress: Progress) -> int:
+        known = self._numbers.get(progress)
+        if known is not None:
+            return known
+        state, own, done = progress
+        rest, missing = self._own.left(state)
+        for place, bound in self._orders:
+            effects = tuple([each[place] for each in done])
+            more, needed = bound.more(own[place], effects, 0, self._task.state(state)[bound.index])
+            rest, missing = rest + more, missing | needed
+        return DEAD if rest == UNREACHABLE else self._number(progress, rest, missing)
+
+
+_Effect = tuple[int, ...]
+
+
+class _Orders(OrderBounds[_Effect, int]):
+    """Bounds for a conjunct whose words take each state to another one."""
+
+    def __init__(self, part: Deterministic, index: int, bounds: ConjunctBounds[int]) -> None:
+        super().__init__(index, bounds)
+        self._part = part
+
+    def moves(self, word: _Effect) -> bool:
+        return word != self._part.identity
+
+    def between(self, before: Sequence[_Effect], after: Sequence[_Effect], *_: object) -> tuple[int, frozenset[int]] | None:
+        part = self._part
+        state = part.initial
+        for effect in before:
+            state = DEAD if state == DEAD else effect[state]
+        then = reduce(part.compose, after, part.identity)
+        goals = frozenset(state for state in part.identity if then[state] != DEAD and part.accepting(then[state]))
+        return None if state == DEAD else (state, goals)
+
+
+def _backwards(part: Part, bit: dict[str, int], masks: Sequence[int], shown: Sequence[int]) -> ConjunctGraph[int] | None:
+    """Return a small conjunct's graph; None of a large one, or one that walls leave open."""
+    if not isinstance(part, Deterministic) or len(part.identity) * len(part.views) > MAX_TABLE:
+        return None
+    mask = sum(bit[name] for name in part.automaton.propositions)
+    seen = {masks[letter] & mask: letter for letter in shown}
+    back: dict[int, list[tuple[int, int]]] = defaultdict(list)
+    priced: set[int] = set()
+    for state in part.identity:
+        row = part.row(state)
+        for view, letter in seen.items():
+            if row[letter] != DEAD:
+                back[row[letter]].append((state, view))
+                priced |= {view} if row[letter] != state else set[int]()
+    goals = frozenset(state for state in part.identity if part.accepting(state))
+    return ConjunctGraph(part.identity, back, goals, mask, priced)

@@ -1,0 +1,93 @@
+"""The problem that every reading plans: a mission, its robots' systems, the formula that is asked of them, and the budget."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+
+from ltlplan.allocation import Itinerary
+from ltlplan.logic.automaton import Automaton
+from ltlplan.logic.budget import Budget
+from ltlplan.logic.conjunction import conjunct_automata
+from ltlplan.search.assignment import Cheapest, asked_of
+from ltlplan.search.itineraries import itinerary
+from ltlplan.search.relevant_places import places_that_matter
+from ltlplan.systems.region_labels import Layout
+from ltlplan.systems.robot_systems import Systems
+from ltlplan.systems.transition_systems import Cost, TransitionSystem
+from verify.data import Formula, Mission, Unsatisfiable, Word
+from verify.data.language.counting import Atom, atoms
+
+
+@dataclass(frozen=True)
+class Problem:
+    """A mission as it is searched; what follows from its fields is made when it is first asked for.
+
+    Attributes:
+        mission: With its formula, regions, environment, internal states and agents.
+        budget: Bounds on the search.
+        cheapest: Prices missions that ask for less, where there is no plan.
+        explain: Says why there is no plan; gets the order of the robots, with words, that breaks the cheapest plan of a fixed order.
+        cost: Cost of a leg; None for straight lines by the mission's weights.
+        metre: What a metre costs each robot on the way to its end, where `cost` counts more than metres.
+        capacities: Robots that regions hold, where refinement found no places for more.
+    """
+
+    mission: Mission
+    budget: Budget
+    cheapest: Cheapest
+    explain: Callable[[Problem, Sequence[tuple[str, Word]]], Unsatisfiable]
+    cost: Cost | None = None
+    metre: Mapping[str, float] | None = None
+    capacities: Mapping[str, int] = field(default_factory=dict[str, int])
+
+    @cached_property
+    def systems(self) -> Systems:
+        """The robots' abilities."""
+        layout = Layout(self.mission)
+        places = places_that_matter(self.mission, layout)
+        return Systems(self.mission, self.cost, places=places, layout=layout, metre=self.metre)
+
+    @cached_property
+    def each(self) -> list[TransitionSystem]:
+        """Every robot's system, in the mission's order."""
+        return [self.systems.of(name) for name in self.mission.agents]
+
+    @property
+    def several(self) -> bool:
+        """Whether there are several robots."""
+        return len(self.mission.agents) > 1
+
+    @property
+    def longest(self) -> bool:
+        """Whether the highest cost of several robots counts, not the sum."""
+        return self.several and self.mission.planner.objective == "longest"
+
+    @cached_property
+    def asked(self) -> Formula:
+        """The formula over what these systems can show.
+
+        Raises:
+            TooLarge: It speaks of more names than conditions on letters can be made of.
+        """
+        return asked_of(self.mission, self.each)
+
+    @cached_property
+    def known(self) -> dict[str, Atom]:
+        """The formula's propositions of the whole team, where it counts."""
+        return atoms(self.asked)
+
+    @cached_property
+    def automata(self) -> Sequence[Automaton]:
+        """One automaton for each conjunct of the formula.
+
+        Raises:
+            TooLarge: One is larger than the budget.
+        """
+        return conjunct_automata(self.asked, self.mission.spec.trace, budget=self.budget)
+
+    def itineraries(self, paths: Sequence[tuple[int, ...]]) -> dict[str, Itinerary]:
+        """Return what each robot does along a path of its system."""
+        robots = zip(self.mission.agents, self.each, paths, strict=True)
+        return {name: itinerary(system, path) for name, system, path in robots}
