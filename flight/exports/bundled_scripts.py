@@ -12,7 +12,7 @@ import numpy as np
 from flight.exports.target import Request
 from flight.exports.vertical_corridors import Columns, columns
 from flight.monitoring import thresholds
-from flight.monitoring.alarm_response import LANDING_HEIGHT, LANDING_SPEED, braking, braking_length
+from flight.monitoring.alarm_response import LANDING_SPEED, braking, braking_length
 
 DATA = "flight.json"
 _SWARM = (
@@ -115,8 +115,6 @@ def about(request: Request, accuracy: float, robots: Mapping[str, Mapping[str, A
             **watched["limits"],
             "climb": climb,
             "braking": braking_length(mission),
-            "landing_height": LANDING_HEIGHT,
-            "landing_speed": LANDING_SPEED,
         },
     }
 

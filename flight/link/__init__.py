@@ -1,7 +1,7 @@
 """Live flights: a certified team flown over a link to vehicles, watched, and brought to a safe end on every way out.
 
 `link` says what a link is; `simulated` is one to our own simulation, with the commander that flies on board in `simulated_commander`. `preflight_checks` are
-asked before anything spins, `phases` is what is flown one after another, `live_executive` flies it under `tracking_monitor`, `safe_termination` ends it where something is wrong,
+asked before anything spins, `phases` is what is flown one after another, `live_executive` flies it under `tracking_monitor`,
 and `record` is what is kept of it.
 `crazyflie` and `mavlink` are links to vehicles: `addresses` says where each robot is reached, `framed` speaks in the laboratory's frame,
 and `streaming` keeps the clock of set-points.

@@ -7,10 +7,10 @@ calls repeats them. All vehicles share one clock, the link's.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
 from typing import Protocol
 
-from flight.exports.scripts.flying.checks import Pose
+from flight.exports.scripts.flying.checks import Health, Pose
+from flight.exports.scripts.flying.ending import Robots
 from verify.data import Trajectory
 from verify.data.errors import LtlplanError
 
@@ -23,38 +23,12 @@ class LinkLost(LtlplanError):
     exit_code = 2
 
 
-@dataclass(frozen=True, slots=True)
-class Health:
-    """Health that a vehicle reports; None for what it does not report.
-
-    Attributes:
-        ready: Whether it would take off: armed or needing no arming, no supervisor in the way.
-        settled: Whether its estimator has settled.
-        endurance: s that its battery lasts in hover.
-        flying: Whether it says that it flies: its supervisor, its land detector.
-        fault: What blocks it in flight, as of it alone (`has tumbled`); empty where nothing does.
-        why: Why something is not known, by the name of its check.
-    """
-
-    ready: bool | None = None
-    settled: bool | None = None
-    endurance: float | None = None
-    flying: bool | None = None
-    fault: str = ""
-    why: Mapping[str, str] = field(default_factory=dict[str, str])
-
-
-class Link(Protocol):
+class Link(Robots, Protocol):
     """Vehicles as they are reached."""
 
     @property
     def robots(self) -> tuple[str, ...]:
         """Names of the vehicles that answer."""
-        ...
-
-    @property
-    def failsafe(self) -> str:
-        """Reaction on board when the link is gone, as it was set and read back; a sentence."""
         ...
 
     @property
@@ -65,22 +39,6 @@ class Link(Protocol):
     @property
     def streams(self) -> bool:
         """True if set-points come from here: what is flown may then be stored anew, the same up to now, and goes on changed."""
-        ...
-
-    def now(self) -> float:
-        """Return the link's clock, s; it never goes back."""
-        ...
-
-    def sleep(self, seconds: float) -> None:
-        """Let time go on, and take in what arrives."""
-        ...
-
-    def pose(self, robot: str) -> Pose | None:
-        """Return the last pose that arrived; None before any did."""
-        ...
-
-    def health(self, robot: str) -> Health:
-        """Return what a vehicle last said of itself."""
         ...
 
     def parameters(self, robot: str) -> Mapping[str, float]:
@@ -134,24 +92,6 @@ class Link(Protocol):
             number: Of the flight.
             at: When it is to begin, s of the link's clock, of links that stream; None for now.
         """
-        ...
-
-    def hold(self, robot: str) -> bool:
-        """Tell a robot to brake to a hover; return whether it has acknowledged that."""
-        ...
-
-    def land(self, robot: str, height: float, seconds: float) -> bool:
-        """Tell a robot to sink to a height in m, in so many seconds; return whether it has acknowledged that.
-
-        Args:
-            robot: Name.
-            height: z in m where the landing ends.
-            seconds: How long it takes.
-        """
-        ...
-
-    def stop(self, robot: str) -> bool:
-        """Tell a robot to stop its motors; return whether it has acknowledged that."""
         ...
 
     def close(self) -> None:

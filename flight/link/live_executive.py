@@ -11,12 +11,13 @@ from typing import Protocol
 import numpy as np
 
 from flight.exports.scripts.flying.checks import Check, refusals
+from flight.exports.scripts.flying.ending import Ending, insisted
 from flight.link.link import Link, LinkLost
 from flight.link.phases import BRAKING, Part, Stage, Watched
 from flight.link.preflight_checks import at_start, before_take_off
 from flight.link.record import Record
-from flight.link.safe_termination import end_safely, insisted, set_down
 from flight.link.tracking_monitor import Look, Watch
+from flight.monitoring.thresholds import limits
 from verify.data import BadInput, DoesNotFit, Trajectory
 from verify.data.trajectory import PAUSE
 
@@ -247,11 +248,13 @@ def fly_live(
             raise
         reason = INTERRUPTED  # once more, as why was still looked at
 
+    ending = Ending(link, record.note, lambda robots: record.see(link, robots), grounds.__getitem__, limits(link.accuracy))
+
     def end() -> list[str]:
         if not reason:
-            return set_down(link, flying.robots, grounds, record, flying.grounded)
+            return ending.set_down(flying.robots, flying.grounded)
         record.broken_off = record.note(link.now(), reason, kind="alarm").time
-        return end_safely(link, flying.robots if flying.began else (), dict(grounds), record, flying.grounded)
+        return ending.end_safely(flying.robots if flying.began else (), flying.grounded)
 
     unsafe = insisted(end, (*flying.robots, *flying.grounded))
     return LiveFlight(not reason and not unsafe, reason, checks, record, tuple(unsafe))

@@ -20,7 +20,6 @@ from typing import Any
 import numpy as np
 
 from flight.exports.px4 import FAILSAFE, to_ned
-from flight.exports.scripts.flying.checks import battery_left
 from flight.exports.scripts.flying.reports import (
     ARM,
     BEAT,
@@ -196,8 +195,7 @@ class MavlinkLink:
 
     def health(self, robot: str) -> Health:
         """Return what a vehicle last said of itself."""
-        says, endurance = self._vehicles[robot].says, self._mission.vehicle_of(robot).endurance
-        return Health(says.ready, says.settled, battery_left(says.charge, endurance), says.flying, says.fault, says.why)
+        return self._vehicles[robot].says.health(self._mission.vehicle_of(robot).endurance)
 
     def parameters(self, robot: str) -> Mapping[str, float]:
         """Return the parameters that were read back."""

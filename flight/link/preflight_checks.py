@@ -9,15 +9,14 @@ from flight.exports.scripts.flying.checks import (
     Check,
     Known,
     Place,
-    at_place,
     checks_of_team,
     differing,
-    heading_of,
     margin_fault,
 )
+from flight.exports.scripts.flying.checks import at_start as start_of
 from flight.link.link import Link, Pose
 from flight.link.phases import Part, Stage
-from flight.monitoring.thresholds import FRESH, WATCHED, limits
+from flight.monitoring.thresholds import WATCHED, limits
 
 
 def before_take_off(
@@ -84,17 +83,10 @@ def at_start(link: Link, stage: Stage | Part) -> tuple[Check, ...]:
         link: To the robots.
         stage: What is to be flown next.
     """
-    found: list[Check] = []
-    for robot in stage.paths:
-        pose = link.pose(robot)
-        if pose is None or link.now() - pose.time > FRESH:
-            found.append(Check("pose", robot, False, f"{robot} was not seen lately: look at motion capture and the markers"))
-        else:
-            asked, numbers = _asked(robot, stage, 0.0), limits(link.accuracy)
-            found.append(at_place(robot, pose.position, asked, numbers))
-            if pose.heading is not None:
-                found.append(heading_of(robot, pose.heading, asked.heading, numbers))
-    return tuple(found)
+    numbers, now = limits(link.accuracy), link.now()
+    return tuple(
+        check for robot in stage.paths for check in start_of(robot, link.pose(robot), _asked(robot, stage, 0.0), numbers, now)
+    )
 
 
 def _watched(link: Link, robots: Sequence[str]) -> dict[str, list[Pose]]:
@@ -116,6 +108,6 @@ def _asked(robot: str, stage: Stage | Part, lasts: float) -> Asked:
 
 
 def _known(link: Link, robot: str, seen: Sequence[Pose], wanted: Mapping[str, float]) -> Known:
-    health, differs = link.health(robot), "; ".join(differing(link.parameters(robot), wanted))
+    differs = "; ".join(differing(link.parameters(robot), wanted))
     wrong = differs and f"{robot}: {differs}: set them again, and look whether the firmware has them"
-    return Known(seen, health.ready, health.settled, health.endurance, wrong, why=health.why)
+    return Known(seen, link.health(robot), wrong)

@@ -154,8 +154,7 @@ class Watch:
         """Return a robot that cannot go on, and why; None where all can."""
         now = self._link.now()
         for robot in self._gate.last:
-            health = self._link.health(robot)
-            if why := self._gate.lost(robot, now, health.endurance, health.fault):
+            if why := self._gate.lost(robot, now, self._link.health(robot)):
                 return robot, f"{why} at {self._on_plan(now):.2f} s of the {self._watched.name}."
         return None
 

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from flight.monitoring.alarm_response import LANDING_HEIGHT, LANDING_SPEED
 from verify.data import Mission
 from verify.data.frame import Frame
 
@@ -72,6 +73,8 @@ def limits(accuracy: float) -> dict[str, float]:
         "arming": ARMING,
         "landed": LANDED,
         "near": NEAR,
+        "landing_height": LANDING_HEIGHT,
+        "landing_speed": LANDING_SPEED,
         "accuracy": accuracy,
     }
 

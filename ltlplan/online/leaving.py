@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from flight.exports.scripts.flying.ending import AGAIN, see_down, time_to_land
 from flight.exports.scripts.flying.standing import Standing
 from flight.link.link import Link
 from flight.link.live_executive import Alarm
 from flight.link.record import Record
-from flight.link.safe_termination import AGAIN, PATIENCE, see_down, time_to_land
 from flight.monitoring.alarm_response import LANDING_HEIGHT
-from flight.monitoring.thresholds import LANDED, limits
+from flight.monitoring.thresholds import LANDED, PATIENCE, limits
 
 
 @dataclass(slots=True)
@@ -54,7 +54,7 @@ class Leaving:
             record.note(now, f"{self.robot} lands where it is.", self.robot, "reaction")
         if self.down is None:
             target = self.ground + LANDING_HEIGHT
-            seconds = time_to_land(link, {self.robot: target})
+            seconds = time_to_land(link, {self.robot: target}, limits(link.accuracy))
             if link.land(self.robot, target, seconds):
                 self.down = now + seconds
             elif now - self.asked > PATIENCE:

@@ -7,11 +7,12 @@ import importlib
 import pytest
 
 UNSEEN = 0.7
-"""s that a robot may be unseen."""
+"""s that a robot may be unseen, and nobody may look."""
 LATE = 0.45
 """s by which a set-point may be late: vehicles level out 0.5 s after their last one."""
 _WHAT = {
-    **{f"flight.link.{module}.FRESH": UNSEEN for module in ("tracking_monitor", "preflight_checks", "safe_termination")},
+    **{f"flight.monitoring.thresholds.{name}": UNSEEN for name in ("FRESH", "SLOW")},
+    "flight.link.tracking_monitor.FRESH": UNSEEN,
     "flight.link.streaming.LATE": LATE,
 }
 

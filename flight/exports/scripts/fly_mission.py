@@ -18,7 +18,6 @@ its end, and hover there.
 from __future__ import annotations
 
 import argparse
-import contextlib
 import json
 import sys
 from pathlib import Path
@@ -26,9 +25,9 @@ from pathlib import Path
 from flying.before import checked, require_certified
 from flying.checks import NAMES, refusals
 from flying.crazyswarm import Swarm
-from flying.ending import hold, land
+from flying.ending import AGAIN, insisted
 from flying.record import FLIGHT, Record
-from flying.stages import Flight
+from flying.stages import TIMES, Flight
 from flying.watch import Refused, Team
 
 FOLDER = Path(__file__).resolve().parent
@@ -63,8 +62,9 @@ def fly(flight: Flight, *, hovering: bool, unchecked: frozenset[str]) -> None:
             flight.load(FOLDER, flight.team.data["order"][0])
     flight.go_to_starts()
     flight.fly(FOLDER)
-    if up := land(flight):
+    if up := flight.ending.set_down(flight.team.names):
         raise Refused(f"{', '.join(up)} is not known to stand")
+    record.ended("landing", swarm.now())
     flight.flying = False
     landing: dict[str, float] = record.said["worst"].get("landing", {})
     if astray := [fault for name, off in landing.items() if (fault := flight.team.margin_fault(name, off))]:
@@ -87,33 +87,23 @@ def flown(flight: Flight, *, hovering: bool, unchecked: frozenset[str]) -> str:
     except BaseException as error:  # whatever it was: robots may be in the air
         reason = f"{type(error).__name__} {error}".strip()
     if flight.flying:
-        try:
-            bring_down(flight, reason)
-        except BaseException as error:
-            with contextlib.suppress(BaseException):
-                flight.swarm.emergency()
-            said = f"interrupted again ({type(error).__name__}): all motors are stopped; switch vehicles off and on"
-            flight.record.event(flight.swarm.now(), said, "reaction")
+        flight.record.event(flight.swarm.now(), f"it does not go on: {reason}", "alarm")
+        insisted(lambda: bring_down(flight), flight.team.names)
     return reason
 
 
-def bring_down(flight: Flight, reason: str) -> None:
-    """Have all hold, and land: what fails of it is tried again, and only an interruption ends it.
+def bring_down(flight: Flight) -> list[str]:
+    """Have all hold, and land; return the robots that are not known to stand.
 
     Args:
         flight: What flies.
-        reason: Why it does not go on.
     """
-    flight.record.event(flight.swarm.now(), f"it does not go on: {reason}", "alarm")
-    if not flight.up:
-        flight.swarm.disarm(flight.team.names)
-        return
-    for step in (hold, land, land):
-        try:
-            if step(flight) is not None:
-                return
-        except Exception as error:  # whatever it was: robots are in the air
-            flight.record.event(flight.swarm.now(), f"{type(error).__name__}: {error}", "alarm")
+    if flight.up:
+        return flight.ending.end_safely(flight.team.names)
+    for name in TIMES * flight.team.names:
+        flight.swarm.disarm(name)
+        flight.swarm.sleep(AGAIN)
+    return []
 
 
 def main(arguments: list[str] | None = None) -> int:

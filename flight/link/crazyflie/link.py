@@ -11,8 +11,7 @@ from typing import Literal
 import numpy as np
 
 from flight.exports.crazyflies.radio_addresses import heard_by
-from flight.exports.scripts.flying.checks import battery_left, no_battery
-from flight.exports.scripts.flying.supervisor import fault_of, flying, ready
+from flight.exports.scripts.flying.supervisor import health_of
 from flight.link.addresses import require_addresses
 from flight.link.crazyflie.broadcast import Broadcast
 from flight.link.crazyflie.capture import Body, Capture, Watch
@@ -148,13 +147,11 @@ class CrazyflieLink:
     def health(self, robot: str) -> Health:
         """Return what a vehicle last said of itself."""
         reports, seen = self._vehicles[robot].reports, self._vehicles[robot].pose
-        state, settled = reports.state, reports.settled
+        settled = reports.settled
         if self._watch is not None and seen is not None and reports.estimate is not None:
             near = robot in self._flown or math.dist(seen.position, reports.estimate.position) < _ASTRAY
             settled = near if settled is None else settled and near
-        lasts = battery_left(reports.battery, self._mission.vehicle_of(robot).endurance)
-        why = {"battery": no_battery(reports.battery)}
-        return Health(ready(state), settled, lasts, flying(state), fault_of(state), why)
+        return health_of(reports.state, settled, reports.battery, self._mission.vehicle_of(robot).endurance)
 
     def parameters(self, robot: str) -> Mapping[str, float]:
         """Return the parameters that matter, as they were read back."""

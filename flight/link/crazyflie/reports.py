@@ -114,12 +114,12 @@ class Reports:
     @property
     def settled(self) -> bool | None:
         """True if the variances of its estimated position stay as they are; None where it does not say."""
-        return supervisor.settled(self._variances, {"settled": SETTLED})
+        return supervisor.is_settled(self._variances, {"settled": SETTLED})
 
     @property
     def battery(self) -> float | None:
         """Share of its charge that is left; None where it does not say."""
-        return supervisor.charge(self._told.get("pm.state", 0.0), self._told.get("pm.batteryLevel"))
+        return supervisor.charge_of(self._told.get("pm.state", 0.0), self._told.get("pm.batteryLevel"))
 
 
 def _start(cf: Any, config: Any) -> None:

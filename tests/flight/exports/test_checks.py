@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from flight.exports.scripts.flying.checks import (
     NAMES,
     Asked,
+    Health,
     Known,
     Pose,
     checks_of,
@@ -25,9 +26,10 @@ from flight.exports.scripts.flying.checks import (
 from flight.monitoring.thresholds import HEADING, SHARE, limits
 
 LIMITS = limits(0.005)
+HEALTHY = Health(True, True, 200.0)
 START = (1.0, 2.0, 0.0)
 ASKED = Asked({"one": START, "two": (5.0, 5.0, 0.0)}, "its start", 0.5, 0.1, 100.0)
-GOOD = Known([Pose(0.1 * k, START, 0.5) for k in range(5)], True, True, 200.0, "")
+GOOD = Known([Pose(0.1 * k, START, 0.5) for k in range(5)], HEALTHY, "")
 NOW = 0.45
 
 
@@ -45,9 +47,9 @@ def test_a_robot_of_which_all_is_known_and_right_passes_every_check() -> None:
 UNKNOWN = {
     "age": replace(GOOD, dated=False),
     "heading": replace(GOOD, poses=[replace(pose, heading=None) for pose in GOOD.poses]),
-    "ready": replace(GOOD, ready=None),
-    "estimator": replace(GOOD, settled=None),
-    "battery": replace(GOOD, lasts=None),
+    "ready": replace(GOOD, health=replace(HEALTHY, ready=None)),
+    "estimator": replace(GOOD, health=replace(HEALTHY, settled=None)),
+    "battery": replace(GOOD, health=replace(HEALTHY, endurance=None)),
     "parameters": replace(GOOD, wrong=None),
 }
 
@@ -68,9 +70,9 @@ WRONG = {
     "quiet": replace(GOOD, poses=[*GOOD.poses[:-1], Pose(0.4, (1.03, 2.0, 0.0), 0.5)]),
     "place": replace(GOOD, poses=[replace(pose, position=(1.0, 2.0, 0.06)) for pose in GOOD.poses]),
     "heading": replace(GOOD, poses=[replace(pose, heading=0.5 + HEADING + 0.01) for pose in GOOD.poses]),
-    "ready": replace(GOOD, ready=False),
-    "estimator": replace(GOOD, settled=False),
-    "battery": replace(GOOD, lasts=119.0),
+    "ready": replace(GOOD, health=replace(HEALTHY, ready=False)),
+    "estimator": replace(GOOD, health=replace(HEALTHY, settled=False)),
+    "battery": replace(GOOD, health=replace(HEALTHY, endurance=119.0)),
     "parameters": replace(GOOD, wrong="one: mass is 0.029, not 0.033"),
 }
 
@@ -103,7 +105,9 @@ def test_a_place_passes_within_a_share_of_the_margin(x: float, y: float, z: floa
 
 
 def test_numbers_that_are_none_never_pass() -> None:
-    known = replace(GOOD, poses=[Pose(0.1 * k, (math.nan,) * 3, math.nan) for k in range(5)], lasts=math.nan)
+    known = replace(
+        GOOD, poses=[Pose(0.1 * k, (math.nan,) * 3, math.nan) for k in range(5)], health=replace(HEALTHY, endurance=math.nan)
+    )
     found = made(known)
     assert found["place"] is found["heading"] is found["quiet"] is found["battery"] is False
 
@@ -122,9 +126,7 @@ def frames(
     """Return what is said of the frame, after making sure that nothing is said of single places and headings then."""
     names = list(places)
     asked = {name: Asked({each: TEAM[each] for each in names}, "its start", 0.3, 0.1, 100.0, above) for name in names}
-    known = {
-        name: Known([Pose(0.1 * k, places[name], headings[name]) for k in range(5)], True, True, 200.0, "") for name in names
-    }
+    known = {name: Known([Pose(0.1 * k, places[name], headings[name]) for k in range(5)], HEALTHY, "") for name in names}
     checks = checks_of_team(known, asked, LIMITS, NOW)
     wrong = [check for check in checks if check.passed is False]
     said = [check.sentence for check in wrong if check.name == "frame"]

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from flight.exports.scripts.flying.checks import Pose
+from flight.exports.scripts.flying.checks import Health, Pose
 from flight.exports.scripts.flying.watch import Refused, Team, Watch
 from flight.monitoring.thresholds import EMPTY, FRESH, SLOW, bounds
 from tests.helpers.flights import small_mission
@@ -30,7 +30,7 @@ def test_a_team_inside_of_its_margins_may_go_on(watch: Watch) -> None:
     watch.see("r0", pose(0.0, 0.0, 0.6), 0.0399)
     watch.see("r1", pose(0.0, 1.0, 0.6), 0.0)
     assert watch.alarm() == ""
-    watch.require(0.2, lambda _: (None, ""))
+    watch.require(0.2, lambda _: Health())
 
 
 @pytest.mark.parametrize(
@@ -49,15 +49,15 @@ def test_what_concerns_the_flight_ends_it(watch: Watch, at: tuple[float, float, 
     assert says in watch.alarm()
     assert bool(watch.outside.get("r0")) is not says.startswith("r0 and r1")
     with pytest.raises(Refused, match=says.split(" m ")[0]):
-        watch.require(0.15, lambda _: (None, ""))
+        watch.require(0.15, lambda _: Health())
 
 
 def test_a_robot_is_lost_that_is_not_seen_has_no_battery_left_or_is_blocked(watch: Watch) -> None:
-    assert watch.lost("r0", FRESH - 1e-6, EMPTY, "") == ""
-    assert watch.lost("r0", FRESH + 1e-6, None, "") == "r0 was not seen for 0.2 s"
-    assert watch.lost("r0", 0.0, EMPTY - 1.0, "") == "r0's battery lasts 14 s more"
-    assert watch.lost("r0", 0.0, math.nan, "")
-    assert watch.lost("r0", 0.0, None, "has tumbled, or is locked") == "r0 has tumbled, or is locked"
+    assert watch.lost("r0", FRESH - 1e-6, Health(endurance=EMPTY)) == ""
+    assert watch.lost("r0", FRESH + 1e-6, Health()) == "r0 was not seen for 0.2 s"
+    assert watch.lost("r0", 0.0, Health(endurance=EMPTY - 1.0)) == "r0's battery lasts 14 s more"
+    assert watch.lost("r0", 0.0, Health(endurance=math.nan))
+    assert watch.lost("r0", 0.0, Health(fault="has tumbled, or is locked")) == "r0 has tumbled, or is locked"
 
 
 def test_looks_that_come_too_late_end_a_flight_unless_nobody_was_to_look(watch: Watch) -> None:
@@ -66,7 +66,7 @@ def test_looks_that_come_too_late_end_a_flight_unless_nobody_was_to_look(watch: 
     assert "nobody was looked at for 0.50 s" in watch.late(5.5 + SLOW)
     watch.begin(9.0)
     assert watch.late(9.9) == ""
-    assert watch.lost("r0", 9.1, None, "") == ""
+    assert watch.lost("r0", 9.1, Health()) == ""
 
 
 def test_the_workspace_is_that_of_the_frame_and_its_floor_counts_where_it_is_told_to() -> None:

@@ -34,7 +34,8 @@ def test_a_run_from_afar_is_the_library_s_own(client: Client, done: Submitted, t
     assert theirs.plan == ours.plan == client.plan(parse_mission(ONE_HOOP))
     assert theirs.certificate.digest() == ours.certificate.digest() == client.recheck(done).digest()
     assert theirs.rounds == ours.rounds == 1
-    assert theirs.log.worst_error() == pytest.approx(ours.log.worst_error(), abs=1e-6)
+    # the file holds one sample in ten of the simulation's steps, over all of which ours is the worst
+    assert theirs.log.worst_error() == pytest.approx(ours.log.worst_error(), abs=1e-5)
     for path in ours.files:
         name = path.relative_to(tmp_path / "ours")
         assert (tmp_path / "theirs" / name).read_bytes() == path.read_bytes(), name

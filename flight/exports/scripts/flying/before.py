@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from flying.checks import Check, Place, Pose, checks_of_team
+from flying.checks import Check, Known, Place, Pose, checks_of_team
 from flying.crazyswarm import Swarm
 from flying.watch import Refused, Team
 
@@ -48,7 +48,7 @@ def checked(team: Team, swarm: Swarm, *, hovering: bool) -> tuple[list[Check], d
     grounds, wrong = dict.fromkeys(team.names, 0.0), swarm.set_parameters()
     where = "its start" if hovering else "below its start"
     asked = {name: team.asked(name, starts, where, above=not hovering) for name in team.names}
-    known = {name: swarm.known(name, poses[name], wrong.get(name)) for name in team.names}
+    known = {name: Known(poses[name], swarm.health(name), wrong.get(name), swarm.dated) for name in team.names}
     found = checks_of_team(known, asked, team.limits, now)
     for name in team.names:
         found += swarm.voltage(name)

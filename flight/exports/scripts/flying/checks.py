@@ -34,26 +34,41 @@ class Pose:
 
 
 @dataclass(frozen=True)
+class Health:
+    """What a vehicle says of itself; None for what it does not say.
+
+    Attributes:
+        ready: Whether it would take off: armed or needing no arming, no supervisor in the way.
+        settled: Whether its estimator has settled.
+        endurance: s that its battery lasts in hover.
+        flying: Whether it says that it flies: its supervisor, its land detector.
+        fault: What blocks it in flight, as of it alone (`has tumbled`); empty where nothing does.
+        why: Why something is not known, by the name of its check.
+    """
+
+    ready: bool | None = None
+    settled: bool | None = None
+    endurance: float | None = None
+    flying: bool | None = None
+    fault: str = ""
+    why: Mapping[str, str] = field(default_factory=dict[str, str])
+
+
+@dataclass(frozen=True)
 class Known:
     """What is known of a robot that is to fly; None for what is not reported.
 
     Attributes:
         poses: New ones of the last moments, in order of time, while it was at rest.
-        ready: Whether it would take off.
-        settled: Whether its estimator has settled.
-        lasts: s that its battery lasts in hover.
+        health: What it says of itself.
         wrong: Parameters on board that differ, a sentence; empty where none does.
         dated: Whether poses carry the time of their measurement; without, their age is not known.
-        why: Why a check cannot be made, by its name.
     """
 
     poses: Sequence[Pose]
-    ready: bool | None = None
-    settled: bool | None = None
-    lasts: float | None = None
+    health: Health
     wrong: str | None = None
     dated: bool = True
-    why: Mapping[str, str] = field(default_factory=dict[str, str])
 
 
 @dataclass(frozen=True)
@@ -177,9 +192,11 @@ def checks_of(robot: str, known: Known, asked: Asked, limits: Mapping[str, float
     return [
         *_of_poses(robot, known, limits, now),
         *_of_place(robot, known, asked, limits),
-        _told(robot, "ready", known, "ready", "put it level, arm it, and restart it where a tumble or a crash blocks it"),
-        _told(robot, "estimator", known, "settled", "leave it standing still, or reset it"),
-        _of_battery(robot, known, limits["reserve"] * asked.lasts),
+        _told(
+            robot, "ready", known.health, "ready", "put it level, arm it, and restart it where a tumble or a crash blocks it"
+        ),
+        _told(robot, "estimator", known.health, "settled", "leave it standing still, or reset it"),
+        _of_battery(robot, known.health, limits["reserve"] * asked.lasts),
         _of_parameters(robot, known),
     ]
 
@@ -245,6 +262,22 @@ def heading_of(robot: str, heading: float | None, asked: float, limits: Mapping[
     return Check("heading", robot, passed, what if passed else f"{what}: turn it to {math.degrees(asked):.0f} degrees")
 
 
+def at_start(robot: str, pose: Pose | None, asked: Asked, limits: Mapping[str, float], now: float) -> list[Check]:
+    """Check whether a robot in flight is seen, where what it flies next begins, and looks as that does, where its heading is measured.
+
+    Args:
+        robot: Its name.
+        pose: Its last; None where it was never seen.
+        asked: What is asked of it.
+        limits: The numbers.
+        now: s of the poses' clock.
+    """
+    if pose is None or now - pose.time > limits["fresh"]:
+        return [Check("pose", robot, False, f"{robot} was not seen lately: look at motion capture and the markers")]
+    looks = [] if pose.heading is None else [heading_of(robot, pose.heading, asked.heading, limits)]
+    return [at_place(robot, pose.position, asked, limits), *looks]
+
+
 def one_body_each(places: Mapping[str, Place], limits: Mapping[str, float]) -> list[Check]:
     """Refuse two robots that are measured at one place: one body is taken for both.
 
@@ -274,7 +307,9 @@ def _of_poses(robot: str, known: Known, limits: Mapping[str, float], now: float)
     age = now - poses[-1].time
     say("pose", age <= limits["fresh"], f"{robot}'s last pose is {age:.2g} s old", "look at motion capture and the markers")
     if not known.dated:
-        found.append(_unknown("age", robot, f"how old {robot}'s positions are", known.why.get("age", "they are not dated")))
+        found.append(
+            _unknown("age", robot, f"how old {robot}'s positions are", known.health.why.get("age", "they are not dated"))
+        )
     say("often", len(poses) >= limits["poses"], f"{robot} was measured {len(poses)} times in {limits['watched']:g} s",
         f"{limits['poses']:g} are asked for; raise how often its pose is reported")  # fmt: skip
     least, most = (tuple(of(pose.position[axis] for pose in poses) for axis in range(3)) for of in (min, max))
@@ -325,22 +360,17 @@ def _turned(measured: Mapping[str, tuple[Place, float | None]], asked: Mapping[s
         turn = cmath.phase(sum((one - there) * (other - middle).conjugate() for one, other in zip(seen, shown, strict=True)))
         off = [one - there - (other - middle) * cmath.rect(1.0, turn) for one, other in zip(seen, shown, strict=True)]
         stands = all(math.hypot(abs(left), up - rise) <= most for left, up in zip(off, rises, strict=True))
-        looks = all(
-            heading is not None
-            and abs(math.remainder(heading - sense * asked[name].heading - turn, math.tau)) <= limits["heading"]
-            for name, (_, heading) in measured.items()
-        )
+        headings = [(heading, turn + sense * asked[name].heading) for name, (_, heading) in measured.items()]
+        looks = all(at is not None and heading_of("", at, end, limits).passed for at, end in headings)
         if stands and looks and not (mirrored and swapped):
             moved = there - middle * cmath.rect(1.0, turn)
             by = f"turned by {math.degrees(turn):.1f} degrees about z and moved by ({moved.real:.2f}, {moved.imag:.2f}, {rise:.2f}) m"
-            what, wrong = (
-                ("but mirrored and ", "axes of motion capture are") if mirrored else ("but ", "the mission's `frame` is")
-            )
-            return f"the robots are measured where the mission has them, {what}{by}: if they stand right, {wrong} wrong by that"
+            what, wrong = ("mirrored and ", "axes of motion capture are") if mirrored else ("", "the mission's `frame` is")
+            return f"the robots are measured where the mission has them, but {what}{by}: if they stand right, {wrong} wrong by that"
     return ""
 
 
-def _told(robot: str, name: str, known: Known, word: str, do: str) -> Check:
+def _told(robot: str, name: str, known: Health, word: str, do: str) -> Check:
     """Return what a robot says of itself."""
     told = known.ready if name == "ready" else known.settled
     verb, subject = ("is", robot) if name == "ready" else ("has", f"{robot}'s estimator")
@@ -349,18 +379,20 @@ def _told(robot: str, name: str, known: Known, word: str, do: str) -> Check:
     return Check(name, robot, told, f"{subject} {verb} {word}" if told else f"{subject} {verb} not {word}: {do}")
 
 
-def _of_battery(robot: str, known: Known, needed: float) -> Check:
-    if known.lasts is None:
+def _of_battery(robot: str, known: Health, needed: float) -> Check:
+    if known.endurance is None:
         why = known.why.get("battery", "its charge is not reported, or its vehicle has no `endurance`")
         return _unknown("battery", robot, f"whether {robot}'s battery lasts for {needed:.0f} s", why)
-    what = f"{robot}'s battery lasts {known.lasts:.0f} s of the {needed:.0f} s needed"
-    passed = known.lasts >= needed
+    what = f"{robot}'s battery lasts {known.endurance:.0f} s of the {needed:.0f} s needed"
+    passed = known.endurance >= needed
     return Check("battery", robot, passed, what if passed else f"{what}: charge or change it")
 
 
 def _of_parameters(robot: str, known: Known) -> Check:
     if known.wrong is None:
-        return _unknown("parameters", robot, f"the parameters of {robot}", known.why.get("parameters", "they cannot be read"))
+        return _unknown(
+            "parameters", robot, f"the parameters of {robot}", known.health.why.get("parameters", "they cannot be read")
+        )
     return Check("parameters", robot, not known.wrong, known.wrong or f"{robot}'s parameters are as they must be")
 
 

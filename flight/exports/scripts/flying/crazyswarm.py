@@ -15,10 +15,11 @@ from __future__ import annotations
 import math
 import signal
 from collections import deque
+from dataclasses import replace
 from typing import Any
 
 from flying import supervisor
-from flying.checks import Check, Known, Place, Pose, differing, no_battery
+from flying.checks import Check, Health, Place, Pose, differing
 from flying.simulator import Transforms, by_simulated_clock, heading_of
 from flying.supervisor import State
 from flying.watch import Refused, Team
@@ -26,6 +27,7 @@ from flying.watch import Refused, Team
 CRITICAL = 3.7  # V, as crazyflies.yaml says
 AGAIN = 0.1  # s after which a command is sent again
 TRAJECTORY_ID = 0
+_UNKNOWN = {"age": "this version of crazyswarm2 does not date them", "parameters": "crazyswarm2 lists none of them"}
 
 
 class Swarm:
@@ -101,7 +103,7 @@ class Swarm:
         """Let time go on, and take in what arrives."""
         self._clock.sleep(seconds)
 
-    def pose(self, name: str) -> Pose | None:
+    def pose(self, robot: str) -> Pose | None:
         """Return a robot's last pose; None before any came.
 
         Its time is that of its stamp where that can be: a server with another clock has stamps that mean nothing here.
@@ -109,21 +111,21 @@ class Swarm:
         Raises:
             Refused: This version of crazyswarm2 measures no positions.
         """
-        robot, now = self.robots[name], self.now()
+        client, now = self.robots[robot], self.now()
         if not self.dated:
-            return Pose(now, _position(robot), None)
-        stamped = robot.poseStamped
+            return Pose(now, _position(client), None)
+        stamped = client.poseStamped
         if not stamped:
-            return self._transforms.poses.get(name) if self.simulated else None
+            return self._transforms.poses.get(robot) if self.simulated else None
         stamp = (stamped["timestamp_sec"], stamped["timestamp_nsec"])
-        if stamp != self._stamps[name]:
-            self._stamps[name] = stamp
+        if stamp != self._stamps[robot]:
+            self._stamps[robot] = stamp
             at = stamp[0] + 1e-9 * stamp[1]
             time = at if now - self._team.limits["fresh"] <= at <= now else now
             pose = stamped.get("pose")
             heading = None if pose is None else heading_of(pose.orientation)
-            self._poses[name] = Pose(time, _position(robot), heading)
-        return self._poses.get(name)
+            self._poses[robot] = Pose(time, _position(client), heading)
+        return self._poses.get(robot)
 
     @property
     def seen_by_tf(self) -> bool:
@@ -155,27 +157,18 @@ class Swarm:
     def level(self, name: str) -> float | None:
         """Return a battery's charge as a share; None where it is not known."""
         kept = self.estimates[name]
-        return supervisor.charge(self.status(name).get("pm_state", 0), kept[-1][3] if kept and len(kept[-1]) > 3 else None)
+        return supervisor.charge_of(self.status(name).get("pm_state", 0), kept[-1][3] if kept and len(kept[-1]) > 3 else None)
 
-    def known(self, name: str, poses: list[Pose], wrong: str | None) -> Known:
-        """Return what is known of a robot before it flies.
+    def health(self, robot: str) -> Health:
+        """Return what a robot last said of itself.
 
         Args:
-            name: The robot's.
-            poses: Where it was measured.
-            wrong: What differs of its parameters; None where they are not known.
+            robot: The robot's.
         """
-        state, level = self.state(name), self.level(name)
-        variances = [row[:3] for row in self.estimates[name] if len(row) >= 3]
-        why = {
-            "age": "this version of crazyswarm2 does not date them",
-            "ready": "no `status` is reported of it",
-            "estimator": "its variances are not reported",
-            "battery": no_battery(level),
-            "parameters": "crazyswarm2 lists none of them",
-        }
-        settled, lasts = supervisor.settled(variances, self._team.limits), self._team.battery_left(name, level)
-        return Known(poses, supervisor.ready(state), settled, lasts, wrong, self.dated, why)
+        settled = supervisor.is_settled([row[:3] for row in self.estimates[robot] if len(row) >= 3], self._team.limits)
+        endurance = self._team.data["robots"][robot]["endurance"]
+        health = supervisor.health_of(self.state(robot), settled, self.level(robot), endurance)
+        return replace(health, why={**health.why, **_UNKNOWN})
 
     def voltage(self, name: str) -> list[Check]:
         """Return the check of a battery's voltage; nothing where it is not reported, which a server says by 0.
@@ -240,17 +233,14 @@ class Swarm:
         why = f"armed, and cannot fly: the motors of {', '.join(armed)} did not spin up" if armed else "did not arm"
         raise Refused(f"{', '.join(left)} {why}: look at what its supervisor says")
 
-    def disarm(self, names: list[str]) -> None:
-        """Stop motors of robots that stand.
+    def disarm(self, name: str) -> None:
+        """Stop the motors of a robot that stands.
 
         Args:
-            names: The robots'.
+            name: The robot's.
         """
-        for _ in range(3):
-            for name in names:
-                if hasattr(self.robots[name], "arm"):
-                    self.robots[name].arm(False)
-            self.sleep(AGAIN)
+        if hasattr(self.robots[name], "arm"):
+            self.robots[name].arm(False)
 
     def go_to(self, name: str, place: tuple[float, ...], seconds: float) -> None:
         """Have a robot go somewhere.

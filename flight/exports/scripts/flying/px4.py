@@ -9,7 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from flying.checks import Place, Pose
+from flying.checks import Health, Place, Pose
 from flying.reports import BEAT, CUSTOM_MODE, OFFBOARD, PX4, SET_INTERVAL, SET_MODE, Reports, beat, encoded, intervals
 from flying.watch import Refused
 
@@ -32,7 +32,7 @@ class Vehicle:
 
         Args:
             name: The robot's.
-            entry: Its `system` and `file`, as `flight.json` has them.
+            entry: Its `system`, `file` and `endurance`, as `flight.json` has them.
             folder: Where its setpoints lie.
             address: As pymavlink takes it.
             origin: Where its local frame has its origin in the laboratory, m.
@@ -50,6 +50,7 @@ class Vehicle:
             self.link: Any = mavutil.mavlink_connection(address, source_system=255, source_component=190, dialect="common")
         except Exception as error:  # pymavlink raises what its drivers do
             raise Refused(f"{name} cannot be reached at {address}: {error}") from None
+        self._endurance: float | None = entry["endurance"]
         self.says, self.autopilot = Reports(), 0
         self.others: set[int] = set()  # systems that were heard instead
         self.poses: deque[Pose] = deque(maxlen=50)
@@ -93,6 +94,11 @@ class Vehicle:
         """Return where a message's local x, y, z are in the laboratory."""
         x, y, z = self._origin
         return x + ned.y, y + ned.x, z - ned.z
+
+    @property
+    def health(self) -> Health:
+        """What it last said of itself."""
+        return self.says.health(self._endurance)
 
     @property
     def heard(self) -> float:

@@ -10,7 +10,7 @@ import struct
 from dataclasses import dataclass, field
 from typing import Any
 
-from .checks import no_battery
+from .checks import Health, battery_left, no_battery
 
 OFFBOARD, HOLD, LAND = (6, 0), (4, 3), (4, 6)  # PX4's main and sub mode
 CUSTOM_MODE, SET_MODE, SET_INTERVAL, ARM, PX4, INT32 = 1, 176, 511, 400, 12, 6
@@ -108,30 +108,25 @@ class Reports:
         return True if self.armed or present & health & _PREARM else None
 
     @property
-    def flying(self) -> bool | None:
-        """True if it is armed and does not take itself to have landed; None where it does not say."""
-        if self.mode is None:
-            return None
-        return False if not self.armed or self._landed == _ON_GROUND else True if self._landed else None
-
-    @property
-    def fault(self) -> str:
-        """That it left offboard flight, of a vehicle that was in it; empty where it did not."""
-        return "" if self.mode == OFFBOARD else "left offboard flight"
-
-    @property
     def ready_to_check(self) -> bool:
         """True if all that checks before a flight ask for has been said, and its own checks pass."""
         return self.heading is not None and self.estimator is not None and bool(self.ready) and self._checks != (0, 0)
 
-    @property
-    def why(self) -> dict[str, str]:
-        """Why a check cannot be made, by its name."""
-        return {
+    def health(self, endurance: float | None) -> Health:
+        """Return what it says of itself.
+
+        Args:
+            endurance: s that a full battery lasts; None where its profile does not say.
+        """
+        landed = None if self.mode is None else not self.armed or self._landed == _ON_GROUND
+        flying = None if landed is None else False if landed else True if self._landed else None
+        fault = "" if self.mode == OFFBOARD else "left offboard flight"
+        why = {
             "ready": "it does not report its checks before arming, or they do not pass in the mode that it is in",
             "estimator": "it does not report it (ESTIMATOR_STATUS)",
             "battery": no_battery(self.charge),
         }
+        return Health(self.ready, self.settled, battery_left(self.charge, endurance), flying, fault, why)
 
 
 def encoded(value: float) -> tuple[float, int]:

@@ -3,22 +3,23 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from pathlib import Path
 from typing import Any
 
-from flying.checks import Place, Pose
+from flying.checks import Pose
 from flying.crazyswarm import Swarm
+from flying.ending import Ending, see_down
 from flying.paths import PiecewisePath, Row
 from flying.record import FLIGHT, Record
 from flying.simulator import trimmed
-from flying.standing import Standing
-from flying.supervisor import fault_of
 from flying.watch import Refused, Team, Watch
 
 STEP = 0.02  # s between two looks in flight
 AGE = 0.05  # s that a position and a start may have been on their way: it is held against the plan of that time
 WAY = 2.0  # s that the last centimetres to a start take
-AGAIN = 0.1  # s after which robots are told to brake once more
+TIMES = 3  # how often a command is sent that nobody acknowledges
+HIGH = 0.3  # m above the ground, from which on motors are stopped by an emergency stop
 PLATFORM = 0.1  # m above the floor, from which on a robot stood on something
 
 
@@ -35,7 +36,8 @@ class Flight:
         flying: Whether motors may turn.
         up: Whether robots may be in the air.
         stage: What is flown.
-        standing: Looks at robots that land; None before they do.
+        hovers: Where robots hover, or are to.
+        ending: Brings all to the ground.
     """
 
     def __init__(self, team: Team, swarm: Swarm, record: Record) -> None:
@@ -45,10 +47,10 @@ class Flight:
         self.ends: dict[str, Row] = {name: tuple(row["end"]) for name, row in team.data["robots"].items()}
         self.grounds = dict.fromkeys(team.names, 0.0)
         self.flying, self.up, self.stage = False, False, ""
-        self.standing: Standing | None = None
+        self.ending = Unconfirmed(self).ending
         self._paths: dict[str, PiecewisePath] = {}
         self._begin: float | None = None  # of what is flown from the vehicles' memory
-        self._hovers: dict[str, Row] = dict(self.starts)
+        self.hovers: dict[str, Row] = dict(self.starts)
         self._seen: dict[str, float] = {}
 
     def enter(self, stage: str) -> None:
@@ -110,7 +112,8 @@ class Flight:
                     loaded = index
                     watch.begin(swarm.now())  # nobody was listened to meanwhile
                 self._go_on(0.5, watch)
-            self._require_at(part["starts"])
+            poses = {name: swarm.pose(name) for name in self.team.names}
+            self.team.require_at_start(poses, part["starts"], "the start", swarm.now())
             if number and swarm.now() - since > data["pause"]:
                 raise Refused(f"the pause before part {number + 1} of {len(order)} lasted more than {data['pause']:g} s")
             self._begin = swarm.now()
@@ -159,29 +162,18 @@ class Flight:
                 if watch is not None:
                     watch.see(name, pose, off, low=self.stage in ("way", FLIGHT))
         if watch is not None:
-            watch.require(
-                swarm.now(), lambda name: (self.team.battery_left(name, swarm.level(name)), fault_of(swarm.state(name)))
-            )
+            watch.require(swarm.now(), swarm.health)
 
-    def brake(self, poses: dict[str, Pose]) -> None:
-        """Have all go to where they come to rest, and hover there.
-
-        Args:
-            poses: Where they are.
-        """
-        places: dict[str, Row] = {}
-        for name, pose in poses.items():
-            if self._begin is None or self.stage != FLIGHT:
-                places[name] = (*pose.position, self.starts[name][3])
-            else:
+    def brake(self) -> None:
+        """Choose where all come to rest; they are measured."""
+        for name in self.team.names:
+            pose = self.swarm.pose(name)
+            if self._begin is not None and self.stage == FLIGHT:
                 at = self.swarm.now() - self._begin
-                places[name] = self._paths[name].rest(at, self.team.limits["braking"], self.team.data["braking"])
-        self._hovers = places
+                self.hovers[name] = self._paths[name].rest(at, self.team.limits["braking"], self.team.data["braking"])
+            elif pose is not None:
+                self.hovers[name] = (*pose.position, self.starts[name][3])
         self.enter("hold")
-        for _ in range(2):
-            for name, place in places.items():
-                self.swarm.go_to(name, place, self.team.limits["braking"])
-            self.swarm.sleep(AGAIN)
 
     def ground(self, name: str) -> float:
         """Return how high the ground is where a robot lands, m: what it stood on where it lands there, else the floor.
@@ -212,23 +204,11 @@ class Flight:
 
     def _hold_at(self, places: dict[str, Any], watch: Watch) -> None:
         """Have robots hold by a command of its own: at a trajectory's end they still read their memory."""
-        self._begin, self._hovers = None, {name: tuple(place) for name, place in places.items()}
+        self._begin, self.hovers = None, {name: tuple(place) for name, place in places.items()}
         for _ in range(2):
             for name, place in places.items():
                 self.swarm.go_to(name, tuple(place), 1.0)
             self._go_on(0.6, watch)
-
-    def _require_at(self, places: dict[str, Any]) -> None:
-        """Refuse to start where a robot is not where its part begins."""
-        wanted: dict[str, Place] = {name: tuple(place[:3]) for name, place in places.items()}
-        faults: list[str] = []
-        for name, place in places.items():
-            pose = self.swarm.pose(name)
-            if pose is None:
-                raise Refused(f"{name} was not seen")
-            faults += self.team.place_faults(name, pose, wanted, place[3], "the start")
-        if faults:
-            raise Refused("; ".join(faults))
 
     def _off(self, name: str, pose: Pose) -> tuple[float, Row]:
         """Return how far a robot is from where it should be, m, and where that is."""
@@ -239,5 +219,75 @@ class Flight:
             at = pose.time - self._begin
             return self._paths[name].near(pose.position, at - AGE, at)
         else:
-            wanted = self._hovers[name]
+            wanted = self.hovers[name]
         return math.dist(pose.position, wanted[:3]), wanted
+
+
+class Unconfirmed:
+    """Robots of a client that tells of no command whether a vehicle has heard it, as `ending` brings them to the ground.
+
+    A command counts as acknowledged once it was sent several times; that motors stop, once a robot that landed is seen to stand as well.
+
+    Attributes:
+        failsafe: What is to be done where that is not seen.
+        ending: Brings them to the ground.
+    """
+
+    failsafe = "watch it, and switch it off and on"
+
+    def __init__(self, flight: Flight) -> None:
+        """Take what flies."""
+        self._flight, self._sent, self._cut = flight, Counter[tuple[str, str]](), set[str]()
+        self.now, self.sleep, self.pose, self.health = (
+            flight.swarm.now,
+            flight.swarm.sleep,
+            flight.swarm.pose,
+            flight.swarm.health,
+        )
+        limits = flight.team.limits
+        numbers = {**limits, "holding": limits["holding"] + limits["braking"]}
+
+        def note(time: float, sentence: str, _robot: str | None, kind: str) -> None:
+            flight.record.event(time, sentence, kind)
+
+        self.ending = Ending(self, note, lambda _: flight.look(None), flight.ground, numbers)
+
+    def hold(self, robot: str) -> bool:
+        """Have a robot go to where it comes to rest."""
+        flight = self._flight
+        if flight.stage != "hold":
+            flight.brake()
+        flight.swarm.go_to(robot, flight.hovers[robot], flight.team.limits["braking"])
+        return self._often(robot, "hold")
+
+    def land(self, robot: str, height: float, seconds: float) -> bool:
+        """Have a robot sink.
+
+        Args:
+            robot: Its name.
+            height: z in m where the landing ends.
+            seconds: How long it takes.
+        """
+        flight = self._flight
+        if flight.stage != "landing":
+            flight.enter("landing")
+        flight.swarm.robots[robot].land(targetHeight=height, duration=seconds)
+        return self._often(robot, "land")
+
+    def stop(self, robot: str) -> bool:
+        """Disarm a robot; one that is high up, and does not do what it is told, has all get an emergency stop."""
+        flight, pose, standing = self._flight, self.pose(robot), self.ending.standing
+        if pose is not None and pose.position[2] <= flight.ground(robot) + HIGH:
+            flight.swarm.disarm(robot)
+        else:
+            if not self._cut:
+                said = "motors are stopped by an emergency stop: switch vehicles off and on"
+                flight.record.event(self.now(), said, "reaction")
+                flight.swarm.emergency()
+            self._cut.add(robot)
+        stands = standing is None or see_down(self, standing, robot)
+        return self._often(robot, "stop") and stands and robot not in self._cut
+
+    def _often(self, robot: str, command: str) -> bool:
+        self._sent[robot, command] += 1
+        return self._sent[robot, command] >= TIMES

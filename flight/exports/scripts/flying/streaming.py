@@ -70,10 +70,9 @@ class Stream:
 
     def _known(self, vehicle: Vehicle, now: float) -> Known:
         """Return what is known of a vehicle; its parameters are set, and read back, once all that only looks has passed."""
-        name, says = vehicle.name, vehicle.says
-        self.record.said["batteries"][name] = says.charge
-        lasts, poses = self.team.battery_left(name, says.charge), vehicle.since(now - self.team.limits["watched"])
-        return Known(poses, says.armed, says.settled, lasts, "", why=says.why)
+        self.record.said["batteries"][vehicle.name] = vehicle.says.charge
+        health = replace(vehicle.health, ready=vehicle.says.armed)
+        return Known(vehicle.since(now - self.team.limits["watched"]), health, "")
 
     def _reach(self) -> None:
         """Wait until all speak, and report often."""
@@ -143,14 +142,9 @@ class Stream:
         ):
             others = [vehicle.name for vehicle in self.vehicles if vehicle.says.mode != OFFBOARD]
             raise Refused(f"{', '.join(others)} did not change to offboard flight within {ANSWER:g} s")
-        starts: dict[str, Place] = {vehicle.name: vehicle.wanted(0) for vehicle in self.vehicles}
-        headings = {name: row["start"][3] for name, row in self.team.data["robots"].items()}
-        if faults := [
-            fault
-            for vehicle in self.vehicles
-            for fault in self.team.place_faults(vehicle.name, vehicle.poses[-1], starts, headings[vehicle.name], "its start")
-        ]:
-            raise Refused("; ".join(faults))
+        poses = {vehicle.name: vehicle.poses[-1] for vehicle in self.vehicles}
+        starts = {name: row["start"] for name, row in self.team.data["robots"].items()}
+        self.team.require_at_start(poses, starts, "its start", time.monotonic())
 
     def fly(self) -> None:
         """Send all setpoints in real time, all robots by one clock.
@@ -174,14 +168,14 @@ class Stream:
             for vehicle in self.vehicles:
                 vehicle.send(index)
         self.record.ended(FLIGHT, begin + self.team.data["duration"])
-        self.wait(time.monotonic() + 4 * AGE, sending=True)
-        self._require_in_flight()
+        for _ in range(4):
+            self.wait(time.monotonic() + AGE, sending=True)
+            self._require_in_flight()
 
     def _require_in_flight(self) -> None:
         """Refuse to go on where a robot has left offboard flight, or must not go on."""
-        says = {vehicle.name: vehicle.says for vehicle in self.vehicles}
-        lasts = self.team.battery_left
-        self._watch.require(time.monotonic(), lambda name: (lasts(name, says[name].charge), says[name].fault))
+        by_name = {vehicle.name: vehicle for vehicle in self.vehicles}
+        self._watch.require(time.monotonic(), lambda name: by_name[name].health)
 
     def _seen(self, vehicle: Vehicle, pose: Pose) -> None:
         """Take in a pose."""

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from enum import IntFlag
 
+from .checks import Health, battery_left, no_battery
+
 LOW_POWER = 3  # `pm.state` of an empty battery; higher ones switch off
 ENOUGH = 5  # reports of variances by which the estimator is known
 
@@ -26,22 +28,29 @@ class State(IntFlag):
 _BLOCKED = State.TUMBLED | State.LOCKED | State.CRASHED
 
 
-def ready(state: State | None) -> bool | None:
-    """Tell whether a vehicle would take off, or can be armed; None where its supervisor says nothing."""
-    return None if state is None else not state & _BLOCKED and bool(state & (State.CAN_FLY | State.CAN_ARM))
+def health_of(state: State | None, settled: bool | None, charge: float | None, endurance: float | None) -> Health:
+    """Return what a vehicle says of itself.
+
+    Args:
+        state: What its supervisor last said; None where it says nothing.
+        settled: Whether its estimator has settled; None where it does not say.
+        charge: Share of its battery's charge; None where it does not say.
+        endurance: s that a full battery lasts; None where its profile does not say.
+    """
+    why = {
+        "ready": "no `status` is reported of it",
+        "estimator": "its variances are not reported",
+        "battery": no_battery(charge),
+    }
+    lasts = battery_left(charge, endurance)
+    if state is None:
+        return Health(None, settled, lasts, why=why)
+    blocked, able = state & _BLOCKED, state & (State.CAN_FLY | State.CAN_ARM)
+    fault = "has tumbled, or is locked" if blocked else ""
+    return Health(bool(able and not blocked), settled, lasts, State.FLYING in state, fault, why)
 
 
-def flying(state: State | None) -> bool | None:
-    """Tell whether a vehicle says that it flies; None where its supervisor says nothing."""
-    return None if state is None else State.FLYING in state
-
-
-def fault_of(state: State | None) -> str:
-    """Return that a supervisor blocks its vehicle, as of it alone; empty where it does not, or says nothing."""
-    return "has tumbled, or is locked" if state is not None and state & _BLOCKED else ""
-
-
-def charge(power: float, level: float | None) -> float | None:
+def charge_of(power: float, level: float | None) -> float | None:
     """Return the share of a battery's charge.
 
     Args:
@@ -51,7 +60,7 @@ def charge(power: float, level: float | None) -> float | None:
     return 0.0 if power >= LOW_POWER else None if level is None else level / 100.0
 
 
-def settled(variances: Collection[Sequence[float]], limits: Mapping[str, float]) -> bool | None:
+def is_settled(variances: Collection[Sequence[float]], limits: Mapping[str, float]) -> bool | None:
     """Tell whether the variances of an estimated position stay as they are; None where none was reported.
 
     Args:

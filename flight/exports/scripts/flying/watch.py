@@ -7,10 +7,10 @@ about it. Places are x, y, z in m, headings in rad.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from .checks import Asked, Place, Pose, at_place, battery_left, heading_of, margin_fault
+from .checks import Asked, Health, Place, Pose, at_start, margin_fault
 
 
 class Refused(Exception):
@@ -61,23 +61,29 @@ class Team:
         heading = self.data["robots"][name]["start"][3]
         return Asked(places, where, heading, self.margin, self.data["lasts"], above)
 
-    def place_faults(self, name: str, pose: Pose, places: dict[str, Place], heading: float, where: str) -> list[str]:
-        """Return that a robot in flight is not where what it flies next begins, or looks elsewhere; nothing where it is, and does.
+    def require_at_start(
+        self, poses: Mapping[str, Pose | None], places: Mapping[str, Sequence[float]], where: str, now: float
+    ) -> None:
+        """Refuse to begin where robots in flight are not seen where what they fly next begins, or look elsewhere.
 
         Args:
-            name: The robot's.
-            pose: Where it is measured.
-            places: Where each robot has to be.
-            heading: rad.
+            poses: The last of each robot.
+            places: Where each has to be, and its heading, rad.
             where: In words.
-        """
-        asked = Asked(places, where, heading, self.margin, 0.0)
-        found = (at_place(name, pose.position, asked, self.limits), heading_of(name, pose.heading, heading, self.limits))
-        return [check.sentence for check in found if check.passed is False]
+            now: s.
 
-    def battery_left(self, name: str, level: float | None) -> float | None:
-        """Return how long a robot's battery lasts, s; None where its vehicle's `endurance` is not known."""
-        return battery_left(level, self.data["robots"][name]["endurance"])
+        Raises:
+            Refused: As said.
+        """
+        ends: dict[str, Place] = {name: (x, y, z) for name, (x, y, z, _) in places.items()}
+        found = [
+            check.sentence
+            for name, pose in poses.items()
+            for check in at_start(name, pose, Asked(ends, where, places[name][3], self.margin, 0.0), self.limits, now)
+            if check.passed is False
+        ]
+        if found:
+            raise Refused("; ".join(found))
 
     # In flight
 
@@ -164,21 +170,20 @@ class Watch:
             self.outside.setdefault(name, fault)
         self.near = self.near or team.apart_fault(name, self.places)
 
-    def lost(self, name: str, now: float, lasts: float | None, fault: str) -> str:
+    def lost(self, name: str, now: float, health: Health) -> str:
         """Return why a robot cannot go on, though others can; empty where it can.
 
         Args:
             name: The robot's.
             now: s.
-            lasts: s that its battery lasts; None where that is not known.
-            fault: What blocks it, as of it alone (`has tumbled`); empty where nothing does.
+            health: What it says of itself.
         """
         limits = self._team.limits
         if now - self.last[name] > limits["fresh"]:
             return f"{name} was not seen for {limits['fresh']:g} s"
-        if lasts is not None and not lasts >= limits["empty"]:
+        if (lasts := health.endurance) is not None and not lasts >= limits["empty"]:
             return f"{name}'s battery lasts {max(lasts, 0.0):.0f} s more"
-        return fault and f"{name} {fault}"
+        return health.fault and f"{name} {health.fault}"
 
     def alarm(self) -> str:
         """Return why the team must not go on, though all robots could; empty where it may."""
@@ -193,16 +198,16 @@ class Watch:
         late, self._looked = now - self._looked, now
         return f"this computer is too busy: nobody was looked at for {late:.2f} s" if late > self._team.limits["slow"] else ""
 
-    def require(self, now: float, health: Callable[[str], tuple[float | None, str]]) -> None:
+    def require(self, now: float, health: Callable[[str], Health]) -> None:
         """Refuse to go on where one cannot.
 
         Args:
             now: s.
-            health: Returns for how long a robot's battery lasts and what blocks it, as `lost` takes them.
+            health: Returns what a robot says of itself.
 
         Raises:
             Refused: As said.
         """
-        lost = (self.lost(name, now, *health(name)) for name in self._team.names)
+        lost = (self.lost(name, now, health(name)) for name in self._team.names)
         if fault := self.late(now) or self.alarm() or next(filter(None, lost), ""):
             raise Refused(fault)
