@@ -8,7 +8,7 @@ elements: by dynamic programming over how many words of each element were read, 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Hashable, Iterable, Sequence
+from collections.abc import Callable, Hashable, Iterable, Sequence
 
 from ltlplan.logic.automaton import DEAD
 from ltlplan.logic.budget import TooLarge
@@ -120,28 +120,56 @@ class OrderCheck:
                 at = DEAD if at == DEAD else part.apply(element, at)
             good = at != DEAD and (not finished or part.accepting(at))
             return None if good else order
-        start = (0,) * len(elements)
-        layer: dict[tuple[tuple[int, ...], int], tuple[tuple[int, ...], ...]] = {(start, part.initial): ()}
-        total = sum(counts)
-        seen = 0
-        for _ in range(total):
-            following: dict[tuple[tuple[int, ...], int], tuple[tuple[int, ...], ...]] = {}
-            for (used, state), order in layer.items():
-                for i, element in enumerate(elements):
-                    if used[i] < counts[i]:
-                        target = part.apply(element, state)
-                        if target == DEAD:
-                            return (*order, element)
-                        following.setdefault(((*used[:i], used[i] + 1, *used[i + 1 :]), target), (*order, element))
-            layer = following
-            seen += len(layer)
-            if seen > self.limit:
-                raise TooLarge("Trying the words in every order needs", seen, "steps", self.limit)
-        if finished:
-            for (_, state), order in layer.items():
-                if not part.accepting(state):
-                    return order
-        return None
+
+        def apply(index: int, state: int, _: Sequence[int]) -> int:
+            return part.apply(elements[index], state)
+
+        accepting = part.accepting if finished else None
+        order = breaking_order(counts, part.initial, apply, accepting, self.limit)
+        return None if order is None else tuple(elements[index] for index in order)
+
+
+def breaking_order(
+    counts: Sequence[int],
+    initial: int,
+    apply: Callable[[int, int, Sequence[int]], int],
+    accepting: Callable[[int], bool] | None,
+    limit: int,
+) -> tuple[int, ...] | None:
+    """Return an order of words that breaks a conjunct, or begins one; None where every order keeps it.
+
+    That walks over how many words of each kind were read, keeping the states that this can lead to.
+
+    Args:
+        counts: How many words there are of each kind; words of a kind do the same.
+        initial: The conjunct's state before the first word.
+        apply: From a kind, a state and how many words of each kind were read, to the state after one more word; `DEAD` where it is lost.
+        accepting: Whether a state is accepting; None where it need not be in the end.
+        limit: Bound on the steps.
+
+    Returns:
+        Indices of kinds.
+
+    Raises:
+        TooLarge: There are too many different orders to try them all.
+    """
+    layer: dict[tuple[tuple[int, ...], int], tuple[int, ...]] = {((0,) * len(counts), initial): ()}
+    seen = 0
+    for _ in range(sum(counts)):
+        following: dict[tuple[tuple[int, ...], int], tuple[int, ...]] = {}
+        for (used, state), order in layer.items():
+            for kind, count in enumerate(counts):
+                if used[kind] < count:
+                    after = apply(kind, state, used)
+                    if after == DEAD:
+                        return (*order, kind)
+                    following.setdefault(((*used[:kind], used[kind] + 1, *used[kind + 1 :]), after), (*order, kind))
+        layer = following
+        seen += len(layer)
+        if seen > limit:
+            raise TooLarge("Trying the words in every order needs", seen, "steps", limit)
+    wrong = (order for (_, state), order in layer.items() if accepting is not None and not accepting(state))
+    return next(wrong, None)
 
 
 def robots_in_order(order: Iterable[Hashable], elements: Sequence[Hashable]) -> tuple[int, ...]:

@@ -147,7 +147,8 @@ class ParetoSearch(Generic[Key]):
     ) -> None:
         self._successors, self._rounding = successors, rounding
         self._fronts: dict[Key, list[Costs]] = {}
-        self._heap: list[tuple[tuple[float, ...], int, Label[Key]]] = []
+        self._heap: list[tuple[float, ...]] = []  # of numbers alone, which the garbage collector does not follow
+        self._labels: dict[float, Label[Key]] = {}
         self.reached = 0
         self._push(starts)
 
@@ -155,7 +156,7 @@ class ParetoSearch(Generic[Key]):
         """Yield the labels."""
         heap, fronts = self._heap, self._fronts
         while heap:
-            label = heapq.heappop(heap)[2]
+            label = self._labels.pop(heapq.heappop(heap)[-1])
             if label.state is not None:
                 if self._is_dominated(label.state, label.paid):
                     continue
@@ -168,7 +169,8 @@ class ParetoSearch(Generic[Key]):
         for label in labels:
             if label.state is None or not self._is_dominated(label.state, label.paid):
                 self.reached += 1
-                heapq.heappush(self._heap, (label.rank, self.reached, label))
+                self._labels[self.reached] = label
+                heapq.heappush(self._heap, (*label.rank, self.reached))
 
     def _is_dominated(self, state: Key, paid: Costs) -> bool:
         rounding = self._rounding

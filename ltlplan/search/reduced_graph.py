@@ -252,15 +252,13 @@ def _common(systems: Sequence[TransitionSystem], label: Sequence[Sequence[int]])
     first = systems[0]
     count = min(len(system.labels) for system in systems)
     for system, letters in zip(systems[1:], label[1:], strict=True):
-        same = 0
-        while (
-            same < count
-            and letters[same] == label[0][same]
-            and system.edges[same] == first.edges[same]
-            and _ending(system, same) == _ending(first, same)
-        ):
-            same += 1
-        count = same
+        same = (
+            letters[node] == label[0][node]
+            and system.edges[node] == first.edges[node]
+            and _ending(system, node) == _ending(first, node)
+            for node in range(count)
+        )
+        count = next((node for node, is_same in enumerate(same) if not is_same), count)
     return count if all(target < count for node in range(count) for target, _ in first.edges[node]) else 0
 
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import Generic, TypeVar
 
 from ltlplan.logic.automaton import DEAD
@@ -68,10 +69,10 @@ class SequentialReading(ABC, Generic[Progress]):
         self._progress: list[Progress] = []
         self._numbers: dict[Progress, int] = {}
         self._read: list[dict[int, int]] = []
-        self._handed_over: dict[int, int] = {}
+        self._first, self._landed = first, cache(self._after_landing)
         self._rest: list[float] = []
         self._missing: list[int] = []
-        self._number(first, 0.0, 0)
+        self._left: dict[int, float] = {}
 
     @abstractmethod
     def read(self, progress: Progress, letter: int) -> int:
@@ -97,7 +98,7 @@ class SequentialReading(ABC, Generic[Progress]):
 
     def begin(self) -> int | None:
         """Return the state in which the first robot is at its start; None where the task is lost there."""
-        return self._started(0, 0)
+        return self._started(self._first, 0)
 
     def steps(self, state: int) -> Iterator[Step]:
         """Yield what may follow, without steps that gain nothing, its cost, and whether the robot has finished."""
@@ -117,10 +118,7 @@ class SequentialReading(ABC, Generic[Progress]):
             if self.is_accepting(self._progress[at]):
                 yield complete(state), here.ending, True
             return
-        between = self._handed_over.get(at)
-        if between is None:
-            between = self._handed_over[at] = self.hand_over(self._progress[at], self._rest[at], self._missing[at])
-        following = None if between == DEAD else self._started(between, robot + 1)
+        following = self._landed(at, robot)
         if following is not None:
             yield following, here.ending, True
 
@@ -168,11 +166,12 @@ class SequentialReading(ABC, Generic[Progress]):
         reached, own = paid
         if is_complete(state):
             return reached, total
-        at, robot, node = self._parted(state)
-        rest = max(self._rest[at], self._tree(self._missing[at], robot, node))
+        rest = self._left.get(state)
+        if rest is None:
+            rest = self._left[state] = self.left(state)
         if not self._objective.longest:
             return reached + rest, total
-        return max(reached, own, (own + rest) / (self._robots - robot)), total
+        return max(reached, own, (own + rest) / (self._robots - state // self._width % self._robots)), total
 
     def paths(self, states: Sequence[int]) -> tuple[tuple[int, ...], ...]:
         """Return the nodes of each robot's system along the states of a plan."""
@@ -188,13 +187,15 @@ class SequentialReading(ABC, Generic[Progress]):
         at, robot = divmod(place, self._robots)
         return at, robot, node
 
-    def _started(self, at: int, robot: int) -> int | None:
+    def _after_landing(self, at: int, robot: int) -> int | None:
+        """Return the state in which the next robot is at its start; None where the task is lost."""
+        between = self.hand_over(self._progress[at], self._rest[at], self._missing[at])
+        return None if between == DEAD else self._started(self._progress[between], robot + 1)
+
+    def _started(self, before: Progress, robot: int) -> int | None:
         """Return the state in which a robot is at its start; None where the task is lost there."""
         node = self.graph.start[robot]
-        letter = self.graph.label[robot][node]
-        after = self._read[at].get(letter)
-        if after is None:
-            after = self._read[at][letter] = self.read(self._progress[at], letter)
+        after = self.read(before, self.graph.label[robot][node])
         return None if after == DEAD else (after * self._robots + robot) * self._width + node
 
     def _number(self, progress: Progress, rest: float, missing: int) -> int:

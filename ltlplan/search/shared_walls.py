@@ -7,6 +7,7 @@ be in both, in one, in none, and come and go. A plan is refused here where the f
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Iterator, Mapping, Sequence
 
 from ltlplan.logic.automaton import Automaton
@@ -49,13 +50,8 @@ def open_wall(mission: Mission, words: Mapping[str, Word]) -> OpenWall | None:
     if not any(crossings.values()):
         return None
     breaks = _breaks(mission)
-    for name, found in crossings.items():
-        for crossing in found:
-            for other in _others(words[name], [crossing]):
-                part = breaks({**words, name: other})
-                if part is not None:
-                    return _refusal(mission, name, crossing, other, part)
-    for name, found in crossings.items():
+    at_once = list(crossings.items())
+    for name, found in [*((name, [crossing]) for name, several in at_once for crossing in several), *at_once]:
         for other in _others(words[name], found):
             part = breaks({**words, name: other})
             if part is not None:
@@ -63,29 +59,30 @@ def open_wall(mission: Mission, words: Mapping[str, Word]) -> OpenWall | None:
     return None
 
 
+_SHAPES = (
+    ("none",),
+    ("none", "left", "both"),
+    ("both", "left", "none"),
+    ("none", "entered", "both"),
+    ("both", "entered", "none"),
+)
+"""What may be shown at a wall: in none of two rooms, in one again, in both again."""
+
+
 def _others(word: Word, crossings: Sequence[Crossing]) -> Iterator[Word]:
-    """Yield words that may be flown where one was planned: in none of two rooms, in one again, in both again."""
-    if not crossings:
-        return
-    letters = word.letters
-    for shape in (
-        ("none",),
-        ("none", "left", "both"),
-        ("both", "left", "none"),
-        ("none", "entered", "both"),
-        ("both", "entered", "none"),
-    ):
-        prefix: list[Letter] = []
-        cycle: list[Letter] = []
-        at = {index: (left, entered) for index, left, entered in crossings}
-        for index, letter in enumerate(letters):
-            shown = [letter]
-            if index in at:
-                left, entered = at[index]
-                without = {"both": set[str](), "none": {left, entered}, "left": {entered}, "entered": {left}}
-                shown = [letter - without[name] for name in shape]
-            (prefix if index < len(word.prefix) else cycle).extend(shown)
-        yield Word(tuple(prefix), tuple(cycle) if word.cycle is not None else None)
+    """Yield words that may be flown where one was planned."""
+    hidden: dict[int, dict[str, set[str]]] = {
+        index: {"both": set(), "none": {left, entered}, "left": {entered}, "entered": {left}}
+        for index, left, entered in crossings
+    }
+    cut = len(word.prefix)
+    for shape in _SHAPES if hidden else ():
+        shown: list[list[Letter]] = [
+            [letter - hidden[index][name] for name in shape] if index in hidden else [letter]
+            for index, letter in enumerate(word.letters)
+        ]
+        prefix, cycle = (tuple(itertools.chain(*part)) for part in (shown[:cut], shown[cut:]))
+        yield Word(prefix, cycle if word.cycle is not None else None)
 
 
 def _breaks(mission: Mission) -> Callable[[Mapping[str, Word]], str | None]:

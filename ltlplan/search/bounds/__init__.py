@@ -1,8 +1,7 @@
 """Admissible lower bounds on the cost that is left: they lead a search, and tell when it has the best.
 
 Read `conjunct_graph` (a conjunct's automaton, backwards), `conjunct_bounds` (each conjunct by itself, its landmarks included) and
-`spanning_tree` (the cost to show all landmarks); `order_bounds` is for what every order of the robots has to keep. `lagrangian_bounds`
-weighs the robots' costs, where only sums are searched for. For formulas that count robots there are `counted_conjuncts` (each conjunct by
-itself), `counted_landmarks` (propositions that must still become true or false) and `goal_cover` (the paths that reach them, shared out
+`spanning_tree` (the cost to show all landmarks); `order_bounds` is for what every order of the robots has to keep. For formulas that
+count robots there are `counted_conjuncts` (each conjunct by itself), `counted_landmarks` (propositions that must still become true or false) and `goal_cover` (the paths that reach them, shared out
 among the robots).
 """

@@ -10,7 +10,8 @@ from __future__ import annotations
 import itertools
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from typing import Any, Generic, TypeVar
+from functools import cache
+from typing import Generic, TypeVar
 
 from ltlplan.search.bounds.conjunct_bounds import ConjunctBounds
 from ltlplan.search.bounds.conjunct_graph import Node
@@ -32,45 +33,35 @@ class OrderBounds(ABC, Generic[Effect, Node]):
 
     def __init__(self, index: int, bounds: ConjunctBounds[Node]) -> None:
         self.index, self._bounds = index, bounds
-        self._known: dict[Any, tuple[float, int]] = {}
+        self._known = cache(self._bound)
 
-    def __call__(self, own: Effect, done: tuple[Effect, ...], waiting: int = 0) -> tuple[float, int]:
-        """Return a lower bound on the cost that is left, and what must still be shown, as bits.
+    def more(self, own: Effect, done: tuple[Effect, ...], waiting: int, node: Node) -> tuple[float, int]:
+        """Return by how much more is left than in the order in which robots are followed, and what must still be shown, as bits.
 
         Args:
             own: What the word of the robot that flies has done so far.
             done: What the words of robots that flew before it do.
             waiting: What is held by those still to fly, as bits.
+            node: Where the conjunct is in the order in which robots are followed.
         """
-        key = own, done, waiting
-        found = self._known.get(key)
-        if found is None:
-            moved = tuple(sorted(word for word in done if self.moves(word)))
-            orders = sorted(set(itertools.permutations(moved))) if len(moved) <= _ALL_ORDERS else [moved, moved[::-1]]
-            cost, missing = 0.0, 0
-            for order, cut in itertools.product(orders, range(len(moved) + 1)):
-                between = self.between((*order[:cut], own), order[cut:], done, waiting)
-                if between is None:
-                    cost = UNREACHABLE
-                    continue
-                node, goals = between
-                costs, needed = self._bounds.to(self.index, goals)
-                cost, missing = max(cost, costs.get(node, UNREACHABLE)), missing | needed.get(node, 0)
-            found = self._known[key] = cost, missing
-        return found
-
-    def more(self, own: Effect, done: tuple[Effect, ...], waiting: int, node: Node) -> tuple[float, int]:
-        """Return by how much the bound is above the one for the order in which robots are followed, and what must still be shown.
-
-        Args:
-            own: As above.
-            done: As above.
-            waiting: As above.
-            node: Where the conjunct is in that order.
-        """
-        left, needed = self(own, done, waiting)
+        left, needed = self._known(own, done, waiting)
         plain = self._bounds.of(self.index, node)
         return (left - plain if left > plain else 0.0), needed
+
+    def _bound(self, own: Effect, done: tuple[Effect, ...], waiting: int) -> tuple[float, int]:
+        """Return a lower bound on the cost that is left, and what must still be shown, as bits."""
+        moved = tuple(sorted(word for word in done if self.moves(word)))
+        orders = sorted(set(itertools.permutations(moved))) if len(moved) <= _ALL_ORDERS else [moved, moved[::-1]]
+        cost, missing = 0.0, 0
+        for order, cut in itertools.product(orders, range(len(moved) + 1)):
+            between = self.between((*order[:cut], own), order[cut:], done, waiting)
+            if between is None:
+                cost = UNREACHABLE
+                continue
+            node, goals = between
+            costs, needed = self._bounds.to(self.index, goals)
+            cost, missing = max(cost, costs.get(node, UNREACHABLE)), missing | needed.get(node, 0)
+        return cost, missing
 
     @abstractmethod
     def moves(self, word: Effect) -> bool:

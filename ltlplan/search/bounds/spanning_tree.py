@@ -42,8 +42,7 @@ class SpanningTreeBound:
         rows = [[to.get(start, UNREACHABLE) for to in self._to] for start in reversed(starts[1:])]
         nearest = itertools.accumulate(rows, lambda *both: [*map(min, *both)], initial=[UNREACHABLE] * len(places))
         self._later = [*nearest][::-1]  # for each robot, from the starts of those after it
-        self._near = cache(self._distances)
-        self._known: dict[tuple[int, int, int], float] = {}
+        self._near, self._known = cache(self._distances), cache(self._cost)
 
     def __call__(self, missing: int, robot: int, node: int) -> float:
         """Return a lower bound on the cost to show what is missing; infinite where it is out of reach.
@@ -53,14 +52,11 @@ class SpanningTreeBound:
             robot: The robot that flies; those after it are still to fly.
             node: Where it is.
         """
-        if not missing:
-            return 0.0
-        key = (missing, robot, node)
-        found = self._known.get(key)
-        if found is None:
-            near = self._near(robot, self._graph.key(robot, node))
-            found = self._known[key] = self._tree({goal: near[goal] for goal, bit in enumerate(self._bits) if missing & bit})
-        return found
+        return self._known(missing, robot, node) if missing else 0.0
+
+    def _cost(self, missing: int, robot: int, node: int) -> float:
+        near = self._near(robot, self._graph.key(robot, node))
+        return self._tree({goal: near[goal] for goal, bit in enumerate(self._bits) if missing & bit})
 
     def _distances(self, robot: int, here: tuple[int, int]) -> list[float]:
         """Return how far each goal is from the robot that flies, or from the start of one that is still to fly."""

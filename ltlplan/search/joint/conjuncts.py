@@ -16,7 +16,7 @@ from ltlplan.logic.automaton import DEAD, Automaton
 from ltlplan.logic.budget import TooLarge
 from ltlplan.logic.conjunct_automata import bits
 from ltlplan.logic.decision_diagrams import TRUE
-from ltlplan.logic.transition_monoid import robots_in_order
+from ltlplan.logic.transition_monoid import breaking_order, robots_in_order
 
 MAX_IMAGES = 4096
 """States times contexts of a conjunct up to which what words do to it is tracked."""
@@ -185,36 +185,22 @@ class WordEffects:
         for number in numbers:
             still |= 0 if self.moved[number] else self.first[number]
         elements = sorted(counts)
-        begun = reduce(or_, (self.first[element] for element in elements), still)
-        layer: dict[tuple[tuple[int, ...], int], tuple[int, ...]] = {((0,) * len(elements), part.step(part.initial, begun)): ()}
-        if any(state == DEAD for _, state in layer):
+        begun = part.step(part.initial, reduce(or_, (self.first[element] for element in elements), still))
+        if begun == DEAD:
             return tuple(range(len(numbers)))
-        seen = 0
-        for _ in range(counts.total()):
-            following: dict[tuple[tuple[int, ...], int], tuple[int, ...]] = {}
-            for (used, state), order in layer.items():
-                for i, element in enumerate(elements):
-                    if used[i] == counts[element]:
-                        continue
-                    context = still
-                    for j, other in enumerate(elements):
-                        if used[j]:
-                            context |= self.last[other]
-                        if counts[other] - used[j] > (i == j):
-                            context |= self.first[other]
-                    after = self.apply(element, state, context)
-                    if after == DEAD:
-                        return robots_in_order((*order, element), numbers)
-                    following.setdefault(((*used[:i], used[i] + 1, *used[i + 1 :]), after), (*order, element))
-            layer = following
-            seen += len(layer)
-            if seen > MAX_STEPS:
-                raise TooLarge("Trying the words in every order needs", seen, "steps", MAX_STEPS)
-        if finished:
-            for (_, state), order in layer.items():
-                if not part.accepting(state):
-                    return robots_in_order(order, numbers)
-        return None
+
+        def apply(index: int, state: int, used: Sequence[int]) -> int:
+            context = still
+            for other, (element, gone) in enumerate(zip(elements, used, strict=True)):
+                if gone:
+                    context |= self.last[element]
+                if counts[element] - gone > (index == other):
+                    context |= self.first[element]
+            return self.apply(elements[index], state, context)
+
+        many = [counts[element] for element in elements]
+        order = breaking_order(many, begun, apply, part.accepting if finished else None, MAX_STEPS)
+        return None if order is None else robots_in_order([elements[index] for index in order], numbers)
 
     def _after(self, letter: int, act: tuple[tuple[int, ...], ...] | None) -> tuple[tuple[int, ...], ...]:
         """Return where the domain is taken by one more letter, for each context."""

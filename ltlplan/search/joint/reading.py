@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
-from functools import reduce
+from functools import cache, reduce
 from itertools import accumulate
 from operator import or_
 
@@ -163,8 +163,7 @@ class JointReading(SequentialReading[Progress]):
             for place, (index, words) in enumerate(zip(tracked, self._words, strict=True))
             if joint.repeats and joint.bounds.knows(index)
         ]
-        self._kept: dict[tuple[int, tuple[int, ...], int, bool], bool] = {}
-        self._shown: dict[tuple[tuple[int, ...], int, bool], _Shown | None] = {}
+        self._shown, self._fails = cache(self._read_by_all), cache(self._breaks)
         initial = tuple(part.initial for part in self._parts)
         super().__init__(joint.graph, joint.bounds.tree, (0, initial, _NOT_YET, 0, (), ((),) * len(tracked)), objective)
 
@@ -173,10 +172,8 @@ class JointReading(SequentialReading[Progress]):
         robot, states, own, held, elements, before = progress
         letter, waiting = self._masks[letter], self._waiting[robot]
         shown = letter | held | waiting
-        key = states, shown, own != _NOT_YET or robot == 0  # a later robot's first letter was held, and read, all the time
-        if key not in self._shown:
-            self._shown[key] = self._read_by_all(*key)
-        then = self._shown[key]
+        # a later robot's first letter was held, and read, all the time
+        then = self._shown(states, shown, own != _NOT_YET or robot == 0)
         if then is None:
             return DEAD
         if own == _NOT_YET:
@@ -208,13 +205,14 @@ class JointReading(SequentialReading[Progress]):
 
         Args:
             progress: When the robot has landed.
-            rest: The lower bound on what is left.
+            rest: A lower bound on what is left then.
             missing: What must still be shown, as bits.
         """
         robot, states, own, held, elements, before = progress
         done = tuple(tuple(sorted((*those, element))) for those, element in zip(before, elements, strict=True))
-        if not all(self._is_kept(i, numbers, self._waiting[robot], finished=False) for i, numbers in enumerate(done)):
-            return DEAD
+        for index, (words, numbers) in enumerate(zip(self._words, done, strict=True)):
+            if not words.never_lost and self._fails(index, numbers, self._waiting[robot] & words.part.mask, False):
+                return DEAD
         return self._number((robot + 1, states, _NOT_YET, held | own, (), done), rest, missing)
 
     def is_accepting(self, progress: Progress) -> bool:
@@ -224,18 +222,11 @@ class JointReading(SequentialReading[Progress]):
     def holds_in_every_order(self, progress: Progress) -> bool:
         """Tell whether the words keep the tracked conjuncts in every order of the robots."""
         pairs = enumerate(zip(progress[5], progress[4], strict=True))
-        return all(self._is_kept(i, tuple(sorted((*those, element))), 0, finished=True) for i, (those, element) in pairs)
+        return not any(self._fails(i, tuple(sorted((*those, element))), 0, True) for i, (those, element) in pairs)
 
-    def _is_kept(self, index: int, numbers: tuple[int, ...], waiting: int, *, finished: bool) -> bool:
-        words = self._words[index]
-        if not finished and words.never_lost:
-            return True
-        key = (index, numbers, waiting & words.part.mask, finished)
-        found = self._kept.get(key)
-        if found is None:
-            bad = words.failing_order(numbers, waiting=waiting, finished=finished)
-            found = self._kept[key] = bad is None
-        return found
+    def _breaks(self, index: int, numbers: tuple[int, ...], waiting: int, finished: bool) -> bool:
+        """Tell whether some order of words breaks a tracked conjunct."""
+        return self._words[index].failing_order(numbers, waiting=waiting, finished=finished) is not None
 
 
 class _Orders(OrderBounds[int, Seen]):

@@ -13,8 +13,8 @@ from dataclasses import dataclass, replace
 from ltlplan.allocation import Itinerary
 from ltlplan.logic.budget import Budget, TooLarge
 from ltlplan.search.assignment import TIES, Assignment, Cheapest, NoWords, asked_of
-from ltlplan.search.bounds.lagrangian_bounds import BY_WEIGHTED_SUMS, LeastSum, lower_the_dearest
 from ltlplan.search.explanations.requirements import all_of
+from ltlplan.search.lagrangian_bounds import BY_WEIGHTED_SUMS, LeastSum, lower_the_dearest
 from ltlplan.search.lassos.conjunct_assignment import Parts, parts_of, share_out
 from ltlplan.search.lassos.product_search.cheapest_laps import laps_below, least_of_all_laps
 from ltlplan.search.lassos.team_itineraries import team_itineraries, team_meetings

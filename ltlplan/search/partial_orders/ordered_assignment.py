@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from ltlplan.logic.automaton import Automaton
 from ltlplan.logic.budget import Budget
 from ltlplan.search.assignment import TIES, Assignment
-from ltlplan.search.bounds.lagrangian_bounds import BY_WEIGHTED_SUMS, LeastSum, lower_the_dearest
 from ltlplan.search.itineraries import itinerary
+from ltlplan.search.lagrangian_bounds import BY_WEIGHTED_SUMS, LeastSum, lower_the_dearest
 from ltlplan.search.partial_orders.ordered_plans import MOST_STATES, OrderedPlan, plan_ordered, plan_ordered_for_dearest
 from ltlplan.systems.robot_systems import Systems
 from ltlplan.systems.transition_systems import TransitionSystem

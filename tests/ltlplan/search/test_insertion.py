@@ -12,7 +12,7 @@ from ltlplan.logic.budget import DEFAULT_BUDGET, Budget
 from ltlplan.logic.conjunction import conjunct_automata
 from ltlplan.logic.product_automaton import Task
 from ltlplan.search.exact import assign
-from ltlplan.search.own.insertion import share_by_insertion
+from ltlplan.search.insertion import share_by_insertion
 from ltlplan.search.own.reading import OwnTask
 from ltlplan.search.reduced_graph import ReducedGraph, Team, letter_classes
 from ltlplan.search.sequential_reading import Objective

@@ -20,8 +20,8 @@ import numpy as np
 from ltlplan.logic.conjunct_automata import Deterministic, Part, is_task, reached_states
 from ltlplan.logic.product_automaton import Task
 from ltlplan.search.least_cost_matching import cheapest_assignment
-from ltlplan.search.own.task_paths import GRAIN, Steps, TaskPaths
 from ltlplan.search.reduced_graph import ReducedGraph
+from ltlplan.search.task_paths import GRAIN, Steps, TaskPaths
 
 MOST_STEPS = 3_000_000
 """Steps between places, of all robots that share none, up to which tables of costs are made."""
