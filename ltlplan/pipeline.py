@@ -3,8 +3,8 @@
     mission - plan - trajectories - certificate - flight - files
 
 Every arrow is a function from one frozen value to the next. Between plan and certificate stands one counterexample-guided loop
-(`certified_team`): a candidate is refined and judged (`attempted`), and what is refused of it becomes a cut that the next candidate keeps
-(`following`), a handful of times at most.
+(`certified_team`): each candidate is refined and judged (`attempted`), and what is refused of it becomes a cut that the next one keeps
+(`candidates`), a handful of times at most.
 """
 
 from __future__ import annotations
@@ -14,9 +14,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ltlplan.replanning.candidates import MAX_ROUNDS, Candidate, Certified, Conflict, Cut, Flight
+from ltlplan.replanning.alternatives import candidates, no_flight
 from ltlplan.replanning.checked_plan import Asked, as_mission, plan
-from ltlplan.replanning.next_candidate import following
+from ltlplan.replanning.cuts import MAX_ROUNDS, Candidate, Certified, Conflict, Cut, Flight
 from ltlplan.result import Result
 from verify.data import DoesNotFit, Infeasible, Plan, Trajectory, check_plan
 from verify.data.progress import Progress, part_of, silent
@@ -35,8 +35,9 @@ __all__ = [
     "Flight",
     "as_mission",
     "attempted",
+    "candidates",
     "certified_team",
-    "following",
+    "no_flight",
     "plan",
     "run",
 ]
@@ -55,14 +56,17 @@ def certified_team(made: Plan, *, margin: float | None = None, progress: Progres
         Infeasible: Refinement found no trajectory within the limits.
         NotCertified: The last of a handful of rounds was still refused; carries the witnesses.
     """
-    candidate = Candidate(check_plan(made))
-    while True:
+    refused: list[Flight | Conflict] = []
+    first = candidate = Candidate(check_plan(made))
+    certified = None
+    for candidate in candidates(first, refused):
         step = min(candidate.rounds, MAX_ROUNDS - 1) / MAX_ROUNDS  # more rounds are rare
-        say = part_of(progress, step, step + 1 / MAX_ROUNDS)
-        after = following(candidate, attempted(candidate, margin=margin, progress=say))
-        if isinstance(after, Certified):
-            return after
-        candidate = after
+        found = attempted(candidate, margin=margin, progress=part_of(progress, step, step + 1 / MAX_ROUNDS))
+        certified = candidate.better_of(found)
+        refused.append(found)
+    if certified is None:
+        raise no_flight(candidate, refused[-1])
+    return certified
 
 
 def attempted(candidate: Candidate, *, margin: float | None = None, progress: Progress | None = None) -> Flight | Conflict:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from verify.data import NotCertified, Plan, Witness
+from verify.data import NotCertified, Plan, Unsatisfiable, Witness
 from verify.data.plan import Precedence
 
 
@@ -52,6 +52,19 @@ def with_planned_waits(plan: Plan) -> Plan | None:
     if not found or set(found) <= set(plan.precedences):
         return None
     return plan.model_copy(update={"precedences": found})
+
+
+def hold_under_precedences(plan: Plan) -> bool:
+    """Tell whether a plan's words may satisfy the formula under some precedences; if not, no flight of them does.
+
+    Args:
+        plan: The plan whose trajectories were refused.
+    """
+    try:
+        with_planned_waits(plan)
+    except Unsatisfiable:
+        return False
+    return True
 
 
 def _circle(plan: Plan, precedences: Iterable[Precedence]) -> list[tuple[str, int]]:

@@ -1,15 +1,13 @@
 """The exact method: the cheapest words by the mission's own costs.
 
 Where all terms are counted leg by leg (`ltlplan.systems.objective.BY_LEGS`) that is the exact search. Other terms, effort for one, are those of a path:
-what a leg adds depends on the legs before it. Then words are listed that should cost little (as by Lawler, "A procedure for
-computing the K best solutions", Management Science 18, 1972), nominal paths are laid along them, those of the cheapest few are
+what a leg adds depends on the legs before it. Then words are listed that should cost little (`ltlplan.search.lawler`), nominal paths are laid along them, those of the cheapest few are
 improved, and the words whose paths cost least are taken; where robots wait for each other or begin laps together, of a few that were
 planned together. A lower bound, from one more exact search over what each leg costs at the least, says how far from the best they can be.
 """
 
 from __future__ import annotations
 
-import heapq
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -25,7 +23,8 @@ from ltlplan.paths.nominal import lay_path
 from ltlplan.paths.team_laps import lay_laps
 from ltlplan.search.assignment import TIES
 from ltlplan.search.exact import Assignment, assign
-from ltlplan.search.method import SHUT
+from ltlplan.search.lawler import Partition
+from ltlplan.search.method import SHUT, allocation_of
 from ltlplan.search.method import exact as exact_by_legs
 from ltlplan.systems.objective import BOUNDED, is_counted_by_legs, terms_of
 from ltlplan.systems.robot_systems import Systems, weighted_metres
@@ -58,7 +57,7 @@ def exact(mission: Mission, context: Context) -> Allocation:
         return _planned_together(mission, context, by_metres)
     prices = _Prices(mission)
     priced = _compared(mission, context, prices, by_metres)
-    last = [found for price, _, found in sorted(priced, key=itemgetter(0, 1)) if math.isfinite(price)][:_IMPROVED]
+    last = [found for price, found in priced if math.isfinite(price)][:_IMPROVED]
     if not last:
         return by_metres  # all are blocked: whoever lays the paths says why
     seed = int(context.rng.integers(2**63))
@@ -85,16 +84,8 @@ def _planned_together(mission: Mission, context: Context, by_metres: Allocation)
             other = assign(mission, cost=shut.avoided(cost), metre=metre)
         except (TooLarge, Infeasible, Unsatisfiable):
             continue
-        if not any(shut.forbids(leg) for name, does in other.robots.items() for leg in does.legs(mission, name)):
-            found.append(
-                Allocation(
-                    robots=other.robots,
-                    cost=other.cost,
-                    notes=other.notes,
-                    meetings=other.meetings,
-                    precedences=other.precedences,
-                )
-            )
+        if not shut.met(mission, other):
+            found.append(replace(allocation_of(other), lower_bound=None, complete=False))
     priced = [prices.of(each) for each in found]
     best = found[priced.index(min(priced))]
     bound = lower_bound(mission) if prices.bounded else None
@@ -135,45 +126,37 @@ def lower_bound(mission: Mission, *, budget: Budget = DEFAULT_BUDGET) -> float |
     return max(0.0, bound - spare - TIES)
 
 
-def _compared(mission: Mission, context: Context, prices: _Prices, first: Allocation) -> list[tuple[float, int, Allocation]]:
-    """Return allocations with what their nominal paths cost, each numbered.
+def _compared(mission: Mission, context: Context, prices: _Prices, first: Allocation) -> list[tuple[float, Allocation]]:
+    """Return allocations with what their nominal paths cost, the cheapest first.
 
     These are the one that is cheapest by metres, those that should be cheapest when all, all but one, or one of the robots fly, and
     what should be cheapest, or is shortest, without some leg of one of them, those whose paths cost least being taken apart first.
     """
     costs, metre = (expected_costs(mission), Systems(mission).leg), weighted_metres(mission)
-    found, branches = [(prices.of(first), 0, first)], set[_Shut]()
-    keys, waiting = {_key(first)}, [(*found[0][:2], _Shut(context.blocked))]
+    whole, keys = _Shut(context.blocked), {_key(first)}
 
-    def compare(shut: _Shut, cost: Cost) -> None:
-        context.progress("pricing words by their paths", 0.05 + 0.1 * len(branches) / _BRANCHES)
-        try:
-            other = assign(mission, cost=shut.avoided(cost), metre=metre)
-        except (TooLarge, Infeasible, Unsatisfiable):
-            return
-        legs = (leg for name, does in other.robots.items() for leg in does.legs(mission, name))
-        key = _key(other)
-        if key not in keys and not (other.meetings or other.precedences or any(map(shut.forbids, legs))):
-            keys.add(key)
-            allocation = Allocation(robots=other.robots, cost=other.cost, notes=other.notes)
-            found.append((prices.of(allocation), len(found), allocation))
-            heapq.heappush(waiting, (*found[-1][:2], shut))
+    def solve(shut: _Shut) -> Iterator[tuple[float, Allocation]]:
+        if shut == whole:
+            yield prices.of(first), first
+        for cost in costs if len(keys) < _PRICED else ():
+            context.progress("pricing words by their paths", 0.05 + 0.1 * len(spaces.searched) / _BRANCHES)
+            try:
+                other = assign(mission, cost=shut.avoided(cost), metre=metre)
+            except (TooLarge, Infeasible, Unsatisfiable):
+                continue
+            if _key(other) not in keys and not (other.meetings or other.precedences or shut.met(mission, other)):
+                keys.add(_key(other))
+                allocation = Allocation(robots=other.robots, cost=other.cost, notes=other.notes)
+                yield prices.of(allocation), allocation
 
-    def branch(shut: _Shut) -> None:
-        if shut not in branches and len(branches) < _BRANCHES and len(found) < _PRICED:
-            branches.add(shut)
-            for cost in costs:
-                compare(shut, cost)
+    def part(shut: _Shut, found: Allocation) -> Iterator[_Shut]:
+        legs = {leg for name, does in found.robots.items() for leg in does.legs(mission, name)}
+        return (_Shut(shut.legs | {leg}, shut.grounded) for leg in sorted(legs, key=str))
 
     robots = frozenset(mission.agents) if 1 < len(mission.agents) <= _FEW else frozenset[str]()
-    for grounded in ((), *((robot,) for robot in sorted(robots)), *(robots - {robot} for robot in sorted(robots))):
-        branch(_Shut(context.blocked, frozenset(grounded)))
-    while waiting:
-        _, number, shut = heapq.heappop(waiting)
-        legs = {leg for name, does in found[number][2].robots.items() for leg in does.legs(mission, name)}
-        for leg in sorted(legs, key=str):
-            branch(_Shut(shut.legs | {leg}, shut.grounded))
-    return found
+    few = [*({robot} for robot in sorted(robots)), *(robots - {robot} for robot in sorted(robots))]
+    spaces = Partition([whole, *(_Shut(context.blocked, frozenset(each)) for each in few)], solve, part, searches=_BRANCHES)
+    return sorted(((cost, found) for cost, _, _, found in spaces), key=itemgetter(0))
 
 
 @dataclass(frozen=True, slots=True)
@@ -185,6 +168,10 @@ class _Shut:
 
     def forbids(self, leg: Leg) -> bool:
         return leg in self.legs or leg[0] in self.grounded
+
+    def met(self, mission: Mission, found: Assignment) -> bool:
+        """Tell whether an assignment has a leg that is shut, for want of any other."""
+        return any(self.forbids(leg) for name, does in found.robots.items() for leg in does.legs(mission, name))
 
     def avoided(self, cost: Cost) -> Cost:
         def dear(robot: str, start: Point | str, region: str) -> float:

@@ -2,13 +2,12 @@
 
 A method that counts straight lines between regions does not know what stands between them. Where no path can be laid along a
 word, another one differs from it in a leg at least: each leg of the blocked robot is shut in turn and the method is asked
-again, the cheapest answer first (as Lawler, "A procedure for computing the K best solutions", Management Science 18, 1972).
+again, the cheapest answer first (`ltlplan.search.lawler`).
 """
 
 from __future__ import annotations
 
-import heapq
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -16,12 +15,13 @@ from ltlplan.allocation import Allocation, Itinerary, Leg
 from ltlplan.logic.budget import TooLarge
 from ltlplan.paths.flight_times import require_endurance
 from ltlplan.paths.hoops import route_itinerary, route_sequence
+from ltlplan.search.lawler import Partition
 from ltlplan.search.shared_walls import OpenWall, open_wall
 from verify.data import Infeasible, Mission, RobotPlan
 from verify.data.progress import Progress, silent
 
 _TRIES = 6  # allocations whose paths are tried
-_SEARCHES = 60  # times that a method is asked, at most
+_SEARCHES = 61  # times that a method is asked, at most
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,42 +71,46 @@ def nominal_paths(
             leads through a wall that rooms share, at which the formula may break.
     """
     lay = lay or lay_path
-    first = allocate(frozenset())
-    heap = [(first.cost, 0, frozenset[Leg](), first)]
-    branches = {frozenset[Leg]()}
     blocked_robot: dict[tuple[object, ...], str] = {}  # of each allocation that was tried
     errors: list[Infeasible] = []
-    while heap and len(errors) < _TRIES:
-        _, _, shut, found = heapq.heappop(heap)
-        if _key(found) not in blocked_robot:
-            paths: dict[str, RobotPlan] = {}
-            notes: list[str] = []
-            try:
-                words = {name: does.word for name, does in found.robots.items()}
-                if (found.meetings or not found.precedences) and (wall := open_wall(mission, words)) is not None:
-                    blocked_robot[_key(found)] = wall.robot
-                    raise wall
-                for name, does in found.robots.items():
-                    progress(f"laying the path of {name}", 0.2)
-                    blocked_robot[_key(found)] = name
-                    paths[name], said = lay(mission, name, does)
-                    notes += said
-            except Infeasible as error:
-                errors.append(error)
-            else:
-                return Nominal(_noted(found, first, notes, errors), paths)
+
+    def solve(shut: frozenset[Leg]) -> Iterator[tuple[float, Allocation]]:
+        try:
+            found = allocate(shut)
+        except (TooLarge, Infeasible):
+            if not shut:
+                raise
+            return  # this space is too large to search, or takes longer than vehicles fly; the others may not be
+        if not any(does.legs(mission, name) & shut for name, does in found.robots.items()):
+            yield found.cost, found
+
+    def part(shut: frozenset[Leg], found: Allocation) -> Iterator[frozenset[Leg]]:
         robot = blocked_robot[_key(found)]
-        for leg in sorted(found.robots[robot].legs(mission, robot), key=str):
-            without = shut | {leg}
-            if without in branches or len(branches) > _SEARCHES:
-                continue
-            branches.add(without)
-            try:
-                other = allocate(without)
-            except (TooLarge, Infeasible):
-                continue  # this branch is too large to search, or takes longer than vehicles fly; the others may not be
-            if not any(does.legs(mission, name) & without for name, does in other.robots.items()):
-                heapq.heappush(heap, (other.cost, len(branches), without, other))
+        return (shut | {leg} for leg in sorted(found.robots[robot].legs(mission, robot), key=str))
+
+    first: Allocation | None = None
+    for _, _, _, found in Partition([frozenset[Leg]()], solve, part, searches=_SEARCHES):
+        first = first or found
+        if _key(found) in blocked_robot:
+            continue
+        paths: dict[str, RobotPlan] = {}
+        notes: list[str] = []
+        try:
+            words = {name: does.word for name, does in found.robots.items()}
+            if (found.meetings or not found.precedences) and (wall := open_wall(mission, words)) is not None:
+                blocked_robot[_key(found)] = wall.robot
+                raise wall
+            for name, does in found.robots.items():
+                progress(f"laying the path of {name}", 0.2)
+                blocked_robot[_key(found)] = name
+                paths[name], said = lay(mission, name, does)
+                notes += said
+        except Infeasible as error:
+            errors.append(error)
+        else:
+            return Nominal(_noted(found, first, notes, errors), paths)
+        if len(errors) == _TRIES:
+            break
     raise errors[0]
 
 

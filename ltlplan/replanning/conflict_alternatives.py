@@ -1,14 +1,14 @@
 """Other words for a team whose planned ones no flight keeps: fewer robots in a region at once, or without one of the legs in conflict.
 
 Whether robots have places beside each other, and ways past each other, is seen in refinement alone. What it says goes back to planning: a
-region in which no places were found for so many robots holds fewer of them (`search.counts.capacities`), where the formula counts robots;
+region in which no places were found for so many robots holds fewer of them (`search.counting.capacities`), where the formula counts robots;
 else each leg of the robots in conflict is shut in turn. Of the answers those are taken first whose visits can be made one after another so
 that nobody rests where another one comes to, the cheapest ones first.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -16,9 +16,11 @@ import numpy as np
 from ltlplan.allocation import Context, Itinerary, Known, Leg
 from ltlplan.logic.budget import Budget
 from ltlplan.planner import SEQUENCE
-from ltlplan.precedences import with_planned_waits
-from ltlplan.replanning.candidates import Candidate, Cut, digest
+from ltlplan.precedences import hold_under_precedences
 from ltlplan.replanning.checked_plan import plan
+from ltlplan.replanning.cuts import Candidate, digest
+from ltlplan.replanning.refusals import Refusal
+from ltlplan.search.lawler import Partition
 from ltlplan.search.method import without_legs
 from verify.data import BadInput, Infeasible, InternalError, LtlplanError, Mission, NotCertified, Plan, Unsatisfiable, Witness
 from verify.data.choices import PLANNING_METHODS
@@ -29,64 +31,69 @@ _LEGS = 6
 """Legs that are shut in turn, each for one search."""
 _BUDGET, _COUNTED = Budget(states=20_000), Budget(states=4_000)
 """Of a search for other words, and where robots are counted, whose states take ten times as long."""
-NO_WAITS = "Whatever robots wait for, these words do not satisfy the formula."
 _NONE = (BadInput, Unsatisfiable, Infeasible, NotCertified, InternalError)
 
 
-def flown_otherwise(candidate: Candidate, error: LtlplanError) -> Candidate | None:
-    """Return a plan of other words, in the place of one that robots cannot fly beside each other; None where there is none, or enough of them were tried.
+def fewer_in_a_region(refusal: Refusal) -> Candidate | None:
+    """Return a plan in which a region that is too full holds fewer robots; None where there is none, or enough others were tried.
 
     Args:
-        candidate: The plan, and what was tried before.
-        error: What refinement or the judge said of it.
+        refusal: The plan, and what refinement or the judge said of it.
     """
-    from refine.coordination.alternative_ways import has_an_order
+    return _first_flyable(_with_fewer(refusal)) if _asks_for_room(refusal) and refusal.plan.mission.written.counts else None
 
-    made, witness = candidate.plan, _conflict(error)
-    if witness is None or candidate.others >= _OTHERS or len(made.robots) < 2:
+
+def without_a_leg_in_conflict(refusal: Refusal) -> Candidate | None:
+    """Return the cheapest plan that does without a leg of the robots in conflict; None where there is none, or enough others were tried.
+
+    Args:
+        refusal: The plan, and what refinement or the judge said of it.
+    """
+    if not _asks_for_room(refusal):
         return None
-    if made.method == SEQUENCE or made.method not in PLANNING_METHODS.built_in:
-        return None
-    refused = Cut("legs", str(error), candidate.rounds, anew=True, plan=digest(made))
-    others = list(_with_fewer_in_a_region(candidate, refused, witness))
-    if not others and not (made.mission.written.counts and witness.region is not None):  # a leg leaves no more room in it
-        others = list(_without_a_leg(candidate, refused, witness))
-    found = next((other for other in others if has_an_order(other.plan)), others[0] if others else None)
-    if found is None:
-        return None
-    note = f"The words planned first were given up for others, as no flight of theirs was found. {_given_up(found)}"
-    bound = None if made.lower_bound is None else min(made.lower_bound, found.plan.cost)
-    changes = {"lower_bound": bound, "complete": False, "method": made.method, "notes": (*found.plan.notes, note)}
-    return replace(found, plan=found.plan.model_copy(update=changes))
+    full = refusal.conflict is not None and refusal.conflict.region is not None
+    if refusal.plan.mission.written.counts and full:
+        return None  # a leg leaves no more room in it
+    return _first_flyable(_without_a_leg(refusal))
 
 
-def hold_under_precedences(made: Plan) -> bool:
-    """Tell whether a plan's words may satisfy the formula under some precedences; if not, no flight of them does."""
-    try:
-        with_planned_waits(made)
-    except Unsatisfiable:
-        return False
-    return True
-
-
-def no_other_words(candidate: Candidate, error: LtlplanError) -> LtlplanError:
+def no_other_words(refusal: Refusal) -> LtlplanError:
     """Return the error for a plan that was given up, with what became of other words.
 
     Args:
-        candidate: The last plan that was tried.
-        error: What was said of it.
+        refusal: The last plan that was tried, and what was said of it.
     """
-    made, witness = candidate.plan, _conflict(error)
+    made, witness, error = refusal.plan, refusal.conflict, refusal.error
     if witness is None or made.mission.soft_parts or len(made.robots) < 2 or made.method == SEQUENCE:
         return error
+    others = refusal.tried.others
     tried = (
         "No other words were found that would mend it."
-        if candidate.others == 0
-        else f"Of {candidate.others} other {'plan' if candidate.others == 1 else 'plans'}, with other words, no flight was found either."
+        if others == 0
+        else f"Of {others} other {'plan' if others == 1 else 'plans'}, with other words, no flight was found either."
     )
     held = _held_letter(made) if witness.claim == "formula" else []
-    sentence = " ".join([_given_up(candidate) or str(error), tried, *held])
+    sentence = " ".join([_given_up(refusal.tried) or str(error), tried, *held])
     return NotCertified(sentence, error.witnesses) if isinstance(error, NotCertified) else Infeasible(sentence, witness)
+
+
+def _asks_for_room(refusal: Refusal) -> bool:
+    made = refusal.plan
+    if made.mission.soft_parts or refusal.conflict is None or refusal.tried.others >= _OTHERS or len(made.robots) < 2:
+        return False
+    return made.method != SEQUENCE and made.method in PLANNING_METHODS.built_in
+
+
+def _first_flyable(others: Iterable[Candidate | None]) -> Candidate | None:
+    """Return the first candidate whose visits can be made one after another, else the first one; with a note on the words that are given up."""
+    from refine.coordination.alternative_ways import has_an_order
+
+    found = [other for other in others if other is not None]
+    best = next((other for other in found if has_an_order(other.plan)), found[0] if found else None)
+    if best is None:
+        return None
+    note = f"The words planned first were given up for others, as no flight of theirs was found. {_given_up(best)}"
+    return replace(best, plan=best.plan.model_copy(update={"complete": False, "notes": (*best.plan.notes, note)}))
 
 
 def _held_letter(made: Plan) -> list[str]:
@@ -113,29 +120,27 @@ def _given_up(candidate: Candidate) -> str | None:
     return next((cut.why for cut in candidate.since("legs", "capacity")), None)
 
 
-def _conflict(error: LtlplanError) -> Witness | None:
-    """Return what robots are refused for that others may have room for: they come too near each other, or wait in a circle."""
-    witnesses = (
-        error.witnesses if isinstance(error, NotCertified) else (error.witness,) if isinstance(error, Infeasible) else ()
-    )
-    return next((each for each in witnesses if each is not None and each.claim in ("separation", "formula")), None)
+def _answered(refusal: Refusal, other: Plan, **forbidden: object) -> Candidate | None:
+    """Return the candidate of other words, under the first ones' bound; None where they were tried before."""
+    made, own = refusal.plan, digest(refusal.plan)
+    if digest(other) in {own, *(before.plan for before in refusal.tried.cuts)}:
+        return None
+    bound = None if made.lower_bound is None else min(made.lower_bound, other.cost)
+    other = other.model_copy(update={"lower_bound": bound, "method": made.method})
+    kind = "capacity" if "capacity" in forbidden else "legs"
+    return refusal.answered(kind, other, why=str(refusal.error), anew=True, plan=own, **forbidden)
 
 
-def _with_fewer_in_a_region(candidate: Candidate, refused: Cut, witness: Witness) -> Iterator[Candidate]:
+def _with_fewer(refusal: Refusal) -> Iterator[Candidate | None]:
     """Yield plans in which regions that are too full hold fewer robots."""
-    made, known = candidate.plan, candidate.capacities
-    for region, most in _too_full(made, witness, known) if made.mission.written.counts else ():
-        given = Known(budget=_budget(made), capacities={**known, region: most})
+    made, known, witness = refusal.plan, refusal.tried.capacities, refusal.conflict
+    for region, most in _too_full(made, witness, known) if witness is not None else ():
+        given = Known(budget=_COUNTED, capacities={**known, region: most})
         try:
             other = plan(made.mission, method=made.method, known=given)
         except _NONE:
             continue
-        yield from _unless_tried(candidate, replace(refused, kind="capacity", capacity=(region, most)), other)
-
-
-def _unless_tried(candidate: Candidate, cut: Cut, other: Plan) -> Iterator[Candidate]:
-    if digest(other) not in {cut.plan, *(before.plan for before in candidate.cuts)}:
-        yield candidate.cut(cut, other)
+        yield _answered(refusal, other, capacity=(region, most))
 
 
 def _too_full(made: Plan, witness: Witness, known: Mapping[str, int]) -> Iterator[tuple[str, int]]:
@@ -152,40 +157,38 @@ def _too_full(made: Plan, witness: Witness, known: Mapping[str, int]) -> Iterato
             yield region, most
 
 
-def _without_a_leg(candidate: Candidate, refused: Cut, witness: Witness) -> Iterator[Candidate]:
+def _without_a_leg(refusal: Refusal) -> Iterator[Candidate | None]:
     """Yield plans that do without a leg of the robots in conflict, the cheapest one first."""
-    made, costs = candidate.plan, list[tuple[float, frozenset[Leg]]]()
-    known = Known(budget=_budget(made), capacities=candidate.capacities)
-    for legs in _legs(made, witness):
-        shut = candidate.legs | legs
+    made, candidate = refusal.plan, refusal.tried
+    budget = _COUNTED if made.mission.written.counts else _BUDGET
+    known = Known(budget=budget, capacities=candidate.capacities)
+    about_words = refusal.conflict is not None and refusal.conflict.claim == "formula"
+
+    def solve(shut: frozenset[Leg]) -> Iterator[tuple[float, frozenset[Leg]]]:
         try:
             found = without_legs(shut)(made.mission, Context(np.random.default_rng(made.seed), known=known))
         except _NONE:
-            continue
+            return
         if not any(does.legs(made.mission, name) & shut for name, does in found.robots.items()):
-            costs.append((found.cost, shut))
-    for _, shut in sorted(costs, key=lambda each: each[0]):
+            yield found.cost, shut
+
+    spaces = (candidate.legs | legs for legs in _legs(refusal))
+    for _, _, shut, _ in Partition(spaces, solve, searches=_LEGS):
         try:
             other = plan(made.mission, method=without_legs(shut), known=known)
         except _NONE:
             continue
-        if witness.claim != "formula" or hold_under_precedences(other):
-            yield from _unless_tried(candidate, replace(refused, legs=shut), other)
+        if not about_words or hold_under_precedences(other):
+            yield _answered(refusal, other, legs=shut)
 
 
-def _legs(made: Plan, witness: Witness) -> Iterator[frozenset[Leg]]:
-    """Yield legs of the robots in conflict to be shut, last ones first; where robots are counted, for all that are like them."""
-    mission = made.mission
-    names = [name for name in (witness.robot, witness.other) if name in made.robots] or list(made.robots)
-    found: dict[frozenset[Leg], None] = {}
-    for name in names:
+def _legs(refusal: Refusal) -> Iterator[frozenset[Leg]]:
+    """Yield legs of the robots in conflict to be shut; where robots are counted, for all that are like them."""
+    made, mission, witness = refusal.plan, refusal.plan.mission, refusal.conflict
+    pair = () if witness is None else (witness.robot, witness.other)
+    for name in [name for name in pair if name in made.robots] or list(made.robots):
         does = made.robots[name]
         for robot, before, region in sorted(Itinerary(does.visits, does.word, does.cycle_visit).legs(mission, name), key=str):
             counted = mission.written.counts and isinstance(before, str)
             alike = [o for o in mission.agents if mission.alike_as(o) == mission.alike_as(robot)] if counted else [robot]
-            found[frozenset((other, before, region) for other in alike)] = None
-    yield from list(found)[:_LEGS]
-
-
-def _budget(made: Plan) -> Budget:
-    return _COUNTED if made.mission.written.counts else _BUDGET
+            yield frozenset((other, before, region) for other in alike)

@@ -8,20 +8,18 @@ that a part which holds anyway changes nothing. What is kept in the end is said 
 from __future__ import annotations
 
 import contextlib
-import itertools
 import math
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from ltlplan.allocation import Known, key_of
 from ltlplan.logic.budget import DEFAULT_BUDGET, TooLarge
-from ltlplan.precedences import with_planned_waits
 from ltlplan.replanning.soft_searches import Searches, asking
 from ltlplan.search.exact import assign
 from ltlplan.search.explanations.max_weight_subset import Kept, MostWeight, Parts
 from ltlplan.search.method import allocation_of
-from verify.data import BadInput, Infeasible, Mission, NotCertified, Plan, Unsatisfiable, Word
+from verify.data import Mission, Plan, Word
 from verify.data.plan import Meeting
 from verify.data.progress import Progress, part_of, silent
 
@@ -30,8 +28,8 @@ if TYPE_CHECKING:
 
 Planner = Callable[[Mission, Progress, Known], Plan]
 """Plans a mission without soft parts."""
-_KEPT = "Planned words keep weight"
-_RELIEFS = 3  # soft parts without which a plan is tried that no flight kept
+KEPT = "Planned words keep weight"
+"""How the note on what is kept begins."""
 _EXPLAINED = 8  # parts that are given up of which it is said what keeping them would have cost
 
 
@@ -56,7 +54,7 @@ def plan_with_soft_parts(mission: Mission, planned: Planner, progress: Progress 
     if best.certain and searches.stopped - {best.parts}:  # what these cost at the least is not known
         best = replace(best, certain=False)
     made = _planned(mission, best.parts, searches, planned, part_of(progress, 0.2, 1.0))
-    kept = best.parts if _is_timed(mission, made.meetings) else kept_by_plan(mission, made)
+    kept = best.parts if is_timed(mission, made.meetings) else kept_by_plan(mission, made)
     notes = (*made.notes, *_said(mission, kept, best, choices))
     return made.model_copy(update={"mission": made.mission.model_copy(update={"spec": mission.spec}), "notes": notes})
 
@@ -71,107 +69,23 @@ def _planned(mission: Mission, parts: Parts, searches: Searches, planned: Planne
             known.append((plain, found))
             words = {name: does.word for name, does in found.robots.items()}
             demanded = (
-                parts if found.precedences or _is_timed(mission, found.meetings) else parts - kept_by_words(mission, words)
+                parts if found.precedences or is_timed(mission, found.meetings) else parts - kept_by_words(mission, words)
             )
     found_before = {key_of(asked): allocation_of(assignment) for asked, assignment in known}
     given = Known(found=found_before, budget=searches.budget if parts else DEFAULT_BUDGET)
     made = planned(asking(mission, demanded), progress, given)
-    if demanded != parts and (_is_timed(mission, made.meetings) or not parts <= kept_by_plan(mission, made)):
+    if demanded != parts and (is_timed(mission, made.meetings) or not parts <= kept_by_plan(mission, made)):
         made = planned(asking(mission, parts), progress, given)
     return made
 
 
-def less_wished(mission: Mission, kept: Collection[int]) -> Iterator[Mission]:
-    """Yield the mission with fewer soft parts, for plans that no flight keeps: without one, lightest first, at last without any.
+def is_timed(mission: Mission, meetings: Sequence[Meeting]) -> bool:
+    """Tell whether what planned words keep depends on their times: robots wait for each other, or fly laps together.
 
     Args:
         mission: Whose parts.
-        kept: The soft parts, by index, that the plan was meant to keep.
+        meetings: Of the plan.
     """
-    parts = mission.soft_parts
-    lightest = sorted(kept, key=lambda index: (parts[index].weight, index))
-    for index in lightest[: how_many_wish_less(kept) - 1]:
-        fewer = tuple(part for i, part in enumerate(parts) if i != index)
-        spec = mission.spec.model_copy(update={"soft": fewer})
-        yield mission.model_copy(update={"spec": spec})
-    if kept:
-        yield mission.asking(mission.spec.formula)
-
-
-def how_many_wish_less(kept: Collection[int]) -> int:
-    """Return how many missions `less_wished` yields.
-
-    Args:
-        kept: The soft parts that the plan was meant to keep.
-    """
-    return min(len(kept), _RELIEFS) + 1 if len(kept) > 1 else len(kept)
-
-
-def same_words_under_precedences(made: Plan) -> Plan | None:
-    """Return the plan with precedences under which its words keep the formula and the soft parts that they are meant to keep.
-
-    Args:
-        made: A plan whose flight does not keep one of these parts.
-
-    Returns:
-        None where there are no such precedences, or the plan has them.
-    """
-    try:
-        found = with_planned_waits(made.model_copy(update={"mission": asking(made.mission, meant(made))}))
-    except Unsatisfiable:
-        return None
-    return None if found is None else found.model_copy(update={"mission": made.mission})
-
-
-def other_words_under_precedences(made: Plan, planned: Callable[[Mission], Plan]) -> Plan | None:
-    """Return a plan of other words that keep what a plan's words keep, but under precedences, as flights ask.
-
-    Args:
-        made: A plan that no flight keeps, or whose flight does not keep a soft part.
-        planned: Plans a mission without soft parts by words that hold under precedences.
-
-    Returns:
-        None where there are no such words, or no others.
-    """
-    mission = made.mission
-    if mission.spec.trace == "infinite" or len(made.robots) < 2:
-        return None
-    try:
-        other = planned(asking(mission, meant(made)))
-    except (BadInput, Unsatisfiable, Infeasible, NotCertified):
-        return None
-    if other.words == made.words and set(other.precedences) <= set(made.precedences):
-        return None
-    why = "Words that keep these soft parts in every order of the robots were given up for words that keep them under precedences, as a flight asks."
-    return reworded(made, other, why)
-
-
-def reworded(made: Plan, other: Plan, why: str) -> Plan:
-    """Return a plan of other words that keep the same soft parts, with what was said of these.
-
-    Args:
-        made: The plan whose words are given up.
-        other: The other words, and their paths.
-        why: Why, as a sentence for its notes.
-    """
-    said = itertools.dropwhile(lambda note: not note.startswith(_KEPT), made.notes)
-    return made.model_copy(
-        update={
-            **{name: getattr(other, name) for name in ("robots", "precedences", "meetings", "cost", "lower_bound", "complete")},
-            "notes": (*other.notes, *(note for note in said if note != why), why),
-        }
-    )
-
-
-def meant(made: Plan) -> Parts:
-    """Return the soft parts that a plan's words keep; all of them where that depends on the times of laps."""
-    if _is_timed(made.mission, ()):
-        return frozenset(range(len(made.mission.soft_parts)))
-    return kept_by_plan(made.mission, made)
-
-
-def _is_timed(mission: Mission, meetings: Sequence[Meeting]) -> bool:
-    """Tell whether what planned words keep depends on their times: robots wait for each other, or fly laps together."""
     return bool(meetings) or (mission.spec.trace == "infinite" and len(mission.agents) > 1)
 
 
@@ -226,7 +140,7 @@ def _said(mission: Mission, kept: Parts, best: Kept, choices: MostWeight) -> lis
     """Say what is kept, and of each part that is given up what keeping it would have cost."""
     parts = mission.soft_parts
     weight, whole = (math.fsum(parts[index].weight for index in those) for those in (kept, range(len(parts))))
-    said = [f"{_KEPT} {weight:g} of {whole:g} of the soft parts."]
+    said = [f"{KEPT} {weight:g} of {whole:g} of the soft parts."]
     given_up = [index for index in range(len(parts)) if index not in kept]
     for index in given_up[:_EXPLAINED]:
         said.append(f"Given up: {part_text(parts[index])}; {_price(mission, index, kept, choices)}.")

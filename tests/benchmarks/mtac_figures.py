@@ -17,12 +17,12 @@ from ltlplan.mtac.beam_search import Options
 from ltlplan.mtac.decomposable_task import Reader
 from ltlplan.mtac.offline import share_tasks
 from ltlplan.online_mtac import cross_entropy as online
-from ltlplan.paths.cross_entropy.quantile import quantile_samples
 from ltlplan.paths.hoops import route
 from ltlplan.paths.improvement import improved_path
 from ltlplan.paths.sampling.least_snap_spline import LeastSnapSpline
 from tests.benchmarks.mtac import LENGTH, PRINTED, firefighting, race
 from tests.helpers.benchmarks import run_benchmark
+from tests.helpers.quantiles import quantile_samples
 from verify import check_team
 from verify.data import RobotPlan, Visit
 from verify.data.language.word import show_letter

@@ -22,9 +22,9 @@ import numpy as np
 
 from ltlplan.paths.costs import Sampling, WeightedCost
 from ltlplan.paths.sampling.path_problem import path_problem
-from ltlplan.paths.sampling.sampled_paths import label, run
 from tests.helpers.benchmarks import run_benchmark
 from tests.helpers.courses import courses
+from tests.helpers.sampled_labels import label, run
 
 
 class Visits:

@@ -19,7 +19,7 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from refine.spline.basis import END_STATES, SNAP_GRAM, power_rows
-from verify.data import BadInput, Trajectory
+from verify.data import BadInput
 
 Floats = NDArray[np.float64]
 
@@ -150,19 +150,3 @@ class LeastSnapSpline:
         ends = np.concatenate([states[:-1], states[1:]], axis=1) * scales[:, :, None]
         local = np.einsum("kj,pjc->pkc", _HERMITE, ends)
         return local / self.durations[:, None, None] ** np.arange(8)[None, :, None]
-
-
-def nominal_trajectory(points: ArrayLike, times: ArrayLike, *, cycle: int | None = None, yaw: float = 0.0) -> Trajectory:
-    """Return the least-snap spline through points, as a trajectory with a fixed heading.
-
-    Args:
-        points: m. Shape (points, 3).
-        times: s, increasing. Shape (points,).
-        cycle: Index of the point where the cycle begins, or None.
-        yaw: rad.
-    """
-    spline = LeastSnapSpline(times, cycle)
-    coefficients = np.zeros((len(spline.times) - 1, 4, 8))
-    coefficients[:, :3] = spline.through(points)
-    coefficients[:, 3, 0] = yaw
-    return Trajectory(spline.durations, coefficients, cycle=cycle)

@@ -1,18 +1,18 @@
 """Which parts to keep where not all can be kept: the most weight, and of equal weight the least cost.
 
-Sets of parts to leave out are tried in the order of their weight. A set that cannot be kept is made smaller until all of it is needed for
+Sets of parts to leave out are tried in the order of their weight (`ltlplan.search.lawler`). A set that cannot be kept is made smaller until all of it is needed for
 that; whoever keeps such a core need not be searched again, so that few searches answer for all sets (as MaxSAT solvers do; Davies and
 Bacchus 2011). Where searches or sets are too many, parts are added one by one, heaviest first, and the answer is said to be uncertain.
 """
 
 from __future__ import annotations
 
-import heapq
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
 from ltlplan.logic.budget import TooLarge
+from ltlplan.search.lawler import Partition
 
 Parts = frozenset[int]
 CostOf = Callable[[Parts], "float | None"]
@@ -101,21 +101,24 @@ class MostWeight:
         """Yield sets to keep that hold no core, those first that leave out least weight, with that weight."""
         everything = frozenset(range(len(self.weights)))
         free = sorted(everything - forced, key=lambda part: (self.weights[part], part))
-        heap: list[tuple[Fraction, tuple[int, ...]]] = [(Fraction(0), ())]
-        while heap:
-            weight, places = heapq.heappop(heap)
+
+        def cost(places: tuple[int, ...]) -> Iterator[tuple[tuple[Fraction, tuple[int, ...]], Parts]]:
+            left_out = frozenset(free[place] for place in places)
+            yield (sum((self.weights[part] for part in left_out), Fraction(0)), places), everything - left_out
+
+        def heavier(places: tuple[int, ...], _kept: Parts) -> Iterator[tuple[int, ...]]:
+            after = places[-1] + 1 if places else 0
+            if after < len(free):
+                yield (*places, after)
+                if places:
+                    yield (*places[:-1], after)
+
+        for (weight, _), _, _, kept in Partition([()], cost, heavier):
             self._sets -= 1
             if self._sets < 0:
                 raise _Spent
-            kept = everything - {free[place] for place in places}
             if not any(core <= kept for core in self._cores):
                 yield weight, kept
-            after = places[-1] + 1 if places else 0
-            if after < len(free):
-                heapq.heappush(heap, (weight + self.weights[free[after]], (*places, after)))
-                if places:
-                    swapped = weight + self.weights[free[after]] - self.weights[free[after - 1]]
-                    heapq.heappush(heap, (swapped, (*places[:-1], after)))
 
     def _search(self, kept: Parts) -> float | None:
         """Return the least cost of keeping some parts; where they cannot be kept, a core of them is known afterwards."""

@@ -28,37 +28,36 @@ def reasons_against(inquiry: Inquiry, core: list[Formula]) -> list[str]:
         inquiry: Into whose mission.
         core: The requirements.
     """
-    if _contradiction(inquiry, core):
-        return ["Whatever robots do, no word satisfies this."]
-    apart = _apart(inquiry, core)
-    if apart:
-        return apart
-    starts = _bad_starts(inquiry, core)
-    if starts:
-        return starts
-    walls = _walls(inquiry, core)
-    if walls:
-        return walls
-    if inquiry.mission.spec.trace == "finite" and inquiry.feasible(
-        core, [without_free_flight(world) for world in inquiry.worlds]
-    ):
-        return [
-            "Between two regions that lie apart a robot is in free flight and in neither of them; "
-            "`free` means in no region, so write for instance `(a | free)` where that may happen."
-        ]
-    reasons = [*_lingering(inquiry, core), *_overlapping(inquiry, core)]
-    if reasons:
-        return reasons
-    for part in core:
-        others = [other for other in core if other is not part]
-        reasons += unmet_needs(inquiry, part, others)
-    if not reasons and len(inquiry.worlds) > 1 and any(inquiry.feasible(core, [world]) for world in inquiry.worlds):
-        reasons.append("One robot alone could do it; the letters of the others at their starts break it.")
-    if reasons:
-        return reasons
+    for plain in (_contradiction, _apart, _bad_starts, _walls, _free_between, _in_the_way, _unmet):
+        if reasons := plain(inquiry, core):
+            return reasons
     if len(core) > 1:
         return ["Each part of this can hold without the others, but no order of visits serves them all."]
     return ["Some words satisfy this, but none that can be flown from these starts along these edges."]
+
+
+def _free_between(inquiry: Inquiry, core: list[Formula]) -> list[str]:
+    """Say whether it is in the way that a robot between two regions is in free flight."""
+    worlds = [without_free_flight(world) for world in inquiry.worlds]
+    if inquiry.mission.spec.trace == "infinite" or not inquiry.feasible(core, worlds):
+        return []
+    return [
+        "Between two regions that lie apart a robot is in free flight and in neither of them; "
+        "`free` means in no region, so write for instance `(a | free)` where that may happen."
+    ]
+
+
+def _in_the_way(inquiry: Inquiry, core: list[Formula]) -> list[str]:
+    """Say whether a robot lingers where it acted, or regions overlap."""
+    return [*_lingering(inquiry, core), *_overlapping(inquiry, core)]
+
+
+def _unmet(inquiry: Inquiry, core: list[Formula]) -> list[str]:
+    """Say what each requirement needs that the others do not allow, else whether one robot alone could do it."""
+    found = [reason for part in core for reason in unmet_needs(inquiry, part, [other for other in core if other is not part])]
+    if not found and len(inquiry.worlds) > 1 and any(inquiry.feasible(core, [world]) for world in inquiry.worlds):
+        return ["One robot alone could do it; the letters of the others at their starts break it."]
+    return found
 
 
 def _walls(inquiry: Inquiry, core: list[Formula]) -> list[str]:
@@ -116,14 +115,15 @@ def _overlapping(inquiry: Inquiry, core: list[Formula]) -> list[str]:
     return []
 
 
-def _contradiction(inquiry: Inquiry, core: list[Formula]) -> bool:
-    """Tell whether not even robots that can show every letter at every time could do it."""
-    trace = inquiry.mission.spec.trace
-    if trace == "infinite":
+def _contradiction(inquiry: Inquiry, core: list[Formula]) -> list[str]:
+    """Say whether not even robots that can show every letter at every time could do it."""
+    if inquiry.mission.spec.trace == "infinite":
         from ltlplan.logic.small_automata import small_automaton
 
-        return not small_automaton(all_of(core), trace).accepting
-    return not satisfiable(core, representative_letters(conjunct_automata(all_of(core), trace)))
+        possible = bool(small_automaton(all_of(core), "infinite").accepting)
+    else:
+        possible = satisfiable(core, representative_letters(conjunct_automata(all_of(core), "finite")))
+    return [] if possible else ["Whatever robots do, no word satisfies this."]
 
 
 def _apart(inquiry: Inquiry, core: list[Formula]) -> list[str]:

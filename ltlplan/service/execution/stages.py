@@ -133,29 +133,29 @@ def _plan(mission: Mission, progress: Progress) -> Outcome:
     return Outcome(to_bytes(pipeline.Candidate(made)), found, f"{ROUND} 1")
 
 
-def _round(candidate: Candidate, progress: Progress) -> Outcome:
-    from ltlplan.pipeline import Certified, Conflict, attempted, following
+def _round(first: Candidate, progress: Progress) -> Outcome:
+    from ltlplan.pipeline import Conflict, Flight, attempted, candidates, no_flight
     from ltlplan.service.views.watching import NAME, watch_json
 
-    low, width, number = _PLANNED, (_CERTIFIED - _PLANNED) / MAX_ROUNDS, min(candidate.rounds, MAX_ROUNDS - 1)
+    low, width, number = _PLANNED, (_CERTIFIED - _PLANNED) / MAX_ROUNDS, min(first.rounds, MAX_ROUNDS - 1)
     say = part_of(progress, low + number * width, low + (number + 1) * width)
-    tried = attempted(candidate, progress=say)
-    while isinstance(tried, Conflict):  # other words, until a flight can be checked
-        after = following(candidate, tried)
-        if isinstance(after, Certified):
-            return Outcome(to_bytes(after), _round_data(after.certificate, certified=True), FLIGHT)
-        candidate, tried = after, attempted(after, progress=say)
-    try:
-        after = following(candidate, tried)
-    except NotCertified as error:
-        seen = watch_json(tried.plan, tried.team, tried.certificate)
-        found = _round_data(tried.certificate, certified=False)
-        return Outcome(b"", found, files=((NAME, seen),), problem=problem_of(error))
-    if isinstance(after, Certified):
-        return Outcome(to_bytes(after), _round_data(after.certificate, certified=True), FLIGHT)
-    waits = [wait.sentence(after.plan.robots) for wait in after.plan.precedences]
-    found = {**_round_data(tried.certificate, certified=False), "precedences": waits}
-    return Outcome(to_bytes(after), found, f"{ROUND} {after.rounds + 1}")
+    refused: list[Flight | Conflict] = []
+    candidate, tried = first, None
+    for candidate in candidates(first, refused):  # other words, until a flight can be checked
+        if isinstance(tried, Flight):
+            waits = [wait.sentence(candidate.plan.robots) for wait in candidate.plan.precedences]
+            found = {**_round_data(tried.certificate, certified=False), "precedences": waits}
+            return Outcome(to_bytes(candidate), found, f"{ROUND} {candidate.rounds + 1}")
+        tried = attempted(candidate, progress=say)
+        refused.append(tried)
+    certified = candidate.better_of(refused[-1])
+    if certified is not None:
+        return Outcome(to_bytes(certified), _round_data(certified.certificate, certified=True), FLIGHT)
+    error = no_flight(candidate, refused[-1])
+    if not isinstance(tried, Flight):
+        raise error
+    seen = watch_json(tried.plan, tried.team, tried.certificate)
+    return Outcome(b"", _round_data(tried.certificate, certified=False), files=((NAME, seen),), problem=problem_of(error))
 
 
 def _round_data(certificate: Certificate, *, certified: bool) -> dict[str, Any]:

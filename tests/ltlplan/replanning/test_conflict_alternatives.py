@@ -6,8 +6,9 @@ import pytest
 
 import ltlplan
 from ltlplan.pipeline import certified_team
-from ltlplan.replanning.candidates import Candidate
-from ltlplan.replanning.conflict_alternatives import flown_otherwise, no_other_words
+from ltlplan.replanning.conflict_alternatives import fewer_in_a_region, no_other_words, without_a_leg_in_conflict
+from ltlplan.replanning.cuts import Candidate, Conflict
+from ltlplan.replanning.refusals import Refusal
 from tests.helpers.worlds import world
 from verify.data import Infeasible, Mission, Plan, Witness
 
@@ -29,6 +30,10 @@ def ends(made: Plan) -> list[str]:
     return sorted(robot.visits[-1].region for robot in made.robots.values())
 
 
+def refused(made: Plan, witness: Witness) -> Refusal:
+    return Refusal.of(Candidate(made), Conflict(Infeasible(witness.sentence, witness)))
+
+
 @pytest.fixture(scope="module")
 def first() -> Plan:
     made = ltlplan.plan(parking())
@@ -38,7 +43,7 @@ def first() -> Plan:
 
 def test_a_region_without_room_holds_fewer_robots_in_the_next_words(first: Plan) -> None:
     why = "'base' is too small."
-    other = flown_otherwise(Candidate(first), Infeasible(why, Witness(claim="separation", sentence=why, region="base")))
+    other = fewer_in_a_region(refused(first, Witness(claim="separation", sentence=why, region="base")))
     assert other is not None
     assert ends(other.plan) == ["base", "far", "home"]
     assert other.capacities == {"base": 1}
@@ -50,9 +55,7 @@ def test_a_region_without_room_holds_fewer_robots_in_the_next_words(first: Plan)
 def test_two_robots_in_conflict_are_parted_where_both_end(first: Plan) -> None:
     names = [name for name, robot in first.robots.items() if robot.visits[-1].region == "base"]
     why = "They come too near each other."
-    other = flown_otherwise(
-        Candidate(first), Infeasible(why, Witness(claim="separation", sentence=why, robot=names[0], other=names[1]))
-    )
+    other = fewer_in_a_region(refused(first, Witness(claim="separation", sentence=why, robot=names[0], other=names[1])))
     assert other is not None
     assert ends(other.plan) == ["base", "far", "home"]
 
@@ -60,8 +63,7 @@ def test_two_robots_in_conflict_are_parted_where_both_end(first: Plan) -> None:
 def test_words_without_counts_do_without_a_leg_of_the_robots_in_conflict() -> None:
     made = ltlplan.plan(world("F(a & F b)", robots=2, team="own"))
     why = "They come too near each other."
-    error = Infeasible(why, Witness(claim="separation", sentence=why, robot="quad0", other="quad1"))
-    other = flown_otherwise(Candidate(made), error)
+    other = without_a_leg_in_conflict(refused(made, Witness(claim="separation", sentence=why, robot="quad0", other="quad1")))
     assert other is not None
     assert other.plan.words != made.words
     assert other.legs
@@ -71,9 +73,10 @@ def test_words_without_counts_do_without_a_leg_of_the_robots_in_conflict() -> No
 
 @pytest.mark.parametrize("claim", ["limits.speed", "obstacles"])
 def test_what_is_no_matter_of_room_asks_for_no_other_words(first: Plan, claim: str) -> None:
-    error = Infeasible("It is too fast.", Witness(claim=claim, sentence="It is too fast.", robot="quad0"))
-    assert flown_otherwise(Candidate(first), error) is None
-    assert no_other_words(Candidate(first), error) is error
+    refusal = refused(first, Witness(claim=claim, sentence="It is too fast.", robot="quad0"))
+    assert fewer_in_a_region(refusal) is None
+    assert without_a_leg_in_conflict(refusal) is None
+    assert no_other_words(refusal) is refusal.error
 
 
 @pytest.mark.slow  # a second and a half: planned twice, refined and proved

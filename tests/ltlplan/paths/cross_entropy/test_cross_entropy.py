@@ -10,12 +10,12 @@ from ltlplan.paths.cross_entropy.gaussian import Options, Search
 from ltlplan.paths.cross_entropy.populations import Tournament
 from ltlplan.paths.hoops import route, route_sequence
 from ltlplan.paths.path_result import flown_pieces
-from ltlplan.paths.sampling.least_snap_spline import nominal_trajectory
 from ltlplan.paths.sampling.path_problem import path_problem
 from ltlplan.pipeline import certified_team
 from tests.benchmarks.hoops_scenarios import LIMIT, lengths, under_the_limit, wide_course
 from tests.helpers.courses import courses
 from tests.helpers.few import few_of
+from tests.helpers.nominal_trajectories import nominal_trajectory
 from verify import judge
 from verify.data import BadInput, Plan, Trajectory, Visit, Word
 

@@ -12,11 +12,11 @@ from ltlplan.paths.cross_entropy.quantile import (
     check_quantile,
     directions,
     quantile_radius,
-    quantile_samples,
     quantile_step,
     scalar_step,
     square_root,
 )
+from tests.helpers.quantiles import quantile_samples
 from verify.data import BadInput
 
 COVARIANCE = np.array([[0.5, 0.2, 0.0], [0.2, 0.3, -0.1], [0.0, -0.1, 0.2]])

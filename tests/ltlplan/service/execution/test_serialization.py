@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from ltlplan.missions import load_mission
-from ltlplan.replanning.candidates import Candidate, Certified, Cut
+from ltlplan.replanning.cuts import Candidate, Certified, Cut
 from ltlplan.service.execution import stages
 from ltlplan.service.execution.serialization import fields_of, from_bytes, stored_classes, to_bytes
 from ltlplan.service.execution.stages import mission_bytes, run_stage

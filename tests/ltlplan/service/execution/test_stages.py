@@ -15,7 +15,7 @@ import ltlplan
 import refine
 import verify
 from ltlplan import pipeline
-from ltlplan.replanning import candidates
+from ltlplan.replanning import cuts
 from ltlplan.service.execution.serialization import from_bytes, to_bytes
 from ltlplan.service.execution.stages import Outcome, mission_bytes, plan_of, run_stage, share_after
 from tests.helpers.few import few_of
@@ -73,7 +73,7 @@ def test_soft_parts_go_through_the_stages_as_through_the_library() -> None:
 def test_what_is_refused_to_the_last_can_be_watched(monkeypatch: pytest.MonkeyPatch) -> None:
     judge = verify.judge
     monkeypatch.setattr(verify, "judge", lambda plan, team, margin=None: judge(plan, team, margin=0.5))
-    monkeypatch.setattr(candidates, "MAX_ROUNDS", 1)
+    monkeypatch.setattr(cuts, "MAX_ROUNDS", 1)
     *_, (name, last) = staged(with_margin())
     assert name == "round 1"
     assert last.following is None
@@ -92,11 +92,12 @@ def test_what_a_refused_round_found_goes_into_the_next(monkeypatch: pytest.Monke
     assert refused.following == "round 2"
     monkeypatch.setattr(verify, "judge", judge)
     again = run_stage("round 2", refused.value, silent)
+    tried: list[pipeline.Flight | pipeline.Conflict] = [pipeline.Flight(ltlplan.plan(with_margin()), *_refused(with_margin()))]
     first = pipeline.Candidate(ltlplan.plan(with_margin()))
-    second = pipeline.following(first, pipeline.Flight(first.plan, *_refused(with_margin())))
-    assert isinstance(second, pipeline.Candidate)
-    expected = pipeline.following(second, pipeline.attempted(second))
-    assert isinstance(expected, pipeline.Certified)
+    *_, second = pipeline.candidates(first, tried)
+    assert second.rounds == 1
+    expected = second.better_of(pipeline.attempted(second))
+    assert expected is not None
     assert again.value == to_bytes(expected)
 
 

@@ -5,9 +5,10 @@ from __future__ import annotations
 import pytest
 
 import ltlplan
+from ltlplan.allocation import PlanningMethod
 from ltlplan.pipeline import certified_team
-from ltlplan.replanning.k_best_alternatives import asked_again, legs_of, words_without
-from ltlplan.search.method import without_legs
+from ltlplan.replanning import soft_alternatives
+from ltlplan.replanning.soft_alternatives import asked_again, legs_of, words_without
 from tests.helpers.worlds import PLACES, world
 from verify.data import Mission, Plan
 from verify.data.witness import Witness
@@ -53,32 +54,33 @@ def test_other_words_keep_a_soft_part_that_the_cheapest_cannot(mission: Mission)
 def test_other_words_do_without_a_leg() -> None:
     made = ltlplan.plan(wishing("F b", "F a"))
     parts = next(asked_again(made, ()))
-    found = words_without(made, parts, frozenset(), lambda asked, shut: ltlplan.plan(asked, method=without_legs(shut)))
+    found = words_without(made, parts, frozenset())
     assert found is not None
-    assert found.plan.words != made.words
-    assert found.shut & legs_of(made)
-    assert not found.shut & legs_of(found.plan)
-    assert visited(found.plan) >= {"a", "b"}
+    assert found.solution.words != made.words
+    assert found.space & legs_of(made)
+    assert not found.space & legs_of(found.solution)
+    assert visited(found.solution) >= {"a", "b"}
 
 
-def test_other_words_keep_out_of_what_is_entered_again() -> None:
+def test_other_words_keep_out_of_what_is_entered_again(monkeypatch: pytest.MonkeyPatch) -> None:
     made = ltlplan.plan(wishing("F b", "F c | F d"))
     again = tuple(("quad0", frozenset(letter)) for letter in ("", "c", "", "c", ""))
     assert "c" in visited(made)
     seen: list[Plan] = []
 
-    def planned(asked: Mission, shut: frozenset[tuple[str, object, str]]) -> Plan:
-        seen.append(ltlplan.plan(asked, method=without_legs(shut)))  # type: ignore[arg-type]
+    def planned(asked: Mission, *, method: PlanningMethod) -> Plan:
+        seen.append(ltlplan.plan(asked, method=method))
         return seen[-1]
 
-    found = words_without(made, {0}, frozenset(), planned, [Witness(claim="formula", sentence="", word=again)])  # type: ignore[arg-type]
+    monkeypatch.setattr(soft_alternatives, "plan", planned)
+    found = words_without(made, {0}, frozenset(), [Witness(claim="formula", sentence="", word=again)])  # type: ignore[arg-type]
     assert found is not None
     assert len(seen) == 1
-    assert visited(found.plan) == {"b", "d"}
+    assert visited(found.solution) == {"b", "d"}
 
 
 def test_there_are_no_other_words_where_each_needs_the_leg() -> None:
     plain = world("F b", regions={"b": (2.0, 0.0)})
     made = ltlplan.plan(plain.changed(spec={**plain.spec.model_dump(), "soft": [{"formula": "F G b"}]}))
     assert list(asked_again(made, {0})) == []
-    assert words_without(made, {0}, frozenset(), lambda asked, shut: ltlplan.plan(asked, method=without_legs(shut))) is None
+    assert words_without(made, {0}, frozenset()) is None

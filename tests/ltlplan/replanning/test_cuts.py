@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import cache
 
 import ltlplan
-from ltlplan.replanning.candidates import MAX_ROUNDS, Candidate, Cut, CutKind, digest
+from ltlplan.replanning.cuts import MAX_ROUNDS, Candidate, Cut, CutKind, digest
 from ltlplan.service.execution.serialization import from_bytes, to_bytes
 from tests.helpers.worlds import world
 from verify.data import Plan, Witness

@@ -2,15 +2,15 @@
 
     candidate - refine, judge - flight or conflict - cut - next candidate
 
-The loop is counterexample-guided (Clarke et al. 2000). A candidate is a plan with the cuts that led to it; all that is known of the way
-so far is in the cuts, so that a candidate that was stored goes on in any process.
+The loop is counterexample-guided (Clarke et al. 2000). A candidate is a plan with the cuts that led to it. The cuts hold all that is known of
+the way so far, so that a stored candidate goes on in any process.
 """
 
 from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -24,6 +24,8 @@ MAX_ROUNDS = 6
 """How often refinement may try to keep one plan's words."""
 _SEVERAL = 2
 """The same where the words are one choice of several."""
+_RELIEFS = 3
+"""Soft parts without which a plan is tried that no flight kept."""
 
 CutKind = Literal["waits", "pace", "order", "precedences", "words", "legs", "capacity", "soft part"]
 _FORBIDS: dict[CutKind, str] = {
@@ -150,10 +152,21 @@ class Candidate:
     @property
     def less_wished_left(self) -> bool:
         """Whether there are plans with still fewer soft parts."""
-        from ltlplan.replanning.soft_parts import how_many_wish_less
-
         given_up = [cut for cut in self.cuts if cut.kind == "soft part"]
         return bool(given_up) and len(given_up) < how_many_wish_less(given_up[0].parts)
+
+    def better_of(self, found: Flight | Conflict) -> Certified | None:
+        """Return the better one of what is certified now and before, once this candidate was judged; None where nothing is.
+
+        Args:
+            found: What became of it.
+        """
+        best = self.certified
+        if isinstance(found, Flight) and found.certificate.holds:
+            certificate = found.certificate
+            if best is None or best.certificate.soft_weight < certificate.soft_weight:
+                best = Certified(found.plan, found.team, certificate, self.rounds + 1)
+        return best and replace(best, rounds=self.rounds + 1)
 
 
 @dataclass(frozen=True)
@@ -202,6 +215,15 @@ class Certified:
     team: dict[str, Trajectory]
     certificate: Certificate
     rounds: int
+
+
+def how_many_wish_less(kept: Collection[int]) -> int:
+    """Return how many plans with fewer soft parts are tried: without each of the lightest ones, and without any.
+
+    Args:
+        kept: The soft parts, by index, that the first plan was meant to keep.
+    """
+    return min(len(kept), _RELIEFS) + 1 if len(kept) > 1 else len(kept)
 
 
 def digest(made: Plan) -> str:

@@ -1,0 +1,111 @@
+"""Candidates for certification, one after another: what is refused of one decides which alternative comes next.
+
+    for candidate in candidates(first, refused): refused.append(refine and judge the candidate)
+
+`_ALTERNATIVES` lists what may be tried, by the reason of the refusal, in the order in which it is tried. The first alternative that has
+a plan makes the next candidate: its words are others, or the same with one wait, precedence or counterexample more, and each kind of change has
+a bound, so that every stream ends.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import replace
+
+from ltlplan.precedences import with_planned_waits
+from ltlplan.replanning.conflict_alternatives import fewer_in_a_region, no_other_words, without_a_leg_in_conflict
+from ltlplan.replanning.cuts import Candidate, Conflict, Flight
+from ltlplan.replanning.refusals import Reason, Refusal
+from ltlplan.replanning.soft_alternatives import (
+    fewer_soft_parts,
+    other_words,
+    same_words_under_precedences,
+    waits_for_soft_parts,
+    without_a_leg,
+    words_under_precedences,
+)
+from verify.data import LtlplanError, NotCertified, Plan, Unsatisfiable
+
+Alternative = Callable[[Refusal], Candidate | None]
+"""From a refusal to the next candidate; None where the alternative has none, or does not apply."""
+
+
+def candidates(first: Candidate, refused: Iterable[Flight | Conflict]) -> Iterator[Candidate]:
+    """Yield a plan, then what follows from each refusal; lazily, and the same for the same plan, cuts and refusals.
+
+    The stream ends where nothing is left to try. That proves nothing of the mission, as some cuts were only tried: the bound of a plan whose
+    words were changed stays the bound of the first problem.
+
+    Args:
+        first: The mission's plan, or a stored candidate to go on from.
+        refused: What became of each candidate so far; it may grow while the stream is read.
+    """
+    candidate: Candidate | None = first
+    yield first
+    for found in refused:
+        refusal, best = Refusal.of(first, found), first.better_of(found)
+        answers = (alternative(refusal) for alternative in _ALTERNATIVES[refusal.reason])
+        candidate = next((answer for answer in answers if answer is not None), None)
+        if candidate is None:
+            return
+        first = replace(candidate, certified=best)
+        yield first
+
+
+def no_flight(last: Candidate, found: Flight | Conflict) -> LtlplanError:
+    """Return why a stream of candidates ended without a certified one.
+
+    Args:
+        last: The last candidate.
+        found: What became of it.
+    """
+    return no_other_words(Refusal.of(last, found))
+
+
+def _as_fast_as_may_be(refusal: Refusal) -> Candidate | None:
+    note = "Flown as fast as the limits allow: at the planned speeds the flight would outlast a vehicle's endurance."
+    return refusal.answered("pace", refusal.plan.model_copy(update={"notes": (*refusal.plan.notes, note)}))
+
+
+def _more_waits(refusal: Refusal) -> Candidate | None:
+    """Return the same words with the waits that the counterexamples ask for, where these can help."""
+    plan = refusal.waiting
+    if refusal.impossible or isinstance(plan, NotCertified) or (plan is refusal.plan and refusal.breaks_formula):
+        return None
+    return refusal.answered("waits", plan, witnesses=refusal.witnesses)
+
+
+def _planned_order(refusal: Refusal) -> Candidate | None:
+    """Return the same words with precedences that planning finds for them, or other words that hold under precedences."""
+    if refusal.impossible:
+        return refusal.answered("order", words_under_precedences(refusal.plan), proved=True)
+    try:
+        plan = with_planned_waits(refusal.plan)
+    except Unsatisfiable:
+        plan = words_under_precedences(refusal.plan)
+    return refusal.answered("order", plan)
+
+
+def _same_waits(refusal: Refusal) -> Candidate | None:
+    """Return the same plan, whose next flight keeps clear of the counterexamples."""
+    plan: Plan | NotCertified = refusal.waiting
+    if refusal.impossible or isinstance(plan, NotCertified):
+        return None
+    return refusal.answered("waits", plan, witnesses=refusal.witnesses)
+
+
+_OTHER_WORDS: tuple[Alternative, ...] = (
+    fewer_in_a_region,
+    without_a_leg_in_conflict,
+    other_words,
+    without_a_leg,
+    fewer_soft_parts,
+)
+_ALTERNATIVES: dict[Reason, tuple[Alternative, ...]] = {
+    "certified": (),
+    "endurance": (_as_fast_as_may_be,),
+    "claims": (_more_waits, _planned_order, _same_waits, *_OTHER_WORDS),
+    "no flight": _OTHER_WORDS,
+    "soft parts": (waits_for_soft_parts, same_words_under_precedences, other_words, without_a_leg),
+    "no better": (without_a_leg,),
+}
