@@ -265,3 +265,30 @@ def bits(mask: int) -> Iterator[int]:
 def _image(mask: int, steps: Sequence[int]) -> int:
     """Return the union of `steps[i]` over the ones i of a mask."""
     return reduce(or_, (steps[at] for at in bits(mask)), 0)
+
+
+def reached_states(part: Part, most: int | None = None) -> tuple[int, ...]:
+    """Return all states of a conjunct that letters lead to; none where there are more than a limit.
+
+    Args:
+        part: The conjunct.
+        most: The limit, if any.
+    """
+    found = [part.initial]
+    for state in found:  # grows while it is walked
+        found += [after for after in dict.fromkeys(part.row(state)) if after != DEAD and after not in found]
+        if most is not None and len(found) > most:
+            return ()
+    return tuple(found)
+
+
+def is_task(part: Part, reached: Sequence[int]) -> bool:
+    """Tell whether any robot can do a conjunct at any time: it is never lost, and what is done stays done.
+
+    Args:
+        part: The conjunct.
+        reached: Its states.
+    """
+    rows = {state: part.row(state) for state in reached}
+    safe = all(DEAD not in row and (not part.accepting(s) or all(map(part.accepting, row))) for s, row in rows.items())
+    return safe and not part.accepting(part.initial)

@@ -1,4 +1,4 @@
-"""What is surely left to fly: for every state of the team automaton a lower bound on the cost that the team still has to pay.
+"""Admissible heuristic of the beam search: for every state of the team automaton a lower bound on the cost that is left.
 
 It comes from one backward shortest-path search over a relaxation in which any robot that is free may be used again. It guides the
 beam search of MTAC-E, and it never rules out what is best.
@@ -67,20 +67,6 @@ class AdmissibleHeuristic:
             states = frozenset(self._automaton.successor(s, letter) for s in states)
         return states
 
-    def is_dead(self, states: States) -> bool:
-        """Tell whether some state is dead."""
-        return DEAD in states
-
-    def leg(self, robot: str, position: Point, region: str) -> float:
-        """Return a lower bound on the cost of one robot's way from a point to a region.
-
-        Args:
-            robot: Whose costs count.
-            position: m.
-            region: Where it flies to.
-        """
-        return self._leg(robot, position, region)
-
     def accepts(self, states: States) -> bool:
         """Tell whether all states accept."""
         return all(state in self._automaton.accepting for state in states)
@@ -95,25 +81,15 @@ class AdmissibleHeuristic:
         """
         return self._table(free, states, where).get((states, where.key), math.inf)
 
-    def bound_at_start(self, states: States, free: frozenset[str]) -> float:
-        """Lower bound when nobody is under way and `free` are the robots that may go on."""
-        best = 0.0 if self.accepts(states) else math.inf
-        for robot in free:
-            for _, after, where, leg in self._first(states, robot):
-                best = min(best, leg + self.bound(after, where, free - {robot}))
-        return best
+    def leg(self, robot: str | None, position: Point, region: str, kind: str = "") -> float:
+        """Return a lower bound on the cost of the way from a point to a region.
 
-    def _first(self, states: States, robot: str) -> Iterator[tuple[Move, States, AgentState, float]]:
-        where = self._starts[robot]
-        if self._takes_off:
-            states = self.read(states, [self._world.letter(where)])
-        for move in self._world.moves(where, first=True):
-            after = self.read(states, move.shown)
-            if DEAD not in after:
-                yield move, after, move.end, 0.0 if _only_acts(move) else self._leg(robot, where.position, move.visit.region)
-
-    def _leg(self, robot: str | None, position: Point, region: str, kind: str = "") -> float:
-        """Return the least cost of a leg: of one robot, or of any robot of a kind."""
+        Args:
+            robot: Whose costs count; None for the least of any robot of a kind.
+            position: m.
+            region: Where it flies to.
+            kind: As an `AgentState` has it.
+        """
         key = (robot, position, region, kind)
         if key not in self._legs:
             robots = [r for r, where in self._starts.items() if where.kind == kind] if robot is None else [robot]
@@ -153,7 +129,7 @@ class AdmissibleHeuristic:
             where = self._starts[robot]
             _, legs = classes.setdefault(self._world.alike(where), (where, {}))
             for region in self._world.mission.all_regions:
-                legs[region] = min(legs.get(region, math.inf), self._leg(robot, where.position, region))
+                legs[region] = min(legs.get(region, math.inf), self.leg(robot, where.position, region))
         return list(classes.values())
 
     def _edges(self, node: _Node, starts: list[tuple[AgentState, dict[str, float]]]) -> Iterator[tuple[_Node, float, bool]]:
@@ -179,7 +155,7 @@ class AdmissibleHeuristic:
         for move in world.moves(where):
             after = self.read(states, move.shown)
             if DEAD not in after and (move.key != key or after != states):
-                yield (after, move.key), self._leg(None, where.position, move.visit.region, where.kind), False
+                yield (after, move.key), self.leg(None, where.position, move.visit.region, where.kind), False
 
 
 def _only_acts(move: Move) -> bool:

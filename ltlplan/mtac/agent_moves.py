@@ -1,4 +1,4 @@
-"""What a robot can do next while a formula is shared: the visits that it can make from where it is.
+"""Moves of a robot while tasks are allocated: the visits that it can make from where it is.
 
 The team automaton of the 2022 paper (Def. 4.6) is walked, never built: a state of it is a robot, the automaton's
 states so far, and the robot's `AgentState` in A = E x R (`agent_states`). A robot's next step is a whole visit: it leaves where it is,
@@ -48,35 +48,23 @@ class Move:
     key: Key = field(compare=False)
     shown: tuple[Letter, ...] = field(compare=False)
 
-    @property
-    def internal(self) -> str:
-        """The internal state afterwards."""
-        return self.end.internal
 
-
-@dataclass(frozen=True)
 class World:
     """The moves of a mission's robots.
 
     Attributes:
         mission: Regions, environment, internal states.
+        graph: Where robots can rest, and the ways between.
     """
 
-    mission: Mission
-
-    @cached_property
-    def graph(self) -> RegionGraph:
-        """Where robots can rest, and the ways between."""
-        return RegionGraph(self.mission)
-
-    @cached_property
-    def _views(self) -> dict[str, Mission]:
-        """The mission as each kind of robot sees it."""
-        return {self.mission.alike_as(robot): self.mission.seen_by(robot) for robot in self.mission.agents}
-
-    @cached_property
-    def _graphs(self) -> dict[str, RegionGraph]:
-        return {}
+    def __init__(self, mission: Mission) -> None:
+        self.mission, self.graph = mission, RegionGraph(mission)
+        self._views = {
+            mission.alike_as(robot): mission.seen_by(robot) for robot in mission.agents
+        }  # as each kind of robot sees it
+        self._graphs: dict[str, RegionGraph] = {}
+        self._moves: dict[Hashable, tuple[Move, ...]] = {}
+        self._known: dict[Key, tuple[AgentState, Letter | None]] = {}
 
     def graph_of(self, kind: str) -> RegionGraph:
         """Return where robots of one kind can rest, and the ways between.
@@ -114,19 +102,10 @@ class World:
                         points.append(transition.end)
         return frozenset(sets)
 
-    @cached_property
-    def _moves(self) -> dict[Hashable, tuple[Move, ...]]:
-        return {}
-
-    @cached_property
-    def _known(self) -> dict[Key, tuple[AgentState, Letter | None]]:
-        return {}
-
     @property
     def free_letters(self) -> frozenset[Letter]:
         """The letters of free flight that any robot shows."""
-        views = self._views.values()
-        return frozenset(frozenset(names) for view in views for names in view.robot.states.values())
+        return frozenset(frozenset(names) for view in self._views.values() for names in view.robot.states.values())
 
     def free_letter(self, internal: str, kind: str = "") -> Letter:
         """Return the letter of free flight in an internal state.
@@ -242,22 +221,12 @@ class World:
         apart = not self.graph.layout.neighbours[point.place]
         for actions, reached in self._chains(point, where):
             if actions:
-                # where no other region is near, what follows is the same from wherever in the region it is
-                there = (
-                    AgentState(
-                        self.graph.layout.regions[point.place].center,
-                        where.inside,
-                        point.place,
-                        reached,
-                        point.place,
-                        kind=where.kind,
-                    )
-                    if apart and self.graph.space is None
-                    else replace(where, internal=reached)
-                )
+                there = replace(where, internal=reached)
+                if apart and self.graph.space is None:  # what follows is the same from wherever in the region it is
+                    centre = self.graph.layout.regions[point.place].center
+                    there = AgentState(centre, where.inside, point.place, reached, point.place, kind=where.kind)
                 letters = tuple(where.inside | self.free_letter(action.target, where.kind) for action in actions)
-                visit = Visit(region=point.place, actions=actions)
-                yield self._ended(visit, letters, None, (), there, in_place=True)
+                yield self._ended(Visit(region=point.place, actions=actions), letters, None, (), there, in_place=True)
 
     def _ended(
         self,

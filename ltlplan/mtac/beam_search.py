@@ -8,9 +8,10 @@ the ground, `sharing.team` prices them by straight lines and starts from whereve
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
+from ltlplan.logic.automaton import DEAD
 from ltlplan.mtac.admissible_heuristic import AdmissibleHeuristic, TeamModel
 from ltlplan.mtac.agent_states import Key
 from ltlplan.mtac.decomposable_task import States
@@ -102,14 +103,14 @@ class BeamSearch:
         self.consulted: list[dict[tuple[str, str], float]] = []
 
     def search(self, say: Progress) -> BeamNode | None:
-        """BeamNode until no walk that is left can be better than the best finished one; None where none was finished."""
+        """Walk on until no walk that is left can be better than the best finished one; None where none was finished."""
         idle = {robot: self.cost(robot, RobotTask(where)) for robot, where in self.starts.items()}
         first = BeamNode(self.begun, costs=idle)
-        beam = [replace(first, score=self.score(idle, self.heuristic.bound_at_start(self.begun, self.everybody)))]
+        beam = [replace(first, score=self.score(idle, 0.0))]
         best: BeamNode | None = None
         for step in range(MAX_ROUNDS):
             for one in beam:
-                best = self.better(best, self.finished(one))
+                best = min((node for node in (best, *self.finished(one)) if node is not None), key=_score, default=None)
             bound = math.inf if best is None else best.score
             beam = self.next_beam([one for one in beam if one.score < bound], bound)
             say(f"MTAC-E: {step + 1} visits shared", min(0.9, 0.1 + 0.1 * step))
@@ -123,13 +124,6 @@ class BeamSearch:
         if self.mission.planner.objective == "sum":
             return total
         return max(max(costs.values()), total / len(costs))
-
-    def better(self, best: BeamNode | None, others: Iterable[BeamNode]) -> BeamNode | None:
-        """Return the cheaper of finished walks; the first stays where they are equal."""
-        for other in others:
-            if best is None or other.score < best.score:
-                best = other
-        return best
 
     def finished(self, one: BeamNode) -> Iterator[BeamNode]:
         """Yield the walk as a finished one, if all robots' words hold in every order when it stops here."""
@@ -191,7 +185,7 @@ class BeamSearch:
             costs = {**choice.costs, robot: cost}
             rest = self.heuristic.bound(choice.states, task.end, self.everybody - set(choice.order))
             chosen.append(replace(choice, costs=costs, score=self.score(costs, rest)))
-            chosen = sorted(chosen, key=lambda walk: walk.score)[: self.options.width]
+            chosen = sorted(chosen, key=_score)[: self.options.width]
         self.consulted.append(consulted)
         return [one for one in chosen if one.score < bound]
 
@@ -237,7 +231,7 @@ class BeamSearch:
         for move in self.world.moves(where, first=first):
             after = self.heuristic.read(states, move.shown)
             node = (after, move.key)
-            if self.heuristic.is_dead(after) or node in one.passed:
+            if DEAD in after or node in one.passed:
                 continue
             longer = task.then(move, leaves=move.visit.region in self.mission.hoops and move.left is not None)
             rest = self.heuristic.bound(after, move.end, free)
@@ -257,3 +251,7 @@ def may_end(task: RobotTask, leaves: bool) -> bool:
         leaves: Whether it flies out of the last region.
     """
     return not leaves or task.moves[-1].left is not None
+
+
+def _score(node: BeamNode) -> float:
+    return node.score

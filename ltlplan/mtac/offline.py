@@ -22,6 +22,7 @@ What the printed algorithm leaves open is decided like this.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 from numpy.random import Generator
@@ -103,8 +104,9 @@ def mtac_e(mission: Mission, context: Context, *, options: Options | None = None
     if found is None:
         return _exact(mission, context)
     known = best_known(mission, least=found.least) if chosen.optimality_gap else None
-    if known is not None and known.exact is not None and found.least is not None:
-        found = _cheaper(mission, found, known.exact)
+    exact = None if known is None or found.least is None else known.exact
+    if exact is not None and exact.cost < straight_cost(mission, found.flown) - TIES:
+        found = _by_exact_words(mission, exact, found.prices, found.cost, found.least) or found
     return _allocation(found, known)
 
 
@@ -116,34 +118,28 @@ def _exact(mission: Mission, context: Context) -> Allocation:
     return replace(answer, notes=("MTAC-E finished no words; these are the exact search's.", *answer.notes))
 
 
-def _cheaper(mission: Mission, found: Shared, exact: Assignment) -> Shared:
-    """Return what was found, or the exact search's words where they cost less by straight lines and by their very paths."""
-    ordered = exact.meetings or exact.precedences  # which paths of their own do not keep
-    if ordered or exact.cost >= straight_cost(mission, found.flown) - TIES:
-        return found
+def _by_exact_words(
+    mission: Mission, exact: Assignment | None, paths: PricedPaths, below: float, least: float | None = None
+) -> Shared | None:
+    """Return the exact search's words with their very paths; None where robots wait in them, or these paths do not cost less."""
+    if exact is None or exact.meetings or exact.precedences:  # paths of their own do not satisfy these
+        return None
     order = tuple(robot for robot, does in exact.robots.items() if does.visits)
-    try:
-        other = _shared(mission, found.prices, exact.robots, order, least=found.least)
-    except Infeasible:
-        return found
-    return other if other.cost < found.cost else found
+    with suppress(Infeasible):
+        other = _shared(mission, paths, exact.robots, order, least=least)
+        return other if other.cost < below else None
+    return None
 
 
 def _without_waits(mission: Mission, context: Context, waiting: Allocation) -> Allocation:
     """Return an allocation in which robots may wait, or the exact search's words without waits where their very paths cost less.
 
-    Whoever is waited for flies the path that was planned together with the others'; the paths of words without waits are improved.
+    A robot that is waited for flies the path that was planned together with the others'; the paths of words without waits are improved.
     """
     known = best_known(mission, least=waiting.lower_bound or 0.0)
-    if known.exact is None or known.exact.meetings or known.exact.precedences:
-        return waiting
-    prices = PricedPaths(mission, int(context.rng.integers(2**63)))
-    order = tuple(robot for robot, does in known.exact.robots.items() if does.visits)
-    try:
-        other = _shared(mission, prices, known.exact.robots, order)
-    except Infeasible:
-        return waiting
-    if other.cost >= waiting.cost - TIES:
+    paths = PricedPaths(mission, int(context.rng.integers(2**63)))
+    other = _by_exact_words(mission, known.exact, paths, waiting.cost - TIES)
+    if other is None:
         return waiting
     found = _allocation(other, known)
     said = f"The exact search's words, in which nobody waits, cost {other.cost:.3f} by their improved paths, not {waiting.cost:.3f}."

@@ -1,20 +1,20 @@
-"""How near an assignment is to the best one: both counted as the exact search counts, by straight lines or by ways around obstacles."""
+"""Optimality gap of an assignment: its cost and the best one, both by straight lines or by paths around obstacles, as the exact search counts."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ltlplan.logic.budget import DEFAULT_BUDGET, Budget, TooLarge
 from ltlplan.logic.conjunction import conjunct_automata
-from ltlplan.paths.costs import cost_of, team_cost
+from ltlplan.paths.costs import team_cost
 from ltlplan.systems.objective import is_counted_by_legs
-from ltlplan.systems.region_graph import RegionGraph
-from ltlplan.systems.region_labels import Layout
+from ltlplan.systems.robot_systems import Systems, weighted_metres
 from verify.data import Mission, Visit
 from verify.data.shapes.inequalities import Point
 
@@ -33,46 +33,20 @@ def straight_line_costs(mission: Mission) -> Callable[[str, Point, str], float]:
     Returns:
         Function of a robot, a position (m) and the region that it flies to.
     """
-    centres = {name: np.array(region.center) for name, region in mission.all_regions.items()}
-    weights = {}
-    for robot in mission.agents:
-        cost = dict(cost_of(mission, robot).weights)
-        weights[robot] = cost.get("length", 0.0) + cost.get("time", 0.0) / mission.seen_by(robot).planner.speed
+    regions, weights = mission.all_regions, weighted_metres(mission)
+    middles = {region.center: name for name, region in regions.items()}
+    systems = Systems(mission) if mission.obstacles else None
 
-    around = {name: 2.0 * region.inner_radius for name, region in mission.all_regions.items()}
-
-    ways = _Ways(mission) if mission.obstacles else None
-
+    @cache
     def leg(robot: str, position: Point, region: str) -> float:
-        if ways is not None and weights[robot] > 0:
-            metres = ways.length(robot, position, region)
-        else:
-            metres = float(np.linalg.norm(np.array(position) - centres[region]))
-        return weights[robot] * (metres or around[region])  # a region that was just left is at least a way out and back
+        start, metres = middles.get(position, position), 0.0
+        if systems is None or not weights[robot]:
+            metres = float(np.linalg.norm(np.subtract(position, regions[region].center)))
+        elif start != region or region in mission.hoops:
+            metres = min(systems.graph_of(robot).lengths(start, region), default=math.inf)
+        return weights[robot] * (metres or 2.0 * regions[region].inner_radius)  # a region that was just left: out and back
 
     return leg
-
-
-class _Ways:
-    """Lengths of shortest ways around obstacles, each found once."""
-
-    def __init__(self, mission: Mission) -> None:
-        self._mission, self._layout = mission, Layout(mission)
-        self._graphs: dict[float, RegionGraph] = {}
-        self._known: dict[tuple[float, Point, str], float] = {}
-        self._middles = {region.center: name for name, region in mission.all_regions.items()}
-
-    def length(self, robot: str, position: Point, region: str) -> float:
-        """Return the length of the shortest way from a point to a region's middle, by whichever side of hoops, m."""
-        radius = self._mission.vehicle_of(robot).radius
-        key = (radius, position, region)
-        if key not in self._known:
-            if radius not in self._graphs:
-                self._graphs[radius] = RegionGraph(self._mission, layout=self._layout, radius=radius)
-            start = self._middles.get(position, position)
-            at_home = start == region and region not in self._mission.hoops
-            self._known[key] = 0.0 if at_home else min(self._graphs[radius].lengths(start, region), default=math.inf)
-        return self._known[key]
 
 
 @dataclass(frozen=True, slots=True)

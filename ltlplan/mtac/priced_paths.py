@@ -1,4 +1,4 @@
-"""What robots' paths cost by cross-entropy, each path optimised once, with draws of its own."""
+"""Costs of robots' paths by cross-entropy, each path optimised once, with draws of its own."""
 
 from __future__ import annotations
 

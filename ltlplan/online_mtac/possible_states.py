@@ -175,26 +175,22 @@ def _steps(place: tuple[int, ...], lengths: Sequence[int], *, together: bool) ->
 
 
 def can_finish(belief: Belief, ahead: Ahead) -> bool:
-    """Tell whether some serial order of what is ahead ends in acceptance, whatever was read when.
-
-    What is left after some robots is not looked at twice in vain.
-    """
+    """Tell whether some serial order of what is ahead ends in acceptance, whatever was read when."""
     vain: set[tuple[frozenset[str], frozenset[Pair]]] = set()
 
-    def completes(here: Belief, left: tuple[str, ...]) -> bool:
-        key = (frozenset(left), here.pairs)
+    def finishes(here: Belief, left: frozenset[str]) -> bool:
+        key = (left, here.pairs)
         if key in vain or len(vain) >= MAX_ORDERS:
             return False
-        if not left and here.accepts():
-            return True
-        for robot in left:
-            after = follow(here, ((robot, letter) for letter in ahead[robot]))
-            if completes(after, tuple(other for other in left if other != robot)):
-                return True
-        vain.add(key)
-        return False
+        followed = (
+            (follow(here, ((robot, letter) for letter in ahead[robot])), left - {robot}) for robot in ahead if robot in left
+        )
+        found = any(finishes(after, others) for after, others in followed) if left else here.accepts()
+        if not found:
+            vain.add(key)
+        return found
 
-    return completes(belief, tuple(robot for robot, letters in ahead.items() if letters))
+    return finishes(belief, frozenset(robot for robot, letters in ahead.items() if letters))
 
 
 def follow(belief: Belief, moves: Iterable[tuple[str, Letter]]) -> Belief:

@@ -104,7 +104,7 @@ def may_change(world: World, reader: Reader, belief: Belief, pilots: Mapping[str
     giver, taker, kept = pilots[handover.giver], pilots[handover.taker], handover.kept
     if giver.entered or giver.detour or (giver.shown and not kept) or kept >= len(giver.moves):
         return False
-    if taker.where.internal != (giver.moves[kept - 1].internal if kept else giver.where.internal):
+    if taker.where.internal != (giver.moves[kept - 1].end.internal if kept else giver.where.internal):
         return False
     tasks = handover.tasks(world, pilots)
     if not tasks:

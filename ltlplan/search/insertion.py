@@ -11,18 +11,15 @@ With n robots and m tasks: a table of n x m costs, then some m paths for one rob
 
 from __future__ import annotations
 
-import heapq
 import itertools
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import csr_matrix
-from scipy.sparse.csgraph import maximum_bipartite_matching
 
-from ltlplan.logic.automaton import DEAD
-from ltlplan.logic.conjunct_automata import Deterministic, Part
+from ltlplan.logic.conjunct_automata import Deterministic, Part, is_task, reached_states
 from ltlplan.logic.product_automaton import Task
+from ltlplan.search.least_cost_matching import cheapest_assignment
 from ltlplan.search.reduced_graph import ReducedGraph
 from ltlplan.search.task_paths import GRAIN, Steps, TaskPaths
 
@@ -63,7 +60,11 @@ def share_by_insertion(graph: ReducedGraph, task: Task, allows: Callable[[int, f
     steps = Steps(graph)
     if len(steps.source) > MOST_STEPS:
         return None
-    tasks = [index for index, part in enumerate(task.parts) if _is_task(part)]
+    tasks = [
+        index
+        for index, part in enumerate(task.parts)
+        if isinstance(part, Deterministic) and is_task(part, reached_states(part))
+    ]
     kept = [index for index in range(len(task.parts)) if index not in set(tasks)]
     open_tasks = [index for index in tasks if not _done_at_start(graph, task.parts[index])]
     robots = TaskPaths(task, steps, tuple(kept), tuple(open_tasks), allows, states)
@@ -78,21 +79,6 @@ def share_by_insertion(graph: ReducedGraph, task: Task, allows: Callable[[int, f
     return Shared(paths, tuple(cost for cost, _ in flights), robots.bound, states - robots.states_left)
 
 
-def _is_task(part: Part) -> bool:
-    """Tell whether a conjunct is never lost, and what is done stays done."""
-    if not isinstance(part, Deterministic):
-        return False
-    reached, waiting = {part.initial}, [part.initial]
-    for state in waiting:  # grows while it is walked
-        row = part.row(state)
-        if DEAD in row or (part.accepting(state) and not all(part.accepting(after) for after in row)):
-            return False
-        more = set(row) - reached
-        reached |= more
-        waiting += sorted(more)
-    return not part.accepting(part.initial)
-
-
 def _done_at_start(graph: ReducedGraph, part: Part) -> bool:
     letters = {graph.label[robot][node] for robot, node in enumerate(graph.start)}
     return any(part.accepting(part.row(part.initial)[letter]) for letter in letters)
@@ -100,47 +86,28 @@ def _done_at_start(graph: ReducedGraph, part: Part) -> bool:
 
 def _assigned(robots: TaskPaths) -> list[frozenset[int]] | None:
     """Give each robot at most one task so that the dearest costs least, and all together as little as then possible."""
-    if len(robots.tasks) > len(robots):
+    pairs = cheapest_assignment(robots.alone, longest=True, slack=GRAIN) if len(robots.tasks) <= len(robots) else None
+    if pairs is None:
         return None
-    from scipy.optimize import linear_sum_assignment  # here: it takes long to load, and few plans need it
-
-    costs = robots.alone
-    limits = np.unique(costs[np.isfinite(costs)])
-    low, high = 0, len(limits)
-    while low < high:
-        middle = (low + high) // 2
-        matched = maximum_bipartite_matching(csr_matrix(limits[middle] >= costs.T), perm_type="column")
-        low, high = (low, middle) if (matched >= 0).all() else (middle + 1, high)
-    if low == len(limits):
-        return None
-    cheap = np.where(costs <= limits[low] + GRAIN, costs, 1e6 * (1.0 + limits[low]))
-    rows, columns = linear_sum_assignment(cheap)
-    own = dict(zip(rows.tolist(), columns.tolist(), strict=True))
-    found = [frozenset([robots.tasks[own[robot]]] if robot in own else list[int]()) for robot in range(len(robots))]
+    found = [frozenset(robots.tasks[column] for row, column in pairs if row == robot) for robot in range(len(robots))]
     return found if max(robots.cost(robot, tasks) for robot, tasks in enumerate(found)) < np.inf else None
 
 
 def _auctioned(robots: TaskPaths) -> list[frozenset[int]] | None:
     """Give the tasks away one after another, each time the one whose best bidder then pays least."""
     found = [frozenset[int]() for _ in range(len(robots))]
-    taken: set[int] = set()
-    bids = [(robots.least(robot, frozenset({index})), robot, index) for robot in range(len(robots)) for index in robots.tasks]
-    heapq.heapify(bids)
-    while len(taken) < len(robots.tasks) and bids:
-        bid, robot, index = heapq.heappop(bids)
-        if index in taken:
-            continue
-        cost = robots.cost(robot, found[robot] | {index})
+    bids = robots.alone.copy()  # lower bounds until they are looked at, as they grow while the robot wins others
+    while np.isfinite(bids).any():
+        robot, column = map(int, np.unravel_index(np.argmin(bids), bids.shape))
+        won = found[robot] | {robots.tasks[column]}
+        cost = robots.cost(robot, won)
         if robots.spent:
             return None
-        if cost == np.inf:
-            continue
-        if cost > bid + GRAIN:  # bids are lower bounds until they are looked at, and grow as the robot wins others
-            heapq.heappush(bids, (cost, robot, index))
-            continue
-        found[robot] |= {index}
-        taken.add(index)
-    return found if len(taken) == len(robots.tasks) else None
+        if cost > bids[robot, column] + GRAIN:
+            bids[robot, column] = cost
+        else:
+            found[robot], bids[:, column] = won, np.inf
+    return found if sum(map(len, found)) == len(robots.tasks) else None
 
 
 def _exchanged(robots: TaskPaths, found: list[frozenset[int]]) -> list[frozenset[int]]:

@@ -5,7 +5,7 @@ With n robots and m tasks: a table of n x m costs by one search backwards from e
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from functools import cached_property
 
 import numpy as np
@@ -16,16 +16,14 @@ from scipy.sparse.csgraph import dijkstra
 from ltlplan.logic.automaton import DEAD
 from ltlplan.logic.conjunct_automata import Deterministic
 from ltlplan.logic.product_automaton import Task
-from ltlplan.search.label_setting import BestFirst
 from ltlplan.search.reduced_graph import ReducedGraph
+from ltlplan.search.robot_paths import is_done, path_search
 
 Floats = NDArray[np.float64]
 States = tuple[int, ...]
 
 GRAIN = 1e-6
 """Costs that differ by less are the same: tiny amounts break ties between equally long ways."""
-
-_DONE = (-1, -1, ())  # where a robot's path is complete
 
 
 class Steps:
@@ -185,31 +183,22 @@ class TaskPaths:
             after = tuple(part.row(state)[letter] for part, state in zip(parts, states, strict=True))
             return None if DEAD in after else after
 
-        def successors(key: tuple[int, int, States]) -> Iterator[tuple[tuple[int, int, States], float]]:
-            _, node, states = key
-            here = graph.successors(robot, node)
-            if here.ending is not None and all(part.accepting(state) for part, state in zip(parts, states, strict=True)):
-                yield _DONE, here.ending
-            for target, step in here.edges:
-                after = read(states, label[target])
-                if after is not None and not (after == states and graph.redundant(robot, node, target, step)):
-                    yield (0, target, after), step
+        def may_end(states: States) -> bool:
+            return all(part.accepting(state) for part, state in zip(parts, states, strict=True))
 
-        def heuristic(key: tuple[int, int, States]) -> float:
-            if key == _DONE:
-                return 0.0
-            at = number[key_of(robot, key[1])]
-            return max((float(table[at, key[2][place]]) for place, table in left), default=0.0)
+        def heuristic(key: tuple[int, States]) -> float:
+            at = number[key_of(robot, key[0])]
+            return max((float(table[at, key[1][place]]) for place, table in left), default=0.0)
 
         start = graph.start[robot]
         begin = read(tuple(part.initial for part in parts), label[start])
         if begin is None:
             return np.inf, []
-        search = BestFirst([(0, start, begin)], successors, heuristic)
+        search = path_search(graph, robot, (start, begin), read, may_end, heuristic, skips=True)
         for key, cost, _ in search:
             self.states_left -= 1
-            if key == _DONE:
-                nodes = [node for _, node, _ in search.path(key)[:-1]]
+            if is_done(key):
+                nodes = [node for node, _ in search.path(key)[:-1]]
                 return (cost, nodes) if self._allows(robot, cost) else (np.inf, [])
             if self.spent:
                 break

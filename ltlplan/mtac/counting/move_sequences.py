@@ -8,16 +8,16 @@ finished course.
 
 from __future__ import annotations
 
-import heapq
 import itertools
 import math
-from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
 
-from ltlplan.search.counting.concurrent_steps import Turn, stages
-from ltlplan.search.counting.counting_propositions import Marks, Sums
-from ltlplan.search.counting.planning import CountedPlan
+from ltlplan.search.counting.counted_plans import CountedPlan, Flown, in_stages
+from ltlplan.search.counting.counting_propositions import Marks
+from ltlplan.search.counting.moves import RobotMoves
+from ltlplan.search.label_setting import BestFirst
 from ltlplan.systems.transition_systems import TransitionSystem
 from verify.data import Letter
 
@@ -62,7 +62,8 @@ class CountedCourses:
             asked: What its conjuncts see that no visit is put in for; these a course has to keep all the time.
         """
         self.systems, self.marks, self._asked = tuple(systems), marks, asked
-        self._known: dict[tuple[int, int], tuple[dict[int, float], dict[int, int]]] = {}
+        self._robots = [RobotMoves(s, partial(marks.of, s.robot), stays=False, skips=False) for s in systems]
+        self._searches: dict[tuple[int, int], BestFirst[int]] = {}
 
     def of(self, plan: CountedPlan) -> Course:
         """Return the course of a plan.
@@ -146,93 +147,46 @@ class CountedCourses:
         return (
             states is not None
             and self._asked.accepting(states)
-            and all(self._ends(robot, ends.get(robot, system.initial)) for robot, system in enumerate(self.systems))
+            and all(self._robots[robot].ends(ends.get(robot, system.initial)) for robot, system in enumerate(self.systems))
         )
 
     def plan(self, course: Course, *, bound: float, reached: int) -> CountedPlan | None:
-        """Return what each robot does, in stages; None where the course does not do all that is asked, one move after another.
+        """Return the robots' paths, in stages; None where the course, one move after another, violates the formula.
 
         Args:
             course: With all visits.
             bound: No plan costs less.
             reached: States that were seen.
         """
-        paths = [[system.initial] for system in self.systems]
-        shown = [[self.marks.of(system.robot, label) for label in system.labels] for system in self.systems]
-        turns: list[Turn] = []
-        places: list[tuple[int, int, int]] = []
+        moves: list[Flown] = []
         for step in course:
-            path = paths[step.robot]
-            way = [shown[step.robot][node] for node in (path[-1], *step.path)]
-            turns.append(Turn(step.robot, _without_repetitions(way)))
-            places.append((step.robot, len(path), len(path) + len(step.path)))
-            path += step.path
-        begin = [shown[robot][system.initial] for robot, system in enumerate(self.systems)]
-        together = stages(self.marks, begin, turns)
-        if together is None:
-            return None
-        found = tuple(map(tuple, together))
-        return CountedPlan(tuple(map(tuple, paths)), tuple(places), found, sum(self.costs(course)), bound, reached)
-
-    def has_room(self, plan: CountedPlan, rooms: Mapping[str, int]) -> bool:
-        """Tell whether small regions hold all robots that rest in them between two stages, and at the end.
-
-        Args:
-            plan: In stages.
-            rooms: How many robots small regions hold.
-        """
-        at = [path[0] for path in plan.paths]
-        for stage in plan.stages:
-            for robot, _, after in (plan.turns[turn] for turn in stage):
-                at[robot] = plan.paths[robot][after - 1]
-            resting = Counter(region for robot, node in enumerate(at) for region in self.systems[robot].nodes[node].regions)
-            if any(resting[region] > most for region, most in rooms.items()):
-                return False
-        return True
+            marks = [self._robots[step.robot].marks[node] for node in step.path]
+            moves.append(Flown(step.robot, step.path, tuple(shown for shown, _ in itertools.groupby(marks)), step.cost))
+        plan = in_stages(self.systems, self.marks, moves)
+        return None if plan is None else replace(plan, bound=bound, reached=reached)
 
     def _visits(self, robot: int, at: int, letters: frozenset[Letter]) -> Iterator[tuple[float, int]]:
         """Yield the nearest places at which a robot shows one of some letters, at rest, with what the ways cost."""
-        if not self._rests(robot, at):
-            return
-        costs, labels = self._ways(robot, at)[0], self.systems[robot].labels
-        there = ((cost, node) for node, cost in costs.items() if labels[node] in letters and self._rests(robot, node))
-        yield from heapq.nsmallest(_NEAREST, there)
+        rests, labels = self._robots[robot].rests, self.systems[robot].labels
+        if rests(at):
+            ways = self._ways(robot, at).costs.items()
+            there = ((cost, node) for node, cost in ways if labels[node] in letters and rests(node))
+            yield from sorted(there)[:_NEAREST]
 
     def _way(self, robot: int, at: int, target: int, task: int | None) -> Step | None:
         """Return the cheapest move from a node to another one; None where there is none."""
-        costs, before = self._ways(robot, at)
-        if target not in costs or target == at:
+        ways = self._ways(robot, at)
+        if target not in ways.costs or target == at:
             return None
-        path = [target]
-        while before[path[-1]] != at:
-            path.append(before[path[-1]])
-        return Step(robot, tuple(reversed(path)), costs[target], task)
+        return Step(robot, tuple(ways.path(target)[1:]), ways.costs[target], task)
 
-    def _ways(self, robot: int, at: int) -> tuple[dict[int, float], dict[int, int]]:
-        """Return what the ways from a node cost, and the node before each one on them."""
-        if (robot, at) not in self._known:
-            edges, before = self.systems[robot].edges, dict[int, int]()
-            costs, heap, closed = {at: 0.0}, [(0.0, at)], set[int]()
-            while heap:
-                cost, node = heapq.heappop(heap)
-                if node in closed:
-                    continue
-                closed.add(node)
-                for target, step in edges[node]:
-                    if cost + step < costs.get(target, math.inf):
-                        costs[target], before[target] = cost + step, node
-                        heapq.heappush(heap, (cost + step, target))
-            self._known[robot, at] = costs, before
-        return self._known[robot, at]
-
-    def _rests(self, robot: int, node: int) -> bool:
-        """Tell whether a robot at a node can wait there for others."""
-        found = self.systems[robot].nodes[node]
-        return node == self.systems[robot].initial or (not found.flying and found.leg is None and bool(found.regions))
-
-    def _ends(self, robot: int, node: int) -> bool:
-        final = self.systems[robot].final
-        return final is None or node in final
+    def _ways(self, robot: int, at: int) -> BestFirst[int]:
+        """Return the cheapest ways from a node, searched to their end."""
+        if (robot, at) not in self._searches:
+            found = self._searches[robot, at] = BestFirst([at], self.systems[robot].edges.__getitem__)
+            for _ in found:
+                pass
+        return self._searches[robot, at]
 
     def _along(self, robot: int, at: int, path: Sequence[int]) -> float:
         total = 0.0
@@ -240,8 +194,3 @@ class CountedCourses:
             total += min((cost for target, cost in self.systems[robot].edges[at] if target == node), default=math.inf)
             at = node
         return total
-
-
-def _without_repetitions(shown: Sequence[Sums]) -> tuple[Sums, ...]:
-    """Return marks along a way, the first ones those before it."""
-    return (shown[0], *(marks for marks, _ in itertools.groupby(shown[1:])))

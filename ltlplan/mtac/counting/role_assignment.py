@@ -1,4 +1,4 @@
-"""Who takes which part of a plan with counts: robots of one kind that are not named exchange parts that show the same letters."""
+"""Assignment of the parts of a counted plan to robots: robots of one kind that are not named exchange parts that show the same letters."""
 
 from __future__ import annotations
 
@@ -8,15 +8,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ltlplan.search.counting.planning import CountedPlan
+from ltlplan.search.counting.counted_plans import CountedPlan
+from ltlplan.search.least_cost_matching import cheapest_assignment
 from ltlplan.systems.transition_systems import TransitionSystem
-
-Floats = NDArray[np.float64]
-
-_FAR = 1e6
-"""Times the greatest price: what a part costs whoever cannot take it."""
 
 
 def taken_by_the_cheapest(
@@ -51,7 +46,9 @@ def taken_by_the_cheapest(
         prices[robot, part] = price(robot, path)
     if not np.isfinite(prices[robots, robots]).all():
         return plan
-    takes = _assigned(prices, longest=longest)
+    pairs = cheapest_assignment(prices, longest=longest)
+    assert pairs is not None  # each may keep its own
+    takes = [part for _, part in pairs]
     taker = {part: robot for robot, part in enumerate(takes)}
     if takes == list(robots):
         return plan
@@ -60,25 +57,6 @@ def taken_by_the_cheapest(
         paths=tuple(paths[robot, takes[robot]] for robot in robots),
         turns=tuple((taker[part], begin, end) for part, begin, end in plan.turns),
     )
-
-
-def _assigned(prices: Floats, *, longest: bool) -> list[int]:
-    """Return the part that each robot takes."""
-    from scipy.optimize import linear_sum_assignment  # here: it takes long to load, and few plans need it
-
-    finite = prices[np.isfinite(prices)]
-    far = _FAR * (1.0 + float(finite.max()))
-    if longest:
-        limits = np.unique(finite)
-        low, high = 0, len(limits) - 1  # the diagonal is an assignment
-        while low < high:
-            middle = (low + high) // 2
-            above = (prices > limits[middle]).astype(float)
-            rows, columns = linear_sum_assignment(above)
-            low, high = (low, middle) if above[rows, columns].sum() == 0 else (middle + 1, high)
-        prices = np.where(prices <= limits[low], prices, math.inf)
-    _, columns = linear_sum_assignment(np.where(np.isfinite(prices), prices, far))
-    return columns.tolist()
 
 
 def _path(systems: Sequence[TransitionSystem], plan: CountedPlan, robot: int, part: int) -> tuple[int, ...] | None:

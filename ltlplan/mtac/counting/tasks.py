@@ -17,6 +17,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
+from functools import cached_property
 
 from numpy.random import Generator
 
@@ -24,7 +25,6 @@ from ltlplan.allocation import Allocation, Context, Itinerary
 from ltlplan.logic.automaton import Automaton
 from ltlplan.logic.budget import Budget, TooLarge
 from ltlplan.logic.conjunction import conjunct_automaton, conjuncts
-from ltlplan.mtac.counting.bounds import gathering
 from ltlplan.mtac.counting.move_sequences import CountedCourses, Course
 from ltlplan.mtac.counting.role_assignment import taken_by_the_cheapest
 from ltlplan.mtac.tours.many_tasks import MANY
@@ -34,8 +34,11 @@ from ltlplan.paths.improvement import without_swings
 from ltlplan.paths.nominal import lay_path
 from ltlplan.search.assignment import asked_of
 from ltlplan.search.counting.capacities import small_rooms
+from ltlplan.search.counting.counted_plans import CountedPlan, has_room
 from ltlplan.search.counting.counting_propositions import Marks
-from ltlplan.search.counting.planning import CountedPlan, plan_counts
+from ltlplan.search.counting.course_search import CourseSearch
+from ltlplan.search.counting.planning import plan_counts
+from ltlplan.search.counting.symmetry_classes import CountedTeam, Rooms, TeamClasses
 from ltlplan.search.counting.synchronisation import HoversOutside, waits_of
 from ltlplan.search.endurance import require_endurance
 from ltlplan.search.itineraries import itinerary
@@ -104,16 +107,13 @@ class _Counted:
         self.systems = [self._systems.of(name) for name in mission.agents]
         self._asked = tuple(dict.fromkeys(conjuncts(asked_of(mission, self.systems))))
         self._atoms = {text: atom for part in self._asked for text, atom in atoms(part).items()}
-        self.kinds = self._told_apart()
+        self._alike = tuple(interchangeable(mission).values())
+        named = {atom.robot for atom in self._atoms.values()}  # robots of one key may take each other's parts
+        self.kinds = [f"{mission.alike_as(name)} {name if name in named else ''}" for name in mission.agents]
         self._rooms = small_rooms(mission, self.systems, capacities)
         self._prices: dict[tuple[str, Itinerary], float] = {}
         self.longest = mission.planner.objective == "longest"
         self._least = 0.0
-
-    def _told_apart(self) -> list[str]:
-        """Return a key for each robot that those have in common which may take each other's parts."""
-        named = {atom.robot for atom in self._atoms.values()}
-        return [f"{self.mission.alike_as(name)} {name if name in named else ''}" for name in self.mission.agents]
 
     def whole(self) -> CountedPlan | None:
         """Return a plan for all conjuncts at once; None where there is none, or none within the budget."""
@@ -133,18 +133,19 @@ class _Counted:
         if core is None:
             return None
         self._least = max(self._least, core.bound)
-        marks, asked = (Marks([conjunct_automaton(part) for part in parts], self._atoms) for parts in (self._asked, others))
-        courses = CountedCourses(self.systems, marks, asked)
+        courses = CountedCourses(self.systems, self._marks(self._asked), self._marks(others))
         letters = [frozenset(label for system in self.systems for label in system.labels if label & names) for names in tasks]
         course = _Visits(courses, letters, Objective(self.longest), rng).cheapest(courses.of(core))
         plan = None if course is None else courses.plan(course, bound=core.bound, reached=core.reached)
-        return plan if plan is not None and courses.has_room(plan, self._rooms) else None
+        return plan if plan is not None and has_room(self.systems, plan, self._rooms) else None
+
+    def _marks(self, parts: Sequence[Formula]) -> Marks:
+        return Marks([conjunct_automaton(part) for part in parts], self._atoms)
 
     def _planned(self, parts: Sequence[Formula], states: int) -> CountedPlan | None:
         automata: list[Automaton] = [conjunct_automaton(part) for part in parts]
-        kinds = list(interchangeable(self.mission).values())
         with suppress(TooLarge):
-            return plan_counts(self.systems, kinds, automata, self._atoms, Budget(states=states), rooms=self._rooms)
+            return plan_counts(self.systems, self._alike, automata, self._atoms, Budget(states=states), rooms=self._rooms)
         return None
 
     def price(self, robot: int, path: tuple[int, ...]) -> float:
@@ -162,13 +163,13 @@ class _Counted:
             return math.inf
         return without_swings(self.mission, name, path).cost  # as flown: nobody bends his into where another one waits
 
+    @cached_property
     def _at_least(self) -> float:
-        """Return what no plan costs less than, by straight lines: what numbers of robots cost, or how far those are who have to come."""
-        found = [self._least / (len(self.systems) if self.longest else 1)]
-        for part in self._asked:
-            far = sorted(gathering(self.systems, part, self._atoms))
-            found.append(max(far, default=0.0) if self.longest else sum(far))
-        return max(0.0, max(found) - _TIES)
+        """A lower bound on the cost of any plan, by straight lines: from the searches so far, and from the goals that robots must reach."""
+        team = CountedTeam(tuple(self.systems), self._alike, self._marks(self._asked), Rooms({}, passing=False), skips=True)
+        classes = TeamClasses(team, stays=True, apart=True).made()
+        found = self._least / (len(self.systems) if self.longest else 1)
+        return max(0.0, found - _TIES, CourseSearch(classes).least(longest=self.longest) - _TIES)
 
     def allocation(self, plan: CountedPlan) -> Allocation | None:
         """Return an allocation with who waits for whom; None where a robot would have to hover outside regions, or flies too long."""
@@ -181,7 +182,7 @@ class _Counted:
             return None
         priced = [self.price(robot, path) for robot, path in enumerate(plan.paths)]
         straight = team_cost(self.mission, [does.cost for does in robots.values()]) * unit_cost(self.mission)
-        least = self._at_least() * unit_cost(self.mission) if is_counted_by_legs(self.mission) else None
+        least = self._at_least * unit_cost(self.mission) if is_counted_by_legs(self.mission) else None
         notes = [
             f"MTAC-E priced {len(self._prices)} paths of parts that robots could take: who is where together was planned by numbers."
         ]

@@ -8,7 +8,6 @@ m tasks a round costs some multiple of n + m, as the best place of each task in 
 
 from __future__ import annotations
 
-import heapq
 import itertools
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -99,7 +98,7 @@ class Sharing:
                 best[other] = found
                 least = min(least, found)
                 if len(best) > 4 * count:
-                    best = dict(heapq.nsmallest(count, best.items(), key=lambda entry: entry[1]))
+                    best = dict(sorted(best.items(), key=lambda entry: entry[1])[:count])
         return sorted(best, key=lambda share: best[share])[:count]
 
     def refined(self, shares: Sequence[Share], count: int) -> list[Share]:
@@ -120,7 +119,7 @@ class Sharing:
                 best[other] = self.flown(other)
                 if best[other] <= best[now] * (1.0 + _WORSE):
                     now = other
-        return heapq.nsmallest(count, best, key=lambda share: best[share])
+        return sorted(best, key=lambda share: best[share])[:count]
 
     def flown(self, share: Share) -> float:
         """Return the objective of a share when each robot does its tasks in the cheapest order, ties broken."""
@@ -216,7 +215,7 @@ class Sharing:
                         bids.append((worth if factors is None else worth * factors[robot, task], robot, place))
                 if not bids:
                     return None
-                first, *second = heapq.nsmallest(2, bids)
+                first, *second = sorted(bids)
                 regret = second[0][0] - first[0] if second else math.inf
                 if chosen is None or regret > most:
                     chosen, most = (task, *first[1:]), regret

@@ -12,8 +12,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from copy import copy
 
-from ltlplan.logic.automaton import DEAD
-from ltlplan.logic.conjunct_automata import Part
+from ltlplan.logic.conjunct_automata import is_task, reached_states
 from ltlplan.logic.product_automaton import Task
 
 MOST_STATES = 64
@@ -39,9 +38,11 @@ class TaskKinds:
             lost: Conjuncts, by index, that are not to be free: some order of the robots was seen to break them.
         """
         self.parts = task.parts
-        self._reached = [_reached(part) for part in task.parts]
+        self._reached = [reached_states(part, MOST_STATES) for part in task.parts]
         self.readable = all(self._reached)
-        self.free = tuple(i for i in range(len(task.parts)) if self.readable and i not in lost and self._is_free(i))
+        self.free = tuple(
+            i for i in range(len(task.parts)) if self.readable and i not in lost and is_task(task.parts[i], self._reached[i])
+        )
         others = [i for i in range(len(task.parts)) if i not in self.free]
         self.own: tuple[int, ...] = tuple(i for i in others if not all(self.done_by(i, letter) for letter in starts))
         self.kept: tuple[int, ...] = tuple(i for i in others if i not in self.own)
@@ -66,26 +67,3 @@ class TaskKinds:
         """Return the states of which a conjunct's word is followed: the initial one, then the accepting ones."""
         part = self.parts[index]
         return (part.initial, *(s for s in self._reached[index] if s != part.initial and part.accepting(s)))
-
-    def _is_free(self, index: int) -> bool:
-        """Tell whether a conjunct is never lost, and what is done stays done."""
-        part = self.parts[index]
-        for state in self._reached[index]:
-            row = part.row(state)
-            if DEAD in row or (part.accepting(state) and not all(map(part.accepting, row))):
-                return False
-        return not part.accepting(part.initial)
-
-
-def _reached(part: Part) -> tuple[int, ...]:
-    """Return all states of a conjunct that letters lead to; none where there are too many."""
-    found = {part.initial: None}
-    waiting = [part.initial]
-    for state in waiting:  # grows while it is walked
-        for after in dict.fromkeys(part.row(state)):
-            if after != DEAD and after not in found:
-                found[after] = None
-                waiting.append(after)
-        if len(found) > MOST_STATES:
-            return ()
-    return tuple(found)

@@ -1,4 +1,4 @@
-"""What tasks cost robots, one after another: cheapest ways from task to task, each found once; or in the cheapest order.
+"""Costs of tasks for single robots, in a given order by cheapest legs, each found once, or in the cheapest order.
 
 A tour does tasks in a stated order, each by a cheapest way from where the one before was done, and is quick to change. A flight does them in
 whatever order costs least, by a search (A*), where they are few. Both are paths over the nodes that matter of the graph of the exact
@@ -9,15 +9,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from ltlplan.logic.automaton import DEAD
 from ltlplan.logic.conjunct_automata import Part
 from ltlplan.logic.product_automaton import Task
-from ltlplan.mtac.tours.cheapest_legs import Key, Leg, Place, Walk, Watched
 from ltlplan.mtac.tours.task_kinds import TaskKinds
-from ltlplan.search.label_setting import BestFirst
 from ltlplan.search.reduced_graph import ReducedGraph
+from ltlplan.search.robot_paths import is_done, path_search
 
 MOST_SEARCHED = 8
 """Tasks of one robot up to which the cheapest order is searched."""
@@ -27,8 +26,32 @@ STATES = 40_000
 
 _STATES_OF_ONE = 3_000
 _EPSILON = 1e-9
-_State = tuple[int, Watched, tuple[int, ...]]
-_DONE: _State = (-1, (), ())
+
+Watched = tuple[tuple[int, ...], ...]
+"""Of each conjunct that every robot watches: where its word has led the initial state and the accepting ones."""
+Place = tuple[int, Watched]
+"""A node of a robot's graph, and what it watches."""
+_State = tuple[Watched, tuple[int, ...]]
+"""What is watched, and the states of the free tasks."""
+
+
+@dataclass(frozen=True, slots=True)
+class Leg:
+    """A cheapest way on.
+
+    Attributes:
+        cost: Of the way.
+        end: Where it leads.
+        nodes: On the way, the first one left out.
+        letters: They show.
+        done: Free tasks of one letter that are done on the way.
+    """
+
+    cost: float
+    end: Place
+    nodes: tuple[int, ...]
+    letters: tuple[int, ...]
+    done: frozenset[int]
 
 
 @dataclass(frozen=True, slots=True)
@@ -195,22 +218,16 @@ class Tours:
         parts = [self._parts[task] for task in free]
         own = frozenset(tasks.intersection(self._own))
 
-        def successors(key: _State) -> Iterator[tuple[_State, float]]:
-            node, watched, states = key
-            here = graph.successors(robot, node)
-            if here.ending is not None and self._may_end(watched, own) and all(map(_accepting, parts, states)):
-                yield _DONE, here.ending
-            for target, step in here.edges:
-                letter = label[target]
-                after = self._read(watched, letter)
-                if after is not None:
-                    yield (target, after, tuple([p.row(s)[letter] for p, s in zip(parts, states, strict=True)])), step
+        def read(state: _State, letter: int) -> _State | None:
+            after = self._read(state[0], letter)
+            return None if after is None else (after, tuple([p.row(s)[letter] for p, s in zip(parts, state[1], strict=True)]))
 
-        def left(key: _State) -> float:
-            node, watched, states = key
+        def may_end(state: _State) -> bool:
+            return self._may_end(state[0], own) and all(map(_accepting, parts, state[1]))
+
+        def left(key: tuple[int, _State]) -> float:
+            node, (watched, states) = key
             far = 0.0
-            if key == _DONE:
-                return far
             for task, part, state in zip(free, parts, states, strict=True):
                 if not part.accepting(state):
                     leg = self._leg(robot, (node, watched), task, state)
@@ -218,21 +235,19 @@ class Tours:
             return far
 
         letter = label[graph.start[robot]]
-        first = graph.start[robot], begun, tuple([part.row(part.initial)[letter] for part in parts])
-        search = BestFirst([first], successors, left)
+        first: _State = begun, tuple([part.row(part.initial)[letter] for part in parts])
+        search = path_search(graph, robot, (graph.start[robot], first), read, may_end, left)
         for explored, (key, cost, _) in enumerate(search, start=1):
             self.states_left -= 1
-            if key == _DONE:
+            if is_done(key):
                 path = search.path(key)[:-1]
                 if cost > self._most[robot]:
                     return None
-                done = {
-                    task: [part.accepting(at[2][i]) for at in path].index(True)
-                    for i, (task, part) in enumerate(zip(free, parts, strict=True))
-                }
-                for task in own:
-                    done[task] = [self._parts[task].accepting(at[1][self._own[task]][0]) for at in path].index(True)
-                return Tour(tuple(sorted(tasks, key=done.__getitem__)), cost, (), tuple(node for node, _, _ in path))
+                states = [
+                    dict(zip(free, at[1], strict=True)) | {t: at[0][i][0] for t, i in self._own.items()} for _, at in path
+                ]
+                done = {task: [self._parts[task].accepting(at[task]) for at in states].index(True) for task in tasks}
+                return Tour(tuple(sorted(tasks, key=done.__getitem__)), cost, (), tuple(node for node, _ in path))
             if explored > _STATES_OF_ONE or self.states_left <= 0:
                 break
         return None
@@ -274,22 +289,29 @@ class Tours:
                 self._legs[here] = self._legs_from(robot, at)
             return self._legs[here].get(task)
         if (here, task, state) not in self._slow_legs:
-            walk = Walk(self._graph, self._read, robot, at, (self._parts[task], state))
-            end = next((key for _, key in walk if self._parts[task].accepting(key[2])), None)
-            self._slow_legs[here, task, state] = None if end is None else self._found(walk, end)
+            part = self._parts[task]
+
+            def read(key: tuple[Watched, int], letter: int) -> tuple[Watched, int] | None:
+                after = self._read(key[0], letter)
+                return None if after is None else (after, part.row(key[1])[letter])
+
+            search = path_search(self._graph, robot, (at[0], (at[1], state)), read)
+            end = next((key for key, _, _ in search if part.accepting(key[1][1])), None)
+            path = [] if end is None else [(node, watched) for node, (watched, _) in search.path(end)]
+            self._slow_legs[here, task, state] = None if end is None else self._as_leg(robot, path, search.costs[end])
         return self._slow_legs[here, task, state]
 
     def _legs_from(self, robot: int, at: Place) -> dict[int, Leg]:
         """Return the cheapest ways to do each task of one letter, and each own task."""
         found: dict[int, Leg] = {}
         ask = set(self.tasks).difference(self._slow)
-        walk = Walk(self._graph, self._read, robot, at)
-        for _, key in walk:
-            node, watched, _ = key
+        search = path_search(self._graph, robot, at, self._read)
+        for key, cost, _ in search:
+            node, watched = key
             new = ask & self._doing.get(self._graph.label[robot][node], frozenset())
             new |= {task for task in self._own if task in ask and self._parts[task].accepting(watched[self._own[task]][0])}
             if new:
-                found.update(dict.fromkeys(new, self._found(walk, key)))
+                found.update(dict.fromkeys(new, self._as_leg(robot, search.path(key), cost)))
                 ask -= new
                 if not ask:
                     break
@@ -300,22 +322,17 @@ class Tours:
         own = frozenset(tasks).intersection(self._own)
         name = (*self._graph.key(robot, at[0]), at[1], own)
         if name not in self._finishes:
-            best, end = math.inf, None
-            walk = Walk(self._graph, self._read, robot, at)
-            for cost, key in walk:
-                if cost >= best:
-                    break
-                ending = self._graph.successors(robot, key[0]).ending
-                if ending is not None and cost + ending < best and self._may_end(key[1], own):
-                    best, end = cost + ending, key
-            self._finishes[name] = None if end is None else replace(self._found(walk, end), cost=best)
+            search = path_search(self._graph, robot, at, self._read, lambda watched: self._may_end(watched, own))
+            found = next(((key, cost) for key, cost, _ in search if is_done(key)), None)
+            self._finishes[name] = None if found is None else self._as_leg(robot, search.path(found[0])[:-1], found[1])
         return self._finishes[name]
 
-    def _found(self, walk: Walk, end: Key) -> Leg:
-        nodes = walk.nodes_to(end)
-        letters = tuple(self._graph.label[walk.robot][node] for node in nodes)
+    def _as_leg(self, robot: int, path: Sequence[Place], cost: float) -> Leg:
+        """Return a way as a leg; its first place is where it begins."""
+        nodes = tuple(node for node, _ in path[1:])
+        letters = tuple(self._graph.label[robot][node] for node in nodes)
         done = frozenset[int]().union(*(self._doing.get(letter, ()) for letter in letters))
-        return Leg(walk.costs[end], (end[0], end[1]), nodes, letters, done)
+        return Leg(cost, path[-1], nodes, letters, done)
 
 
 def _accepting(part: Part, state: int) -> bool:

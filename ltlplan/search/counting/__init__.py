@@ -1,9 +1,8 @@
-"""Plans for formulas of `team: joint` that count robots or name them: who is where, as numbers, and who waits for whom.
+"""Plans for formulas of `team: joint` that count robots or name them: the number of robots in each place, and the waits between them.
 
-Read `planning` first. `counting_propositions` says what a formula sees of the team, `moves` what a robot can do from one rest to the next, and
-`symmetry_classes` which robots can do the same. `counter_search` searches over how many robots rest where, `minmax_search` over what each of them pays, with
-lower bounds from each conjunct (`conjunct_bound`) and from where the robots are (`landmarks`, `cover_bound`). `concurrent_steps` lets robots fly at the same
-time where the formula allows every order, and says who must have arrived before who may set out.
-`capacities` bounds the robots in a region, `classes` joins places that are alike, `synchronisation` turns steps into waits, and
-`conflicting_conjuncts` explains why there is no plan.
+Read `planning` first: the tries, and the searches of each. `counting_propositions` turns letters of robots into sums, `moves` lists a robot's moves from
+one rest to the next, and `symmetry_classes` joins the places of robots that can do the same into `classes`. `reading` is the team as the shared
+searches walk it, and `course_search` searches its courses; lower bounds are in `ltlplan.search.bounds`. `counted_plans` puts moves into
+`concurrent_steps` where the formula allows every order, and `synchronisation` turns these into waits. `capacities` bounds the robots in a region,
+and `conflicting_conjuncts` explains why there is no plan.
 """

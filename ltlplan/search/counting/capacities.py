@@ -1,4 +1,4 @@
-"""How many robots a region holds at most, at their separation: an upper bound that is proved, never a guess of how many fit.
+"""Upper bounds on the number of robots in a region, at their separation: proved, never a guess of how many fit.
 
 Robots that are surely in a region have their centres in it less the margin, and any two of them keep a least distance d. Of n points
 within a radius R of some point, squared distances to each other add up to at most n^2 R^2 (Rankin 1955), so that n is no more than

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from operator import sub
 
 from ltlplan.search.counting.counting_propositions import Marks, Sums
 
@@ -51,8 +53,25 @@ class Crowd:
 
 
 @dataclass(frozen=True, slots=True)
+class Change:
+    """What one robot's move changes.
+
+    Attributes:
+        move: The move.
+        letters: For each of its letters the difference to the sums of marks before the move.
+        end: The difference after the move.
+        entered: Small regions, by number, that the robot enters.
+    """
+
+    move: ClassMove
+    letters: tuple[Sums, ...]
+    end: Sums
+    entered: tuple[int, ...]
+
+
+@dataclass(frozen=True)
 class Classes:
-    """What a team can do, over classes that are numbered.
+    """The abilities of a team, over classes that are numbered.
 
     Attributes:
         marks: What the formula sees.
@@ -69,6 +88,27 @@ class Classes:
     moves: tuple[tuple[ClassMove, ...], ...]
     begin: Numbers
     crowds: tuple[Crowd, ...] = ()
+
+    @cached_property
+    def changes(self) -> list[list[Change]]:
+        """The moves from each class, with what they change."""
+        return [[self._change(move) for move in found] for found in self.moves]
+
+    def _change(self, move: ClassMove) -> Change:
+        before = self.resting[move.source]
+        letters = tuple(tuple(map(sub, marks, before)) for marks in move.marks)
+        entered = (
+            k for k, crowd in enumerate(self.crowds) if move.target in crowd.classes and move.source not in crowd.classes
+        )
+        return Change(move, letters, tuple(map(sub, self.resting[move.target], before)), tuple(entered))
+
+    def may_end(self, numbers: Numbers) -> bool:
+        """Tell whether the flights of all robots may end.
+
+        Args:
+            numbers: How many rest in each class.
+        """
+        return all(end or not count for end, count in zip(self.ends, numbers, strict=True))
 
     def sums(self, numbers: Numbers) -> Sums:
         """Return how many robots make each mark.

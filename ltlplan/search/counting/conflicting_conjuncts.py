@@ -1,4 +1,4 @@
-"""Why no plan keeps a formula that counts robots: the parts of it that cannot hold together."""
+"""Explanations of unsatisfiable formulas that count robots: the parts that cannot hold together."""
 
 from __future__ import annotations
 

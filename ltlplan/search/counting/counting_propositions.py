@@ -1,4 +1,4 @@
-"""What a formula that counts robots sees of a team: sums of marks that each robot's letter makes."""
+"""Counting propositions: sums over the team of marks that each robot's letter makes (cLTL+: Sahin, Nilsson and Ozay 2020)."""
 
 from __future__ import annotations
 

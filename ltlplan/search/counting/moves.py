@@ -1,4 +1,4 @@
-"""What a robot can do from one rest to the next: fly to another region, or to one where it acts and on to another.
+"""Moves of a robot from one rest to the next: a flight to another region, or to one where it acts and on to another.
 
 Robots rest at their starts and in the middles of regions. An action happens at some time of a visit, so a robot that acts
 flies on within the same move: once it has come to rest again the action is done for sure. Where nobody waits for that it may also stay
@@ -10,18 +10,21 @@ do while it still rests where it was. So on a grid of which a formula names few 
 
 from __future__ import annotations
 
-import heapq
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
 from ltlplan.search.counting.counting_propositions import Sums
+from ltlplan.search.label_setting import Label, ParetoSearch
 from ltlplan.systems.transition_systems import TransitionSystem
 from verify.data import Letter
 
 MOST_ACTIONS = 2
 """Actions of a robot in one move, in one region or in two."""
 _ACT = 2e-9  # of equally dear ways the one with the fewest actions is taken
+
+_State = tuple[int, tuple[Sums, ...], bool]
+"""A node, the marks on the way to it, and whether the last step acted."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,34 +101,43 @@ class RobotMoves:
         )
 
     def _moves(self, start: int) -> Iterator[Move]:
-        """Yield the cheapest way to each rest, for all marks that are made on the way."""
-        system = self.system
-        # cost, nodes on the way, marks, actions since the last rest, whether the last step acted
-        heap: list[tuple[float, tuple[int, ...], tuple[Sums, ...], int, bool]] = [(0.0, (), (), 0, False)]
-        seen: dict[tuple[int, tuple[Sums, ...], bool], int] = {}  # with as many actions, the least so far
-        while heap:
-            cost, path, shown, acted, acting = heapq.heappop(heap)
-            at = path[-1] if path else start
-            known = seen.get((at, shown, acting), MOST_ACTIONS + 1)
-            if known <= acted:
-                continue
-            seen[at, shown, acting] = acted
-            arrived = bool(path) and self.rests(at) and not acting
-            flies_on = self._skips and not shown and (self.ends(start) or not self.ends(at))
+        """Yield the cheapest way to each rest, for all marks that are made on the way.
+
+        Labels are the ways to a node with the same marks, whose last step acted or did not; what counts is the cost, and the actions since the
+        last rest.
+        """
+        seen = set[_State]()
+        begin: Label[_State] = Label((start, (), False), (0.0, 0.0), 0.0, (0.0,))
+        for label in ParetoSearch([begin], partial(self._onwards, start)):
+            assert label.state is not None
+            at, shown, acting = label.state
+            cost, *path = label.rank
             stays = self._stays and bool(path) and (acting or self._gone(at)) and self.ends(at)
-            if not flies_on and (arrived or stays) and known > MOST_ACTIONS:
-                yield Move(at, shown, cost, path, last=stays)
-            if arrived or acting or not path:  # here it may act, and then must fly on
-                acted = 0 if flies_on and not acting else acted
-                for target, step in self._acts[at] if acted < MOST_ACTIONS else ():
-                    heapq.heappush(
-                        heap, (cost + step + _ACT, (*path, target), self._longer(start, shown, target), acted + 1, True)
-                    )
-            if arrived and not flies_on:
-                continue
-            for target, step in system.edges[at]:
-                if target != start and (target, step) not in self._acts[at]:
-                    heapq.heappush(heap, (cost + step, (*path, target), self._longer(start, shown, target), acted, False))
+            arrived = bool(path) and self.rests(at) and not acting
+            if (arrived or stays) and label.state not in seen and not self._flies_on(start, label.state):
+                yield Move(at, shown, cost, tuple(map(int, path)), last=stays)
+            seen.add(label.state)
+
+    def _onwards(self, start: int, label: Label[_State]) -> Iterator[Label[_State]]:
+        """Yield the labels after one more step: an action where the robot is, or a leg where it need not rest."""
+        assert label.state is not None
+        (at, shown, acting), (cost, acted) = label.state, label.paid
+        begins, flies_on = label.before is None, self._flies_on(start, label.state)
+        arrived = not begins and self.rests(at) and not acting
+        steps: list[tuple[int, float, float, bool]] = []
+        if arrived or acting or begins:  # here it may act, and then must fly on
+            acted = 0.0 if flies_on and not acting else acted
+            steps += [(t, cost + step + _ACT, acted + 1, True) for t, step in self._acts[at] if acted < MOST_ACTIONS]
+        if not arrived or flies_on:
+            legs = (edge for edge in self.system.edges[at] if edge[0] != start and edge not in self._acts[at])
+            steps += [(target, cost + step, acted, False) for target, step in legs]
+        for target, total, actions, acts in steps:
+            state = target, self._longer(start, shown, target), acts
+            yield Label(state, (total, actions), total, (total, *label.rank[1:], target), label)
+
+    def _flies_on(self, start: int, state: _State) -> bool:
+        """Tell whether a rest is left out, as the formula sees nothing new of it."""
+        return self._skips and not state[1] and (self.ends(start) or not self.ends(state[0]))
 
     def _gone(self, node: int) -> bool:
         found = self.system.nodes[node]

@@ -4,17 +4,18 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
+from ltlplan.search.bounds.counted_landmarks import never_made
 from ltlplan.search.counting.classes import Classes, ClassMove, Crowd, numbers_of
-from ltlplan.search.counting.concurrent_steps import Turn, stages
-from ltlplan.search.counting.counter_search import Course
+from ltlplan.search.counting.counted_plans import CountedPlan, Flown, in_stages
 from ltlplan.search.counting.counting_propositions import Marks, Sums
-from ltlplan.search.counting.landmarks import never_made
 from ltlplan.search.counting.moves import Move, RobotMoves
+from ltlplan.search.counting.reading import Course
+from ltlplan.search.least_cost_matching import cheapest_assignment
 from ltlplan.systems.transition_systems import Node, TransitionSystem
 from verify.data import InternalError
 
@@ -22,29 +23,6 @@ _Class = tuple[object, ...]
 """What robots at rest have in common that can do the same and are not told apart."""
 _Way = tuple[Node, bool, tuple[Sums, ...]]
 """A move's target, whether the robot stays there, and what it shows on the way."""
-
-
-@dataclass(frozen=True, slots=True)
-class CountedPlan:
-    """What robots do, and who waits for whom.
-
-    Attributes:
-        paths: Nodes of each robot's system.
-        turns: In an order that does what is asked: (robot, places in its path before and after that move).
-        stages: Turns, by index, that are made at the same time; those of one stage begin when all of the one before have ended.
-        cost: Sum over the robots, or that of the dearest.
-        bound: No plan that makes one move after another costs less.
-        reached: States that were seen.
-        stays: Whether some robot stays for good where nobody can wait for it.
-    """
-
-    paths: tuple[tuple[int, ...], ...]
-    turns: tuple[tuple[int, int, int], ...]
-    stages: tuple[tuple[int, ...], ...]
-    cost: float
-    bound: float
-    reached: int
-    stays: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,16 +64,20 @@ class TeamClasses:
 
     Args:
         team: Who there is.
-        stays: Whether robots may stay for good where nobody can wait for them.
-        apart: Whether robots whose ways from their starts cost them differently are told apart; else all that can do the same go at the
-            cost of the nearest.
+        stays: Whether robots may stay for good where no robot can wait for them.
+        hovers: Whether robots also rest just outside regions that they have left, while others fly.
+        apart: Whether robots whose first moves cost them differently are distinguished; otherwise all that can do the same go at the cost
+            of the nearest.
         robots: Their moves, where they are known.
     """
 
-    def __init__(self, team: CountedTeam, *, stays: bool, apart: bool = False, robots: Sequence[RobotMoves] = ()) -> None:
+    def __init__(
+        self, team: CountedTeam, *, stays: bool, hovers: bool = False, apart: bool = False, robots: Sequence[RobotMoves] = ()
+    ) -> None:
         self.team, self.systems, self.marks, self._apart = team, team.systems, team.marks, apart
         self.robots = tuple(robots) or tuple(
-            RobotMoves(system, partial(self.marks.of, system.robot), stays=stays, skips=team.skips) for system in team.systems
+            RobotMoves(system, partial(self.marks.of, system.robot), stays=stays, skips=team.skips, hovers=hovers)
+            for system in team.systems
         )
         self._stays = stays
         self.kinds = [
@@ -127,8 +109,8 @@ class TeamClasses:
     def _way(self, robot: int, move: Move) -> _Way:
         return self.systems[robot].nodes[move.target], move.last, move.shown
 
-    def told_apart(self) -> TeamClasses:
-        """Return the classes of robots that are told apart by what their first moves cost."""
+    def distinguished(self) -> TeamClasses:
+        """Return the classes of robots that are distinguished by the costs of their first moves."""
         return TeamClasses(self.team, stays=self._stays, apart=True, robots=self.robots)
 
     def made(self) -> Classes:
@@ -171,7 +153,9 @@ class TeamClasses:
         Args:
             course: Found in a search over these classes.
         """
-        return sum(move.cost for _, move in self._flown(course))
+        flown = self._flown(course)
+        own = [sum(move.cost for who, move in flown if who == robot) for robot in range(len(self.systems))]
+        return max(own) if self.team.longest else sum(own)
 
     def plan(self, course: Course) -> CountedPlan:
         """Return what each robot does in a course, and the stages.
@@ -180,47 +164,31 @@ class TeamClasses:
             course: Found in a search over these classes.
 
         Raises:
-            InternalError: The course does not do what is asked: a bug of ours.
+            InternalError: The course violates the formula: a bug of ours.
         """
         flown = self._flown(course)
-        own = [sum(move.cost for who, move in flown if who == robot) for robot in range(len(self.systems))]
-        paths = [[system.initial] for system in self.systems]
-        turns: list[Turn] = []
-        places: list[tuple[int, int, int]] = []
-        for (robot, move), step in zip(flown, course.moves, strict=True):
-            path = paths[robot]
-            places.append((robot, len(path), len(path) + len(move.path)))
-            turns.append(Turn(robot, (self._marks(robot, path[-1]), *step.marks)))
-            path += move.path
-        begin = [self._marks(robot, system.initial) for robot, system in enumerate(self.systems)]
-        together = stages(self.marks, begin, turns)
-        if together is None:
+        steps = [
+            Flown(robot, move.path, step.marks, move.cost) for (robot, move), step in zip(flown, course.moves, strict=True)
+        ]
+        found = in_stages(self.systems, self.marks, steps)
+        if found is None:
             raise InternalError("The words of a plan with counts do not keep the formula. This is a bug of ltlplan's.")
-        return CountedPlan(
-            tuple(map(tuple, paths)),
-            tuple(places),
-            tuple(map(tuple, together)),
-            max(own) if self.team.longest else sum(own),
-            course.bound,
-            course.reached,
-            any(move.last for _, move in flown),
-        )
+        return replace(found, cost=self.cost(course), stays=any(move.last for _, move in flown))
 
     def _flown(self, course: Course) -> list[tuple[int, Move]]:
         """Return each move of a course as the robot's that makes it."""
         at = [system.initial for system in self.systems]
         found: list[tuple[int, Move]] = []
-        for robot, step in zip(course.who or self._who(course), course.moves, strict=True):
+        for robot, step in zip(course.robots or self._robots(course), course.moves, strict=True):
             found.append((robot, next(move for move in self.robots[robot].of(at[robot]) if self._way(robot, move) == step.key)))
             at[robot] = found[-1][1].target
         return found
 
-    def _who(self, course: Course) -> list[int]:
+    def _robots(self, course: Course) -> list[int]:
         """Return which robot makes each move: first moves from starts go to robots at the least cost, all others in turn."""
         waiting: dict[int, deque[int]] = {}
         roles: list[tuple[int, ClassMove]] = []  # of each role its start's class and first move
         made: list[int] = []
-        started = [0] * len(self.classes)
         for move in course.moves:
             queue = waiting.setdefault(move.source, deque())
             if queue:
@@ -228,18 +196,14 @@ class TeamClasses:
             else:
                 role = len(roles)
                 roles.append((move.source, move))
-                started[move.source] += 1
             made.append(role)
             waiting.setdefault(move.target, deque()).append(role)
-        from scipy.optimize import linear_sum_assignment  # here: it takes long to load, and few plans need it
-
         robot_of: dict[int, int] = {}
         for at in sorted({place for place, _ in roles}):
             mine = [robot for robot, place in enumerate(self.start) if place == at]
             asked = [role for role, (place, _) in enumerate(roles) if place == at]
             prices = np.array([[self._price(robot, roles[role][1]) for role in asked] for robot in mine])
-            for row, column in zip(*linear_sum_assignment(prices), strict=True):
-                robot_of[asked[column]] = mine[row]
+            robot_of |= {asked[column]: mine[row] for row, column in cheapest_assignment(prices, longest=False) or ()}
         return [robot_of[role] for role in made]
 
     def _price(self, robot: int, step: ClassMove) -> float:

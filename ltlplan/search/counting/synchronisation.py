@@ -1,11 +1,11 @@
-"""From stages to waits: who must have arrived before who sets out, or acts."""
+"""Waits between concurrent steps: which robot must have arrived before which other one sets out, or acts."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from itertools import accumulate, pairwise
 
-from ltlplan.search.counting.symmetry_classes import CountedPlan
+from ltlplan.search.counting.counted_plans import CountedPlan
 from ltlplan.search.orders.event_names import Names
 from ltlplan.systems.transition_systems import TransitionSystem
 from ltlplan.systems.visit_log import VisitLog

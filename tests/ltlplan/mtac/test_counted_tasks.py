@@ -5,8 +5,11 @@ from random import Random
 import pytest
 
 import ltlplan
-from ltlplan.mtac.counting.bounds import gathering
+from ltlplan.logic.conjunction import conjunct_automata
 from ltlplan.pipeline import certified_team
+from ltlplan.search.counting.counting_propositions import Marks
+from ltlplan.search.counting.course_search import CourseSearch
+from ltlplan.search.counting.symmetry_classes import CountedTeam, Rooms, TeamClasses
 from ltlplan.search.exact import assign
 from ltlplan.systems.robot_systems import Systems
 from tests.helpers.random_counts import random_counting_formula
@@ -98,11 +101,12 @@ def test_a_robot_that_is_named_keeps_its_part():
 @pytest.mark.parametrize("formula", ["F(count(a) >= 2)", "F all(b)", "F(quad1.d & count(a) >= 2)", "F some(c)"])
 def test_how_far_robots_have_to_come_is_a_lower_bound(formula):
     mission = team(formula, objective="longest")
-    systems = Systems(mission)
-    each = [systems.of(name) for name in mission.agents]
-    far = gathering(each, mission.formula, atoms(mission.formula))
-    assert sum(far) <= assign(team(formula)).cost + 1e-6
-    assert max(far, default=0.0) <= assign(mission).cost + 1e-6
+    each = tuple(Systems(mission).of(name) for name in mission.agents)
+    marks = Marks(conjunct_automata(mission.formula, "finite"), atoms(mission.formula))
+    counted = CountedTeam(each, ("",) * len(each), marks, Rooms({}, passing=False), skips=True)
+    search = CourseSearch(TeamClasses(counted, stays=True, apart=True).made())
+    assert 0.0 < search.least() <= assign(team(formula)).cost + 1e-6
+    assert 0.0 < search.least(longest=True) <= assign(mission).cost + 1e-6
 
 
 @pytest.mark.slow

@@ -8,6 +8,7 @@ import pytest
 from ltlplan.online_mtac import cross_entropy as online
 from ltlplan.online_mtac.cross_entropy import OnlineSettings
 from tests.helpers.few import few_of
+from tests.helpers.online_cross_entropy import ask, beta, tell
 from verify.data import BadInput
 
 ALL = np.ones(1, dtype=bool)
@@ -23,7 +24,7 @@ def follow(chosen, steps, rng):
     for _ in range(steps):
         costs = rng.exponential(2.0, size=40)
         yield state.threshold, costs
-        state = online.tell(state, np.zeros((40, 1, 1)), costs, np.ones(40, bool), settings=chosen)
+        state = tell(state, np.zeros((40, 1, 1)), costs, np.ones(40, bool), settings=chosen)
 
 
 @few_of(1, "elite", [0.05, *(pytest.param(elite, marks=pytest.mark.slow) for elite in (0.1, 0.3)), 0.5])
@@ -44,9 +45,9 @@ def test_the_mean_converges_on_a_quadratic():
     best = np.array([[1.0, -0.5, 0.8]])
     state = online.start(np.zeros((8, 1, 3)), 0.5, rng, settings=chosen)
     for _ in range(4000):
-        paths = online.ask(state, rng)
+        paths = ask(state, rng)
         costs = np.sum((paths - best) ** 2, axis=(1, 2))
-        state = online.tell(state, paths, costs, np.ones(8, bool), settings=chosen)
+        state = tell(state, paths, costs, np.ones(8, bool), settings=chosen)
     assert np.abs(state.mean - best).max() < 0.05
     assert np.linalg.norm(state.root, axis=(2, 3)).max() < 0.1
 
@@ -54,17 +55,15 @@ def test_the_mean_converges_on_a_quadratic():
 def test_an_elite_lowers_the_threshold_and_others_raise_it():
     state = rows(3, weight=0.0)
     state = online.OnlineState(*(np.ones(3) if n == "threshold" else getattr(state, n) for n in online.OnlineState.__slots__))
-    after = online.tell(
-        state, np.zeros((3, 1, 2)), np.array([0.5, 1.0, 1.5]), np.ones(3, bool), settings=OnlineSettings(weight=0.0)
-    )
+    after = tell(state, np.zeros((3, 1, 2)), np.array([0.5, 1.0, 1.5]), np.ones(3, bool), settings=OnlineSettings(weight=0.0))
     assert after.threshold == pytest.approx(1 + state.step * [-0.9, -0.9, 0.1])
     assert after.found.tolist() == [1, 1, 0]
     assert after.step == pytest.approx(state.step)
 
 
 def test_paths_that_miss_the_hoop_leave_the_row_alone():
-    state = online.tell(rows(1), np.zeros((1, 1, 2)), np.array([2.0]), ALL, settings=OnlineSettings())
-    missed = online.tell(state, np.ones((1, 1, 2)), np.array([0.1]), ~ALL, settings=OnlineSettings())
+    state = tell(rows(1), np.zeros((1, 1, 2)), np.array([2.0]), ALL, settings=OnlineSettings())
+    missed = tell(state, np.ones((1, 1, 2)), np.array([0.1]), ~ALL, settings=OnlineSettings())
     for name in ("threshold", "step", "cost", "mean", "root", "elites", "found"):
         assert np.array_equal(getattr(missed, name), getattr(state, name), equal_nan=True), name
     assert missed.count == state.count + 1
@@ -82,7 +81,7 @@ def test_delta_follows_the_printed_recursion():
             share = 0.1 * math.exp(-0.01 * step)
             delta = (1 - share) * delta + share * abs(cost - last)
         last = cost
-        state = online.tell(state, online.ask(state, rng), np.array([cost]), ALL, settings=chosen)
+        state = tell(state, ask(state, rng), np.array([cost]), ALL, settings=chosen)
         assert float(state.step[0]) == pytest.approx(delta)
 
 
@@ -91,16 +90,14 @@ def test_delta_is_first_the_quantile_step_and_then_not_computed_again():
     state = online.start(np.zeros((2, 3, 3)), 0.05, rng, settings=OnlineSettings(weight=0.0))
     before = state.step
     for _ in range(5):
-        state = online.tell(
-            state, online.ask(state, rng), rng.normal(size=2), np.ones(2, bool), settings=OnlineSettings(weight=0.0)
-        )
+        state = tell(state, ask(state, rng), rng.normal(size=2), np.ones(2, bool), settings=OnlineSettings(weight=0.0))
     assert np.array_equal(state.step, before)
     assert np.all(before > 0)
 
 
 def test_beta_is_the_papers():
-    assert online.beta(0) == pytest.approx(0.01)
-    assert online.beta(1000) == pytest.approx(0.01 * math.exp(-1.0))
+    assert beta(0) == pytest.approx(0.01)
+    assert beta(1000) == pytest.approx(0.01 * math.exp(-1.0))
 
 
 def test_rows_do_not_see_each_other():
@@ -109,7 +106,7 @@ def test_rows_do_not_see_each_other():
     state = online.start(np.zeros((2, 1, 2)), 0.1, rng, settings=chosen)
     only_first = np.array([True, False])
     for _ in range(30):
-        state = online.tell(state, online.ask(state, rng), rng.normal(size=2), only_first, settings=chosen)
+        state = tell(state, ask(state, rng), rng.normal(size=2), only_first, settings=chosen)
     assert state.found[1] == 0
     assert np.isnan(state.threshold[1])
     assert np.array_equal(state.mean[1], np.zeros((1, 2)))
@@ -121,8 +118,8 @@ def test_the_same_seed_gives_the_same_bytes():
         rng = np.random.default_rng(42)
         state = online.start(np.zeros((3, 2, 3)), 0.3, rng, settings=chosen)
         for _ in range(300):
-            paths = online.ask(state, rng)
-            state = online.tell(state, paths, np.sum(paths**2, axis=(1, 2)), np.ones(3, bool), settings=chosen)
+            paths = ask(state, rng)
+            state = tell(state, paths, np.sum(paths**2, axis=(1, 2)), np.ones(3, bool), settings=chosen)
         return state.mean.tobytes(), state.threshold.tobytes()
 
     assert run() == run()
@@ -152,7 +149,7 @@ def test_paths_told_together_are_told_one_after_another():
         costs = np.sum(paths**2, axis=(1, 2))
         valid = rng.random(8) < 0.8
         for path, cost, good in zip(paths, costs, valid, strict=True):
-            one = online.tell(one, path[None], np.array([cost]), np.array([good]), settings=chosen)
+            one = tell(one, path[None], np.array([cost]), np.array([good]), settings=chosen)
         together = online.tell_all(together, paths, costs, valid, settings=chosen)
         for name in online.OnlineState.__slots__:
             assert getattr(one, name) == pytest.approx(getattr(together, name), nan_ok=True), name

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import ltlplan
-from ltlplan.online_mtac.possible_states import admits, at_start, can_finish
+from ltlplan.online_mtac.possible_states import admits, at_start, can_finish, follow
 from tests.strategies import formulas
 from verify.data import BadInput
 
@@ -144,6 +144,7 @@ def test_the_gate_keeps_apart_what_fails_side_by_side():
     after = belief.after("x", x[0])
     assert not admits(after, {"y": y[:1]}, {"x": x[1:], "y": y[1:]})
     assert can_finish(after, {"x": x[1:], "y": y})
+    assert not can_finish(follow(after, (("y", letter) for letter in y)), {"x": x[1:]}), "only x before y"
 
 
 def test_joint_missions_read_unions():

@@ -7,15 +7,13 @@ from random import Random
 
 import pytest
 
-from ltlplan.logic.budget import Budget
 from ltlplan.logic.conjunction import conjunct_automata
+from ltlplan.search.bounds.counted_conjuncts import ConjunctBound
+from ltlplan.search.bounds.counted_landmarks import CountedLandmarks
+from ltlplan.search.bounds.goal_cover import GoalCover
 from ltlplan.search.counting.classes import Classes, ClassMove, numbers_of
-from ltlplan.search.counting.conjunct_bound import ConjunctBound
-from ltlplan.search.counting.counter_search import NumberSearch
 from ltlplan.search.counting.counting_propositions import Marks
-from ltlplan.search.counting.cover_bound import CoverBound
-from ltlplan.search.counting.landmarks import Landmarks
-from ltlplan.search.counting.minmax_search import cheapest_dearest
+from ltlplan.search.counting.course_search import CourseSearch
 from tests.helpers.random_counts import random_counting_formula
 from verify.data import parse_formula
 from verify.data.language.counting import atoms, written_out
@@ -86,19 +84,19 @@ def check(rng: Random) -> float:
     robots = rng.randint(1, 3)
     classes = random_team(rng, random_counting_formula(rng, rng.randint(1, 7), NAMES[:robots]), robots)
     left = least_costs(classes)
-    conjuncts, cover = ConjunctBound(classes), CoverBound(classes)
+    conjuncts, cover = ConjunctBound(classes), GoalCover(classes)
     for (states, numbers), cost in left.items():
         sums = classes.sums(numbers)
         assert conjuncts(states, sums) <= cost + SLACK
         assert cover(states, sums, numbers) <= cost + SLACK
     least = next(iter(left.values()), float("inf"))
-    found = NumberSearch(classes).cheapest(Budget(states=100_000))
-    assert (found is None) == (least == float("inf"))
-    assert NumberSearch(classes).possible(Budget(states=100_000)) == (found is not None)
-    assert found is None or NumberSearch(classes).possible(Budget(states=1)), "what is not known is possible"
-    if found is not None:
-        assert found.cost == pytest.approx(least)
-        assert found.bound == found.cost
+    found = CourseSearch(classes).cheapest(100_000)
+    assert (found.course is None) == (least == float("inf"))
+    assert CourseSearch(classes).may_exist(100_000) == (found.course is not None)
+    assert found.course is None or CourseSearch(classes).may_exist(1), "what is not known is possible"
+    if found.course is not None:
+        assert found.course.cost == pytest.approx(least)
+        assert found.bound == found.course.cost
     return least
 
 
@@ -147,14 +145,14 @@ def check_dearest(rng: Random) -> bool:
     """Hold the search for the cheapest dearest robot of a random team against one without bounds."""
     classes = random_team(rng, random_counting_formula(rng, rng.randint(1, 6), NAMES[:2]), 2)
     begin = [place for place, count in enumerate(classes.begin) for _ in range(count)]
-    found = cheapest_dearest(NumberSearch(classes), begin, 6.0, 100_000)
+    found = CourseSearch(classes).least_highest(tuple(begin), 6.0, 100_000)
     least = least_dearest(classes, begin, 5.5)
     assert found.bound == pytest.approx(min(least, 6.0))
     assert (found.course is None) == (least > 5.5)
     if found.course is None:
         return False
     paid = [0.0, 0.0]
-    for robot, move in zip(found.course.who, found.course.moves, strict=True):
+    for robot, move in zip(found.course.robots, found.course.moves, strict=True):
         assert begin[robot] == move.source
         begin[robot] = move.target
         paid[robot] += move.cost
@@ -197,13 +195,13 @@ def test_the_cover_says_how_robots_share_goals(formula: str, robots: int, cost: 
     sums = classes.sums(classes.begin)
     states = classes.marks.begin(sums)
     assert states is not None
-    assert CoverBound(classes)(states, sums, classes.begin) == pytest.approx(cost, abs=1e-5)
-    assert NumberSearch(classes).cheapest(Budget(states=1_000)).cost == cost
+    assert GoalCover(classes)(states, sums, classes.begin) == pytest.approx(cost, abs=1e-5)
+    assert CourseSearch(classes).cheapest(1_000).course.cost == cost
 
 
 def test_landmarks_say_of_how_many_robots_more_something_is_needed():
     classes = two_places("F(count(a) >= 2) & F all(b)", 3)
-    landmarks = Landmarks(classes.marks)
+    landmarks = CountedLandmarks(classes.marks)
     sums = classes.sums((1, 1, 1))
     states = classes.marks.begin(sums)
     assert states is not None

@@ -1,8 +1,8 @@
-"""How much is surely left, from where the robots rest: ways that between them reach every goal that is needed.
+"""Lower bounds from the places of the robots: paths that between them reach every goal that is needed.
 
 What one robot pays at the least for a set of goals, in whatever order, is found once for each class from which it may begin (Held and
 Karp 1962, over moves). The goals are then shared out among robots. Where each is needed once, at the least cost of joining sets: no less
-than the spanning tree over goals, which `ltlplan.search.heuristics` uses. Where some are needed of several robots, that is a set cover, and its
+than the spanning tree over goals, which `spanning_tree` gives. Where some are needed of several robots, that is a set cover, and its
 linear relaxation is looked at: a price for each goal, paid to every robot that reaches it, where no robot gets more than its way costs.
 Any prices give a lower bound, so those that are best of one state serve others.
 """
@@ -15,9 +15,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ltlplan.search.bounds.counted_landmarks import CountedLandmarks
 from ltlplan.search.counting.classes import Classes, Numbers
 from ltlplan.search.counting.counting_propositions import States, Sums
-from ltlplan.search.counting.landmarks import Landmarks
 from ltlplan.search.team_reading import UNREACHABLE
 
 Floats = NDArray[np.float64]
@@ -31,7 +31,7 @@ _ROUNDING = 1e-7
 """By how much less than computed a bound is, in units of costs: sums of the same costs differ by their order."""
 
 
-class CoverBound:
+class GoalCover:
     """Lower bounds on what is left, from goals that must be reached.
 
     Args:
@@ -39,7 +39,7 @@ class CoverBound:
     """
 
     def __init__(self, classes: Classes) -> None:
-        self._landmarks = Landmarks(classes.marks)
+        self._landmarks = CountedLandmarks(classes.marks)
         self._bits = [1 << index for index in range(len(self._landmarks.goals[:MOST_GOALS]))]
         costs = self._costs(classes)
         self._open = [self._missed((own,)) for own in classes.resting]
@@ -70,7 +70,7 @@ class CoverBound:
             found = max(found, *(prices.bound(missing, numbers, places) for prices in self._priced(asked, missing, numbers)))
         return max(0.0, found - _ROUNDING)
 
-    def dearest(self, states: States, sums: Sums, robots: Sequence[tuple[int, float]]) -> float:
+    def highest(self, states: States, sums: Sums, robots: Sequence[tuple[int, float]]) -> float:
         """Return a lower bound on what the dearest robot pays in the end.
 
         A goal that is needed of all robots that have not reached it adds to what each of them pays; of any other one, so many robots that
@@ -154,11 +154,12 @@ class CoverBound:
         """Return prices for states that need these goals: those of states that need more, and the best of this one."""
         found = self._prices.get(asked)
         if found is None:
-            within = np.array([own for own in range(1, len(self._alone)) if not own & ~asked])
-            offers = _Offers(within, self._alone[within], len(self._bits))
+            within = [own for own in range(1, len(self._alone)) if not own & ~asked]
+            paid = (np.array(within)[:, None] >> np.arange(len(self._bits)) & 1).astype(np.float64)
             others = [prices for known, group in self._prices.items() if not asked & ~known for prices in group]
             kept = [prices.of * [bool(bit & asked) for bit in self._bits] for prices in others[-_MOST_PRICES + 1 :]]
-            found = self._prices[asked] = [offers.at(prices) for prices in (*kept, offers.best(missing, numbers))]
+            best = _best_prices(paid, self._alone[within], missing, numbers)
+            found = self._prices[asked] = [_Prices.at(of, paid, self._alone[within]) for of in (*kept, best)]
         return found
 
 
@@ -174,45 +175,32 @@ class _Prices:
     of: Floats
     gains: list[float]
 
+    @classmethod
+    def at(cls, of: Floats, paid: Floats, costs: Floats) -> _Prices:
+        """Return these prices with what robots gain by them."""
+        return cls(of, np.maximum(0.0, (paid @ of)[:, None] - costs).max(axis=0).tolist())
+
     def bound(self, missing: Sequence[int], numbers: Numbers, places: frozenset[int]) -> float:
         """Return a lower bound on what all pay."""
         paid = float(self.of @ np.array(missing))
         return paid - sum(self.gains[place] * numbers[place] for place in places)
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class _Offers:
-    """Sets of goals, and what a robot pays for each.
+def _best_prices(paid: Floats, costs: Floats, missing: Sequence[int], numbers: Numbers) -> Floats:
+    """Return the prices that give the largest bound: the dual of the cover's linear relaxation.
 
-    Attributes:
-        sets: As bits. Shape (sets,).
-        costs: From each class. Shape (sets, classes).
-        goals: How many there are.
+    Args:
+        paid: For each set of goals, which of them it has. Shape (sets, goals).
+        costs: Of each set from each class. Shape (sets, classes).
+        missing: For each goal how many robots must reach it.
+        numbers: How many robots rest in each class.
     """
+    from scipy.optimize import linprog  # here: it takes long to load, and few plans need it
 
-    sets: Integers
-    costs: Floats
-    goals: int
-
-    def at(self, prices: Floats) -> _Prices:
-        """Return these prices with what robots gain by them."""
-        return _Prices(prices, np.maximum(0.0, (self._paid() @ prices)[:, None] - self.costs).max(axis=0).tolist())
-
-    def best(self, missing: Sequence[int], numbers: Numbers) -> Floats:
-        """Return the prices that give the largest bound: the dual of the cover's linear relaxation."""
-        from scipy.optimize import linprog  # here: it takes long to load, and few plans need it
-
-        places = [place for place, count in enumerate(numbers) if count]
-        rows, limits = list[Floats](), list[Floats]()
-        for column, place in enumerate(places):
-            gained = np.zeros((len(self.sets), len(places)))
-            gained[:, column] = -1.0
-            possible = np.isfinite(self.costs[:, place])
-            rows.append(np.hstack([self._paid(), gained])[possible])
-            limits.append(self.costs[possible, place])
-        aim = np.array([*(-float(more) for more in missing), *(float(numbers[place]) for place in places)])
-        found = linprog(aim, A_ub=np.vstack(rows), b_ub=np.concatenate(limits), bounds=(0.0, None), method="highs")
-        return np.maximum(0.0, found.x[: self.goals]) if found.success else np.zeros(self.goals)
-
-    def _paid(self) -> Floats:
-        return (self.sets[:, None] >> np.arange(self.goals) & 1).astype(np.float64)
+    places = [place for place, count in enumerate(numbers) if count]
+    gained = np.kron(np.eye(len(places)), np.ones((len(paid), 1)))
+    rows, limits = np.hstack([np.tile(paid, (len(places), 1)), -gained]), costs[:, places].T.ravel()
+    possible = np.isfinite(limits)
+    aim = np.array([*(-float(more) for more in missing), *(float(numbers[place]) for place in places)])
+    found = linprog(aim, A_ub=rows[possible], b_ub=limits[possible], bounds=(0.0, None), method="highs")
+    return np.maximum(0.0, found.x[: len(missing)]) if found.success else np.zeros(len(missing))

@@ -7,10 +7,12 @@ many robots as are missing to k must come to make the mark; while it is true and
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+import itertools
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 from ltlplan.logic.automaton import DEAD
+from ltlplan.search.bounds.conjunct_graph import ConjunctGraph
 from ltlplan.search.counting.counting_propositions import NEVER, Marks, States, Sums
 from ltlplan.search.joint.conjuncts import JointConjunct
 
@@ -48,7 +50,7 @@ class _Needed:
         return max(0, self.least - now if self.goal.made else now - self.least + 1)
 
 
-class Landmarks:
+class CountedLandmarks:
     """What must still be done, by states and sums.
 
     Args:
@@ -92,11 +94,11 @@ def never_made(marks: Marks) -> frozenset[int]:
     found: set[int] = set()
     for part in marks.parts:
         levels = _levels(marks, part)
-        letters, after = _walked(part, levels)
-        for bit, (mark, least) in levels.items():
-            lost = (targets[i] == DEAD for targets in after.values() for i, letter in enumerate(letters) if letter & bit)
-            if least == 1 and after and all(lost):
-                found.add(mark)
+        graph = _graph(part, levels)
+        shown = {letter for edges in graph.back.values() for _, letter in edges}
+        found |= {
+            mark for bit, (mark, least) in levels.items() if least == 1 and graph.nodes and not any(bit & s for s in shown)
+        }
     return frozenset(found)
 
 
@@ -108,49 +110,33 @@ def _levels(marks: Marks, part: JointConjunct) -> _Levels:
     return {1 << bit: level for bit, level in enumerate(marks.levels) if part.mask >> bit & 1}
 
 
-def _walked(part: JointConjunct, levels: _Levels) -> tuple[list[int], dict[int, list[int]]]:
-    """Return all letters, and where they lead from each state of a conjunct; no states where there are too many."""
+def _graph(part: JointConjunct, levels: _Levels) -> ConjunctGraph[int]:
+    """Return a conjunct's graph under all letters that some sums make; without nodes where there are too many."""
     letters = list(_letters(levels)) if len(levels) <= MOST_READ.bit_length() else []
-    after: dict[int, list[int]] = {}
-    waiting = [part.initial]
-    for state in waiting:  # grows while it is walked
-        if len(after) * len(letters) >= MOST_READ or not letters:
-            return letters, {}
-        if state not in after:
-            after[state] = [part.step(state, letter) for letter in letters]
-            waiting += [target for target in after[state] if target != DEAD and target not in after]
-    return letters, after
+    nodes, back = [part.initial], dict[int, list[tuple[int, int]]]()
+    for read, state in enumerate(nodes):  # grows while it is walked
+        if read * len(letters) >= MOST_READ or not letters:
+            return ConjunctGraph((), {}, frozenset(), part.mask, ())
+        for letter in letters:
+            after = part.step(state, letter)
+            if after != DEAD:
+                if after not in back and after != part.initial:
+                    nodes.append(after)
+                back.setdefault(after, []).append((state, letter))
+    return ConjunctGraph(nodes, back, frozenset(filter(part.accepting, nodes)), part.mask, ())
 
 
 def _landmarks(marks: Marks, part: JointConjunct) -> dict[int, tuple[_Needed, ...]]:
     """Return what each state of a conjunct needs; nothing where there are too many."""
     levels = _levels(marks, part)
-    letters, after = _walked(part, levels)
-    found: dict[int, tuple[_Needed, ...]] = dict.fromkeys(after, ())
-    for bit, (mark, least) in levels.items():
-        for made in (True, False):
-            need = _Needed(Goal(mark, made), least)
-            without = _accepting_without(part, after, [bool(letter & bit) != made for letter in letters])
-            for state in after:
-                if not without(state) and least < NEVER:
-                    found[state] = (*found[state], need)
+    graph = _graph(part, levels)
+    found: dict[int, tuple[_Needed, ...]] = dict.fromkeys(graph.nodes, ())
+    for (bit, (mark, least)), made in itertools.product(levels.items(), (True, False)):
+        without = graph.leading_to(graph.goals, lambda letter, bit=bit, made=made: bool(letter & bit) != made)
+        for state in graph.nodes if least < NEVER else ():
+            if state not in without:
+                found[state] = (*found[state], _Needed(Goal(mark, made), least))
     return found
-
-
-def _accepting_without(part: JointConjunct, after: dict[int, list[int]], allowed: list[bool]) -> Callable[[int], bool]:
-    """Return whether letters that are allowed lead from a state to acceptance."""
-    back: dict[int, list[int]] = {}
-    for state, targets in after.items():
-        for target, may in zip(targets, allowed, strict=True):
-            if may and target != DEAD:
-                back.setdefault(target, []).append(state)
-    reached = {state for state in after if part.accepting(state)}
-    waiting = list(reached)
-    for state in waiting:  # grows while it is walked
-        more = [before for before in back.get(state, ()) if before not in reached]
-        reached.update(more)
-        waiting += more
-    return reached.__contains__
 
 
 def _letters(levels: _Levels) -> Iterator[int]:

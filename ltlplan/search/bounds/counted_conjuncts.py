@@ -1,4 +1,4 @@
-"""How much is surely left, from each conjunct by itself: on the sums of the marks that it sees, and nothing else.
+"""Lower bounds from each conjunct that counts robots by itself: on the sums of the marks that it sees, and nothing else.
 
 Any move that exists anywhere may be made there at its least cost, shared out among the conjuncts whose marks it changes, so that the
 conjuncts' amounts may be added up.
@@ -7,10 +7,13 @@ conjuncts' amounts may be added up.
 from __future__ import annotations
 
 from ltlplan.logic.automaton import DEAD
+from ltlplan.search.bounds.conjunct_graph import ConjunctGraph
 from ltlplan.search.counting.classes import Classes
 from ltlplan.search.counting.counting_propositions import States, Sums
-from ltlplan.search.label_setting import distances
 from ltlplan.search.team_reading import UNREACHABLE
+
+_Node = tuple[int, Sums]
+"""A state of a conjunct, and the sums of the marks that it sees."""
 
 MOST_ABSTRACT = 5_000
 """States of one conjunct, with the sums that it sees, up to which what is left of it is estimated."""
@@ -62,13 +65,11 @@ class ConjunctBound:
                 whole[mark] = total
             return self._marks.letter(tuple(whole))
 
-        first = (part.step(part.initial, letter(begin)), begin)
-        order, back = [first], dict[tuple[int, Sums], list[tuple[tuple[int, Sums], float]]]()
-        known = {first}
         nothing = (0,) * len(own)  # moves of which the conjunct sees nothing: it reads the letter again
-        kinds = kinds | {(nothing, nothing): 0.0}
-        for state, sums in order:
-            for way, price in kinds.items():
+        ways = list((kinds | {(nothing, nothing): 0.0}).items())
+        nodes, back = [(part.step(part.initial, letter(begin)), begin)], dict[_Node, list[tuple[_Node, int]]]()
+        for state, sums in nodes:  # grows while it is walked
+            for number, (way, _) in enumerate(ways):
                 others = tuple(s - m for s, m in zip(sums, way[0], strict=True))
                 if any(total < 0 for total in others):
                     continue
@@ -78,12 +79,11 @@ class ConjunctBound:
                     after = part.step(after, letter(at))
                 if after == DEAD or max(at, default=0) > self._robots:
                     continue
-                target = after, at
-                back.setdefault(target, []).append(((state, sums), price))
-                if target not in known:
-                    known.add(target)
-                    order.append(target)
-            if len(order) > MOST_ABSTRACT:
+                if (after, at) not in back and (after, at) != nodes[0]:
+                    nodes.append((after, at))
+                back.setdefault((after, at), []).append(((state, sums), number))
+            if len(nodes) > MOST_ABSTRACT:
                 return None
-        accepting = [node for node in order if part.accepting(node[0])]
-        return distances(accepting, lambda node: back.get(node, ()))
+        goals = frozenset(node for node in nodes if part.accepting(node[0]))
+        graph = ConjunctGraph(nodes, back, goals, part.mask, range(len(ways)))
+        return graph.costs({number: price for number, (_, price) in enumerate(ways)}, goals)

@@ -1,0 +1,218 @@
+"""The reading of formulas that count robots: a state is how many robots rest in each class of places (counter abstraction: Pnueli, Xu and Zuck 2002).
+
+For n robots of one kind and p places there are at most (n + p over p) times the automata's states, where the product of the robots has p to the
+power n. One robot moves at a time, and the conjuncts read the team's letters on its way. Starts of robots that can do the same from there are first
+one class, at the cost of the nearest: costs are then lower bounds, and `symmetry_classes` assigns moves to robots afterwards.
+
+For the highest cost, each robot's payments are kept in the order of its class, then of its cost: robots of one class that have paid the same are
+interchangeable.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from operator import add
+
+from ltlplan.search.bounds.counted_conjuncts import ConjunctBound
+from ltlplan.search.bounds.goal_cover import GoalCover
+from ltlplan.search.counting.classes import Classes, ClassMove, Numbers
+from ltlplan.search.counting.counting_propositions import States, Sums
+from ltlplan.search.label_setting import Costs, Label
+from ltlplan.search.team_reading import UNREACHABLE, Found, Step, complete, is_complete
+
+_Place = tuple[States, Numbers, Sums]
+
+
+@dataclass(frozen=True, slots=True)
+class Course:
+    """Moves in an order that satisfies the formula.
+
+    Attributes:
+        moves: One robot's move after another's.
+        cost: The objective: their sum, or the highest cost of a robot.
+        robots: The robot that makes each move, where the search kept that apart.
+    """
+
+    moves: tuple[ClassMove, ...]
+    cost: float
+    robots: tuple[int, ...] = ()
+
+
+class CountBounds:
+    """Lower bounds on what is left, each made when it is first needed.
+
+    Args:
+        classes: The team's abilities.
+    """
+
+    def __init__(self, classes: Classes) -> None:
+        self._classes = classes
+
+    @cached_property
+    def conjuncts(self) -> ConjunctBound:
+        """From each conjunct by itself: quick to make."""
+        return ConjunctBound(self._classes)
+
+    @cached_property
+    def cover(self) -> GoalCover:
+        """From the goals that robots must reach, and where they are."""
+        return GoalCover(self._classes)
+
+
+class CountReading:
+    """A team whose robots are counted, for `least_sum` and `least_highest`.
+
+    States are negative, so that of equal bounds the latest state comes first.
+
+    Args:
+        classes: The team's abilities.
+        bounds: Of these classes.
+        below: The highest cost is to be less.
+        greed: Weight of what is left for each robot, beside the bound on the highest cost; above 0 any cheaper course is found sooner.
+    """
+
+    def __init__(self, classes: Classes, bounds: CountBounds, *, below: float = UNREACHABLE, greed: float = 0.0) -> None:
+        self._classes, self._marks, self._crowds = classes, classes.marks, classes.crowds
+        self._bounds, self._below, self._greed = bounds, below, greed
+        self._places: list[_Place] = []
+        self._numbers: dict[tuple[States, Numbers], int] = {}
+        self._left: dict[int, float] = {}
+
+    @property
+    def reached(self) -> int:
+        """How many states were seen."""
+        return len(self._places)
+
+    def begin(self) -> int | None:
+        """Return the state in which all robots are at their starts; None where the formula is violated there."""
+        sums = self._classes.sums(self._classes.begin)
+        first = self._marks.begin(sums)
+        return None if first is None else self._number(first, self._classes.begin, sums)
+
+    def steps(self, state: int) -> Iterator[Step]:
+        """Yield the states after one robot's move, its cost and the `ClassMove`; first the end of the plan, where it may end."""
+        states, numbers, sums = self._places[-state]
+        excess = [crowd.excess(numbers) for crowd in self._crowds]
+        crowded = next((crowd.classes for crowd, more in zip(self._crowds, excess, strict=True) if more > 0), None)
+        if crowded is None and self._marks.accepting(states) and self._classes.may_end(numbers):
+            yield complete(state), 0.0, None
+        for place, count in enumerate(numbers):
+            for change in self._classes.changes[place] if count and (crowded is None or place in crowded) else ():
+                if change.entered and any(excess[k] >= int(self._crowds[k].passing) for k in change.entered):
+                    continue
+                after = self._after(states, sums, change.letters)
+                if after is not None:
+                    moved = list(numbers)
+                    moved[place] -= 1
+                    moved[change.move.target] += 1
+                    target = self._number(after, tuple(moved), tuple(map(add, sums, change.end)))
+                    yield target, change.move.cost, change.move
+
+    def left(self, state: int) -> float:
+        """Return a lower bound on the sum of the costs that are left: the larger one of `goal_cover` and of the conjuncts."""
+        found = self._left.get(state)
+        if found is None:
+            states, numbers, sums = self._places[-state]
+            found = max(self._bounds.conjuncts(states, sums), self._bounds.cover(states, sums, numbers))
+            self._left[state] = found
+        return found
+
+    def left_of_conjuncts(self, state: int) -> float:
+        """Return a lower bound on the sum of the costs that are left, from each conjunct by itself: quick to make, and smaller."""
+        states, _, sums = self._places[-state]
+        return self._bounds.conjuncts(states, sums)
+
+    def holds(self, _: int) -> bool:
+        """Tell that every complete course satisfies the formula."""
+        return True
+
+    def nothing_paid(self) -> Costs:
+        """Return no cost for any robot."""
+        return (0.0,) * sum(self._classes.begin)
+
+    def pay(self, label: Label[int], cost: float, who: object) -> Iterator[tuple[Costs, object]]:
+        """Yield the robots' costs after a move, for each robot of the class that can make it, and that robot's place among them.
+
+        Args:
+            label: Of the state before the move.
+            cost: Of the move.
+            who: The `ClassMove`; None where the plan ends.
+        """
+        if not isinstance(who, ClassMove):
+            yield label.paid, None
+            return
+        assert label.state is not None
+        robots = list(zip(self._robots(label.state), label.paid, strict=True))
+        for slot, robot in enumerate(robots):
+            if robot[0] == who.source and (slot == 0 or robots[slot - 1] != robot):
+                after = sorted([*robots[:slot], *robots[slot + 1 :], (who.target, robot[1] + cost)])
+                yield tuple([paid for _, paid in after]), (slot, who)
+
+    def rank(self, state: int, paid: Costs, total: float) -> tuple[float, ...]:
+        """Return a lower bound on the highest cost in the end, then on the sum that is left; `UNREACHABLE` where it is too high.
+
+        Args:
+            state: Where the course has come to.
+            paid: What each robot has paid.
+            total: The sum.
+        """
+        left, highest = 0.0, max(paid)
+        if not is_complete(state):
+            left = self.left(state)
+            if left == UNREACHABLE:
+                return (UNREACHABLE,)
+            states, _, sums = self._places[-state]
+            robots = list(zip(self._robots(state), paid, strict=True))
+            highest = max(highest, self._bounds.cover.highest(states, sums, robots), (total + left) / len(paid))
+        return (highest + self._greed * left / len(paid) if highest < self._below else UNREACHABLE, left)
+
+    def course(self, found: Found, starts: Sequence[int] = ()) -> Course | None:
+        """Return the course that a search found; None where there is none.
+
+        Args:
+            found: By `least_sum` or `least_highest`.
+            starts: The class of each robot, for the highest cost.
+        """
+        if not found.states:
+            return None
+        if not starts:
+            return Course(tuple(itertools.starmap(self._cheapest, itertools.pairwise(found.states))), found.cost)
+        team = sorted((place, 0.0, robot) for robot, place in enumerate(starts))
+        made: list[tuple[ClassMove, int]] = []
+        for step in found.steps[:-1]:
+            assert isinstance(step, tuple)
+            slot, move = step
+            _, paid, robot = team.pop(slot)
+            made.append((move, robot))
+            team = sorted([*team, (move.target, paid + move.cost, robot)])
+        return Course(tuple(move for move, _ in made), found.cost, tuple(robot for _, robot in made))
+
+    def _cheapest(self, state: int, after: int) -> ClassMove:
+        return min((who for target, _, who in self.steps(state) if target == after and isinstance(who, ClassMove)), key=_cost)
+
+    def _robots(self, state: int) -> list[int]:
+        """Return the class of each robot, in order."""
+        return [place for place, count in enumerate(self._places[-state][1]) if count for _ in range(count)]
+
+    def _after(self, states: States, sums: Sums, letters: Sequence[Sums]) -> States | None:
+        """Return the conjuncts' states after one robot's move while the others rest; None where it violates the formula."""
+        read = self._marks.read
+        for change in letters:
+            found = read(states, tuple(map(add, sums, change)))
+            if found is None:
+                return None
+            states = found
+        return states
+
+    def _number(self, states: States, numbers: Numbers, sums: Sums) -> int:
+        found = self._numbers.setdefault((states, numbers), len(self._places))
+        if found == len(self._places):
+            self._places.append((states, numbers, sums))
+        return -found
+
+
+def _cost(move: ClassMove) -> float:
+    return move.cost
