@@ -130,8 +130,11 @@ def test_who_asks_much_is_refused_before_others_are(tmp_path: Path) -> None:
 
 
 @given(st.lists(st.one_of(st.sampled_from("abc"), st.none()), max_size=60))
-def test_nobody_is_passed_twice_in_a_row(happenings: list[str | None]) -> None:
-    """Of one place: while a user waits, no other is begun more than twice before that user is. None ends what runs."""
+def test_nobody_is_passed_often(happenings: list[str | None]) -> None:
+    """Of one place: while a user waits, no other is begun more than three times before that user is. None ends what runs.
+
+    Twice would be the law of ranks that go on when work begins; a pool says when it ends.
+    """
     turns, number = Turns(), 0
     waiting: list[tuple[int, int, str]] = []
     running: tuple[int, int, str] | None = None
@@ -154,7 +157,7 @@ def test_nobody_is_passed_twice_in_a_row(happenings: list[str | None]) -> None:
             for other in {each[2] for each in waiting}:
                 counted = passed.setdefault(other, Counter())
                 counted[user] += other != user
-                assert counted[user] <= 2, (other, user)
+                assert counted[user] <= 3, (other, user)
     assert waiting == []
     assert all(numbers == sorted(numbers) for numbers in order.values())
 
