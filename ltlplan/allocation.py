@@ -74,6 +74,7 @@ class Allocation:
             paths are laid and improved.
         lower_bound: No allocation has a smaller objective, where the method proves one.
         complete: Whether the method has ruled out cheaper ones.
+        tried: Complete plans that were checked in every order of the robots, where the method does so.
         notes: Sentences for a person.
         meetings: Arrivals that others wait for before they set out.
         precedences: Waits under which the words satisfy the formula, where they do not in every order of the robots.
@@ -85,6 +86,7 @@ class Allocation:
     paths: Mapping[str, RobotPlan] | None = None
     lower_bound: float | None = None
     complete: bool = False
+    tried: int = 1
     notes: tuple[str, ...] = ()
     meetings: tuple[Meeting, ...] = ()
     precedences: tuple[Precedence, ...] = ()

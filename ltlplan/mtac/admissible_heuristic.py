@@ -17,6 +17,7 @@ from ltlplan.mtac.agent_moves import Move, World
 from ltlplan.mtac.agent_states import AgentState
 from ltlplan.mtac.decomposable_task import Accepting, States
 from ltlplan.search.label_setting import distances
+from ltlplan.search.memoization import memoized
 from verify.data import Letter
 from verify.data.shapes.inequalities import Point
 
@@ -59,7 +60,6 @@ class AdmissibleHeuristic:
         self._world, self._automaton, self._decomposition_set = team.world, team.automaton, team.in_decomposition_set
         self._starts, self._metric, self._takes_off = team.starts, team.metric, team.takes_off
         self._tables: dict[frozenset[str], dict[_Node, float]] = {}
-        self._legs: dict[tuple[str | None, Point, str, str], float] = {}
 
     def read(self, states: States, letters: Collection[Letter]) -> States:
         """Return the states after letters."""
@@ -81,6 +81,7 @@ class AdmissibleHeuristic:
         """
         return self._table(free, states, where).get((states, where.key), math.inf)
 
+    @memoized
     def leg(self, robot: str | None, position: Point, region: str, kind: str = "") -> float:
         """Return a lower bound on the cost of the way from a point to a region.
 
@@ -90,11 +91,8 @@ class AdmissibleHeuristic:
             region: Where it flies to.
             kind: As an `AgentState` has it.
         """
-        key = (robot, position, region, kind)
-        if key not in self._legs:
-            robots = [r for r, where in self._starts.items() if where.kind == kind] if robot is None else [robot]
-            self._legs[key] = min(self._metric(r, position, region) for r in robots or self._starts)
-        return self._legs[key]
+        robots = [r for r, where in self._starts.items() if where.kind == kind] if robot is None else [robot]
+        return min(self._metric(r, position, region) for r in robots or self._starts)
 
     def _table(self, free: frozenset[str], states: States, where: AgentState) -> dict[_Node, float]:
         """Backward shortest paths over everything that can be reached from here, any robot of `free` joining in."""

@@ -14,6 +14,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 from ltlplan.mtac.agent_states import AgentState, Key
+from ltlplan.search.memoization import memoized
 from ltlplan.systems.region_graph import RegionGraph, RestPoint, Transition
 from ltlplan.systems.region_labels import Location
 from verify.data import Letter, Mission, Visit
@@ -62,10 +63,10 @@ class World:
         self._views = {
             mission.alike_as(robot): mission.seen_by(robot) for robot in mission.agents
         }  # as each kind of robot sees it
-        self._graphs: dict[str, RegionGraph] = {}
         self._moves: dict[Hashable, tuple[Move, ...]] = {}
         self._known: dict[Key, tuple[AgentState, Letter | None]] = {}
 
+    @memoized
     def graph_of(self, kind: str) -> RegionGraph:
         """Return where robots of one kind can rest, and the ways between.
 
@@ -73,11 +74,7 @@ class World:
             kind: As an `AgentState` has it.
         """
         view = self._views.get(kind, self.mission)
-        if view is self.mission:
-            return self.graph
-        if kind not in self._graphs:
-            self._graphs[kind] = RegionGraph(view, layout=self.graph.layout)
-        return self._graphs[kind]
+        return self.graph if view is self.mission else RegionGraph(view, layout=self.graph.layout)
 
     @cached_property
     def overlaps(self) -> bool:

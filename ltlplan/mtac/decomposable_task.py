@@ -19,6 +19,7 @@ from ltlplan.logic.transition_monoid import OrderCheck, TransitionMonoid
 from ltlplan.logic.translation import translate
 from ltlplan.mtac.agent_moves import World
 from ltlplan.search.counting.counting_propositions import shows
+from ltlplan.search.memoization import memoized
 from verify.data import BadInput, Letter
 from verify.data.language.counting import atoms
 
@@ -55,11 +56,7 @@ class Reader:
         mission = world.mission
         self._formula, self._joint = mission.formula, mission.spec.team == "joint"
         self._automaton = translate(mission.formula, trace="finite")
-        self._known: dict[tuple[State, Letter], State] = {}
-        self._decomposition_set: dict[tuple[States, States], bool] = {}
-        self._commutes: dict[Letter, bool] = {}
         self._atoms = atoms(mission.formula)
-        self._letters: dict[tuple[tuple[str, Letter], ...], Letter] = {}
         self.initial: State = self._automaton.initial
         self.shown = tuple(sorted({f | regions for f in world.free_letters for regions in world.region_sets}, key=sorted))
 
@@ -77,14 +74,10 @@ class Reader:
         parts = self._automaton.parts if isinstance(self._automaton, Conjunction) else (self._automaton,)
         return math.prod(len(part.states) for part in parts)
 
+    @memoized
     def successor(self, state: Any, letter: Letter) -> Any:  # of any type: each automaton has states of its own
         """Return the state after a letter, or `DEAD`."""
-        if state == DEAD:
-            return DEAD
-        key = (state, letter)
-        if key not in self._known:
-            self._known[key] = self._automaton.successor(state, letter)
-        return self._known[key]
+        return DEAD if state == DEAD else self._automaton.successor(state, letter)
 
     def team_letter(self, held: Mapping[str, Letter]) -> Letter:
         """Return what a team shows whose robots hold some letters: their union, and what holds of single robots and of numbers.
@@ -92,18 +85,16 @@ class Reader:
         Args:
             held: Each robot's letter.
         """
-        union = union_of(held)
-        if not self._atoms:
-            return union
-        key = tuple(held.items())
-        if key not in self._letters:
-            true = (
-                text
-                for text, atom in self._atoms.items()
-                if sum(shows(atom.counted, letter) for robot, letter in held.items() if atom.robot in ("", robot)) >= atom.least
-            )
-            self._letters[key] = union.union(true)
-        return self._letters[key]
+        return union_of(held).union(self._true(tuple(held.items())) if self._atoms else ())
+
+    @memoized
+    def _true(self, held: tuple[tuple[str, Letter], ...]) -> Letter:
+        """Return what holds of single robots, and of how many they are."""
+        return frozenset(
+            text
+            for text, atom in self._atoms.items()
+            if sum(shows(atom.counted, letter) for robot, letter in held if atom.robot in ("", robot)) >= atom.least
+        )
 
     def in_decomposition_set(self, states: States, *, begun: States | None = None) -> bool:
         """Tell whether the rest may be handed to another robot: whether the states are in the decomposition set.
@@ -118,28 +109,28 @@ class Reader:
         """
         if self._joint:
             return DEAD not in states
-        key = (frozenset({self.initial}) if begun is None else begun, states)
-        if key not in self._decomposition_set:
-            self._decomposition_set[key] = DEAD not in states and decomposes_from(self._automaton, *key, self.shown)
-        return self._decomposition_set[key]
+        return self._decomposes(frozenset({self.initial}) if begun is None else begun, states)
 
+    @memoized
+    def _decomposes(self, begun: States, states: States) -> bool:
+        return DEAD not in states and decomposes_from(self._automaton, begun, states, self.shown)
+
+    @memoized
     def commutes(self, letter: Letter) -> bool:
         """Tell whether it does not matter when a letter is read among others: always the same state, and once is enough.
 
         False where the automaton is too large to say so quickly.
         """
-        if letter not in self._commutes:
-            states = self._reachable
-            self._commutes[letter] = (
-                bool(states)
-                and all(
-                    self.successor(self.successor(state, letter), other) == self.successor(self.successor(state, other), letter)
-                    for state in states
-                    for other in self.shown
-                )
-                and all(self.successor(self.successor(s, letter), letter) == self.successor(s, letter) for s in states)
+        states = self._reachable
+        return (
+            bool(states)
+            and all(
+                self.successor(self.successor(state, letter), other) == self.successor(self.successor(state, other), letter)
+                for state in states
+                for other in self.shown
             )
-        return self._commutes[letter]
+            and all(self.successor(self.successor(s, letter), letter) == self.successor(s, letter) for s in states)
+        )
 
     @cached_property
     def _reachable(self) -> tuple[State, ...]:

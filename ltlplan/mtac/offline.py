@@ -39,7 +39,7 @@ from ltlplan.mtac.robot_tasks import RobotTask
 from ltlplan.mtac.tours.many_tasks import many_tasks, share_many
 from ltlplan.paths.costs import team_cost
 from ltlplan.paths.improvement import ImprovedPath
-from ltlplan.search.assignment import TIES, Assignment
+from ltlplan.search.problem import TIES
 from verify.data import BadInput, Infeasible, Mission, Visit
 from verify.data.language.counting import require_plain
 from verify.data.progress import Progress, silent
@@ -119,7 +119,7 @@ def _exact(mission: Mission, context: Context) -> Allocation:
 
 
 def _by_exact_words(
-    mission: Mission, exact: Assignment | None, paths: PricedPaths, below: float, least: float | None = None
+    mission: Mission, exact: Allocation | None, paths: PricedPaths, below: float, least: float | None = None
 ) -> Shared | None:
     """Return the exact search's words with their very paths; None where robots wait in them, or these paths do not cost less."""
     if exact is None or exact.meetings or exact.precedences:  # paths of their own do not satisfy these

@@ -6,10 +6,10 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ltlplan.allocation import Allocation
 from ltlplan.logic.budget import DEFAULT_BUDGET, Budget, TooLarge
 from ltlplan.logic.conjunction import conjunct_automata
 from ltlplan.paths.costs import team_cost
@@ -17,9 +17,6 @@ from ltlplan.systems.objective import is_counted_by_legs
 from ltlplan.systems.robot_systems import Systems, weighted_metres
 from verify.data import Mission, Visit
 from verify.data.shapes.inequalities import Point
-
-if TYPE_CHECKING:
-    from ltlplan.search.assignment import Assignment
 
 _STATES_FOR_MANY = 60_000
 """Of eight tasks; of more it falls with their square, as what looking at one state takes grows."""
@@ -60,7 +57,7 @@ class BestKnown:
     """
 
     mission: Mission
-    exact: Assignment | None
+    exact: Allocation | None
     bound: float | None
 
     def gap(self, visits: Mapping[str, Sequence[Visit]]) -> str:

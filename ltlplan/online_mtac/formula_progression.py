@@ -15,6 +15,7 @@ from ltlplan.mtac.decomposable_task import Reader
 from ltlplan.online_mtac.possible_states import after_events, at_start
 from verify.data import BadInput, Formula, Letter, Mission, NotCertified, Unsatisfiable
 from verify.data.events import changed
+from verify.data.language.counting import negated
 from verify.data.language.formula import FALSE, TRUE
 from verify.data.sections import Agent, TeamReading
 
@@ -115,17 +116,17 @@ def _after(node: Formula, letter: Letter) -> Formula:
         case "name" | "count":  # of a written-out formula: propositions of the team's letter
             return TRUE if node.atom in letter else FALSE
         case "!":
-            return _not(_after(parts[0], letter))
+            return negated(_after(parts[0], letter))
         case "&":
             return _and(_after(parts[0], letter), _after(parts[1], letter))
         case "|":
             return _or(_after(parts[0], letter), _after(parts[1], letter))
         case "->":
-            return _or(_not(_after(parts[0], letter)), _after(parts[1], letter))
+            return _or(negated(_after(parts[0], letter)), _after(parts[1], letter))
         case "<->" | "xor":
             left, right = _after(parts[0], letter), _after(parts[1], letter)
-            same = _or(_and(left, right), _and(_not(left), _not(right)))
-            return same if node.operator == "<->" else _not(same)
+            same = _or(_and(left, right), _and(negated(left), negated(right)))
+            return same if node.operator == "<->" else negated(same)
         case "F":
             return _or(_after(parts[0], letter), node)
         case "G":
@@ -140,12 +141,6 @@ def _after(node: Formula, letter: Letter) -> Formula:
             raise BadInput(
                 f"`{node}` depends on how many robots there are; what is left of a formula is asked of one that is written out."
             )
-
-
-def _not(one: Formula) -> Formula:
-    if one in (TRUE, FALSE):
-        return FALSE if one == TRUE else TRUE
-    return one.arguments[0] if one.operator == "!" else Formula("!", (one,))
 
 
 def _and(one: Formula, other: Formula) -> Formula:

@@ -75,12 +75,8 @@ class Belief:
         """
         if robot not in self.held:
             raise BadInput(f"'{robot}' is not in the air; robots: {', '.join(self.held)}.")
-        before, held = self.held[robot], {**self.held, robot: letter}
-        if self.reading == "joint":
-            return replace(self, held=held, pairs=_joint(self.automaton, self.states, held))
         # the letter that ends must have been read by now
-        pairs = {(state, unread | {letter}) for state, unread in self.pairs if before not in unread}
-        return replace(self, held=held, pairs=_closure(self.automaton, pairs, frozenset(held.values())))
+        return self._showing({robot: letter}, [pair for pair in self.pairs if self.held[robot] not in pair[1]])
 
     def after_all(self, events: Mapping[str, Letter]) -> Belief:
         """Return the belief after events of one instant, in any order (under "joint" also all at once).
@@ -104,17 +100,25 @@ class Belief:
         return replace(self, held={**self.held, **events}, pairs=frozenset(pairs))
 
     def at_once(self, events: Mapping[str, Letter]) -> Belief:
-        """Return the belief after letters that changed at the very same moment, for "joint" unions."""
-        held = {**self.held, **events}
-        return replace(self, held=held, pairs=_joint(self.automaton, self.states, held))
+        """Return the belief after letters that changed at the very same moment, for "joint" unions, or at take-off."""
+        return self._showing(events, self.pairs)
 
     def joined(self, robot: str, letter: Letter) -> Belief:
         """Return the belief after another robot took off with this letter."""
-        held = {**self.held, robot: letter}
+        return self._showing({robot: letter}, self.pairs)
+
+    def _showing(self, events: Mapping[str, Letter], pairs: Iterable[Pair]) -> Belief:
+        """Return the belief after some robots begin to show letters; under "own" those are still to be read.
+
+        Args:
+            events: The letter of each.
+            pairs: Under "own", where the readings may have led that had read what had to be read.
+        """
+        held = {**self.held, **events}
         if self.reading == "joint":
             return replace(self, held=held, pairs=_joint(self.automaton, self.states, held))
-        pairs = {(state, unread | {letter}) for state, unread in self.pairs}
-        return replace(self, held=held, pairs=_closure(self.automaton, pairs, frozenset(held.values())))
+        unread = frozenset(events.values())
+        return replace(self, held=held, pairs=_closure(self.automaton, [(s, left | unread) for s, left in pairs], held))
 
 
 def at_start(automaton: Accepting, held: Mapping[str, Letter], *, reading: TeamReading) -> Belief:
@@ -130,10 +134,7 @@ def at_start(automaton: Accepting, held: Mapping[str, Letter], *, reading: TeamR
     """
     if not held:
         raise BadInput("a team needs at least one robot.")
-    if reading == "joint":
-        return Belief(automaton, reading, dict(held), _joint(automaton, {automaton.initial}, held))
-    letters = frozenset(held.values())
-    return Belief(automaton, reading, dict(held), _closure(automaton, {(automaton.initial, letters)}, letters))
+    return Belief(automaton, reading, {}, frozenset({(automaton.initial, frozenset())})).at_once(held)
 
 
 def admits(belief: Belief, chains: Ahead, rest: Ahead) -> bool:
@@ -215,11 +216,11 @@ def _joint(automaton: Accepting, states: Iterable[State], held: Mapping[str, Let
     return frozenset((automaton.successor(state, shown), frozenset[Letter]()) for state in states)
 
 
-def _closure(automaton: Accepting, pairs: Iterable[Pair], letters: frozenset[Letter]) -> frozenset[Pair]:
+def _closure(automaton: Accepting, pairs: Iterable[Pair], held: Mapping[str, Letter]) -> frozenset[Pair]:
     """Add all that any number of readings of the held letters lead to."""
     commutes: Callable[[Letter], bool] = getattr(automaton, "commutes", lambda _letter: False)
     found: set[Pair] = set()
-    stack = list(pairs)
+    stack, letters = list(pairs), frozenset(held.values())
     while stack:
         state, unread = stack.pop()
         for letter in [letter for letter in unread if commutes(letter)]:

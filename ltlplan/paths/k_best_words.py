@@ -21,11 +21,12 @@ from ltlplan.paths.improvement import improved_path, own_draws, with_ramped_time
 from ltlplan.paths.leg_cost_bounds import expected_costs, least_costs, least_rates
 from ltlplan.paths.nominal import lay_path
 from ltlplan.paths.team_laps import lay_laps
-from ltlplan.search.assignment import TIES
-from ltlplan.search.exact import Assignment, assign
+from ltlplan.search.exact import assign
 from ltlplan.search.lawler import Partition
-from ltlplan.search.method import SHUT, allocation_of
+from ltlplan.search.memoization import memoized
+from ltlplan.search.method import SHUT
 from ltlplan.search.method import exact as exact_by_legs
+from ltlplan.search.problem import TIES
 from ltlplan.systems.objective import BOUNDED, is_counted_by_legs, terms_of
 from ltlplan.systems.robot_systems import Systems, weighted_metres
 from ltlplan.systems.transition_systems import Cost
@@ -85,7 +86,7 @@ def _planned_together(mission: Mission, context: Context, by_metres: Allocation)
         except (TooLarge, Infeasible, Unsatisfiable):
             continue
         if not shut.met(mission, other):
-            found.append(replace(allocation_of(other), lower_bound=None, complete=False))
+            found.append(replace(other, lower_bound=None, complete=False))
     priced = [prices.of(each) for each in found]
     best = found[priced.index(min(priced))]
     bound = lower_bound(mission) if prices.bounded else None
@@ -169,7 +170,7 @@ class _Shut:
     def forbids(self, leg: Leg) -> bool:
         return leg in self.legs or leg[0] in self.grounded
 
-    def met(self, mission: Mission, found: Assignment) -> bool:
+    def met(self, mission: Mission, found: Allocation) -> bool:
         """Tell whether an assignment has a leg that is shut, for want of any other."""
         return any(self.forbids(leg) for name, does in found.robots.items() for leg in does.legs(mission, name))
 
@@ -191,7 +192,6 @@ class _Prices:
         self._mission = mission
         self._laps = mission.spec.trace == "infinite" and len(mission.agents) > 1
         self._others = [WeightedCost({name: 1.0}) for name in sorted(terms_of(mission) - BOUNDED)]
-        self._known: dict[tuple[str, Itinerary], float] = {}
         self._paths: dict[tuple[str, Itinerary], RobotPlan] = {}
         self.bounded = True
 
@@ -199,14 +199,12 @@ class _Prices:
         """Return the objective of an allocation; infinite where a path is blocked."""
         costs = []
         for name, does in found.robots.items():
-            key = (name, does)
-            if key not in self._known:
-                self._known[key] = self._price(name, does)
-            costs.append(self._known[key])
+            costs.append(self._price(name, does))
             if not math.isfinite(costs[-1]):
                 return math.inf
         return team_cost(self._mission, costs)
 
+    @memoized
     def _price(self, name: str, does: Itinerary) -> float:
         try:
             path, _ = (lay_laps if self._laps else lay_path)(self._mission, name, does)
@@ -225,5 +223,5 @@ class _Prices:
         return nominal if lasts_too_long(self._mission, found) else found
 
 
-def _key(found: Allocation | Assignment) -> tuple[object, ...]:
+def _key(found: Allocation) -> tuple[object, ...]:
     return tuple((name, does.visits, does.word, does.cycle_visit, does.stops) for name, does in found.robots.items())

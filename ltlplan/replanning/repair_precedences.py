@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from graphlib import CycleError, TopologicalSorter
 from itertools import islice, pairwise, permutations
 
 from verify.certificate import Certificate
@@ -247,32 +248,21 @@ def _best_pair(robots: Sequence[_Robot], observations: _Nodes, waits: Sequence[_
 
 def _circle(robots: Sequence[_Robot], waits: Sequence[_Pair]) -> bool:
     """Return whether the waits and each robot's own order go round in a circle."""
-    after: dict[tuple[int, int, str], list[tuple[int, int, str]]] = {}
+    after = TopologicalSorter[tuple[int, int, str]]()
     for r, robot in enumerate(robots):
-        for i in range(len(robot.visits)):
-            after.setdefault((r, i, "begin"), []).append((r, i, "over"))
-            if i + 1 < len(robot.visits):
-                after.setdefault((r, i, "begin"), []).append((r, i + 1, "begin"))
-                after.setdefault((r, i, "over"), []).append((r, i + 1, "over"))
-                if robot.visits[i].stop <= robot.visits[i + 1].start:
-                    after.setdefault((r, i, "over"), []).append((r, i + 1, "begin"))
+        for i, visit in enumerate(robot.visits):
+            after.add((r, i, "over"), (r, i, "begin"))
+            if i:
+                after.add((r, i, "begin"), (r, i - 1, "begin"))
+                after.add((r, i, "over"), (r, i - 1, "over"))
+                if robot.visits[i - 1].stop <= visit.start:
+                    after.add((r, i, "begin"), (r, i - 1, "over"))
     for (a, i), (b, j) in waits:
-        after.setdefault((a, i, "over"), []).append((b, j, "begin"))
-    state: dict[tuple[int, int, str], bool] = {}  # False: on the way, True: done
-    for root in list(after):
-        stack = [(root, iter(after.get(root, ())))] if root not in state else []
-        state.setdefault(root, False)
-        while stack:
-            node, targets = stack[-1]
-            target = next(targets, None)
-            if target is None:
-                state[node] = True
-                stack.pop()
-            elif target not in state:
-                state[target] = False
-                stack.append((target, iter(after.get(target, ()))))
-            elif not state[target]:
-                return True
+        after.add((b, j, "begin"), (a, i, "over"))
+    try:
+        after.prepare()
+    except CycleError:
+        return True
     return False
 
 

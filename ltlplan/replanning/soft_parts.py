@@ -18,7 +18,6 @@ from ltlplan.logic.budget import DEFAULT_BUDGET, TooLarge
 from ltlplan.replanning.soft_searches import Searches, asking
 from ltlplan.search.exact import assign
 from ltlplan.search.explanations.max_weight_subset import Kept, MostWeight, Parts
-from ltlplan.search.method import allocation_of
 from verify.data import Mission, Plan, Word
 from verify.data.plan import Meeting
 from verify.data.progress import Progress, part_of, silent
@@ -71,7 +70,7 @@ def _planned(mission: Mission, parts: Parts, searches: Searches, planned: Planne
             demanded = (
                 parts if found.precedences or is_timed(mission, found.meetings) else parts - kept_by_words(mission, words)
             )
-    found_before = {key_of(asked): allocation_of(assignment) for asked, assignment in known}
+    found_before = {key_of(asked): allocation for asked, allocation in known}
     given = Known(found=found_before, budget=searches.budget if parts else DEFAULT_BUDGET)
     made = planned(asking(mission, demanded), progress, given)
     if demanded != parts and (is_timed(mission, made.meetings) or not parts <= kept_by_plan(mission, made)):

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
+from ltlplan.allocation import Allocation
 from ltlplan.logic.budget import DEFAULT_BUDGET, TooLarge
-from ltlplan.search.assignment import Assignment
 from ltlplan.search.exact import assign
 from ltlplan.search.explanations.max_weight_subset import Parts
 from verify.data import Infeasible, Mission, Unsatisfiable
@@ -33,7 +33,7 @@ class Searches:
         self.budget = replace(DEFAULT_BUDGET, states=_STATES[team], courses=_COURSES[team])
         self.stopped: set[Parts] = set()
         self._mission = mission
-        self._found: dict[Parts, Assignment] = {}
+        self._found: dict[Parts, Allocation] = {}
         self._full: set[Parts] = set()
 
     def cost_of(self, parts: Parts) -> float | None:
@@ -61,7 +61,7 @@ class Searches:
         self._found[parts] = found
         return found.cost
 
-    def found_for(self, chosen: Parts) -> Iterator[tuple[Mission, Assignment]]:
+    def found_for(self, chosen: Parts) -> Iterator[tuple[Mission, Allocation]]:
         """Yield what need not be searched for again: complete assignments, and what a search in full found for the parts that are kept.
 
         Args:

@@ -10,9 +10,9 @@ import plotly.graph_objects as go
 from numpy.typing import NDArray
 
 from ltlplan.paths.hoops import route
-from ltlplan.paths.hoops.pictures import control_point_figure, path_figure, path_points, primitives_figure, round_figure
 from ltlplan.paths.improvement import improved_path
 from ltlplan.planner import generators, make_plan
+from ltlplan.report.hoop_figures import control_point_figure, path_figure, path_points, primitives_figure, round_figure
 from ltlplan.report.page import figure_place, listed, page_html, section, warning
 from ltlplan.report.views import VIEWS, clearance_sentences, views_html
 from verify.data import BadInput

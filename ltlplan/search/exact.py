@@ -9,10 +9,11 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from types import MappingProxyType
 
+from ltlplan.allocation import Allocation
 from ltlplan.logic.budget import DEFAULT_BUDGET, Budget, TooLarge
-from ltlplan.search.assignment import TIES, Assignment, NoWords, in_units_of
 from ltlplan.search.counting.capacities import small_rooms
 from ltlplan.search.counting.conflicting_conjuncts import no_counted_plan
 from ltlplan.search.counting.counting_propositions import Marks
@@ -24,8 +25,8 @@ from ltlplan.search.endurance import require_endurance
 from ltlplan.search.joint import planning as joint
 from ltlplan.search.orders import planning as orders
 from ltlplan.search.own import planning as own
-from ltlplan.search.problem import Problem
-from ltlplan.systems.robot_systems import interchangeable
+from ltlplan.search.problem import TIES, NoWords, Problem
+from ltlplan.systems.robot_systems import interchangeable, unit_cost
 from ltlplan.systems.transition_systems import Cost
 from verify.data import Infeasible, Mission, Unsatisfiable, Word
 
@@ -41,7 +42,7 @@ def assign(
     budget: Budget = DEFAULT_BUDGET,
     capacities: Mapping[str, int] = MappingProxyType({}),
     explained: bool = True,
-) -> Assignment:
+) -> Allocation:
     """Share a mission among its robots at the smallest cost.
 
     Args:
@@ -75,7 +76,7 @@ def assign(
 
 def assign_under_precedences(
     mission: Mission, *, cost: Cost | None = None, budget: Budget = DEFAULT_BUDGET
-) -> Assignment | None:
+) -> Allocation | None:
     """Share a finite mission by the cheapest words that hold under precedences, also where dearer or other words hold in every order.
 
     Args:
@@ -98,7 +99,22 @@ def assign_under_precedences(
     return in_units_of(mission, found) if cost is None else found
 
 
-def _tries(problem: Problem) -> tuple[Callable[[Problem], Assignment], ...]:
+def in_units_of(mission: Mission, found: Allocation) -> Allocation:
+    """Return what was searched by metres with the mission's own costs; the same where a metre costs 1.
+
+    Args:
+        mission: Gives weights and speeds.
+        found: Counted as `Systems` does without a cost.
+    """
+    unit = unit_cost(mission)
+    if unit == 1.0:
+        return found
+    robots = {name: replace(does, cost=does.cost * unit) for name, does in found.robots.items()}
+    bound = None if found.lower_bound is None else found.lower_bound * unit
+    return replace(found, robots=robots, cost=found.cost * unit, lower_bound=bound)
+
+
+def _tries(problem: Problem) -> tuple[Callable[[Problem], Allocation], ...]:
     """Return what is tried for a mission: each after the one before has found that it has no words."""
     if problem.mission.spec.trace == "infinite":
         return (cycles.plan,)
@@ -109,7 +125,7 @@ def _tries(problem: Problem) -> tuple[Callable[[Problem], Assignment], ...]:
     return joint.plan if problem.mission.spec.team == "joint" else own.plan, _under_precedences
 
 
-def _under_precedences(problem: Problem) -> Assignment:
+def _under_precedences(problem: Problem) -> Allocation:
     """Plan words that hold under precedences, or where these would wait for actions that nobody can wait for, stage by stage."""
     try:
         found = orders.plan(problem)
@@ -123,7 +139,7 @@ def _under_precedences(problem: Problem) -> Assignment:
     return found
 
 
-def _stage_by_stage(problem: Problem) -> Assignment:
+def _stage_by_stage(problem: Problem) -> Allocation:
     """Plan a formula that counts robots or names them: words, and who waits for whom."""
     mission, each = problem.mission, problem.each
     kinds, rooms = list(interchangeable(mission).values()), small_rooms(mission, each, problem.capacities)
@@ -156,10 +172,13 @@ def _stage_by_stage(problem: Problem) -> Assignment:
             f"Robots wait for each other: the plan has {len(found.stages)} stages, each begun when the one before has ended."
         )
     said = (*notes, *problem.systems.unclear())
-    return Assignment(robots, total, min(found.bound, total), complete, 1, said, tuple(waits), tuple(precedences))
+    return Allocation(
+        robots=robots, cost=total, lower_bound=min(found.bound, total), complete=complete, notes=said, meetings=tuple(waits),
+        precedences=tuple(precedences),
+    )  # fmt: skip
 
 
-def _waiting_outside(problem: Problem) -> Assignment:
+def _waiting_outside(problem: Problem) -> Allocation:
     """Plan counts with robots that also wait just outside regions."""
     mission, each = problem.mission, problem.each
     rooms = Rooms(small_rooms(mission, each, problem.capacities), passing=True)
@@ -181,7 +200,7 @@ def _waiting_outside(problem: Problem) -> Assignment:
                 "cheaper plan was not ruled out."
             )
             said = (note, *problem.systems.unclear())
-            return Assignment(robots, total, None, False, 1, said, precedences=tuple(waits))
+            return Allocation(robots=robots, cost=total, notes=said, precedences=tuple(waits))
     raise NoWords(lambda: Unsatisfiable("No plan was found in which robots also wait just outside regions."))
 
 

@@ -9,8 +9,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from ltlplan.allocation import Allocation, Context, Leg, PlanningMethod, key_of
-from ltlplan.search.assignment import Assignment, in_units_of
-from ltlplan.search.exact import assign, assign_under_precedences
+from ltlplan.search.exact import assign, assign_under_precedences, in_units_of
 from ltlplan.systems.robot_systems import Systems
 from verify.data import Mission, Unsatisfiable
 
@@ -39,9 +38,9 @@ def exact(mission: Mission, context: Context) -> Allocation:
     if context.blocked:
         cost = _avoiding(mission, context.blocked)
         found = assign(mission, cost=cost, budget=known.budget, capacities=known.capacities)
-        return allocation_of(in_units_of(mission, found))
+        return in_units_of(mission, found)
     before = known.found.get(key_of(mission))
-    return before or allocation_of(assign(mission, budget=known.budget, capacities=known.capacities))
+    return before or assign(mission, budget=known.budget, capacities=known.capacities)
 
 
 def under_precedences(mission: Mission, context: Context) -> Allocation:
@@ -61,7 +60,7 @@ def under_precedences(mission: Mission, context: Context) -> Allocation:
     found = assign_under_precedences(mission, cost=cost, budget=context.known.budget)
     if found is None:
         raise Unsatisfiable("No words satisfy the formula under any precedences between the robots' events.")
-    return allocation_of(in_units_of(mission, found) if context.blocked else found)
+    return in_units_of(mission, found) if context.blocked else found
 
 
 def without_legs(shut: frozenset[Leg]) -> PlanningMethod:
@@ -75,19 +74,6 @@ def without_legs(shut: frozenset[Leg]) -> PlanningMethod:
         return exact(mission, replace(context, blocked=context.blocked | shut))
 
     return shut_out
-
-
-def allocation_of(found: Assignment) -> Allocation:
-    """Return what a search found as what a planning method returns."""
-    return Allocation(
-        robots=found.robots,
-        cost=found.cost,
-        lower_bound=found.lower_bound,
-        complete=found.complete,
-        notes=found.notes,
-        meetings=found.meetings,
-        precedences=found.precedences,
-    )
 
 
 def _avoiding(mission: Mission, blocked: frozenset[Leg]) -> Cost:

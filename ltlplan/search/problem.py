@@ -8,16 +8,34 @@ from functools import cached_property
 
 from ltlplan.allocation import Itinerary
 from ltlplan.logic.automaton import Automaton
-from ltlplan.logic.budget import Budget
+from ltlplan.logic.budget import Budget, TooLarge
 from ltlplan.logic.conjunction import conjunct_automata
-from ltlplan.search.assignment import Cheapest, asked_of
 from ltlplan.search.itineraries import itinerary
-from ltlplan.search.relevant_places import places_that_matter
+from ltlplan.search.relevant_places import FEW, places_that_matter
 from ltlplan.systems.region_labels import Layout
 from ltlplan.systems.robot_systems import Systems
 from ltlplan.systems.transition_systems import Cost, TransitionSystem
-from verify.data import Formula, Mission, Unsatisfiable, Word
+from verify.data import Formula, Infeasible, Mission, Unsatisfiable, Word
 from verify.data.language.counting import Atom, atoms
+from verify.data.language.formula import FALSE
+
+TIES = 1e-6  # m, more than the tiny amounts that break ties between equally dear plans add up to
+MOST_NAMES = 400  # in a formula: decision diagrams of its letters are as deep as that
+
+Cheapest = Callable[[Mission], float | None]
+"""What the cheapest plan of a mission costs; None where there is none."""
+
+
+class NoWords(Unsatisfiable):
+    """There is no plan; why is found out where it is asked.
+
+    Args:
+        why: Finds the error that says it.
+    """
+
+    def __init__(self, why: Callable[[], Unsatisfiable | Infeasible]) -> None:
+        super().__init__("No plan satisfies the formula.")
+        self.why = why
 
 
 @dataclass(frozen=True)
@@ -91,3 +109,21 @@ class Problem:
         """Return what each robot does along a path of its system."""
         robots = zip(self.mission.agents, self.each, paths, strict=True)
         return {name: itinerary(system, path) for name, system, path in robots}
+
+
+def asked_of(mission: Mission, systems: Sequence[TransitionSystem]) -> Formula:
+    """Return the formula over what these systems can show: what nobody ever shows is false.
+
+    With few regions that is the mission's own formula, whatever is shown.
+
+    Raises:
+        TooLarge: It speaks of more names than conditions on letters can be made of.
+    """
+    if len(mission.all_regions) <= FEW:
+        return mission.formula
+    shown = {name for system in systems for label in system.labels for name in label}
+    asked = mission.formula.substitute(dict.fromkeys(mission.all_regions.keys() - shown, FALSE))
+    if (used := len(asked.names())) > MOST_NAMES:
+        hint = "`!free` speaks of all regions at once; name those that are meant instead."
+        raise TooLarge("The formula speaks of", used, "regions and propositions", MOST_NAMES, hint)
+    return asked

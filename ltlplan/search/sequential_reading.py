@@ -15,6 +15,8 @@ from typing import Generic, TypeVar
 
 from ltlplan.logic.automaton import DEAD
 from ltlplan.search.label_setting import Costs, Label
+from ltlplan.search.memoization import memoized
+from ltlplan.search.numbering import Numbers
 from ltlplan.search.reduced_graph import ReducedGraph
 from ltlplan.search.team_reading import Step, complete, is_complete
 
@@ -66,13 +68,12 @@ class SequentialReading(ABC, Generic[Progress]):
     ) -> None:
         self.graph, self._tree, self._objective = graph, tree, objective
         self._robots, self._width = len(graph.start), graph.width
-        self._progress: list[Progress] = []
-        self._numbers: dict[Progress, int] = {}
+        self._numbers = Numbers[Progress]()
+        self._progress = self._numbers.known
         self._read: list[dict[int, int]] = []
         self._first, self._landed = first, cache(self._after_landing)
         self._rest: list[float] = []
         self._missing: list[int] = []
-        self._left: dict[int, float] = {}
 
     @abstractmethod
     def read(self, progress: Progress, letter: int) -> int:
@@ -122,6 +123,7 @@ class SequentialReading(ABC, Generic[Progress]):
         if following is not None:
             yield following, here.ending, True
 
+    @memoized
     def left(self, state: int) -> float:
         """Return a lower bound on the cost that is left; it falls by no more than a step costs."""
         place, node = divmod(state, self._width)
@@ -166,9 +168,7 @@ class SequentialReading(ABC, Generic[Progress]):
         reached, own = paid
         if is_complete(state):
             return reached, total
-        rest = self._left.get(state)
-        if rest is None:
-            rest = self._left[state] = self.left(state)
+        rest = self.left(state)
         if not self._objective.longest:
             return reached + rest, total
         return max(reached, own, (own + rest) / (self._robots - state // self._width % self._robots)), total
@@ -199,9 +199,8 @@ class SequentialReading(ABC, Generic[Progress]):
         return None if after == DEAD else (after * self._robots + robot) * self._width + node
 
     def _number(self, progress: Progress, rest: float, missing: int) -> int:
-        found = self._numbers.setdefault(progress, len(self._progress))
-        if found == len(self._progress):
-            self._progress.append(progress)
+        found = self._numbers[progress]
+        if found == len(self._rest):
             self._read.append({})
             self._rest.append(rest)
             self._missing.append(missing)

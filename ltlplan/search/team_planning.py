@@ -14,11 +14,11 @@ from decimal import Decimal
 from functools import partial
 from typing import Any, Protocol, Self
 
+from ltlplan.allocation import Allocation
 from ltlplan.logic.budget import Budget, TooLarge
-from ltlplan.search.assignment import TIES, Assignment, NoWords
 from ltlplan.search.endurance import over_endurance
 from ltlplan.search.itineraries import path_cost, word_along
-from ltlplan.search.problem import Problem
+from ltlplan.search.problem import TIES, NoWords, Problem
 from ltlplan.search.reduced_graph import ReducedGraph
 from ltlplan.search.sequential_reading import Objective, SequentialReading
 from ltlplan.search.team_reading import Found, least_highest, least_sum
@@ -263,7 +263,7 @@ def _limits_too_large(budget: Budget) -> TooLarge:
     return TooLarge("Keeping every vehicle's endurance needs", budget.states // 10, "states", budget.states // 10)
 
 
-def assigned(problem: Problem, task: TeamTask) -> Assignment:
+def assigned(problem: Problem, task: TeamTask) -> Allocation:
     """Return the best plan of a team's task as an assignment.
 
     Args:
@@ -300,7 +300,9 @@ def assigned(problem: Problem, task: TeamTask) -> Assignment:
         )
     least = cost if found.stopped is None else max(0.0, found.bound - TIES)
     said = (*notes, *problem.systems.unclear())
-    return Assignment(robots, cost, least, found.stopped is None, max(found.tried, 1), said)
+    return Allocation(
+        robots=robots, cost=cost, lower_bound=least, complete=found.stopped is None, tried=max(found.tried, 1), notes=said
+    )
 
 
 def _refused(problem: Problem, found: PlanningOutcome) -> list[tuple[str, Word]]:

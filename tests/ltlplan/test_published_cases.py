@@ -5,15 +5,16 @@ from __future__ import annotations
 import pytest
 
 import ltlplan
+from ltlplan.allocation import Allocation
 from ltlplan.pipeline import certified_team
-from ltlplan.search.exact import Assignment, assign
+from ltlplan.search.exact import assign
 from tests.helpers.few import few_of
 from tests.helpers.published_cases import CASES, WORDS_ONLY
 from verify import check_team
 from verify.data import Mission
 
 
-def planned(case: str) -> tuple[Mission, Assignment]:
+def planned(case: str) -> tuple[Mission, Allocation]:
     """Return a case and its words, which hold in every order unless robots wait for each other."""
     mission = CASES[case][0]()
     plan = assign(mission)

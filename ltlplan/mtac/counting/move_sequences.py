@@ -18,6 +18,7 @@ from ltlplan.search.counting.counted_plans import CountedPlan, Flown, in_stages
 from ltlplan.search.counting.counting_propositions import Marks
 from ltlplan.search.counting.moves import RobotMoves
 from ltlplan.search.label_setting import BestFirst
+from ltlplan.search.memoization import memoized
 from ltlplan.systems.transition_systems import TransitionSystem
 from verify.data import Letter
 
@@ -63,7 +64,6 @@ class CountedCourses:
         """
         self.systems, self.marks, self._asked = tuple(systems), marks, asked
         self._robots = [RobotMoves(s, partial(marks.of, s.robot), stays=False, skips=False) for s in systems]
-        self._searches: dict[tuple[int, int], BestFirst[int]] = {}
 
     def of(self, plan: CountedPlan) -> Course:
         """Return the course of a plan.
@@ -180,13 +180,13 @@ class CountedCourses:
             return None
         return Step(robot, tuple(ways.path(target)[1:]), ways.costs[target], task)
 
+    @memoized
     def _ways(self, robot: int, at: int) -> BestFirst[int]:
         """Return the cheapest ways from a node, searched to their end."""
-        if (robot, at) not in self._searches:
-            found = self._searches[robot, at] = BestFirst([at], self.systems[robot].edges.__getitem__)
-            for _ in found:
-                pass
-        return self._searches[robot, at]
+        found = BestFirst([at], self.systems[robot].edges.__getitem__)
+        for _ in found:
+            pass
+        return found
 
     def _along(self, robot: int, at: int, path: Sequence[int]) -> float:
         total = 0.0

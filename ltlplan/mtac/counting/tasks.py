@@ -32,7 +32,6 @@ from ltlplan.mtac.tours.shared_tours import Objective
 from ltlplan.paths.costs import team_cost
 from ltlplan.paths.improvement import without_swings
 from ltlplan.paths.nominal import lay_path
-from ltlplan.search.assignment import asked_of
 from ltlplan.search.counting.capacities import small_rooms
 from ltlplan.search.counting.counted_plans import CountedPlan, has_room
 from ltlplan.search.counting.counting_propositions import Marks
@@ -42,6 +41,7 @@ from ltlplan.search.counting.symmetry_classes import CountedTeam, Rooms, TeamCla
 from ltlplan.search.counting.synchronisation import HoversOutside, waits_of
 from ltlplan.search.endurance import require_endurance
 from ltlplan.search.itineraries import itinerary
+from ltlplan.search.problem import asked_of
 from ltlplan.search.relevant_places import places_that_matter
 from ltlplan.systems.objective import is_counted_by_legs
 from ltlplan.systems.region_labels import Layout

@@ -25,9 +25,9 @@ from ltlplan.mtac.tours.shared_tours import Objective, Share, Sharing
 from ltlplan.mtac.tours.task_kinds import TaskKinds
 from ltlplan.mtac.tours.task_tours import Tours
 from ltlplan.paths.costs import team_cost
-from ltlplan.search.assignment import asked_of
 from ltlplan.search.itineraries import itinerary
 from ltlplan.search.own.reading import OwnTask
+from ltlplan.search.problem import asked_of
 from ltlplan.search.reduced_graph import ReducedGraph, Team, letter_classes
 from ltlplan.search.relevant_places import places_that_matter
 from ltlplan.systems.region_labels import Layout

@@ -15,6 +15,7 @@ from ltlplan.logic.automaton import DEAD
 from ltlplan.logic.conjunct_automata import Part
 from ltlplan.logic.product_automaton import Task
 from ltlplan.mtac.tours.task_kinds import TaskKinds
+from ltlplan.search.memoization import memoized
 from ltlplan.search.reduced_graph import ReducedGraph
 from ltlplan.search.robot_paths import is_done, path_search
 
@@ -108,13 +109,13 @@ class Tours:
         self._legs: dict[tuple[int, int, Watched], dict[int, Leg]] = {}
         self._slow_legs: dict[tuple[tuple[int, int, Watched], int, int], Leg | None] = {}
         self._finishes: dict[tuple[int, int, Watched, frozenset[int]], Leg | None] = {}
-        self._known: dict[tuple[int, tuple[int, ...]], Tour] = {}
         self._flights: dict[tuple[int, frozenset[int]], Tour | None] = {}
         self.states_left = STATES
 
     def __len__(self) -> int:
         return len(self._graph.start)
 
+    @memoized
     def tour(self, robot: int, tasks: tuple[int, ...]) -> Tour:
         """Return what a robot does to make some tasks in order.
 
@@ -122,10 +123,8 @@ class Tours:
             robot: Which one.
             tasks: Conjuncts, by index.
         """
-        key = (robot, tasks)
-        if key not in self._known:
-            self._known[key] = self._toured(robot, tasks)
-        return self._known[key]
+        begun = self._begin[robot]
+        return Tour(tasks, math.inf) if begun is None else self._toured(robot, tasks, begun)
 
     def flight(self, robot: int, tasks: tuple[int, ...]) -> Tour:
         """Return the cheapest that a robot can do to make some tasks, in whatever order, as far as that is found quickly.
@@ -184,10 +183,7 @@ class Tours:
         legs = ((task, self._leg(robot, at, task, self._parts[task].initial)) for task in self.tasks)
         return {task: leg.cost for task, leg in legs if leg is not None}
 
-    def _toured(self, robot: int, tasks: tuple[int, ...]) -> Tour:
-        begun = self._begin[robot]
-        if begun is None:
-            return Tour(tasks, math.inf)
+    def _toured(self, robot: int, tasks: tuple[int, ...], begun: Watched) -> Tour:
         at, cost = (self._graph.start[robot], begun), 0.0
         places, nodes, done = [at], [at[0]], set[int]()
         slow = {

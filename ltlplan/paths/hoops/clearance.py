@@ -74,7 +74,10 @@ def conflicts(coefficients: Floats, durations: Floats, where: Room, permitted: S
     for solid, piece in _near_solids(path, where.solids):
         holes = [hole for hole in solid.holes if hole.hoop in permitted[piece]]
         outside = np.array(
-            [*_faces(path[piece], solid.body.convex), *(hole.inner**2 - hole.off_axis(path[piece]) for hole in holes)]
+            [
+                *_above_zero_outside(path[piece][None], solid.body.convex)[0],
+                *(hole.inner**2 - hole.off_axis(path[piece]) for hole in holes),
+            ]
         )
         result += [Conflict(piece, share, "obstacle", solid.body.name) for _, share in _refuted(outside[None] @ to_bernstein.T)]
     return sorted(result, key=lambda c: (c.piece, c.share))
@@ -159,20 +162,15 @@ def _outside_region(
     low, high = hull.min(axis=1) - region.centre, hull.max(axis=1) - region.centre
     beside = np.linalg.norm(np.maximum(np.maximum(low, -high), 0.0), axis=1)
     pieces = [i for i in np.flatnonzero(beside <= region.reach).tolist() if region.name not in permitted[i]]
-    offset = path[pieces] - region.centre
-    faces = np.einsum("pna,fa->pfn", offset, body.normals) - body.distances[:, None]
-    rows = [faces]
-    for matrix, centre, root in zip(body.matrices, body.centres, body.roots, strict=True):
-        rows.append((np.einsum("pna,ab,pnb->pn", offset - centre, matrix, offset - centre) - root**2)[:, None])
-    return pieces, np.concatenate(rows, axis=1)
+    return pieces, _above_zero_outside(path[pieces] - region.centre, body)
 
 
-def _faces(points: Floats, body: ConvexBody) -> Iterator[Floats]:
-    """Yield functions of which one is above zero outside of a body, at points. Shape (nodes, 3) to (nodes,) each."""
-    yield from body.normals @ points.T - body.distances[:, None]
+def _above_zero_outside(points: Floats, body: ConvexBody) -> Floats:
+    """Return functions of which one is above zero outside of a body. Shape (pieces, nodes, 3) to (pieces, inequalities, nodes)."""
+    rows = [np.einsum("pna,fa->pfn", points, body.normals) - body.distances[:, None]]
     for matrix, centre, root in zip(body.matrices, body.centres, body.roots, strict=True):
-        offset = points - centre
-        yield np.einsum("na,ab,nb->n", offset, matrix, offset) - root**2
+        rows.append((np.einsum("pna,ab,pnb->pn", points - centre, matrix, points - centre) - root**2)[:, None])
+    return np.concatenate(rows, axis=1)
 
 
 def _stays_on_its_side(ends: Floats, near: float) -> bool:

@@ -20,6 +20,7 @@ from ltlplan.paths.hoops.hoop_frame import control_points
 from ltlplan.paths.hoops.keep_out import Room
 from ltlplan.paths.hoops.passage_ends import PassageEnds, passage_ends
 from ltlplan.paths.hoops.stops import Side, Stop, before_opening, holds, hoop_axes, primitives_between
+from ltlplan.search.memoization import memoized
 from verify.data import BadInput, Mission, Visit
 from verify.data.plan import Role
 from verify.data.shapes.region import Hoop
@@ -45,19 +46,16 @@ class Legs:
         self.end = None if agent.end is None else np.array(agent.end)
         self.start_regions = frozenset(n for n, o in where.regions.items() if o.holds(self.start))
         self.begins_inside = bool(visits) and holds(mission, self.start, visits[0].region)
-        self._legs: dict[tuple[int, Side, int, Side], list[Stop]] = {}
-        self._ends: dict[str, PassageEnds] = {}
         self.held = HeldPoints(mission, where)
 
+    @memoized
     def ends(self, name: str) -> PassageEnds:
         """Return where passages through a hoop begin and end, and the way to it and from it.
 
         Args:
             name: The hoop's.
         """
-        if name not in self._ends:
-            self._ends[name] = passage_ends(self.mission.hoops[name], self.where, name)
-        return self._ends[name]
+        return passage_ends(self.mission.hoops[name], self.where, name)
 
     def length(self, i: int, left: Side, j: int, entered: Side) -> float:
         """Return the length of the leg from one visit to the next by its primitives, m.
@@ -110,32 +108,25 @@ class Legs:
         before = Stop(points.centre, "centre", name, i) if inner is None else Stop(inner, "front", name, i)
         return Stop(ends.outer(side)[1], "front", name, i, axes=points.frame), before
 
+    @memoized
     def _leg(self, i: int, left: Side, j: int, entered: Side) -> list[Stop]:
         """Return the stops after visit i up to the first stop of visit j (its entry, or its centre)."""
-        key = (i, left, j, entered)
-        if key not in self._legs:
-            name = self.visits[j].region
-            region = self.mission.all_regions[name]
-            axes = hoop_axes(self.mission, name)
-            if entered is not None and isinstance(region, Hoop):
-                entry, led = self.ends(name).outer(entered)[0], self.ends(name).inner(entered)[0] is not None
-                role: Role = "via" if led else "rear" if entered == "F" else "front"
-                target = Stop(entry, role, name, None if led else j, self.held.around(name, entry), axes)
-            elif isinstance(region, Hoop):
-                self._legs[key] = self._into(i, left, j, region)
-                return self._legs[key]
-            else:
-                centre = np.array(region.center)
-                target = Stop(centre, "centre", name, j, self.held.holding(centre))
-            origin = self._exit(i, left)[0]
-            if target.role != "centre":
-                turned = np.allclose(origin.position, target.position, atol=1e-9)  # about, where the last passage ended
-                self._legs[key] = [] if turned else self._way(i, left, target)
-            elif i >= 0 and self.visits[i].region == name and self.numbers[i] != self.numbers[j]:
-                self._legs[key] = [self._outside(origin, name, j), target]
-            else:
-                self._legs[key] = self._with_gate(origin.position, self._way(i, left, target))
-        return self._legs[key]
+        name = self.visits[j].region
+        region, origin = self.mission.all_regions[name], self._exit(i, left)[0]
+        if entered is not None and isinstance(region, Hoop):
+            entry, led = self.ends(name).outer(entered)[0], self.ends(name).inner(entered)[0] is not None
+            if np.allclose(origin.position, entry, atol=1e-9):  # turned about, where the last passage ended
+                return []
+            role: Role = "via" if led else "rear" if entered == "F" else "front"
+            around = self.held.around(name, entry)
+            return self._way(i, left, Stop(entry, role, name, None if led else j, around, hoop_axes(self.mission, name)))
+        if isinstance(region, Hoop):
+            return self._into(i, left, j, region)
+        centre = np.array(region.center)
+        target = Stop(centre, "centre", name, j, self.held.holding(centre))
+        if i >= 0 and self.visits[i].region == name and self.numbers[i] != self.numbers[j]:
+            return [self._outside(origin, name, j), target]
+        return self._with_gate(origin.position, self._way(i, left, target))
 
     def _into(self, i: int, left: Side, j: int, hoop: Hoop) -> list[Stop]:
         """Return the leg to a hoop in which the flight ends: to the control point on its nearer side, or on the other one, then

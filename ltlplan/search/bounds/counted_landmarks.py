@@ -15,6 +15,7 @@ from ltlplan.logic.automaton import DEAD
 from ltlplan.search.bounds.conjunct_graph import ConjunctGraph
 from ltlplan.search.counting.counting_propositions import NEVER, Marks, States, Sums
 from ltlplan.search.joint.conjuncts import JointConjunct
+from ltlplan.search.memoization import memoized
 
 MOST_READ = 50_000
 """States times letters of a conjunct up to which its landmarks are looked for."""
@@ -64,7 +65,6 @@ class CountedLandmarks:
         self._needed = [_landmarks(marks, part) for part in marks.parts]
         self.goals = tuple(sorted({n.goal for found in self._needed for needed in found.values() for n in needed}))
         self._number = {goal: index for index, goal in enumerate(self.goals)}
-        self._by_states: dict[States, tuple[tuple[int, _Needed], ...]] = {}
 
     def __call__(self, states: States, sums: Sums) -> tuple[int, ...]:
         """Return for each goal how many robots that have not reached it must.
@@ -73,16 +73,18 @@ class CountedLandmarks:
             states: The conjuncts' states.
             sums: How many robots make each mark.
         """
-        asked = self._by_states.get(states)
-        if asked is None:
-            needed = {n for found, state in zip(self._needed, states, strict=True) for n in found.get(state, ())}
-            asked = self._by_states[states] = tuple((self._number[n.goal], n) for n in needed)
         missing = [0] * len(self.goals)
-        for number, needed in asked:
+        for number, needed in self._asked(states):
             more = needed.missing(sums)
             if more > missing[number]:
                 missing[number] = more
         return tuple(missing)
+
+    @memoized
+    def _asked(self, states: States) -> tuple[tuple[int, _Needed], ...]:
+        """Return what states need, each with the number of its goal."""
+        needed = {n for found, state in zip(self._needed, states, strict=True) for n in found.get(state, ())}
+        return tuple((self._number[n.goal], n) for n in needed)
 
 
 def never_made(marks: Marks) -> frozenset[int]:

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from ltlplan.search.bounds.counted_landmarks import CountedLandmarks
 from ltlplan.search.counting.classes import Classes, Numbers
 from ltlplan.search.counting.counting_propositions import States, Sums
+from ltlplan.search.memoization import memoized
 from ltlplan.search.team_reading import UNREACHABLE
 
 Floats = NDArray[np.float64]
@@ -48,8 +49,6 @@ class GoalCover:
             sets[:, None] & ~np.array(self._open), np.inf, costs
         )  # of sets that a robot there has not reached in part
         self._rows: list[list[float]] = self._alone.tolist()
-        self._least: dict[frozenset[int], list[float]] = {}
-        self._joined: dict[tuple[int, frozenset[int]], float] = {}
         self._prices: dict[int, list[_Prices]] = {}
 
     def __call__(self, states: States, sums: Sums, numbers: Numbers) -> float:
@@ -129,26 +128,25 @@ class GoalCover:
             found[wanted] = (far + begun).min(axis=1)
         return found
 
+    @memoized
     def _join(self, asked: int, places: frozenset[int]) -> float:
         """Return the least sum of what robots from these classes, as many as are wanted, pay for the goals."""
         if not asked:
             return 0.0
-        found = self._joined.get((asked, places))
-        if found is None:
-            least = self._least.get(places)
-            if least is None:
-                least = self._least[places] = self._alone[:, sorted(places)].min(axis=1).tolist()
-            lowest = asked & -asked
-            found, more = UNREACHABLE, asked ^ lowest
-            while True:
-                first = least[more | lowest]
-                if first < found:
-                    found = min(found, first + self._join(asked ^ (more | lowest), places))
-                if not more:
-                    break
-                more = (more - 1) & (asked ^ lowest)
-            self._joined[asked, places] = found
-        return found
+        least, lowest = self._least(places), asked & -asked
+        found, more = UNREACHABLE, asked ^ lowest
+        while True:
+            first = least[more | lowest]
+            if first < found:
+                found = min(found, first + self._join(asked ^ (more | lowest), places))
+            if not more:
+                return found
+            more = (more - 1) & (asked ^ lowest)
+
+    @memoized
+    def _least(self, places: frozenset[int]) -> list[float]:
+        """Return what one robot from these classes pays at the least for each set of goals, as bits."""
+        return self._alone[:, sorted(places)].min(axis=1).tolist()
 
     def _priced(self, asked: int, missing: Sequence[int], numbers: Numbers) -> list[_Prices]:
         """Return prices for states that need these goals: those of states that need more, and the best of this one."""

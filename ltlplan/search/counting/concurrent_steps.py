@@ -13,6 +13,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from ltlplan.search.counting.counting_propositions import Marks, States, Sums
+from ltlplan.search.memoization import memoized
 
 MOST_STEPS = 20_000
 """Steps of trying all orders of one stage's moves."""
@@ -145,7 +146,6 @@ class _Moved:
 
     def __init__(self, kinds: Sequence[tuple[Sums, ...]]) -> None:
         self._kinds = kinds
-        self._known: dict[tuple[int, tuple[int, ...]], list[tuple[tuple[int, ...], Sums]]] = {}
 
     def further(self, progress: _Progress) -> Iterator[tuple[_Progress, tuple[Sums, ...]]]:
         """Yield what can follow when some robots, one at least, go on by one letter at one instant, with the marks that each kind makes then."""
@@ -154,15 +154,14 @@ class _Moved:
             after, shown = zip(*chosen, strict=True)
             yield after, shown
 
+    @memoized
     def _options(self, kind: int, counts: tuple[int, ...]) -> list[tuple[tuple[int, ...], Sums]]:
         """Return what can follow for one kind, how many of which are at each of their letters; at first that nobody goes on."""
-        found = self._known.get((kind, counts))
-        if found is None:
-            found = self._known[kind, counts] = []
-            for going in itertools.product(*(range(count + 1) for count in counts[:-1])):
-                after = tuple(count - out + new for count, out, new in zip(counts, (*going, 0), (0, *going), strict=True))
-                letters = zip(*self._kinds[kind], strict=True)
-                found.append((after, tuple(sum(a * m for a, m in zip(after, marks, strict=True)) for marks in letters)))
+        found: list[tuple[tuple[int, ...], Sums]] = []
+        for going in itertools.product(*(range(count + 1) for count in counts[:-1])):
+            after = tuple(count - out + new for count, out, new in zip(counts, (*going, 0), (0, *going), strict=True))
+            letters = zip(*self._kinds[kind], strict=True)
+            found.append((after, tuple(sum(a * m for a, m in zip(after, marks, strict=True)) for marks in letters)))
         return found
 
 

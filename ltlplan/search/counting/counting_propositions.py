@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from ltlplan.logic.automaton import DEAD, Automaton
 from ltlplan.search.joint.conjuncts import JointConjunct
+from ltlplan.search.memoization import memoized
 from verify.data import Formula, InternalError, Letter
 from verify.data.language.counting import Atom
 
@@ -58,9 +59,6 @@ class Marks:
         self.seen = tuple(
             tuple(sorted({self.levels[i][0] for i, name in enumerate(asked) if bit[name] & part.mask})) for part in self.parts
         )
-        self._letters: dict[Sums, int] = {}
-        self._after: dict[tuple[States, int], States | None] = {}
-        self._own: dict[tuple[str, Letter], Sums] = {}
         self._named = {robot for robot, _ in self._marks if robot}
 
     @property
@@ -70,19 +68,16 @@ class Marks:
 
     def of(self, robot: str, letter: Letter) -> Sums:
         """Return the marks that one robot's letter makes, each 0 or 1."""
-        key = (robot if robot in self._named else "", letter)
-        found = self._own.get(key)
-        if found is None:
-            marks = (int((not who or who == robot) and shows(counted, letter)) for who, counted in self._marks)
-            found = self._own[key] = tuple(marks)
-        return found
+        return self._made(robot if robot in self._named else "", letter)
 
+    @memoized
+    def _made(self, robot: str, letter: Letter) -> Sums:
+        return tuple(int((not who or who == robot) and shows(counted, letter)) for who, counted in self._marks)
+
+    @memoized
     def letter(self, sums: Sums) -> int:
         """Return the team's letter, as bits over the propositions."""
-        found = self._letters.get(sums)
-        if found is None:
-            found = self._letters[sums] = sum(1 << i for i, (mark, least) in enumerate(self.levels) if sums[mark] >= least)
-        return found
+        return sum(1 << i for i, (mark, least) in enumerate(self.levels) if sums[mark] >= least)
 
     def begin(self, sums: Sums) -> States | None:
         """Return the states after the first letter; None where it loses the task."""
@@ -90,11 +85,12 @@ class Marks:
 
     def read(self, states: States, sums: Sums) -> States | None:
         """Return the states after one more letter; None where the task is lost."""
-        key = states, self.letter(sums)
-        if key not in self._after:
-            found = tuple(part.step(state, key[1]) for part, state in zip(self.parts, states, strict=True))
-            self._after[key] = None if DEAD in found else found
-        return self._after[key]
+        return self._after(states, self.letter(sums))
+
+    @memoized
+    def _after(self, states: States, letter: int) -> States | None:
+        found = tuple(part.step(state, letter) for part, state in zip(self.parts, states, strict=True))
+        return None if DEAD in found else found
 
     def accepting(self, states: States) -> bool:
         """Tell whether everything is done."""

@@ -16,6 +16,7 @@ from functools import cached_property, partial
 
 from ltlplan.search.counting.counting_propositions import Sums
 from ltlplan.search.label_setting import Label, ParetoSearch
+from ltlplan.search.memoization import memoized
 from ltlplan.systems.transition_systems import TransitionSystem
 from verify.data import Letter
 
@@ -71,7 +72,6 @@ class RobotMoves:
         self.marks = tuple(marks_of(letter) for letter in system.labels)
         self._skips = skips
         self._stays, self._hovers = stays, hovers
-        self._known: dict[int, tuple[Move, ...]] = {}
 
     def rests(self, node: int) -> bool:
         """Tell whether a robot at a node can wait there for others."""
@@ -84,12 +84,10 @@ class RobotMoves:
         """Tell whether the flight may end at a node."""
         return self.system.final is None or node in self.system.final
 
+    @memoized
     def of(self, node: int) -> tuple[Move, ...]:
         """Return the moves from a node at which a robot rests."""
-        found = self._known.get(node)
-        if found is None:
-            found = self._known[node] = tuple(self._moves(node))
-        return found
+        return tuple(self._moves(node))
 
     @cached_property
     def _acts(self) -> tuple[tuple[tuple[int, float], ...], ...]:

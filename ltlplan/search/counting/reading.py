@@ -21,6 +21,7 @@ from ltlplan.search.bounds.goal_cover import GoalCover
 from ltlplan.search.counting.classes import Classes, ClassMove, Numbers
 from ltlplan.search.counting.counting_propositions import States, Sums
 from ltlplan.search.label_setting import Costs, Label
+from ltlplan.search.memoization import memoized
 from ltlplan.search.team_reading import UNREACHABLE, Found, Step, complete, is_complete
 
 _Place = tuple[States, Numbers, Sums]
@@ -79,7 +80,6 @@ class CountReading:
         self._bounds, self._below, self._greed = bounds, below, greed
         self._places: list[_Place] = []
         self._numbers: dict[tuple[States, Numbers], int] = {}
-        self._left: dict[int, float] = {}
 
     @property
     def reached(self) -> int:
@@ -111,14 +111,11 @@ class CountReading:
                     target = self._number(after, tuple(moved), tuple(map(add, sums, change.end)))
                     yield target, change.move.cost, change.move
 
+    @memoized
     def left(self, state: int) -> float:
         """Return a lower bound on the sum of the costs that are left: the larger one of `goal_cover` and of the conjuncts."""
-        found = self._left.get(state)
-        if found is None:
-            states, numbers, sums = self._places[-state]
-            found = max(self._bounds.conjuncts(states, sums), self._bounds.cover(states, sums, numbers))
-            self._left[state] = found
-        return found
+        states, numbers, sums = self._places[-state]
+        return max(self._bounds.conjuncts(states, sums), self._bounds.cover(states, sums, numbers))
 
     def left_of_conjuncts(self, state: int) -> float:
         """Return a lower bound on the sum of the costs that are left, from each conjunct by itself: quick to make, and smaller."""

@@ -16,6 +16,7 @@ from ltlplan.search.counting.counting_propositions import Marks, Sums
 from ltlplan.search.counting.moves import Move, RobotMoves
 from ltlplan.search.counting.reading import Course
 from ltlplan.search.least_cost_matching import cheapest_assignment
+from ltlplan.search.numbering import Numbers
 from ltlplan.systems.transition_systems import Node, TransitionSystem
 from verify.data import InternalError
 
@@ -84,10 +85,9 @@ class TeamClasses:
             kind if system.robot not in self.marks.named else f"{kind} {system.robot}"
             for kind, system in zip(team.kinds, team.systems, strict=True)
         ]
-        self.classes: list[_Class] = []
+        self.classes = Numbers[_Class]()
         self.member: list[tuple[int, int]] = []  # of each class a robot and a node of it
         self._last: list[bool] = []
-        self._numbers: dict[_Class, int] = {}
         self.start = [self._class(robot, system.initial) for robot, system in enumerate(self.systems)]
 
     def _class(self, robot: int, node: int, *, last: bool = False) -> int:
@@ -98,10 +98,8 @@ class TeamClasses:
             moves = self.robots[robot].of(node)
             ways = frozenset((self._way(robot, move), round(move.cost, 6) if self._apart else 0.0) for move in moves)
             key = self.kinds[robot], system.labels[node], ways, self.robots[robot].ends(node)
-        found = self._numbers.get(key)
-        if found is None:
-            found = self._numbers[key] = len(self.classes)
-            self.classes.append(key)
+        found = self.classes[key]
+        if found == len(self.member):
             self.member.append((robot, node))
             self._last.append(last)
         return found

@@ -17,11 +17,11 @@ from functools import partial
 from ltlplan.logic.budget import Budget
 from ltlplan.logic.conjunction import conjuncts
 from ltlplan.logic.small_automata import small_automaton
-from ltlplan.search.assignment import TIES
 from ltlplan.search.cycles.lasso import LassoRun, begun_soonest, cheapest_lasso
 from ltlplan.search.cycles.memoryless_automata import closes_at_once
 from ltlplan.search.cycles.team_cycles import TeamCycles, are_apart, may_begin, without_stays
 from ltlplan.search.cycles.team_readers import temporal_operators
+from ltlplan.search.problem import TIES
 from ltlplan.systems.transition_systems import TransitionSystem
 from verify.data import Formula, Infeasible, Mission
 

@@ -10,11 +10,10 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
-from ltlplan.allocation import Itinerary
+from ltlplan.allocation import Allocation, Itinerary
 from ltlplan.logic.automaton import Automaton
 from ltlplan.logic.budget import Budget, TooLarge
 from ltlplan.logic.conjunction import conjunct_automata
-from ltlplan.search.assignment import TIES, Assignment, NoWords
 from ltlplan.search.cycles.cheapest_cycles import Effort, cycles_below, least_of_all_cycles
 from ltlplan.search.cycles.conjunct_assignment import parts_of, share_out
 from ltlplan.search.cycles.lasso import LassoRun, cheapest_lasso, lasso_exists
@@ -27,7 +26,7 @@ from ltlplan.search.cycles.team_system import TeamSystem
 from ltlplan.search.cycles.word_lasso import improve_lasso
 from ltlplan.search.explanations.requirements import all_of
 from ltlplan.search.itineraries import lasso_itinerary
-from ltlplan.search.problem import Problem
+from ltlplan.search.problem import TIES, NoWords, Problem
 from ltlplan.systems.transition_systems import TransitionSystem
 from verify.data import Formula, Infeasible, Unsatisfiable
 from verify.data.plan import Meeting
@@ -37,7 +36,7 @@ WORD_STATES = 10_000  # states for looking for a cheaper infinite word than the 
 _NOT_RULED_OUT = "A cheaper lap was not ruled out."
 
 
-def plan(problem: Problem) -> Assignment:
+def plan(problem: Problem) -> Allocation:
     """Plan an infinite trace; as many cycles count as are flown.
 
     Raises:
@@ -49,7 +48,7 @@ def plan(problem: Problem) -> Assignment:
     return _plan_team(problem) if problem.several else _plan_one(problem)
 
 
-def _plan_one(problem: Problem) -> Assignment:
+def _plan_one(problem: Problem) -> Allocation:
     mission, budget, (system,) = problem.mission, problem.budget, problem.each
 
     def possible(parts: Sequence[Formula], worlds: Sequence[TransitionSystem]) -> bool:
@@ -77,12 +76,13 @@ def _plan_one(problem: Problem) -> Assignment:
     if found.certain:
         least = run.cost(repeat)
         if robot.cost <= least + 2 * TIES:
-            return Assignment({name: robot}, robot.cost, robot.cost, complete=True, tried=1)
+            return Allocation(robots={name: robot}, cost=robot.cost, lower_bound=robot.cost, complete=True)
         note = "A lap begins with a visit, so part of one is flown before the first lap; a cheaper plan was not ruled out."
-        return Assignment({name: robot}, robot.cost, max(0.0, least - TIES), complete=False, tried=1, notes=(note,))
+        return Allocation(robots={name: robot}, cost=robot.cost, lower_bound=max(0.0, least - TIES), notes=(note,))
     note = "The cheapest round of the planning automaton" if found.exact else "The best round found within the budget of states"
     bound = _least_lasso(system, automata, run, repeat, budget)
-    return Assignment({name: robot}, robot.cost, bound, False, 1, (f"{note}; a cheaper word was not ruled out.",))
+    notes = (f"{note}; a cheaper word was not ruled out.",)
+    return Allocation(robots={name: robot}, cost=robot.cost, lower_bound=bound, notes=notes)
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,7 +145,7 @@ class _Flown:
         return self.least is not None and self.cost <= self.least + 2 * TIES
 
 
-def _plan_team(problem: Problem) -> Assignment:
+def _plan_team(problem: Problem) -> Allocation:
     found = _cheapest(problem)
     if found is None:
         raise NoWords(lambda: _no_team_cycles(problem))
@@ -153,7 +153,9 @@ def _plan_team(problem: Problem) -> Assignment:
         least = least_of_all_cycles(problem.mission, problem.each, problem.asked, problem.budget, found.cost)
         found = found if least is None else replace(found, least=max(least, found.least or 0.0))
     notes = (*found.notes, *(() if found.proved else (found.gap,)), *problem.systems.unclear())
-    return Assignment(found.robots, found.cost, found.least, found.proved, 1, notes, found.waits)
+    return Allocation(
+        robots=found.robots, cost=found.cost, lower_bound=found.least, complete=found.proved, notes=notes, meetings=found.waits
+    )
 
 
 def _cheapest(problem: Problem) -> _Flown | None:

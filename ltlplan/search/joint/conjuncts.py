@@ -17,6 +17,8 @@ from ltlplan.logic.budget import TooLarge
 from ltlplan.logic.conjunct_automata import bits
 from ltlplan.logic.decision_diagrams import TRUE
 from ltlplan.logic.transition_monoid import breaking_order, robots_in_order
+from ltlplan.search.memoization import memoized
+from ltlplan.search.numbering import Numbers
 
 MAX_IMAGES = 4096
 """States times contexts of a conjunct up to which what words do to it is tracked."""
@@ -45,24 +47,19 @@ class JointConjunct:
         self.initial = one(automaton.initial)
         self._final = sum(1 << state for state in automaton.accepting)
         self._done = {s for s in automaton.states if s in automaton.accepting and automaton.edges[s] == ((TRUE, s),)}
-        self._steps: dict[tuple[int, int], int] = {}
 
     def step(self, state: int, letter: int) -> int:
         """Return the state after a letter, or `DEAD`."""
-        if state == DEAD:
-            return DEAD
-        key = (state, letter & self.mask)
-        found = self._steps.get(key)
-        if found is None:
-            names = frozenset(name for name, bit in self._bit.items() if key[1] & bit)
-            if self.deterministic:
-                found = next(iter(self.automaton.successors(state, names)), DEAD)
-            else:
-                targets = {t for at in bits(state) for t in self.automaton.successors(at, names)}
-                done = targets & self._done  # accepts whatever comes, so the other states do not matter
-                found = sum(1 << target for target in (sorted(done)[:1] or targets)) or DEAD
-            self._steps[key] = found
-        return found
+        return DEAD if state == DEAD else self._after(state, letter & self.mask)
+
+    @memoized
+    def _after(self, state: int, seen: int) -> int:
+        names = frozenset(name for name, bit in self._bit.items() if seen & bit)
+        if self.deterministic:
+            return next(iter(self.automaton.successors(state, names)), DEAD)
+        targets = {t for at in bits(state) for t in self.automaton.successors(at, names)}
+        done = targets & self._done  # accepts whatever comes, so the other states do not matter
+        return sum(1 << target for target in (sorted(done)[:1] or targets)) or DEAD
 
     def accepting(self, state: int) -> bool:
         """Tell whether a state is accepting."""
@@ -128,8 +125,7 @@ class WordEffects:
         self.contexts = tuple(contexts or ())
         self._contexts = None if contexts is None else {context: i for i, context in enumerate(contexts)}
         self._acts: list[tuple[tuple[int, ...], ...]] = []  # without contexts: the word, as one tuple
-        self._numbers: dict[object, int] = {}
-        self._read: dict[tuple[int, int], int] = {}
+        self._numbers = Numbers[tuple[int, int, bool, tuple[tuple[int, ...], ...]]]()
 
     def begin(self, letter: int) -> int:
         """Return the number of the word that is one letter."""
@@ -139,14 +135,13 @@ class WordEffects:
     def read(self, number: int, letter: int) -> int:
         """Return the number of a word with one more letter."""
         letter &= self.part.mask
-        if letter == self.last[number]:
-            return number
-        found = self._read.get((number, letter))
-        if found is None:
-            act = self._acts[number]
-            longer = ((*act[0], letter),) if self._contexts is None else self._after(letter, act)
-            found = self._read[number, letter] = self._number(self.first[number], letter, True, longer)
-        return found
+        return number if letter == self.last[number] else self._longer(number, letter)
+
+    @memoized
+    def _longer(self, number: int, letter: int) -> int:
+        act = self._acts[number]
+        longer = ((*act[0], letter),) if self._contexts is None else self._after(letter, act)
+        return self._number(self.first[number], letter, True, longer)
 
     def of(self, letters: Sequence[int]) -> int:
         """Return the number of a word."""
@@ -211,10 +206,8 @@ class WordEffects:
         return tuple(tuple(part.step(state, letter | context) for state in images) for context, images in pairs)
 
     def _number(self, first: int, last: int, moved: bool, act: tuple[tuple[int, ...], ...]) -> int:
-        key = (first, last, moved, act)
-        found = self._numbers.get(key)
-        if found is None:
-            found = self._numbers[key] = len(self._acts)
+        found = self._numbers[first, last, moved, act]
+        if found == len(self._acts):
             self.first.append(first)
             self.last.append(last)
             self.moved.append(moved)

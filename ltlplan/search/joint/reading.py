@@ -15,6 +15,7 @@ from ltlplan.search.bounds.conjunct_bounds import ConjunctBounds
 from ltlplan.search.bounds.conjunct_graph import ConjunctGraph
 from ltlplan.search.bounds.order_bounds import OrderBounds
 from ltlplan.search.joint.conjuncts import JointConjunct, WordEffects
+from ltlplan.search.memoization import memoized
 from ltlplan.search.reduced_graph import ReducedGraph, Team
 from ltlplan.search.sequential_reading import Objective, SequentialReading
 from ltlplan.search.team_reading import UNREACHABLE
@@ -239,7 +240,6 @@ class _Orders(OrderBounds[int, Seen]):
     def __init__(self, words: WordEffects, index: int, bounds: ConjunctBounds[Seen]) -> None:
         super().__init__(index, bounds)
         self._words = words
-        self._goals: dict[tuple[tuple[int, ...], int], frozenset[Seen]] = {}
 
     def moves(self, word: int) -> bool:
         return self._words.moved[word]
@@ -258,17 +258,15 @@ class _Orders(OrderBounds[int, Seen]):
         landed = self._union(words.last, before[:-1], 0)  # the last one is still to fly on
         return None if state == DEAD else (seen, self._goals_before(tuple(after), landed))
 
+    @memoized
     def _goals_before(self, after: tuple[int, ...], landed: int) -> frozenset[Seen]:
-        found = self._goals.get((after, landed))
-        if found is None:
-            part = self._words.part
-            found = self._goals[after, landed] = frozenset(
-                (state, held)
-                for held in _subsets(part.mask)
-                for state in part.domain
-                if any(map(part.accepting, self._reached(state, held, after, landed)))
-            )
-        return found
+        part = self._words.part
+        return frozenset(
+            (state, held)
+            for held in _subsets(part.mask)
+            for state in part.domain
+            if any(map(part.accepting, self._reached(state, held, after, landed)))
+        )
 
     def _reached(self, state: int, held: int, after: Sequence[int], landed: int) -> set[int]:
         """Return all states that some words may lead to, while those that flew before hold `landed`, or up to `held` in all."""

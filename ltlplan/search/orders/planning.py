@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+from ltlplan.allocation import Allocation
 from ltlplan.logic.automaton import Automaton
 from ltlplan.logic.budget import TooLarge
-from ltlplan.search.assignment import TIES, Assignment
 from ltlplan.search.counting.counting_propositions import Marks
 from ltlplan.search.orders.abstraction import alike_merged
 from ltlplan.search.orders.event_names import Names
@@ -19,7 +19,7 @@ from ltlplan.search.orders.linearisations import Event, Linearisations
 from ltlplan.search.orders.minimal_precedences import needed_orders
 from ltlplan.search.orders.reading import Course, EventReading, is_event, shown_by
 from ltlplan.search.orders.state_sets import Reading, Shown, shown_at
-from ltlplan.search.problem import Problem
+from ltlplan.search.problem import TIES, Problem
 from ltlplan.systems.transition_systems import TransitionSystem
 from verify.data import Infeasible
 from verify.data.language.counting import Atom
@@ -46,7 +46,7 @@ class OrderedPlan:
     reached: int
 
 
-def plan(problem: Problem) -> Assignment | None:
+def plan(problem: Problem) -> Allocation | None:
     """Plan words that hold under precedences between events; None where none do.
 
     Raises:
@@ -77,7 +77,9 @@ def plan(problem: Problem) -> Assignment | None:
     if not complete:
         notes.append("A plan whose dearest robot costs less may exist.")
     robots, said = problem.itineraries(found.paths), (*notes, *problem.systems.unclear())
-    return Assignment(robots, total, least, complete, 1, said, precedences=found.precedences)
+    return Allocation(
+        robots=robots, cost=total, lower_bound=least, complete=complete, notes=said, precedences=found.precedences
+    )
 
 
 def plan_ordered(

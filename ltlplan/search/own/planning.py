@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from ltlplan.allocation import Allocation
 from ltlplan.logic.automaton import Automaton
 from ltlplan.logic.budget import Budget
 from ltlplan.logic.product_automaton import Task
-from ltlplan.search.assignment import Assignment
 from ltlplan.search.own.reading import OwnTask
 from ltlplan.search.problem import Problem
 from ltlplan.search.reduced_graph import Team
@@ -15,7 +15,7 @@ from ltlplan.search.team_planning import assigned, least_in_one_order
 from ltlplan.systems.transition_systems import TransitionSystem
 
 
-def plan(problem: Problem) -> Assignment:
+def plan(problem: Problem) -> Allocation:
     """Plan words that hold in every order of the robots, by the mission's objective and within the endurance of vehicles.
 
     Raises:

@@ -9,10 +9,10 @@ from random import Random
 import pytest
 
 from ltlplan import plan
-from ltlplan.allocation import Itinerary
+from ltlplan.allocation import Allocation, Itinerary
 from ltlplan.logic.conjunction import conjuncts
 from ltlplan.pipeline import certified_team
-from ltlplan.search.exact import Assignment, assign
+from ltlplan.search.exact import assign
 from tests.helpers.few import few_of
 from tests.helpers.patterns import cases, patterns
 from tests.helpers.plain_team_words import Held, holds
@@ -79,7 +79,7 @@ def accepted(formula: Formula, word: Word) -> bool:
     return all(spot_accepts(part, word) for part in conjuncts(formula))
 
 
-def flown_in_some_order(found: Assignment, rng: Random) -> list[Held]:
+def flown_in_some_order(found: Allocation, rng: Random) -> list[Held]:
     """Return a team word of words that keep their waits: one robot goes on by one letter at each position, drawn at random."""
     words = {name: robot.word.letters for name, robot in found.robots.items()}
     entered = {name: list(_entered(robot)) for name, robot in found.robots.items()}

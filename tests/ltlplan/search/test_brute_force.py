@@ -13,8 +13,9 @@ from random import Random
 
 import pytest
 
+from ltlplan.allocation import Allocation
 from ltlplan.logic.budget import Budget, TooLarge
-from ltlplan.search.exact import Assignment, assign
+from ltlplan.search.exact import assign
 from ltlplan.search.explanations.unsatisfiable_cores import NoPlan
 from tests.helpers.brute_force import Event, Held, Together, Vectors, for_ever, outcomes
 from tests.helpers.brute_plans import Tour, keeps, teams, words_of, worth
@@ -43,7 +44,7 @@ def asked(rng: Random, size: int) -> Formula:
     return parse_formula(str(random_formula(rng, rng.randint(1, size))).replace("water", "a").replace("c", "b"))
 
 
-def planned(mission: Mission, formula: Formula) -> Assignment | NoPlan:
+def planned(mission: Mission, formula: Formula) -> Allocation | NoPlan:
     try:
         return assign(mission.asking(str(formula)), budget=Budget(states=20_000))
     except NoPlan as refusal:
@@ -58,7 +59,7 @@ def the_core_is_true(mission: Mission, core: tuple[str, ...], most: int) -> None
     assert not any(keeps(words_of(chosen), mission.spec.team, vectors) for _, chosen in short), core
     for i in range(len(core)):
         others = [f"({part})" for part in (*core[:i], *core[i + 1 :])]
-        assert not others or isinstance(planned(mission, parse_formula(" & ".join(others))), Assignment), core
+        assert not others or isinstance(planned(mission, parse_formula(" & ".join(others))), Allocation), core
 
 
 def words_agree(rng: Random) -> bool:
@@ -84,7 +85,7 @@ def words_agree(rng: Random) -> bool:
     return True
 
 
-def _is_cheapest(plan: Assignment, best: float | None, *, short: bool, case: object) -> None:
+def _is_cheapest(plan: Allocation, best: float | None, *, short: bool, case: object) -> None:
     assert best is not None or not short, (case, plan.robots)
     if best is None:
         return
@@ -94,7 +95,7 @@ def _is_cheapest(plan: Assignment, best: float | None, *, short: bool, case: obj
     assert not short or plan.cost >= best - CLOSE, (case, plan.cost, plan.robots)
 
 
-def events(plan: Assignment) -> list[tuple[Event, Event]]:
+def events(plan: Allocation) -> list[tuple[Event, Event]]:
     """Return precedences as events: a visit's letter has odd index, as no robot acts and all start in free flight."""
     return [
         (

@@ -7,9 +7,10 @@ from collections.abc import Iterator
 import pytest
 from hypothesis import strategies as st
 
+from ltlplan.allocation import Allocation
 from ltlplan.logic.budget import Budget, TooLarge
 from ltlplan.missions import load_mission
-from ltlplan.search.exact import Assignment, assign
+from ltlplan.search.exact import assign
 from ltlplan.search.explanations.unsatisfiable_cores import NoPlan
 from ltlplan.systems.visit_words import word_of
 from tests.helpers.few import given_few
@@ -21,11 +22,11 @@ from verify.data import BadInput, Formula, Mission, Unsatisfiable, Visit, missio
 SMALL = {"a": (0.0, 0.0), "b": (2.0, 0.0), "c": (2.0, 1.5)}
 
 
-def visited(plan: Assignment) -> dict[str, list[str]]:
+def visited(plan: Allocation) -> dict[str, list[str]]:
     return {name: [visit.region for visit in robot.visits] for name, robot in plan.robots.items()}
 
 
-def assert_sound(mission: Mission, plan: Assignment) -> None:
+def assert_sound(mission: Mission, plan: Allocation) -> None:
     """The words are what the visits show, the judge accepts them, and the costs add up."""
     for name, robot in plan.robots.items():
         stays = bool(robot.visits) and robot.visits[-1].region in robot.word.letters[-1]
@@ -149,7 +150,7 @@ def test_a_region_inside_another_shows_both() -> None:
         assign(world("F desk & G !room", regions=places, radii=radii, starts=((-4.0, 0.0),)))
 
 
-def assert_sound_words(mission: Mission, plan: Assignment) -> None:
+def assert_sound_words(mission: Mission, plan: Allocation) -> None:
     words = {name: robot.word for name, robot in plan.robots.items()}
     assert check_team(mission.formula, words).sequential
 
@@ -310,7 +311,7 @@ def test_two_robots_against_brute_force(formula: Formula) -> None:
     assert_cheapest(world(str(formula), regions=SMALL, robots=2, starts=((-0.5, -0.5), (2.5, 0.5))), 2)
 
 
-def not_again(plan: Assignment) -> bool:
+def not_again(plan: Allocation) -> bool:
     return all(x != y for tour in visited(plan).values() for x, y in itertools.pairwise(tour))
 
 

@@ -55,13 +55,13 @@ def _as_written_out(formula: Formula, robots: tuple[str, ...], known: dict[int, 
         case "some":
             return _at_least(formula.arguments[0], 1, robots, formula.position)
         case "all":
-            return _not(_at_least(_not(formula.arguments[0]), 1, robots, formula.position))
+            return negated(_at_least(negated(formula.arguments[0]), 1, robots, formula.position))
         case "count":
             assert formula.bound is not None
             (sign, number), counted = formula.bound, formula.arguments[0]
             if sign in (">=", ">"):
                 return _at_least(counted, number + (sign == ">"), robots, formula.position)
-            most = _not(_at_least(counted, number + (sign != "<"), robots, formula.position))
+            most = negated(_at_least(counted, number + (sign != "<"), robots, formula.position))
             return most if sign != "==" else _both(_at_least(counted, number, robots, formula.position), most)
         case "ever":
             assert formula.bound is not None
@@ -101,12 +101,13 @@ def _ever(formula: Formula, robots: tuple[str, ...], number: int, *, never: bool
             f"`{formula}` is written out for {math.comb(len(robots), size)} sets of {size} of the {len(robots)} robots; {MOST_SETS} are the most. "
             "Use a bound nearer to 0 or to the number of robots."
         )
-    counted = Formula("G", (_not(formula.arguments[0]),)) if never else Formula("F", formula.arguments)
+    counted = Formula("G", (negated(formula.arguments[0]),)) if never else Formula("F", formula.arguments)
     each = [_written_out(counted.of(robot), robots, {}) for robot in robots]
     return _halved([_halved(some, "|") for some in itertools.combinations(each, size)])
 
 
-def _not(formula: Formula) -> Formula:
+def negated(formula: Formula) -> Formula:
+    """Return the negation of a formula, without a double one."""
     if formula in (TRUE, FALSE):
         return FALSE if formula == TRUE else TRUE
     return formula.arguments[0] if formula.operator == "!" else Formula("!", (formula,), "", formula.position)

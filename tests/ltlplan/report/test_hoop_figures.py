@@ -7,7 +7,7 @@ from ltlplan.missions import load_mission
 from ltlplan.paths.costs import WeightedCost
 from ltlplan.paths.cross_entropy.cross_entropy import Options, improve
 from ltlplan.paths.hoops import route_sequence
-from ltlplan.paths.hoops.pictures import control_point_figure, path_figure, primitives_figure, round_figure
+from ltlplan.report.hoop_figures import control_point_figure, path_figure, primitives_figure, round_figure
 from verify.data import BadInput
 
 
