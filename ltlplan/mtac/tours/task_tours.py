@@ -106,10 +106,6 @@ class Tours:
         self._slow = frozenset(self.tasks).difference(one_letter, self._own)
         first = tuple(kinds.begun(index) for index in self._watched)
         self._begin = [self._read(first, letter) for letter in starts]
-        self._legs: dict[tuple[int, int, Watched], dict[int, Leg]] = {}
-        self._slow_legs: dict[tuple[tuple[int, int, Watched], int, int], Leg | None] = {}
-        self._finishes: dict[tuple[int, int, Watched, frozenset[int]], Leg | None] = {}
-        self._flights: dict[tuple[int, frozenset[int]], Tour | None] = {}
         self.states_left = STATES
 
     def __len__(self) -> int:
@@ -133,10 +129,8 @@ class Tours:
             robot: Which one.
             tasks: Conjuncts, by index, in an order that is taken where no better one is found.
         """
-        key = (robot, frozenset(tasks))
-        if key not in self._flights:
-            self._flights[key] = self._searched(robot, key[1]) if len(tasks) <= MOST_SEARCHED else None
-        in_order, found = self.tour(robot, tasks), self._flights[key]
+        found = self._searched(robot, frozenset(tasks)) if len(tasks) <= MOST_SEARCHED else None
+        in_order = self.tour(robot, tasks)
         return in_order if found is None or found.cost >= in_order.cost - _EPSILON else found
 
     def insertions(self, robot: int, tour: Tour, task: int) -> Iterator[tuple[float, int]]:
@@ -205,6 +199,7 @@ class Tours:
             return Tour(tasks, math.inf)
         return Tour(tasks, cost + leg.cost, tuple(places), (*nodes, *leg.nodes), leg.cost)
 
+    @memoized
     def _searched(self, robot: int, tasks: frozenset[int]) -> Tour | None:
         """Return the cheapest way to do some tasks (A*); None where there is none, or none was found within `states_left`."""
         begun = self._begin[robot]
@@ -279,24 +274,27 @@ class Tours:
 
     def _leg(self, robot: int, at: Place, task: int, state: int) -> Leg | None:
         """Return the cheapest way to do a task, which is in a state; None where there is none."""
-        here = (*self._graph.key(robot, at[0]), at[1])
-        if task not in self._slow:
-            if here not in self._legs:
-                self._legs[here] = self._legs_from(robot, at)
-            return self._legs[here].get(task)
-        if (here, task, state) not in self._slow_legs:
-            part = self._parts[task]
+        owner = self._owner(robot, at)
+        return self._slow_leg(owner, at, task, state) if task in self._slow else self._legs_from(owner, at).get(task)
 
-            def read(key: tuple[Watched, int], letter: int) -> tuple[Watched, int] | None:
-                after = self._read(key[0], letter)
-                return None if after is None else (after, part.row(key[1])[letter])
+    def _owner(self, robot: int, at: Place) -> int:
+        """Return the first robot for which all ways from a place are the same."""
+        return max(0, self._graph.key(robot, at[0])[0])
 
-            search = path_search(self._graph, robot, (at[0], (at[1], state)), read)
-            end = next((key for key, _, _ in search if part.accepting(key[1][1])), None)
-            path = [] if end is None else [(node, watched) for node, (watched, _) in search.path(end)]
-            self._slow_legs[here, task, state] = None if end is None else self._as_leg(robot, path, search.costs[end])
-        return self._slow_legs[here, task, state]
+    @memoized
+    def _slow_leg(self, robot: int, at: Place, task: int, state: int) -> Leg | None:
+        part = self._parts[task]
 
+        def read(key: tuple[Watched, int], letter: int) -> tuple[Watched, int] | None:
+            after = self._read(key[0], letter)
+            return None if after is None else (after, part.row(key[1])[letter])
+
+        search = path_search(self._graph, robot, (at[0], (at[1], state)), read)
+        end = next((key for key, _, _ in search if part.accepting(key[1][1])), None)
+        path = [] if end is None else [(node, watched) for node, (watched, _) in search.path(end)]
+        return None if end is None else self._as_leg(robot, path, search.costs[end])
+
+    @memoized
     def _legs_from(self, robot: int, at: Place) -> dict[int, Leg]:
         """Return the cheapest ways to do each task of one letter, and each own task."""
         found: dict[int, Leg] = {}
@@ -315,13 +313,13 @@ class Tours:
 
     def _finish(self, robot: int, at: Place, tasks: tuple[int, ...]) -> Leg | None:
         """Return the cheapest way to where a robot's word may end; None where there is none."""
-        own = frozenset(tasks).intersection(self._own)
-        name = (*self._graph.key(robot, at[0]), at[1], own)
-        if name not in self._finishes:
-            search = path_search(self._graph, robot, at, self._read, lambda watched: self._may_end(watched, own))
-            found = next(((key, cost) for key, cost, _ in search if is_done(key)), None)
-            self._finishes[name] = None if found is None else self._as_leg(robot, search.path(found[0])[:-1], found[1])
-        return self._finishes[name]
+        return self._finished(self._owner(robot, at), at, frozenset(tasks).intersection(self._own))
+
+    @memoized
+    def _finished(self, robot: int, at: Place, own: frozenset[int]) -> Leg | None:
+        search = path_search(self._graph, robot, at, self._read, lambda watched: self._may_end(watched, own))
+        found = next(((key, cost) for key, cost, _ in search if is_done(key)), None)
+        return None if found is None else self._as_leg(robot, search.path(found[0])[:-1], found[1])
 
     def _as_leg(self, robot: int, path: Sequence[Place], cost: float) -> Leg:
         """Return a way as a leg; its first place is where it begins."""

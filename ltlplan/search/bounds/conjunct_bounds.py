@@ -8,12 +8,13 @@ The sum is never more than the true rest. Where a conjunct has no way to a goal,
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from functools import cache, reduce
+from functools import reduce
 from operator import or_
 from typing import Generic
 
 from ltlplan.search.bounds.conjunct_graph import ConjunctGraph, Node, single_bits
 from ltlplan.search.bounds.spanning_tree import SpanningTreeBound
+from ltlplan.search.memoization import memoized
 from ltlplan.search.reduced_graph import ReducedGraph
 from ltlplan.search.team_reading import UNREACHABLE
 
@@ -31,7 +32,6 @@ class ConjunctBounds(Generic[Node]):
 
     Attributes:
         tree: Lower bounds on the cost to show what must still be shown.
-        to: From a conjunct that is known, by index, and some of its nodes to what is left from each node to one of these.
     """
 
     def __init__(self, graphs: Sequence[ConjunctGraph[Node] | None], masks: Sequence[int], reduced: ReducedGraph) -> None:
@@ -44,7 +44,6 @@ class ConjunctBounds(Generic[Node]):
         self._prices = [{} if graph is None else _least_prices(graph, masks, shares) for graph in graphs]
         letters = {letter for label in reduced.label for letter in label}
         self._shown = reduce(or_, (masks[letter] for letter in letters), 0)
-        self.to = cache(self._to)
         self._rest = [None if graph is None else self.to(index, graph.goals) for index, graph in enumerate(graphs)]
         self._shown = reduce(or_, (needed for rest in self._rest if rest is not None for needed in rest[1].values()), 0)
         self.tree = SpanningTreeBound(
@@ -78,7 +77,14 @@ class ConjunctBounds(Generic[Node]):
         """Tell whether anything is known of a conjunct, by index."""
         return self._rest[index] is not None
 
-    def _to(self, index: int, goals: frozenset[Node]) -> To[Node]:
+    @memoized
+    def to(self, index: int, goals: frozenset[Node]) -> To[Node]:
+        """Return what is left from each node of a conjunct that is known to one of some nodes.
+
+        Args:
+            index: The conjunct's.
+            goals: The nodes.
+        """
         graph = self._graphs[index]
         assert graph is not None
         return graph.costs(self._prices[index], goals), graph.landmarks(goals, self._shown)

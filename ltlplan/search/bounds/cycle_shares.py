@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterable, Sequence
-from functools import cache, reduce
+from functools import reduce
 from operator import or_
 
 import numpy as np
@@ -19,6 +19,7 @@ from scipy.sparse.csgraph import dijkstra
 from ltlplan.search.bounds.set_orders import Floats
 from ltlplan.search.cycles.cycle_places import CyclePlaces
 from ltlplan.search.cycles.team_system import Nodes, TeamSystem
+from ltlplan.search.memoization import memoized
 from ltlplan.systems.transition_systems import TransitionSystem
 
 MOST_SHARES = 512
@@ -49,7 +50,6 @@ class CycleShares:
             _Robot(own, [system.rests(robot, node) for node in range(len(own.labels))], errands, weight)
             for robot, (own, errands) in enumerate(zip(system.systems, self._errands, strict=True))
         ]
-        self._shared_out = cache(self._share_out)
 
     def of_cycle(self, home: Nodes, nodes: Nodes, shown: int) -> Floats:
         """Return what each account still pays in a cycle. Shape (shares, accounts).
@@ -59,7 +59,7 @@ class CycleShares:
             nodes: Where the robots have come to.
             shown: The marks that they have shown, as bits.
         """
-        shares = self._shared_out(self._everything & ~shown)
+        shares = self._share_out(self._everything & ~shown)
         return self._by_account(
             [own.cycle(h, n)[shares[:, k]] for k, (own, h, n) in enumerate(zip(self._own, home, nodes, strict=True))]
         )
@@ -70,7 +70,7 @@ class CycleShares:
         Args:
             nodes: Where the robots have come to.
         """
-        shares = self._shared_out(self._everything)
+        shares = self._share_out(self._everything)
         return self._by_account([own.before[n][shares[:, k]] for k, (own, n) in enumerate(zip(self._own, nodes, strict=True))])
 
     def _by_account(self, costs: Sequence[Floats]) -> Floats:
@@ -104,6 +104,7 @@ class CycleShares:
                 for option in options
             ]
 
+    @memoized
     def _share_out(self, left: int) -> NDArray[np.int64]:
         """Return the errands of each robot, as bits, for every way to share marks out. Shape (shares, robots)."""
         some = [options for mark, options in self._options.items() if left >> mark & 1]
@@ -129,7 +130,6 @@ class _Robot:
         size = len(system.labels)
         self._done = np.array([sum(1 << k for k, own in enumerate(errands) if node in own) for node in range(size)])
         self._back = self._graph(system)
-        self._around = cache(self._left)
         homes = [node for node in range(size) if rests[node]]
         cycle = np.stack([self.cycle(home, home) for home in homes])
         ways = np.stack([self._to(home)[:, -1] for home in homes], axis=1)  # with all errands done: the way alone
@@ -137,8 +137,9 @@ class _Robot:
 
     def cycle(self, home: int, node: int) -> Floats:
         """Return what is left of a cycle for each set of errands, by bits. Shape (sets,)."""
-        return self._around(home)[node]
+        return self._left(home)[node]
 
+    @memoized
     def _left(self, home: int) -> Floats:
         to, sets = self._to(home), np.arange(self._sets)
         done = (self._sets - 1 - sets)[None, :] | self._done[:, None]

@@ -10,11 +10,11 @@ from __future__ import annotations
 import itertools
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from functools import cache
 from typing import Generic, TypeVar
 
 from ltlplan.search.bounds.conjunct_bounds import ConjunctBounds
 from ltlplan.search.bounds.conjunct_graph import Node
+from ltlplan.search.memoization import memoized
 from ltlplan.search.team_reading import UNREACHABLE
 
 Effect = TypeVar("Effect", int, tuple[int, ...])
@@ -33,7 +33,6 @@ class OrderBounds(ABC, Generic[Effect, Node]):
 
     def __init__(self, index: int, bounds: ConjunctBounds[Node]) -> None:
         self.index, self._bounds = index, bounds
-        self._known = cache(self._bound)
 
     def more(self, own: Effect, done: tuple[Effect, ...], waiting: int, node: Node) -> tuple[float, int]:
         """Return by how much more is left than in the order in which robots are followed, and what must still be shown, as bits.
@@ -44,10 +43,11 @@ class OrderBounds(ABC, Generic[Effect, Node]):
             waiting: What is held by those still to fly, as bits.
             node: Where the conjunct is in the order in which robots are followed.
         """
-        left, needed = self._known(own, done, waiting)
+        left, needed = self._bound(own, done, waiting)
         plain = self._bounds.of(self.index, node)
         return (left - plain if left > plain else 0.0), needed
 
+    @memoized
     def _bound(self, own: Effect, done: tuple[Effect, ...], waiting: int) -> tuple[float, int]:
         """Return a lower bound on the cost that is left, and what must still be shown, as bits."""
         moved = tuple(sorted(word for word in done if self.moves(word)))

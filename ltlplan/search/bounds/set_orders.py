@@ -6,10 +6,11 @@ Of few sets all orders are compared (Held and Karp 1962); of many it is bounded 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
+
+from ltlplan.search.memoization import memoized
 
 Floats = NDArray[np.float64]
 
@@ -69,13 +70,13 @@ class LeastTrees:
         self._near[:count, :count] = np.minimum(apart, apart.T)
         self._near[:count, count] = self._near[count, :count] = after
         self._toll = np.zeros(count + 1)
-        self._least = cache(self._remaining)
         self._ascend()
 
     def __call__(self, mask: int) -> Floats:
         """Return the least for each set in the mask, as the first one that is come to; infinite for those not in it."""
-        return self._least(mask)
+        return self._remaining(mask)
 
+    @memoized
     def _remaining(self, mask: int) -> Floats:
         inside = np.array([mask >> k & 1 == 1 for k in range(len(self._toll) - 1)] + [True])
         total, _ = self._tree(inside)

@@ -10,9 +10,9 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Collection, Mapping
-from functools import cache
 
 from ltlplan.search.label_setting import distances
+from ltlplan.search.memoization import memoized
 from ltlplan.search.reduced_graph import ReducedGraph
 from ltlplan.search.team_reading import UNREACHABLE
 
@@ -42,7 +42,6 @@ class SpanningTreeBound:
         rows = [[to.get(start, UNREACHABLE) for to in self._to] for start in reversed(starts[1:])]
         nearest = itertools.accumulate(rows, lambda *both: [*map(min, *both)], initial=[UNREACHABLE] * len(places))
         self._later = [*nearest][::-1]  # for each robot, from the starts of those after it
-        self._near, self._known = cache(self._distances), cache(self._cost)
 
     def __call__(self, missing: int, robot: int, node: int) -> float:
         """Return a lower bound on the cost to show what is missing; infinite where it is out of reach.
@@ -52,12 +51,14 @@ class SpanningTreeBound:
             robot: The robot that flies; those after it are still to fly.
             node: Where it is.
         """
-        return self._known(missing, robot, node) if missing else 0.0
+        return self._cost(missing, robot, node) if missing else 0.0
 
+    @memoized
     def _cost(self, missing: int, robot: int, node: int) -> float:
-        near = self._near(robot, self._graph.key(robot, node))
+        near = self._distances(robot, self._graph.key(robot, node))
         return self._tree({goal: near[goal] for goal, bit in enumerate(self._bits) if missing & bit})
 
+    @memoized
     def _distances(self, robot: int, here: tuple[int, int]) -> list[float]:
         """Return how far each goal is from the robot that flies, or from the start of one that is still to fly."""
         return [min(later, to.get(here, UNREACHABLE)) for later, to in zip(self._later[robot], self._to, strict=True)]

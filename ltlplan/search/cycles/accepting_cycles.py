@@ -12,7 +12,6 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import cache
 
 import numpy as np
 from scipy.sparse import csr_matrix
@@ -20,6 +19,7 @@ from scipy.sparse.csgraph import dijkstra
 
 from ltlplan.search.bounds.set_orders import Floats, LeastTrees, least_orders, needed
 from ltlplan.search.label_setting import BestFirst
+from ltlplan.search.memoization import memoized
 
 MOST_ORDERED = 15
 """Sets of places up to which the bound is over all their orders: 2^15 subsets."""
@@ -86,7 +86,6 @@ class Rounds:
         self._left: Callable[[int], Floats] = (
             least_orders(self._apart, self._after) if few else LeastTrees(self._apart, self._after)
         )
-        self._onwards = cache(self._least_onwards)
 
     def through(self, home: int, limit: float, states: int) -> Round:
         """Return the round through one home for which way there + weight * round is least, if that is below the limit.
@@ -160,8 +159,9 @@ class Rounds:
             left: The sets still to come to, as bits.
             homewards: Cost of the cheapest way home from each place. Shape (places,).
         """
-        return self._onwards(place, left) if left else float(homewards[place])
+        return self._least_onwards(place, left) if left else float(homewards[place])
 
+    @memoized
     def _least_onwards(self, place: int, left: int) -> float:
         return float(np.min(self._to[:, place] + self._left(left)))
 

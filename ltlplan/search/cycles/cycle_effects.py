@@ -7,10 +7,10 @@ judged by where it leads from each state, and by whether it passes an accepting 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from functools import cache
 from typing import Protocol
 
 from ltlplan.search.cycles.team_readers import Reader
+from ltlplan.search.memoization import memoized
 from ltlplan.search.numbering import Numbers
 from verify.data import Letter
 
@@ -78,8 +78,6 @@ class Followers:
 
     Attributes:
         readers: Their automata.
-        after: The states after some states and a letter of the team; None where a conjunct is lost.
-        steps: Where a letter leads from each state of one conjunct, by its number.
 
     Args:
         readers: Their automata.
@@ -87,18 +85,20 @@ class Followers:
 
     def __init__(self, readers: Sequence[Reader]) -> None:
         self.readers = tuple(readers)
-        self.steps = cache(self._steps)
-        self.after = cache(self._after)
 
     def begin(self) -> Masks:
         """Return the states before the first letter."""
         return tuple(1 << reader.initial for reader in self.readers)
 
-    def _after(self, masks: Masks, letter: Letter) -> Masks | None:
+    @memoized
+    def after(self, masks: Masks, letter: Letter) -> Masks | None:
+        """Return the states after some states and a letter of the team; None where a conjunct is lost."""
         found = tuple(image(mask, self.steps(k, letter)) for k, mask in enumerate(masks))
         return found if all(found) else None
 
-    def _steps(self, k: int, letter: Letter) -> _Steps:
+    @memoized
+    def steps(self, k: int, letter: Letter) -> Steps:
+        """Return where a letter leads from each state of one conjunct, by its number."""
         return _Steps(self.readers[k], letter)
 
 
@@ -117,9 +117,6 @@ class _Steps(dict[int, int]):
 class CycleEffects:
     """What ways from one home do to the states that conjuncts may be in there, by number; 0 is to do nothing.
 
-    Attributes:
-        after: The effect of a way that was gone on with, of its own and the next letter of the team.
-
     Args:
         followers: The conjuncts that remember.
         at: All states in which they may be at home.
@@ -132,9 +129,15 @@ class CycleEffects:
             every = [a | b for a, b in zip(every, masks, strict=True)]
         self._domain = [[s for s in range(mask.bit_length()) if mask >> s & 1] for mask in every]
         self._effects = Numbers([tuple(tuple((1 << s, 0) for s in own) for own in self._domain)])
-        self.after = cache(self._after)
 
-    def _after(self, effect: int, letter: Letter) -> int:
+    @memoized
+    def after(self, effect: int, letter: Letter) -> int:
+        """Return the effect of a way that was gone on with: of its own and the next letter of the team.
+
+        Args:
+            effect: Of the way so far.
+            letter: The next one of the team.
+        """
         rows: _Effect = ()
         for k, row in enumerate(self._effects.known[effect]):
             steps, accepting = self._followers.steps(k, letter), self._followers.readers[k].accepting

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache, reduce
+from functools import reduce
 from operator import or_
 
 from ltlplan.logic.budget import TooLarge
@@ -19,6 +19,7 @@ from ltlplan.search.cycles.strong_components import components, graph_of
 from ltlplan.search.cycles.team_readers import AnyReader, LetterReader
 from ltlplan.search.cycles.team_system import NOBODY, SEAM, Nodes, TeamSystem
 from ltlplan.search.label_setting import distances
+from ltlplan.search.memoization import memoized
 from ltlplan.search.numbering import Numbers
 from verify.data import Letter
 
@@ -60,7 +61,6 @@ class CyclePlaces:
         everything: All marks.
         recurring: Whether cycles may pass each: it shows all that is to stay, and again and again all else that is asked can follow.
         homes: Whether a cycle may begin at each.
-        letter: The letter of all robots at the number of their nodes, and by who moved last.
         followers: The conjuncts that remember.
         places: Pairs of the number of nodes and the conjuncts' states: where the team can be before its cycles.
         ways: For each place the steps to others.
@@ -83,7 +83,6 @@ class CyclePlaces:
         self._plain = [reader for reader in readers if reader.closes]
         self._staying = [reader for reader in readers if isinstance(reader, LetterReader) and reader.stays]
         self.followers = Followers([reader for reader in readers if reader not in (*self._plain, *self._staying)])
-        self.letter = cache(self._letter_at)
         self.nodes: list[Nodes] = []
         self.steps: list[list[Step]] = []
         self._walk_nodes()
@@ -112,7 +111,14 @@ class CyclePlaces:
         """
         return self._remembered[home]
 
-    def _letter_at(self, at: int, mover: int) -> Letter:
+    @memoized
+    def letter(self, at: int, mover: int) -> Letter:
+        """Return the team's letter where robots are, of which one has moved last.
+
+        Args:
+            at: The number of their nodes.
+            mover: Who has moved.
+        """
         return self._system.letter(self.nodes[at], mover)
 
     def _walk_nodes(self) -> None:

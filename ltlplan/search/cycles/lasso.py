@@ -11,7 +11,7 @@ from __future__ import annotations
 from array import array
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cache, reduce
+from functools import reduce
 from operator import or_
 from typing import TypeVar
 
@@ -25,6 +25,7 @@ from ltlplan.search.cycles.strong_components import components
 from ltlplan.search.cycles.team_readers import Reader
 from ltlplan.search.cycles.team_system import TeamSystem
 from ltlplan.search.label_setting import BestFirst
+from ltlplan.search.memoization import memoized
 from ltlplan.search.numbering import Numbers
 from ltlplan.systems.transition_systems import TransitionSystem
 from verify.data import Letter
@@ -74,7 +75,6 @@ class _Product:
 
     def __init__(self, system: Walkable, automata: Sequence[Reader], budget: Budget) -> None:
         self._system, self._automata, self._most = system, automata, min(budget.states, budget.lasso)
-        self._read, self._targets = cache(self._read_letter), cache(self._successors)
         self._places: Numbers[tuple[int, State]] = Numbers()
         sources, targets, costs = array("i"), array("i"), array("d")
 
@@ -89,7 +89,7 @@ class _Product:
             return steps.items()
 
         first = tuple(automaton.initial for automaton in automata)
-        begin = [self._number(system.initial, state) for state in self._read(first, system.labels[system.initial])]
+        begin = [self._number(system.initial, state) for state in self._read_letter(first, system.labels[system.initial])]
         self._search = BestFirst(begin, onwards)
         for _ in self._search:  # every place is walked over
             pass
@@ -120,14 +120,16 @@ class _Product:
         self._check(number + 1)
         return number
 
+    @memoized
     def _read_letter(self, state: State, letter: Letter) -> tuple[State, ...]:
         states: list[State] = [()]
         for index, at in enumerate(state):
-            targets = self._targets(index, at, letter)
+            targets = self._successors(index, at, letter)
             self._check(len(states) * len(targets))
             states = [(*s, t) for s in states for t in targets]
         return tuple(states)
 
+    @memoized
     def _successors(self, index: int, at: int, letter: Letter) -> list[int]:
         return sorted(self._automata[index].successors(at, letter))
 
@@ -143,7 +145,7 @@ class _Product:
         final, labels = self._system.final, self._system.labels
         hover = () if final is not None and node not in final else ((node, _HOVER + (final[node] if final else 0.0), 0.0),)
         for target, cost, more in (*hover, *((target, cost, _STEP) for target, cost in self._system.edges[node])):
-            for after in self._read(state, labels[target]):
+            for after in self._read_letter(state, labels[target]):
                 yield target, after, cost + more
 
 

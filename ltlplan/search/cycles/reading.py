@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import cache
 from typing import NamedTuple
 
 from ltlplan.search.bounds.cycle_costs import bounds_before
@@ -19,6 +18,7 @@ from ltlplan.search.cycles.cycle_effects import CycleEffects, Masks
 from ltlplan.search.cycles.cycle_places import CyclePlaces
 from ltlplan.search.cycles.team_system import SEAM, Nodes, TeamSystem
 from ltlplan.search.label_setting import Costs, Label
+from ltlplan.search.memoization import memoized
 from ltlplan.search.numbering import Numbers
 from ltlplan.search.team_reading import Found, Step, complete, is_complete
 
@@ -73,10 +73,8 @@ class CycleReading:
     def __init__(self, system: TeamSystem, places: CyclePlaces, terms: Terms) -> None:
         self._systems, self._places, self._terms, self._accounts = system.systems, places, terms, places.limits.accounts
         self._acting = [bool(own.actions) for own in system.systems]
-        self._effects_from = cache(self._effects_at)  # by the number of the nodes at home
         self._shares = CycleShares(system, places, terms.weight)
         self._before = bounds_before(places, terms.weight).tolist()
-        self._left = cache(self._costs_left)  # by home, where robots are, and marks shown
         self._masks: Numbers[Masks] = Numbers()
         self._states: Numbers[_Key] = Numbers()
 
@@ -105,7 +103,7 @@ class CycleReading:
 
     def _in_cycle(self, key: _Key) -> Iterator[Step]:
         home, at = key.home, key.at
-        effects, masks = self._effects_from(home), self._masks.known[key.masks]
+        effects, masks = self._effects_at(home), self._masks.known[key.masks]
         for robot, cost, target in self._places.steps[at]:
             letter = self._places.letter(target, robot)
             after = self._places.followers.after(masks, letter) if self._places.recurring[target] else None
@@ -142,10 +140,11 @@ class CycleReading:
         """Tell whether the formula is kept when a cycle that has come home is repeated for ever."""
         if shown != self._places.everything:
             return False
-        effects, letter = self._effects_from(home), self._places.letter(home, SEAM)
+        effects, letter = self._effects_at(home), self._places.letter(home, SEAM)
         begun = self._places.followers.after(masks, letter)
         return begun is not None and effects.accepts(begun, effects.after(effect, letter))
 
+    @memoized
     def _effects_at(self, home: int) -> CycleEffects:
         return CycleEffects(self._places.followers, self._places.at_home(home))
 
@@ -154,8 +153,9 @@ class CycleReading:
         return self._left_at(self._states.known[state])[1]
 
     def _left_at(self, key: _Key) -> tuple[Floats, float]:
-        return self._left(key.home, self._places.places[key.at][0] if key.home == _BEFORE else key.at, key.shown)
+        return self._costs_left(key.home, self._places.places[key.at][0] if key.home == _BEFORE else key.at, key.shown)
 
+    @memoized
     def _costs_left(self, home: int, at: int, shown: int) -> tuple[Floats, float]:
         """Return what is left for each account, for some ways to share it out of which one is taken, and the least sum. Shape (shares, accounts)."""
         nodes = self._places.nodes

@@ -10,7 +10,6 @@ finite automata on omega-words", Theoretical Computer Science 32, 1984).
 from __future__ import annotations
 
 from collections.abc import Callable, Container, Iterable
-from functools import cache
 from typing import Protocol
 
 from ltlplan.logic.automaton import Automaton
@@ -20,6 +19,7 @@ from ltlplan.logic.small_automata import small_automaton
 from ltlplan.search.counting.counting_propositions import shows
 from ltlplan.search.cycles.memoryless_automata import closes_at_once
 from ltlplan.search.cycles.team_system import SEAM, TeamLetters
+from ltlplan.search.memoization import memoized
 from ltlplan.search.numbering import Numbers
 from verify.data import BadInput, Formula, Letter, Mission
 from verify.data.language.counting import atoms
@@ -57,7 +57,6 @@ class LetterReader:
         stays: Whether it asks that its condition holds for ever from some time on; it then guesses when.
         guesses: Whether a letter may lead to several states.
         closes: Whether it is back in its state after every cycle.
-        seen: What is seen of a team's letter.
     """
 
     def __init__(self, automaton: Automaton, letters: TeamLetters, cut: Cut, *, stays: bool = False) -> None:
@@ -65,9 +64,10 @@ class LetterReader:
         self.initial, self.accepting, self.stays = automaton.initial, automaton.accepting, stays
         self.guesses = not stays and not automaton.deterministic
         self.closes = closes_at_once(automaton)
-        self.seen = cache(self._seen)
 
-    def _seen(self, letter: Letter) -> Letter:
+    @memoized
+    def seen(self, letter: Letter) -> Letter:
+        """Return what the conjunct sees of a letter of the team."""
         return self._cut(self._letters.read(letter)[0])
 
     def successors(self, state: int, letter: Letter) -> Iterable[int]:
@@ -93,7 +93,6 @@ class ReadingsReader:
     def __init__(self, automaton: Automaton, letters: TeamLetters, flying: Container[int] | None = None) -> None:
         self._automaton, self._letters, self._flying = automaton, letters, flying
         self._states: Numbers[tuple[_Runs, _Runs, tuple[Letter, ...] | None]] = Numbers()
-        self._target, self._read = cache(self._successor), cache(self._every_reading)
         self.accepting: set[int] = set()
         self.initial = self._number(frozenset({(automaton.initial, 0)}), frozenset(), None)
 
@@ -109,8 +108,8 @@ class ReadingsReader:
         runs, owing, held = self._states.known[state]
         if held is None:
             return (self._number(runs, runs, now),)
-        every = self._read(runs, held, owing=False)
-        left = self._read(owing or runs, held, owing=True)
+        every = self._every_reading(runs, held, owing=False)
+        left = self._every_reading(owing or runs, held, owing=True)
         if every is None or left is None:
             return ()
         if mover == SEAM:
@@ -120,13 +119,14 @@ class ReadingsReader:
             every, left = (frozenset((q, b & ~(1 << mover)) for q, b in some if b >> mover & 1) for some in (every, left))
         return (self._number(every, left, now),)
 
+    @memoized
     def _every_reading(self, runs: _Runs, held: tuple[Letter, ...], *, owing: bool) -> _Runs | None:
         """Return all runs after any readings of the letters that are held; of those that owe, those that still do."""
         found, stack = set(runs), list(runs)
         while stack:
             q, bits = stack.pop()
             for robot, letter in enumerate(held):
-                target = self._target(q, letter)
+                target = self._successor(q, letter)
                 if target is None:
                     return None
                 key = (target, bits | 1 << robot if self._is_read(robot) else bits)
@@ -139,6 +139,7 @@ class ReadingsReader:
         """Tell whether it counts that a robot is read: whoever stays shows one letter for ever."""
         return self._flying is None or robot in self._flying
 
+    @memoized
     def _successor(self, state: int, letter: Letter) -> int | None:
         return next(iter(self._automaton.successors(state, letter)), None)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
-from functools import cache, reduce
+from functools import reduce
 from itertools import accumulate
 from operator import or_
 
@@ -164,7 +164,6 @@ class JointReading(SequentialReading[Progress]):
             for place, (index, words) in enumerate(zip(tracked, self._words, strict=True))
             if joint.repeats and joint.bounds.knows(index)
         ]
-        self._shown, self._fails = cache(self._read_by_all), cache(self._breaks)
         initial = tuple(part.initial for part in self._parts)
         super().__init__(joint.graph, joint.bounds.tree, (0, initial, _NOT_YET, 0, (), ((),) * len(tracked)), objective)
 
@@ -174,7 +173,7 @@ class JointReading(SequentialReading[Progress]):
         letter, waiting = self._masks[letter], self._waiting[robot]
         shown = letter | held | waiting
         # a later robot's first letter was held, and read, all the time
-        then = self._shown(states, shown, own != _NOT_YET or robot == 0)
+        then = self._read_by_all(states, shown, own != _NOT_YET or robot == 0)
         if then is None:
             return DEAD
         if own == _NOT_YET:
@@ -190,6 +189,7 @@ class JointReading(SequentialReading[Progress]):
             return DEAD
         return self._number((robot, then.states, letter & then.asked, held & then.asked, elements, before), rest, missing)
 
+    @memoized
     def _read_by_all(self, states: tuple[int, ...], shown: int, is_new: bool) -> _Shown | None:
         """Return what a letter of the team leads to; None where the task is lost."""
         if is_new:
@@ -212,7 +212,7 @@ class JointReading(SequentialReading[Progress]):
         robot, states, own, held, elements, before = progress
         done = tuple(tuple(sorted((*those, element))) for those, element in zip(before, elements, strict=True))
         for index, (words, numbers) in enumerate(zip(self._words, done, strict=True)):
-            if not words.never_lost and self._fails(index, numbers, self._waiting[robot] & words.part.mask, False):
+            if not words.never_lost and self._breaks(index, numbers, self._waiting[robot] & words.part.mask, False):
                 return DEAD
         return self._number((robot + 1, states, _NOT_YET, held | own, (), done), rest, missing)
 
@@ -223,8 +223,9 @@ class JointReading(SequentialReading[Progress]):
     def holds_in_every_order(self, progress: Progress) -> bool:
         """Tell whether the words keep the tracked conjuncts in every order of the robots."""
         pairs = enumerate(zip(progress[5], progress[4], strict=True))
-        return not any(self._fails(i, tuple(sorted((*those, element))), 0, True) for i, (those, element) in pairs)
+        return not any(self._breaks(i, tuple(sorted((*those, element))), 0, True) for i, (those, element) in pairs)
 
+    @memoized
     def _breaks(self, index: int, numbers: tuple[int, ...], waiting: int, finished: bool) -> bool:
         """Tell whether some order of words breaks a tracked conjunct."""
         return self._words[index].failing_order(numbers, waiting=waiting, finished=finished) is not None

@@ -11,11 +11,11 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterable, Sequence
-from functools import cache
 
 from ltlplan.logic.automaton import DEAD
 from ltlplan.search.counting.counting_propositions import Marks, Sums
 from ltlplan.search.joint.conjuncts import JointConjunct
+from ltlplan.search.memoization import memoized
 from ltlplan.search.numbering import Numbers
 from ltlplan.systems.transition_systems import TransitionSystem
 
@@ -57,7 +57,6 @@ class Reading:
 
     Attributes:
         marks, joint: As given.
-        letters: What each reader may read of what each robot shows.
 
     Args:
         marks: What the formula sees.
@@ -67,7 +66,6 @@ class Reading:
     def __init__(self, marks: Marks, *, joint: bool) -> None:
         self.marks, self.joint = marks, joint
         self._parts = [_Possibilities(part) for part in marks.parts]
-        self.letters = cache(self._letters)
 
     def begin(self, team: tuple[Shown, ...]) -> Known | None:
         """Return what is possible before the first event; None where some team word has lost the task.
@@ -123,7 +121,9 @@ class Reading:
             return True
         return all(part.is_idle(self.marks.letter(own)) for own in shown for part in self._parts)
 
-    def _letters(self, team: tuple[Shown, ...]) -> _Letters:
+    @memoized
+    def letters(self, team: tuple[Shown, ...]) -> _Letters:
+        """Return what each reader may read of what each robot shows."""
         if not self.joint:
             return tuple(tuple(dict.fromkeys(map(self.marks.letter, own))) for own in team)
         sums = (tuple(map(sum, zip(*held, strict=True))) for held in itertools.product(*team))
@@ -145,7 +145,6 @@ class _Possibilities:
     def __init__(self, part: JointConjunct) -> None:
         self.part = part
         self._sets: Numbers[_Possible] = Numbers()
-        self._moved, self._unchanged = cache(self._after), cache(self._is_idle)
 
     def begin(self, letters: _Letters) -> int | None:
         """Return the number of what is possible at first."""
@@ -155,8 +154,9 @@ class _Possibilities:
 
     def after(self, number: int, letters: _Letters, reader: int) -> int | None:
         """Return the number of what is possible when one reader has come to a new letter; it has been read before."""
-        return self._moved(number, self._cut(letters), reader)
+        return self._after(number, self._cut(letters), reader)
 
+    @memoized
     def _after(self, number: int, cut: _Letters, reader: int) -> int | None:
         bit = 0 if self._all_idle(cut[reader]) else 1 << reader
         return self._read(
@@ -175,8 +175,9 @@ class _Possibilities:
 
     def is_idle(self, letter: int) -> bool:
         """Tell whether reading a letter never changes anything."""
-        return self._unchanged(letter & self.part.mask)
+        return self._is_idle(letter & self.part.mask)
 
+    @memoized
     def _is_idle(self, letter: int) -> bool:
         return all(self.part.step(state, letter) == state for state in {*self.part.domain, self.part.initial})
 

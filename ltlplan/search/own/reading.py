@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Collection, Sequence
-from functools import cache, reduce
+from functools import reduce
 
 from ltlplan.logic.automaton import DEAD
 from ltlplan.logic.conjunct_automata import Deterministic, Part
@@ -14,6 +14,7 @@ from ltlplan.search.bounds.conjunct_bounds import ConjunctBounds
 from ltlplan.search.bounds.conjunct_graph import ConjunctGraph
 from ltlplan.search.bounds.order_bounds import OrderBounds
 from ltlplan.search.insertion import share_by_insertion
+from ltlplan.search.memoization import memoized
 from ltlplan.search.reduced_graph import MAX_TABLE, ReducedGraph, Team, letter_classes
 from ltlplan.search.sequential_reading import SLACK, Objective, SequentialReading
 from ltlplan.search.team_planning import PlanningOutcome, TeamRun
@@ -34,7 +35,6 @@ class OwnTask:
         graph: The team's graph.
         task: What is to be done.
         bounds: On what is left of each conjunct.
-        left: From a state of the task to a lower bound on what is left, and what must still be shown, as bits.
         share: Of the budget, one in so many states is spent on a search by sums.
     """
 
@@ -47,7 +47,6 @@ class OwnTask:
         masks = [sum(bit.get(name, 0) for name in letter) for letter in task.letters]
         shown = sorted({letter for label in graph.label for letter in label})
         self.bounds = ConjunctBounds([_backwards(part, bit, masks, shown) for part in task.parts], masks, graph)
-        self.left = cache(self._bound)
         self._everything, self._check = TransitionMonoid(task), OrderCheck(task)
         self._shapes = [
             part.automaton.shape if isinstance(part, Deterministic) else index for index, part in enumerate(task.parts)
@@ -91,7 +90,13 @@ class OwnTask:
         """
         return self._check.failing_orders([self._everything.of(letters) for letters in self.graph.team.letters_of(paths)])
 
-    def _bound(self, state: int) -> tuple[float, int]:
+    @memoized
+    def left(self, state: int) -> tuple[float, int]:
+        """Return a lower bound on the cost that is left, and what must still be shown, as bits.
+
+        Args:
+            state: The product's, by number.
+        """
         return self.bounds(self.task.state(state))
 
     def shared_out(self, objective: Objective, states: int) -> PlanningOutcome | None:
