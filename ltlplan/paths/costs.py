@@ -12,15 +12,14 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ltlplan.paths.sampling.least_snap_spline import LeastSnapSpline
 from verify.data import BadInput, RobotPlan
+from verify.data.arrays import Floats
 from verify.data.choices import COST_TERMS
 from verify.data.mission import Mission
 from verify.data.sections import Costs
-
-Floats = NDArray[np.float64]
 
 
 class CostError(BadInput):

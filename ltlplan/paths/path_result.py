@@ -12,7 +12,6 @@ import itertools
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ltlplan.paths.costs import Sampling
 from ltlplan.paths.hoops.clearance import conflicts
@@ -20,9 +19,8 @@ from ltlplan.paths.hoops.keep_out import KeptRegion, Room, room
 from ltlplan.paths.sampling.least_snap_spline import LeastSnapSpline
 from ltlplan.paths.sampling.path_problem import PathProblem
 from verify.data import Mission, RobotPlan, Waypoint
+from verify.data.arrays import Floats
 from verify.data.plan import Role
-
-Floats = NDArray[np.float64]
 
 _STEP = 0.01  # m between the instants at which entries and exits are looked for
 _CLOSE = (

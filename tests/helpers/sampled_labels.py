@@ -9,12 +9,10 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from ltlplan.paths.sampling.sampled_paths import ellipsoid_level, final_states, samples_near, scaled_level
-from ltlplan.systems.region_labels import ellipsoid_matrices
+from ltlplan.paths.hoops.keep_out import room
+from ltlplan.paths.sampling.word_filter import samples_near
 from verify.data import BadInput, Letter, Mission
-
-Floats = NDArray[np.float64]
-Booleans = NDArray[np.bool_]
+from verify.data.arrays import Booleans, Floats, Integers
 
 
 class WordAutomaton(Protocol):
@@ -68,15 +66,10 @@ def label(mission: Mission, positions: Floats, *, grow: float = 0.0) -> Labels:
         raise BadInput(f"{len(names)} regions; sampled labels hold at most 30.")
     codes = np.zeros((len(positions), positions.shape[2]), dtype=np.int32)
     flat = codes.reshape(-1)
-    regions = list(mission.all_regions.values())
-    centres = np.array([region.center for region in regions]).reshape(-1, 3)
-    levels = np.array([scaled_level(region.inner_radius, grow) for region in regions])
-    reach = np.array([region.outer_radius for region in regions]) * np.sqrt(levels)
-    shapes = ellipsoid_matrices(regions)
-    for start, i, index, offset in samples_near(positions, centres, reach):
-        level = ellipsoid_level(shapes[i], offset) if regions[i].is_ellipsoid else regions[i].measures.levels(offset.T)
-        inside = index[level <= levels[i]]
-        flat[start + inside] |= 1 << i
+    bits = {name: 1 << bit for bit, name in enumerate(names)}
+    for region, at, offset in samples_near(positions, room(mission, max(grow, 0.0)).regions.values()):
+        level = max(1.0 + grow / mission.all_regions[region.name].inner_radius, 0.05) ** 2
+        flat[at[region.levels(offset.T) <= level]] |= bits[region.name]
     return Labels(codes, names)
 
 
@@ -107,3 +100,13 @@ def run(automaton: WordAutomaton, labels: Labels, internal: Letter = frozenset()
     accepting = set(automaton.accepting)
     accepts = np.array([state in accepting for state in states] + [False])
     return accepts[final_states(np.array(rows, dtype=np.int64), dense[labels.codes])]
+
+
+def final_states(table: Integers, codes: NDArray[np.integer]) -> Integers:
+    """Run a table over codes from state 0; the state after the last is len(table) where a run died. Shape (paths,)."""
+    dead = len(table)
+    full = np.concatenate([np.where(table < 0, dead, table), np.full((1, table.shape[1]), dead)])
+    state = np.zeros(codes.shape[1], dtype=np.int64)
+    for row in codes:
+        state = full[state, row]
+    return state

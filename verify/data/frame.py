@@ -5,14 +5,13 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from pydantic import Field
 
+from verify.data.arrays import Floats
 from verify.data.shapes.inequalities import Point
 from verify.data.value import Value
 from verify.data.vehicle import Number
-
-Floats = NDArray[np.float64]
 
 
 class Frame(Value):

@@ -15,8 +15,9 @@ from functools import cached_property
 from numbers import Integral
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from verify.data.arrays import Booleans, Floats
 from verify.data.errors import BadInput
 
 AXES = ("x", "y", "z", "yaw")
@@ -29,8 +30,6 @@ PAUSE = 60.0
 HOVER = 1.0
 """s of a hover that nobody asked a duration of: a cycle that only hovers, or the second piece of a flight that would have one, which
 crazyswarm2's loader does not read."""
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -272,7 +271,7 @@ def _frozen(values: ArrayLike, name: str) -> Floats:
     return array
 
 
-def _require(good: NDArray[np.bool_], values: Floats, name: str, what: str) -> None:
+def _require(good: Booleans, values: Floats, name: str, what: str) -> None:
     if not np.all(good):
         where = tuple(int(i) for i in np.argwhere(~good)[0])
         raise BadInput(f"{name}[{', '.join(map(str, where))}] is {values[where]}; it must be {what}.")

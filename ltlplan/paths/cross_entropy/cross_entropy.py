@@ -14,7 +14,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ltlplan.paths.costs import Cost, cost_of, plan_cost
 from ltlplan.paths.cross_entropy.gaussian import Options, Search
@@ -24,10 +24,9 @@ from ltlplan.paths.path_result import candidate_plans, flown_pieces
 from ltlplan.paths.sampling.least_snap_spline import LeastSnapSpline
 from ltlplan.paths.sampling.path_problem import PathProblem, path_problem
 from verify.data import BadInput, Mission, RobotPlan
+from verify.data.arrays import Floats
 from verify.data.progress import Progress
 from verify.data.trajectory import PIECES
-
-Floats = NDArray[np.float64]
 
 SPREAD = 0.06
 """m; standard deviation of each coordinate with which a search begins."""

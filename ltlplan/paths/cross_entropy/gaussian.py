@@ -11,11 +11,10 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from verify.data import BadInput
-
-Floats = NDArray[np.float64]
+from verify.data.arrays import Floats
 
 _BATCH = 250  # candidates after which a Gaussian is fitted again, about
 _POPULATIONS = 4

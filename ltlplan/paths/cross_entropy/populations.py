@@ -14,11 +14,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ltlplan.paths.cross_entropy.gaussian import Search
-
-Floats = NDArray[np.float64]
+from verify.data.arrays import Floats
 
 _OPENING = 0.5  # share of the batches after which half of the populations leave for the first time
 _LAST = 0.75  # share of the batches after which the best one is alone

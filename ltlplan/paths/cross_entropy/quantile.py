@@ -21,12 +21,10 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.random import Generator
-from numpy.typing import NDArray
 from scipy.special import gammaincinv
 
+from verify.data.arrays import Floats
 from verify.data.errors import BadInput
-
-Floats = NDArray[np.float64]
 
 
 def directions(rng: Generator, shape: tuple[int, ...]) -> Floats:

@@ -15,7 +15,6 @@ from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ltlplan.free_space.bottlenecks import narrowest
 from ltlplan.free_space.free_space import FreeSpace
@@ -25,11 +24,10 @@ from ltlplan.paths.hoops.keep_out import Room
 from ltlplan.search.label_setting import BestFirst
 from ltlplan.systems.unreachable import joined_names
 from verify.data import Infeasible
+from verify.data.arrays import Floats
 from verify.data.mission import Mission
 from verify.data.plan import Role
 from verify.data.shapes.region import Hoop
-
-Floats = NDArray[np.float64]
 
 _BESIDE = 0.05
 """m; a point of a way this near to one of its ends is left out where it can be."""

@@ -12,13 +12,11 @@ from functools import cache
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ltlplan.free_space.inflated_obstacles import Solid, Solids
 from ltlplan.paths.hoops.keep_out import KeptRegion, Room
+from verify.data.arrays import Floats
 from verify.data.shapes.convex_parts import ConvexBody
-
-Floats = NDArray[np.float64]
 
 Kind = Literal["region", "ring", "plane", "again", "workspace", "obstacle"]
 

@@ -6,13 +6,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ltlplan.paths.hoops.keep_out import KeptRegion, Room
 from ltlplan.systems.region_labels import apart
 from verify.data import Mission
-
-Floats = NDArray[np.float64]
+from verify.data.arrays import Floats
 
 
 @dataclass(frozen=True, eq=False, slots=True)

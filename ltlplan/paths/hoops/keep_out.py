@@ -5,17 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ltlplan.free_space.free_space import FreeSpace
 from ltlplan.free_space.inflated_obstacles import NO_SOLIDS, Solids
 from refine.corridor.passage_room import room_in_opening, room_in_region
+from verify.data.arrays import Booleans, Floats
 from verify.data.mission import Mission
 from verify.data.shapes.convex_parts import ConvexBody
 from verify.data.shapes.measures import Measures
 from verify.data.shapes.region import Hoop
-
-Floats = NDArray[np.float64]
 
 _STEPS = 401
 """Places on a line at which a region's level is looked at, where no formula gives it."""
@@ -67,7 +65,7 @@ class KeptRegion:
         """Return the region's level at offsets from its centre. Shape (n, 3) to (n,)."""
         if self.measures is not None:
             return self.measures.levels(offsets)
-        return np.einsum("ni,ij,nj->n", offsets, self.matrix, offsets)
+        return np.einsum("ni,ni->n", offsets @ self.matrix, offsets)
 
     def exit(self, way: Floats, level: float) -> float:
         """Return how far from the centre along a unit vector a level is left for good, m."""
@@ -115,7 +113,7 @@ class Room:
     space: FreeSpace | None = None
     slack: float = 0.0
 
-    def near(self, low: Floats, high: Floats) -> NDArray[np.bool_]:
+    def near(self, low: Floats, high: Floats) -> Booleans:
         """Tell which regions may reach into boxes, given by their corners. Shapes (boxes, 3) twice to (boxes, regions)."""
         beside = np.maximum(np.maximum(low[:, None] - self.centres, self.centres - high[:, None]), 0.0)
         return np.einsum("bok,bok->bo", beside, beside) <= self.reaches**2

@@ -11,7 +11,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ltlplan.paths.hoops.avoidance import Blocked, Detour, avoid
 from ltlplan.paths.hoops.clearance import blocked
@@ -22,10 +21,9 @@ from ltlplan.paths.hoops.passage_ends import PassageEnds, passage_ends
 from ltlplan.paths.hoops.stops import Side, Stop, before_opening, holds, hoop_axes, primitives_between
 from ltlplan.search.memoization import memoized
 from verify.data import BadInput, Mission, Visit
+from verify.data.arrays import Floats
 from verify.data.plan import Role
 from verify.data.shapes.region import Hoop
-
-Floats = NDArray[np.float64]
 
 _AROUND = sorted(
     (np.array(way, dtype=np.float64) / np.linalg.norm(way) for way in itertools.product((-1, 0, 1), repeat=3) if any(way)),

@@ -11,7 +11,6 @@ from collections.abc import Callable
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ltlplan.paths.hoops.avoidance import Blocked
 from ltlplan.paths.hoops.legs import Legs
@@ -20,7 +19,6 @@ from verify.data.mission import Mission
 from verify.data.plan import Visit
 from verify.data.shapes.region import Hoop
 
-Floats = NDArray[np.float64]
 Directions = Literal["nearest", "cheapest"]
 Cost = Callable[[int, Side, int, Side], float]
 """Length in m from visit i, left on a side, to visit j, entered on a side; i = -1 is the start. Raises Blocked."""

@@ -13,15 +13,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ltlplan.paths.hoops.clearance import blocked, conflicts
 from ltlplan.paths.hoops.hoop_frame import ControlPoints, control_points
 from ltlplan.paths.hoops.keep_out import KeptRegion, Room
+from verify.data.arrays import Floats
 from verify.data.language.sequence import Direction
 from verify.data.shapes.region import Hoop
-
-Floats = NDArray[np.float64]
 
 _PAST = 0.01
 """m farther than the ring, or than the border of the hoop's region with what is kept from it."""

@@ -26,12 +26,10 @@ import math
 from dataclasses import dataclass
 from typing import Literal
 
-import numpy as np
-from numpy.typing import NDArray
+from verify.data.arrays import Floats
 
 Kind = Literal["STRAIGHT", "S_CURVE", "U_TURN", "TURN"]
 
-Floats = NDArray[np.float64]
 
 DELTA = 0.25
 """S_CURVE's delta: the share of the distance that one leg of its triangle takes."""

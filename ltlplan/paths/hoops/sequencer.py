@@ -16,7 +16,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ltlplan.allocation import Itinerary
 from ltlplan.free_space.free_space import FreeSpace
@@ -32,9 +31,8 @@ from ltlplan.paths.hoops.stops import Stop, holds, hoop_axes, primitives_between
 from ltlplan.paths.sampling.least_snap_spline import LeastSnapSpline
 from ltlplan.systems.visit_words import word_of
 from verify.data import BadInput, Infeasible, Mission, RobotPlan, Visit, Waypoint, Word
+from verify.data.arrays import Floats
 from verify.data.errors import did_you_mean
-
-Floats = NDArray[np.float64]
 
 _SLACKS = (0.04, 0.02, 0.0)
 """m beyond the mission's margin that the nominal spline keeps, where there is room: refinement changes it a little."""

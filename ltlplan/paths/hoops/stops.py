@@ -6,16 +6,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ltlplan.paths.hoops.hoop_frame import control_points
 from ltlplan.paths.hoops.primitives import Primitive, choose
 from verify.data import Infeasible, Mission
+from verify.data.arrays import Floats
 from verify.data.language.sequence import Direction
 from verify.data.plan import Role
 from verify.data.shapes.region import Hoop
-
-Floats = NDArray[np.float64]
 
 Side = Direction | None
 """From which side a visit enters its hoop; None where it enters a plain region, or stays in the hoop."""

@@ -14,14 +14,13 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from refine.spline.basis import END_STATES, SNAP_GRAM, power_rows
 from verify.data import BadInput
-
-Floats = NDArray[np.float64]
+from verify.data.arrays import Floats, Integers
 
 ORDERS = 4
 """Position, velocity, acceleration and jerk are held at each point."""
@@ -109,7 +108,7 @@ class LeastSnapSpline:
         piece = self._piece(times)
         return np.einsum("ik,ikp->ip", power_rows(times - self.times[piece], derivative), self.coefficients[piece])
 
-    def _piece(self, times: Floats) -> NDArray[np.int64]:
+    def _piece(self, times: Floats) -> Integers:
         return np.clip(np.searchsorted(self.times, times, side="right") - 1, 0, len(self.times) - 2)
 
     def _coefficients(self, points: Floats) -> Floats:

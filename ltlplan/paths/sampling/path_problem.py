@@ -11,14 +11,12 @@ import itertools
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ltlplan.paths.costs import Cost, SampledPaths, Sampling, WeightedCost, evaluate
 from ltlplan.paths.sampling.least_snap_spline import LeastSnapSpline
 from ltlplan.paths.sampling.word_filter import WordFilter, word_filter
 from verify.data import Mission, RobotPlan
-
-Floats = NDArray[np.float64]
+from verify.data.arrays import Floats, Integers
 
 _INSTANT = 0.05  # m between sampled instants, about
 _SLACK = 0.02  # m beyond the margin, where the nominal path has it
@@ -47,7 +45,7 @@ class PathProblem:
 
     spline: LeastSnapSpline
     nominal: Floats
-    free: NDArray[np.int64]
+    free: Integers
     cost: Cost
     sampling: Sampling
     keeps: WordFilter

@@ -14,10 +14,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from verify.data.arrays import Floats
 from verify.data.shapes.conditions import HalfSpace, condition
 from verify.data.shapes.inequalities import GREATEST_RADIUS, Inequality
-
-Floats = NDArray[np.float64]
 
 _FAR = 4 * GREATEST_RADIUS
 

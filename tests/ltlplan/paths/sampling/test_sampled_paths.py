@@ -123,7 +123,7 @@ def test_internal_letters_do_not_change_what_is_kept():
     plan = route(mission, "quad0", [Visit(region="water", actions=mission.robot.actions), Visit(region="smoke")])
     keeps = word_filter(mission, plan)
     assert keeps.keeps(paths_near(plan, 0, 1, 0.0)).tolist() == [True]
-    assert set(keeps.visited) == {"water", "smoke"}
+    assert set(keeps.weights) == {"water", "smoke"}
 
 
 def test_a_lap_of_a_lasso_is_kept():
