@@ -20,6 +20,18 @@ Proof.
   - f_equal; f_equal; apply IH; intros i Hi; apply H; lia.
 Qed.
 
+(** The interval read from its other end. *)
+Lemma bern_swap : forall n b s t, bern n (fun i => b (n - i)%nat) s t = bern n b t s.
+Proof.
+  induction n as [|n IH]; intros b s t; [reflexivity|].
+  assert (E : forall n b s t, bern (S n) b s t
+    = s * bern n b s t + t * bern n (fun i => b (S i)) s t) by reflexivity.
+  rewrite !E.
+  rewrite (bern_ext n _ (fun i => b (S (n - i)))) by (intros; f_equal; lia).
+  rewrite (bern_ext n (fun i => b (S n - S i)%nat) (fun i => b (n - i)%nat)) by auto.
+  rewrite (IH (fun i => b (S i))), IH; ring.
+Qed.
+
 (** ** The textbook's sum *)
 
 Fixpoint sum (n : nat) (f : nat -> R) : R :=
@@ -92,6 +104,16 @@ Qed.
 
 Lemma bern_minus : forall n b c s t,
   bern n (fun i => b i - c i) s t = bern n b s t - bern n c s t.
+Proof. induction n as [|n IH]; intros; simpl; [ring | rewrite !IH; ring]. Qed.
+
+Lemma bern_plus : forall n b c s t,
+  bern n (fun i => b i + c i) s t = bern n b s t + bern n c s t.
+Proof. induction n as [|n IH]; intros; simpl; [ring | rewrite !IH; ring]. Qed.
+
+Lemma bern_scale : forall n k b s t, bern n (fun i => k * b i) s t = k * bern n b s t.
+Proof. induction n as [|n IH]; intros; simpl; [ring | rewrite !IH; ring]. Qed.
+
+Lemma bern_homogeneous : forall n k b s t, bern n b (k * s) (k * t) = k ^ n * bern n b s t.
 Proof. induction n as [|n IH]; intros; simpl; [ring | rewrite !IH; ring]. Qed.
 
 Lemma bern_const : forall n k s t, s + t = 1 -> bern n (fun _ => k) s t = k.

@@ -100,17 +100,6 @@ Proof.
       assert (poly n b y < 0) by (apply Near; rewrite Rabs_right; lra). lra.
 Qed.
 
-Lemma bern_swap : forall n b s t, bern n (fun i => b (n - i)%nat) s t = bern n b t s.
-Proof.
-  induction n as [|n IH]; intros b s t; [reflexivity|].
-  assert (E : forall n b s t, bern (S n) b s t
-    = s * bern n b s t + t * bern n (fun i => b (S i)) s t) by reflexivity.
-  rewrite !E.
-  rewrite (bern_ext n _ (fun i => b (S (n - i)))) by (intros; f_equal; lia).
-  rewrite (bern_ext n (fun i => b (S n - S i)%nat) (fun i => b (n - i)%nat)) by auto.
-  rewrite (IH (fun i => b (S i))), IH; ring.
-Qed.
-
 Theorem crossing_out : forall n b,
   (forall i, (i < n)%nat -> b (S i) <= b i) -> 0 <= b O -> b n < 0 ->
   goes_once (fun x => 0 <= poly n b x) 0 1.
