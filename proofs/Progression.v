@@ -1,0 +1,341 @@
+(** Linear temporal logic on finite words, and progression through letters. *)
+
+Require Import List Bool Arith Lia.
+Import ListNotations.
+
+(** A letter is the list of the propositions that hold. *)
+Definition letter : Type := list nat.
+Definition word : Type := list letter.
+Definition shows (a : letter) (p : nat) : bool := existsb (Nat.eqb p) a.
+
+(** ** Formulas as missions write them, and their textbook meaning
+
+    [sat w f]: the word, from its first letter on, satisfies f (LTLf, De Giacomo
+    and Vardi 2013).  A suffix of a word is [skipn i w]. *)
+
+Inductive spec :=
+  | SAtom (p : nat) | STrue | SNot (f : spec) | SAnd (f g : spec) | SOr (f g : spec)
+  | SUntil (f g : spec) | SRelease (f g : spec).
+
+Definition SEventually f := SUntil STrue f.
+Definition SAlways f := SRelease (SNot STrue) f.
+Definition SWeakUntil f g := SRelease g (SOr f g).
+Definition SStrongRelease f g := SUntil g (SAnd f g).
+
+Definition until (P Q : word -> Prop) (w : word) : Prop :=
+  exists i, i < length w /\ Q (skipn i w) /\ forall j, j < i -> P (skipn j w).
+Definition release (P Q : word -> Prop) (w : word) : Prop :=
+  forall i, i < length w -> Q (skipn i w) \/ exists j, j < i /\ P (skipn j w).
+Definition first (p : letter -> bool) (w : word) : Prop :=
+  match w with a :: _ => p a = true | [] => False end.
+
+Fixpoint ssat (f : spec) (w : word) : Prop :=
+  match f with
+  | SAtom p => first (fun a => shows a p) w
+  | STrue => True
+  | SNot g => ~ ssat g w
+  | SAnd g h => ssat g w /\ ssat h w
+  | SOr g h => ssat g w \/ ssat h w
+  | SUntil g h => until (ssat g) (ssat h) w
+  | SRelease g h => release (ssat g) (ssat h) w
+  end.
+
+(** ** Formulas with negation at propositions only *)
+
+Inductive formula :=
+  | Lit (b : bool) (p : nat) | Const (b : bool) | And (f g : formula) | Or (f g : formula)
+  | Until (f g : formula) | Release (f g : formula).
+
+Fixpoint sat (f : formula) (w : word) : Prop :=
+  match f with
+  | Lit b p => first (fun a => Bool.eqb (shows a p) b) w
+  | Const b => b = true
+  | And g h => sat g w /\ sat h w
+  | Or g h => sat g w \/ sat h w
+  | Until g h => until (sat g) (sat h) w
+  | Release g h => release (sat g) (sat h) w
+  end.
+
+Fixpoint normal (b : bool) (f : spec) : formula :=
+  match f with
+  | SAtom p => Lit b p
+  | STrue => Const b
+  | SNot g => normal (negb b) g
+  | SAnd g h => (if b then And else Or) (normal b g) (normal b h)
+  | SOr g h => (if b then Or else And) (normal b g) (normal b h)
+  | SUntil g h => (if b then Until else Release) (normal b g) (normal b h)
+  | SRelease g h => (if b then Release else Until) (normal b g) (normal b h)
+  end.
+
+(** *** Both operators, letter by letter *)
+
+Lemma until_cons : forall P Q a w,
+  until P Q (a :: w) <-> Q (a :: w) \/ (P (a :: w) /\ until P Q w).
+Proof.
+  split.
+  - intros ([|i] & Hi & HQ & HP); [left; exact HQ | right; split].
+    + apply (HP 0); lia.
+    + exists i; simpl in Hi; repeat split; [lia | exact HQ|].
+      intros j Hj; apply (HP (S j)); lia.
+  - intros [HQ | (HP & i & Hi & HQ & H)].
+    + exists 0; simpl; repeat split; [lia | exact HQ | lia].
+    + exists (S i); simpl; repeat split; [lia | exact HQ|].
+      intros [|j] Hj; [exact HP | apply H; lia].
+Qed.
+
+Definition decided (P : word -> Prop) : Prop := forall w, P w \/ ~ P w.
+
+Lemma release_cons : forall P Q a w, decided P ->
+  (release P Q (a :: w) <-> Q (a :: w) /\ (P (a :: w) \/ release P Q w)).
+Proof.
+  intros P Q a w D; split.
+  - intros H; split.
+    + destruct (H 0) as [HQ | (j & Hj & _)]; [simpl; lia | exact HQ | lia].
+    + destruct (D (a :: w)) as [HP | NP]; [auto | right].
+      intros i Hi; destruct (H (S i)) as [HQ | ([|j] & Hj & HP)];
+        [simpl; lia | left; exact HQ | contradiction | right; exists j; split; [lia | exact HP]].
+  - intros [HQ H] [|i] Hi; [left; exact HQ|].
+    destruct H as [HP | H]; [right; exists 0; split; [lia | exact HP]|].
+    destruct (H i) as [HQ' | (j & Hj & HP)]; [simpl in Hi; lia | left; exact HQ'|].
+    right; exists (S j); split; [lia | exact HP].
+Qed.
+
+Lemma until_nil : forall P Q, ~ until P Q [].
+Proof. intros P Q (i & Hi & _); simpl in Hi; lia. Qed.
+
+Lemma release_nil : forall P Q, release P Q [].
+Proof. intros P Q i Hi; simpl in Hi; lia. Qed.
+
+Lemma until_decided : forall P Q, decided P -> decided Q -> decided (until P Q).
+Proof.
+  intros P Q DP DQ w; induction w as [|a w IH]; [right; apply until_nil|].
+  rewrite until_cons; destruct (DP (a :: w)), (DQ (a :: w)), IH; tauto.
+Qed.
+
+Lemma release_decided : forall P Q, decided P -> decided Q -> decided (release P Q).
+Proof.
+  intros P Q DP DQ w; induction w as [|a w IH]; [left; apply release_nil|].
+  rewrite release_cons by auto; destruct (DP (a :: w)), (DQ (a :: w)), IH; tauto.
+Qed.
+
+Lemma first_decided : forall p, decided (first p).
+Proof. intros p [|a w]; simpl; [tauto | destruct (p a); auto]. Qed.
+
+Ltac decide_at w :=
+  repeat match goal with H : decided _ |- _ => specialize (H w) end; tauto.
+
+Lemma ssat_decided : forall f, decided (ssat f).
+Proof.
+  induction f; cbn [ssat]; auto using first_decided, until_decided, release_decided;
+    intros w; decide_at w.
+Qed.
+
+Lemma sat_decided : forall f, decided (sat f).
+Proof.
+  induction f; cbn [sat]; auto using first_decided, until_decided, release_decided;
+    intros w; [destruct b; auto | decide_at w | decide_at w].
+Qed.
+
+(** *** Pushing negation inwards keeps the meaning *)
+
+Lemma until_ext : forall P Q P' Q' w,
+  (forall v, v <> [] -> (P v <-> P' v)) -> (forall v, v <> [] -> (Q v <-> Q' v)) ->
+  (until P Q w <-> until P' Q' w).
+Proof.
+  intros P Q P' Q' w HP HQ; induction w as [|a w IH].
+  - split; intros H; apply until_nil in H; tauto.
+  - rewrite !until_cons, IH, HP, HQ by discriminate; tauto.
+Qed.
+
+Lemma release_ext : forall P Q P' Q' w, decided P -> decided P' ->
+  (forall v, v <> [] -> (P v <-> P' v)) -> (forall v, v <> [] -> (Q v <-> Q' v)) ->
+  (release P Q w <-> release P' Q' w).
+Proof.
+  intros P Q P' Q' w D D' HP HQ; induction w as [|a w IH].
+  - split; intros _; apply release_nil.
+  - rewrite !release_cons, IH, HP, HQ by (auto; discriminate); tauto.
+Qed.
+
+Lemma release_not_until : forall P Q P' Q' w, decided P -> decided Q -> decided P' ->
+  (forall v, v <> [] -> (P' v <-> ~ P v)) -> (forall v, v <> [] -> (Q' v <-> ~ Q v)) ->
+  (release P' Q' w <-> ~ until P Q w).
+Proof.
+  intros P Q P' Q' w D DQ D' HP HQ; induction w as [|a w IH].
+  - split; intros; [apply until_nil | apply release_nil].
+  - rewrite until_cons, release_cons, IH, HP, HQ by (auto; discriminate).
+    destruct (D (a :: w)), (DQ (a :: w)); tauto.
+Qed.
+
+Lemma until_not_release : forall P Q P' Q' w, decided P -> decided Q ->
+  (forall v, v <> [] -> (P' v <-> ~ P v)) -> (forall v, v <> [] -> (Q' v <-> ~ Q v)) ->
+  (until P' Q' w <-> ~ release P Q w).
+Proof.
+  intros P Q P' Q' w D DQ HP HQ; induction w as [|a w IH].
+  - split; intros H; [apply until_nil in H; tauto | destruct H; apply release_nil].
+  - rewrite until_cons, release_cons, IH, HP, HQ by (auto; discriminate).
+    destruct (D (a :: w)), (DQ (a :: w)); tauto.
+Qed.
+
+Lemma normal_meaning : forall f b w, w <> [] ->
+  (sat (normal b f) w <-> if b then ssat f w else ~ ssat f w).
+Proof.
+  induction f; intros b w Hw.
+  - destruct w as [|a w]; [congruence|]; simpl; destruct b, (shows a p); simpl; intuition congruence.
+  - destruct b; simpl; intuition congruence.
+  - simpl; rewrite IHf by auto; destruct b; simpl; [tauto|].
+    destruct (ssat_decided f w); tauto.
+  - specialize (IHf1 b w Hw); specialize (IHf2 b w Hw).
+    destruct b; simpl; rewrite IHf1, IHf2; [tauto|].
+    destruct (ssat_decided f1 w), (ssat_decided f2 w); tauto.
+  - specialize (IHf1 b w Hw); specialize (IHf2 b w Hw).
+    destruct b; simpl; rewrite IHf1, IHf2; [tauto|].
+    destruct (ssat_decided f1 w), (ssat_decided f2 w); tauto.
+  - destruct b; simpl.
+    + apply until_ext; auto using ssat_decided, sat_decided; intros v Hv;
+        [apply (IHf1 true) | apply (IHf2 true)]; auto.
+    + apply release_not_until; auto using ssat_decided, sat_decided; intros v Hv;
+        [apply (IHf1 false) | apply (IHf2 false)]; auto.
+  - destruct b; simpl.
+    + apply release_ext; auto using ssat_decided, sat_decided; intros v Hv;
+        [apply (IHf1 true) | apply (IHf2 true)]; auto.
+    + apply until_not_release; auto using ssat_decided; intros v Hv;
+        [apply (IHf1 false) | apply (IHf2 false)]; auto.
+Qed.
+
+(** A mission's formula and its normal form agree on every word of a letter or more. *)
+Theorem normal_sat : forall f w, w <> [] -> (sat (normal true f) w <-> ssat f w).
+Proof. intros f w H; apply (normal_meaning f true w H). Qed.
+
+(** ** Progression
+
+    A state says what the rest of the word owes: one of its alternatives, and of
+    that one every obligation.  The rest of a word may be empty. *)
+
+Definition alternative : Type := list formula.
+Definition state : Type := list alternative.
+
+Definition owes (s : state) (w : word) : Prop :=
+  exists c, In c s /\ forall f, In f c -> sat f w.
+
+Definition conjoin (s t : state) : state :=
+  flat_map (fun c => map (fun d => c ++ d) t) s.
+
+Definition holds_now (b : bool) : state := if b then [[]] else [].
+
+(** What is owed after letter [a]. *)
+Fixpoint progress (a : letter) (f : formula) : state :=
+  match f with
+  | Lit b p => holds_now (Bool.eqb (shows a p) b)
+  | Const b => holds_now b
+  | And g h => conjoin (progress a g) (progress a h)
+  | Or g h => progress a g ++ progress a h
+  | Until g h => progress a h ++ conjoin (progress a g) [[f]]
+  | Release g h => conjoin (progress a h) (progress a g ++ [[f]])
+  end.
+
+Definition progress_all (a : letter) (c : alternative) : state :=
+  fold_right (fun f s => conjoin (progress a f) s) [[]] c.
+Definition progress_state (a : letter) (s : state) : state := flat_map (progress_all a) s.
+
+(** The empty word keeps what asks for nothing more. *)
+Definition idle (f : formula) : bool :=
+  match f with Release _ _ => true | Const b => b | _ => false end.
+Definition accepts (s : state) : bool := existsb (forallb idle) s.
+
+Lemma owes_app : forall s t w, owes (s ++ t) w <-> owes s w \/ owes t w.
+Proof.
+  unfold owes; intros s t w; split.
+  - intros (c & Hc & H); apply in_app_or in Hc as [Hc|Hc]; eauto.
+  - intros [(c & Hc & H) | (c & Hc & H)]; exists c; split; auto; apply in_or_app; auto.
+Qed.
+
+Lemma owes_conjoin : forall s t w, owes (conjoin s t) w <-> owes s w /\ owes t w.
+Proof.
+  unfold owes, conjoin; intros s t w; split.
+  - intros (c & Hc & H); apply in_flat_map in Hc as (d & Hd & Hc).
+    apply in_map_iff in Hc as (e & <- & He).
+    split; [exists d | exists e]; split; auto; intros; apply H, in_or_app; auto.
+  - intros [(d & Hd & H) (e & He & K)]; exists (d ++ e); split.
+    + apply in_flat_map; exists d; split; auto. apply in_map; auto.
+    + intros f Hf; apply in_app_or in Hf as [Hf|Hf]; auto.
+Qed.
+
+Lemma owes_one : forall f w, owes [[f]] w <-> sat f w.
+Proof.
+  unfold owes; intros f w; split.
+  - intros (c & [<-|[]] & H); apply H; left; auto.
+  - intros H; exists [f]; split; [left; auto | intros g [<-|[]]; auto].
+Qed.
+
+Lemma owes_now : forall b w, owes (holds_now b) w <-> b = true.
+Proof.
+  unfold owes; intros [|] w; simpl; split; auto; try discriminate.
+  - intros _; exists []; split; auto; intros f [].
+  - intros (c & [] & _).
+Qed.
+
+Theorem progress_sat : forall f a w, owes (progress a f) w <-> sat f (a :: w).
+Proof.
+  induction f; intros a w; cbn [progress];
+    rewrite ?owes_now, ?owes_app, ?owes_conjoin, ?owes_app, ?owes_one, ?IHf1, ?IHf2;
+    cbn [sat first]; rewrite ?until_cons, ?release_cons by apply sat_decided; tauto.
+Qed.
+
+Lemma progress_all_sat : forall c a w,
+  owes (progress_all a c) w <-> forall f, In f c -> sat f (a :: w).
+Proof.
+  induction c as [|g c IH]; intros a w; simpl.
+  - split; [intros _ f [] | intros _; apply (owes_now true); auto].
+  - rewrite owes_conjoin, progress_sat, IH; split.
+    + intros [Hg Hc] f [<-|Hf]; auto.
+    + intros H; split; auto.
+Qed.
+
+Theorem progress_state_sat : forall s a w,
+  owes (progress_state a s) w <-> owes s (a :: w).
+Proof.
+  intros s a w; unfold progress_state, owes at 1; split.
+  - intros (d & Hd & H); apply in_flat_map in Hd as (c & Hc & Hd).
+    exists c; split; auto; apply progress_all_sat; exists d; auto.
+  - intros (c & Hc & H); apply progress_all_sat in H as (d & Hd & H).
+    exists d; split; auto; apply in_flat_map; eauto.
+Qed.
+
+Theorem accepts_sound : forall s, accepts s = true -> owes s [].
+Proof.
+  intros s H; apply existsb_exists in H as (c & Hc & H); exists c; split; auto.
+  intros f Hf; rewrite forallb_forall in H; apply H in Hf.
+  destruct f; simpl in *; try discriminate; auto using release_nil.
+Qed.
+
+(** ** One state is at least as strong as another *)
+
+Fixpoint same (f g : formula) : bool :=
+  match f, g with
+  | Lit b p, Lit c q => Bool.eqb b c && (p =? q)
+  | Const b, Const c => Bool.eqb b c
+  | And f1 f2, And g1 g2 | Or f1 f2, Or g1 g2
+  | Until f1 f2, Until g1 g2 | Release f1 f2, Release g1 g2 => same f1 g1 && same f2 g2
+  | _, _ => false
+  end.
+
+Lemma same_eq : forall f g, same f g = true -> f = g.
+Proof.
+  induction f; intros [] H; try discriminate; cbn in H;
+    try (apply andb_prop in H as [H1 H2]); f_equal; auto using eqb_prop.
+  apply Nat.eqb_eq; auto.
+Qed.
+
+(** Every obligation of [d] is one of [c]. *)
+Definition includes (c d : alternative) : bool :=
+  forallb (fun f => existsb (same f) c) d.
+Definition implies (s t : state) : bool :=
+  forallb (fun c => existsb (includes c) t) s.
+
+Theorem implies_sound : forall s t w, implies s t = true -> owes s w -> owes t w.
+Proof.
+  unfold implies; intros s t w H (c & Hc & K); rewrite forallb_forall in H.
+  apply H, existsb_exists in Hc as (d & Hd & I); exists d; split; auto.
+  intros f Hf; unfold includes in I; rewrite forallb_forall in I.
+  apply I, existsb_exists in Hf as (g & Hg & E); apply same_eq in E; subst; auto.
+Qed.
