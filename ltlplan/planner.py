@@ -204,6 +204,8 @@ def _improved(
     mission: Mission, paths: dict[str, RobotPlan], rng: np.random.Generator, say: Progress, workers: Workers | None
 ) -> dict[str, RobotPlan]:
     """Improve each robot's path by cross-entropy, with draws of its own: side by side or not, they come to the same."""
+    from ltlplan.paths.improvement import improved_path
+
     own = generators(mission, rng)
     if workers is not None and workers.count > 1 and len(paths) > 1:
         from flight.processes import shared
@@ -218,7 +220,7 @@ def _improved(
     improved: dict[str, RobotPlan] = {}
     for index, (name, draws) in enumerate(own.items()):
         say(f"optimising the path of {name} by cross-entropy", 0.3 + 0.7 * index / len(paths))
-        improved[name] = _improved_path(mission, name, paths[name], draws)
+        improved[name] = improved_path(mission, name, paths[name], lambda own=draws: own).plan
     return improved
 
 
@@ -226,16 +228,10 @@ def _improve(
     mission: Mission, part: list[tuple[str, RobotPlan, np.random.Generator]], report: Progress
 ) -> list[tuple[str, RobotPlan]]:
     """Improve some robots' paths; called in a process."""
+    from ltlplan.paths.improvement import improved_path
+
     done: list[tuple[str, RobotPlan]] = []
     for index, (name, path, draws) in enumerate(part):
         report("improving", index / len(part))
-        done.append((name, _improved_path(mission, name, path, draws)))
+        done.append((name, improved_path(mission, name, path, lambda own=draws: own).plan))
     return done
-
-
-def _improved_path(mission: Mission, name: str, path: RobotPlan, draws: np.random.Generator) -> RobotPlan:
-    from ltlplan.paths.flight_times import lasts_too_long
-    from ltlplan.paths.improvement import improved_path
-
-    found = improved_path(mission, name, path, lambda: draws).plan
-    return path if lasts_too_long(mission, found) else found

@@ -38,7 +38,7 @@ from ltlplan.mtac.priced_paths import PricedPaths
 from ltlplan.mtac.robot_tasks import RobotTask
 from ltlplan.mtac.tours.many_tasks import many_tasks, share_many
 from ltlplan.paths.costs import team_cost
-from ltlplan.paths.improvement import ImprovedPath
+from ltlplan.paths.cross_entropy.cross_entropy import Improvement
 from ltlplan.search.problem import TIES
 from verify.data import BadInput, Infeasible, Mission, Visit
 from verify.data.language.counting import require_plain
@@ -63,7 +63,7 @@ class Shared:
         least: Of many tasks: no assignment costs less, by straight lines or ways around obstacles.
     """
 
-    paths: dict[str, ImprovedPath]
+    paths: dict[str, Improvement]
     order: tuple[str, ...]
     cost: float
     stops: dict[str, tuple[int, ...]]

@@ -9,9 +9,10 @@ from numpy.random import Generator
 
 from ltlplan.allocation import Itinerary
 from ltlplan.paths.costs import cost_of
-from ltlplan.paths.flight_times import lasts_too_long, require_endurance
+from ltlplan.paths.cross_entropy.cross_entropy import Improvement
+from ltlplan.paths.flight_times import require_endurance
 from ltlplan.paths.hoops import route_itinerary
-from ltlplan.paths.improvement import ImprovedPath, improved_path, own_draws, searched_cost, with_ramped_times
+from ltlplan.paths.improvement import improved_path, own_draws, searched_cost, with_ramped_times
 from verify.data import Infeasible, Mission, RobotPlan, Word
 
 
@@ -51,7 +52,7 @@ class PricedPaths:
             self.tried[robot, key] = nominal, cost
         return self.tried[robot, key][1]
 
-    def best(self, robot: str, does: Itinerary) -> ImprovedPath:
+    def best(self, robot: str, does: Itinerary) -> Improvement:
         """Return the path whose cost was found, judged for all times.
 
         Args:
@@ -59,8 +60,7 @@ class PricedPaths:
             does: What it does.
         """
         nominal = route_itinerary(self._mission, robot, does)
-        found = improved_path(self._mission, robot, nominal, lambda: self._draws(robot, does.word))
-        return ImprovedPath(nominal, found.history) if lasts_too_long(self._mission, found.plan) else found
+        return improved_path(self._mission, robot, nominal, lambda: self._draws(robot, does.word))
 
     def _draws(self, robot: str, word: Word) -> Generator:
         """Return a source that depends on nothing but the seed, the robot and what it does."""

@@ -8,14 +8,15 @@ from __future__ import annotations
 
 import zlib
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import replace
+from operator import attrgetter
 
 import numpy as np
 from numpy.random import Generator
 
 from ltlplan.paths.costs import WeightedCost, cost_of, plan_cost
-from ltlplan.paths.cross_entropy.cross_entropy import SPREAD, Search, Watch, improve, minimise, options_of
-from ltlplan.paths.final_hover import then_hovering, until_hover
+from ltlplan.paths.cross_entropy.cross_entropy import SPREAD, Improvement, Search, Watch, improve, minimise, options_of
+from ltlplan.paths.final_hover import until_hover
 from ltlplan.paths.flight_times import lasts_too_long
 from ltlplan.paths.path_result import candidate_plans, keeps
 from ltlplan.paths.sampling.path_problem import path_problem
@@ -31,26 +32,13 @@ _AS_CHEAP = 1.02
 """Times the least cost at which the shortest ramps are taken."""
 
 
-@dataclass(frozen=True, slots=True)
-class ImprovedPath:
-    """One robot's path after the search.
-
-    Attributes:
-        plan: Word, visits, waypoints, cost.
-        history: Best cost after each round of cross-entropy.
-    """
-
-    plan: RobotPlan
-    history: tuple[float, ...]
-
-
 def improved_path(
     mission: Mission, robot: str, nominal: RobotPlan, draws: Callable[[], Generator], watch: Watch | None = None
-) -> ImprovedPath:
-    """Return the path that the mission's rounds of cross-entropy make of a nominal one, judged for all times.
+) -> Improvement:
+    """Return what the mission's rounds of cross-entropy make of a nominal path, judged for all times.
 
     The search begins at the path with ramped times. Where nothing better that keeps clear is found it begins at the nominal
-    path itself, which was judged.
+    path itself, which was judged. Where the path that is found lasts longer than vehicles fly, the nominal one stays.
 
     Args:
         mission: What must be kept; `planner` gives costs and the numbers of the search.
@@ -62,23 +50,26 @@ def improved_path(
     Raises:
         CostError: A cost term returns no number for a path.
     """
-    mission = mission.seen_by(robot)
+    found = _improved(mission.seen_by(robot), robot, nominal, draws, watch)
+    return replace(found, plan=nominal) if lasts_too_long(mission, found.plan) else found
+
+
+def _improved(
+    mission: Mission, robot: str, nominal: RobotPlan, draws: Callable[[], Generator], watch: Watch | None
+) -> Improvement:
     function = cost_of(mission, robot)
     if nominal.hovers:
-        found = improved_path(mission, robot, until_hover(nominal), draws, watch)
-        plan = then_hovering(found.plan)
-        return ImprovedPath(plan.model_copy(update={"cost": plan_cost(plan, function)}), found.history)
+        return _improved(mission, robot, until_hover(nominal), draws, watch).with_hover(nominal, function)
     ramped = with_ramped_times(nominal, function)
     found = improve(mission, robot, ramped, rng=draws(), options=options_of(mission), watch=watch)
     if ramped is nominal or found.cost < found.nominal:
-        return ImprovedPath(found.plan, found.history)
+        return found
     problem = path_problem(mission, ramped, function)
     judged = candidate_plans(mission, ramped, problem, problem.nominal, found.nominal)
     if judged:
-        best = min(judged, key=lambda plan: plan_cost(plan, function))
-        return ImprovedPath(best.model_copy(update={"cost": plan_cost(best, function)}), found.history)
-    found = improve(mission, robot, nominal, rng=draws(), options=options_of(mission), watch=watch)
-    return ImprovedPath(found.plan, found.history)
+        priced = [plan.model_copy(update={"cost": plan_cost(plan, function)}) for plan in judged]
+        return replace(found, plan=min(priced, key=attrgetter("cost")))
+    return improve(mission, robot, nominal, rng=draws(), options=options_of(mission), watch=watch)
 
 
 def searched_cost(mission: Mission, robot: str, nominal: RobotPlan, rng: Generator) -> float:

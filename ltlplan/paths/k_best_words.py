@@ -16,7 +16,6 @@ from operator import itemgetter
 from ltlplan.allocation import Allocation, Context, Itinerary, Leg
 from ltlplan.logic.budget import DEFAULT_BUDGET, Budget, TooLarge
 from ltlplan.paths.costs import WeightedCost, cost_of, plan_cost, team_cost
-from ltlplan.paths.flight_times import lasts_too_long
 from ltlplan.paths.improvement import improved_path, own_draws, with_ramped_times
 from ltlplan.paths.leg_cost_bounds import expected_costs, least_costs, least_rates
 from ltlplan.paths.nominal import lay_path
@@ -218,9 +217,7 @@ class _Prices:
 
     def improved(self, name: str, does: Itinerary, seed: int) -> RobotPlan:
         """Return what cross-entropy makes of a path that was laid, by draws that depend on nothing but seed, robot and word."""
-        nominal = self._paths[name, does]
-        found = improved_path(self._mission, name, nominal, lambda: own_draws(seed, name, does.word)).plan
-        return nominal if lasts_too_long(self._mission, found) else found
+        return improved_path(self._mission, name, self._paths[name, does], lambda: own_draws(seed, name, does.word)).plan
 
 
 def _key(found: Allocation) -> tuple[object, ...]:

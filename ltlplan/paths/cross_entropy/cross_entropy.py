@@ -11,7 +11,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -42,18 +43,33 @@ class Improvement:
     """What a search made of one robot's plan.
 
     Attributes:
-        plan: The improved plan, or the nominal one where nothing better was found.
-        cost: Its cost.
+        plan: The improved plan with its cost, or the nominal one where nothing better was found.
         nominal: The nominal plan's cost.
         history: Best cost after each round, the nominal plan's at most.
         kept: Share of each round's paths that counted.
     """
 
     plan: RobotPlan
-    cost: float
     nominal: float
     history: tuple[float, ...]
     kept: tuple[float, ...]
+
+    @property
+    def cost(self) -> float:
+        """The plan's cost."""
+        return self.plan.cost
+
+    def with_hover(self, nominal: RobotPlan, cost: Cost) -> Improvement:
+        """Return the improvement of a lasso that hovers at its end, of which this is that of the flight up to the hover.
+
+        Args:
+            nominal: The lasso.
+            cost: Named terms or any function of sampled paths.
+        """
+        plan = then_hovering(self.plan)
+        plan = plan.model_copy(update={"cost": plan_cost(plan, cost)})
+        hover = plan.cost - self.cost
+        return Improvement(plan, plan_cost(nominal, cost), tuple(each + hover for each in self.history), self.kept)
 
 
 Watch = Callable[[int, PathProblem, Floats, Floats], None]
@@ -153,81 +169,49 @@ def improve(
             mission, robot, until_hover(plan), rng=rng, options=chosen, cost=function, points=points, spread=spread,
             progress=progress, watch=watch,
         )  # fmt: skip
-        return _with_hover(found, plan, function)
+        return found.with_hover(plan, function)
     nominal = plan_cost(plan, function)
     plan = plan.model_copy(update={"cost": nominal})
-    if len(plan.waypoints) < 3 or chosen.rounds == 0 or len({w.position for w in plan.waypoints}) < 3:
-        return Improvement(plan, nominal, nominal, (), ())
-    if nominal <= chosen.target:
-        return Improvement(plan, nominal, nominal, (), ())
+    if chosen.rounds == 0 or nominal <= chosen.target or len({w.position for w in plan.waypoints}) < 3:
+        return Improvement(plan, nominal, (), ())
     problem = path_problem(mission, plan, function, points=points)
     # a sample below the target ends the search only if it is kept when it is judged for all times
     search, *others = searches(problem, replace(chosen, target=-math.inf), spread=spread)
     if not math.isfinite(search.best_cost) and len(plan.waypoints) * 3 > 2 * _LARGE:
-        return Improvement(plan, nominal, nominal, (), ())  # so few points cannot show so long a word
+        return Improvement(plan, nominal, (), ())  # so few points cannot show so long a word
     shortlist: list[tuple[float, Floats]] = [(search.best_cost, problem.mean)]
     kept: list[float] = []
-    judged = _Judged(mission, plan, problem, function, nominal)
+
+    @cache
+    def judged(index: int) -> RobotPlan:
+        return _judged(mission, plan, problem, function, shortlist[index][1])
 
     def look(index: int, candidates: Floats, costs: Floats) -> bool:
         kept.append(float(np.mean(np.isfinite(costs))))
-        first = int(np.argmin(costs))
-        better = bool(costs[first] < shortlist[-1][0])
-        if better:
-            shortlist.append((float(costs[first]), candidates[first].copy()))
         if watch is not None:
             watch(index, problem, candidates, costs)
-        return better and shortlist[-1][0] <= chosen.target and judged(shortlist[-1][1]).cost <= chosen.target
+        first = int(np.argmin(costs))
+        if not costs[first] < shortlist[-1][0]:
+            return False
+        shortlist.append((float(costs[first]), candidates[first].copy()))
+        return shortlist[-1][0] <= chosen.target and judged(len(shortlist) - 1).cost <= chosen.target
 
     _, history = minimise(problem.costs, search, rng=rng, others=others, progress=progress, watch=look)
-    found = next((better for _, each in shortlist[:-_SHORTLIST:-1] if (better := judged(each)).cost < nominal), plan)
-    return Improvement(found, found.cost, nominal, tuple(min(h, nominal) for h in history), tuple(kept))
+    cheapest_first = range(len(shortlist))[:-_SHORTLIST:-1]
+    found = next((better for index in cheapest_first if (better := judged(index)).cost < nominal), plan)
+    return Improvement(found, nominal, tuple(min(h, nominal) for h in history), tuple(kept))
 
 
-@dataclass(frozen=True, eq=False)
-class _Judged:
-    """Plans along candidates, judged for all times."""
-
-    mission: Mission
-    plan: RobotPlan
-    problem: PathProblem
-    cost: Cost
-    nominal: float
-    known: dict[bytes, RobotPlan] = field(default_factory=dict)
-
-    def __call__(self, candidate: Floats) -> RobotPlan:
-        """Return the plan along a candidate, with its cost; the nominal one where none is better and keeps clear."""
-        key = candidate.tobytes()
-        if key not in self.known:
-            self.known[key] = self._along(candidate)
-        return self.known[key]
-
-    def _along(self, candidate: Floats) -> RobotPlan:
-        problem, most = self.problem, max(_PIECES, flown_pieces(self.mission, self.plan))
-        length = float(problem.paths(candidate[None]).length[0])
-        found = candidate_plans(self.mission, self.plan, problem, problem.points(candidate[None])[0], length)
-        stretched = [_stretched(self.mission, other, length / problem.length) for other in found]
-        costs = [(plan_cost(other, self.cost), i) for i, other in enumerate(stretched)]
-        costs = [(c, i) for c, i in costs if c < self.nominal and flown_pieces(self.mission, stretched[i]) <= most]
-        if not costs:
-            return self.plan
-        least = min(costs)[0]
-        value, index = next(c for c in costs if c[0] <= least * (1 + _SAME))
-        return stretched[index].model_copy(update={"cost": value})
-
-
-def _with_hover(found: Improvement, nominal: RobotPlan, cost: Cost) -> Improvement:
-    """Return the improvement of a lasso that hovers, from that of the flight up to its hover."""
-    better = then_hovering(found.plan)
-    value = plan_cost(better, cost)
-    hover = value - found.cost
-    return Improvement(
-        better.model_copy(update={"cost": value}),
-        value,
-        plan_cost(nominal, cost),
-        tuple(each + hover for each in found.history),
-        found.kept,
-    )
+def _judged(mission: Mission, plan: RobotPlan, problem: PathProblem, cost: Cost, candidate: Floats) -> RobotPlan:
+    """Return the plan along a candidate, judged for all times, with its cost; the nominal one where none is better and keeps clear."""
+    most = max(_PIECES, flown_pieces(mission, plan))
+    length = float(problem.paths(candidate[None]).length[0])
+    found = candidate_plans(mission, plan, problem, problem.points(candidate[None])[0], length)
+    stretched = [_stretched(mission, other, length / problem.length) for other in found]
+    priced = [other.model_copy(update={"cost": plan_cost(other, cost)}) for other in stretched]
+    better = [other for other in priced if other.cost < plan.cost and flown_pieces(mission, other) <= most]
+    least = min((other.cost for other in better), default=0.0)
+    return next((other for other in better if other.cost <= least * (1 + _SAME)), plan)
 
 
 def searches(problem: PathProblem, options: Options, *, spread: float = SPREAD) -> list[Search]:

@@ -128,7 +128,7 @@ def _codes(plan: RobotPlan, weights: Mapping[str, int], through: Collection[str]
         here = letter & weights.keys()
         if here == held and codes:
             continue
-        digits = dict.fromkeys(here, (1, 1))
+        digits: dict[str, tuple[int, int]] = dict.fromkeys(here, (1, 1))
         for name in here - held:
             direction = next(directions[name], None)
             if name in through:
