@@ -3,8 +3,7 @@
 Read `sequencer` (the door), then what it asks: `passage_directions` (from which side a hoop is flown), `legs` (stop by stop, as `stops` has them),
 `avoidance` (past hoops in the way) and `primitives`, over the control points in `hoop_frame`. `keep_out` says what a path must keep
 clear of, `clearance` for all times whether it does.
-`held_points` finds the regions that hold a point, `passage_ends` where a passage begins and ends, and `spline_blocked` is the error of a spline
-without room.
+`passage_ends` says where a passage begins and ends, and `spline_blocked` is the error of a spline without room.
 """
 
 from ltlplan.paths.hoops.avoidance import Blocked, avoid

@@ -174,7 +174,7 @@ def _way(
 def _around(mission: Mission, where: Room, start: Floats, end: Floats, permitted: Collection[str]) -> tuple[Detour, ...]:
     """Return the shortest way along free straight lines between the points beside all obstacles; empty where there is none."""
     points = [point for name in mission.all_regions for point in _beside(mission, where, name, start, end)]
-    points = [p for p in points if where.inside(p.position) and not _in_any(p.position, where)]
+    points = [point for point in points if where.inside(point.position) and not where.touching(point.position)]
     places = [start, *(point.position for point in points), end]
     last = len(places) - 1
 
@@ -202,10 +202,6 @@ def _beside(mission: Mission, where: Room, name: str, start: Floats, end: Floats
         yield Detour(side, "avoid", name)
         yield Detour(side + ahead, "via", name)
         yield Detour(side - ahead, "via", name)
-
-
-def _in_any(point: Floats, where: Room) -> bool:
-    return any(obstacle.holds(point) for obstacle in where.regions.values())
 
 
 def _candidates(mission: Mission, where: Room, name: str, start: Floats, end: Floats) -> Iterator[tuple[Detour, ...]]:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import itertools
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,6 +19,8 @@ from verify.data.shapes.region import Hoop
 
 _STEPS = 401
 """Places on a line at which a region's level is looked at, where no formula gives it."""
+_PAST = 1.000001
+"""Times as far as a region reaches: there a point is clear of it for sure."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -56,10 +60,7 @@ class KeptRegion:
 
     def level_at(self, point: Floats) -> float:
         """Return the region's own level at a point: at most 1 in it."""
-        offset = point - self.centre
-        if self.measures is not None:
-            return float(self.measures.levels(offset[None])[0])
-        return float(offset @ self.matrix @ offset)
+        return float(self.levels((point - self.centre)[None])[0])
 
     def levels(self, offsets: Floats) -> Floats:
         """Return the region's level at offsets from its centre. Shape (n, 3) to (n,)."""
@@ -122,6 +123,18 @@ class Room:
         """Tell whether a point keeps clear of the walls."""
         return bool(np.all(point >= self.low) and np.all(point <= self.high))
 
+    def holding(self, point: Floats) -> frozenset[str]:
+        """Return the regions that hold a point."""
+        return frozenset(region.name for region in self._reaching(point) if region.level_at(point) <= 1.0)
+
+    def touching(self, point: Floats) -> frozenset[str]:
+        """Return the regions that hold a point, or come nearer to it than is kept from those that are not entered."""
+        return frozenset(region.name for region in self._reaching(point) if region.holds(point))
+
+    def _reaching(self, point: Floats) -> Iterator[KeptRegion]:
+        """Yield the regions that may reach to a point."""
+        return itertools.compress(self.regions.values(), np.linalg.norm(self.centres - point, axis=1) <= self.reaches)
+
 
 def room(mission: Mission, slack: float = 0.0, *, robot: str | None = None) -> Room:
     """Return what a path must keep clear of: the mission's margin plus `slack` m everywhere.
@@ -133,35 +146,25 @@ def room(mission: Mission, slack: float = 0.0, *, robot: str | None = None) -> R
     """
     radius = mission.vehicle.radius if robot is None else mission.vehicle_of(robot).radius
     near, clear = mission.margin + slack, mission.margin + slack + radius
-    regions: dict[str, KeptRegion] = {}
     space = FreeSpace.of(mission, radius)
+    regions: dict[str, KeptRegion] = {}
     for name, region in mission.all_regions.items():
-        centre, level = np.array(region.center), (1.0 + near / region.inner_radius) ** 2
-        reach = 1.000001 * region.outer_radius * level**0.5
-        matrix, shape, grown = np.zeros((3, 3)), None, ()
+        level = (1.0 + near / region.inner_radius) ** 2
+        kept = KeptRegion(name, np.array(region.center), np.zeros((3, 3)), level)
         if region.is_ellipsoid:
-            matrix = region.shape
+            kept = replace(kept, matrix=region.shape, reach=_PAST * region.outer_radius * level**0.5)
         else:
-            reach = 1.000001 * (region.outer_radius + 2.0 * near)
-            shape, grown = region.measures, tuple(body.grown(near) for body in region.measures.parts)
+            grown = tuple(body.grown(near) for body in region.measures.parts)
+            reach = _PAST * (region.outer_radius + 2.0 * near)
+            kept = replace(kept, reach=reach, measures=region.measures, grown=grown)
         if isinstance(region, Hoop):
             height, outer = region.rim / 2 + clear, region.opening + region.rim + clear
-            regions[name] = KeptRegion(
-                name,
-                centre,
-                matrix,
-                level,
-                np.array(region.normal),
-                height,
-                outer,
-                max(min(room_in_opening(region, radius, near), room_in_region(region, near)), 1e-3),
-                near,
-                max(reach, 1.000001 * float(np.hypot(outer, height))),
-                shape,
-                grown,
+            inner = max(min(room_in_opening(region, radius, near), room_in_region(region, near)), 1e-3)
+            reach = max(kept.reach, _PAST * float(np.hypot(outer, height)))
+            kept = replace(
+                kept, normal=np.array(region.normal), height=height, outer=outer, inner=inner, near=near, reach=reach
             )
-        else:
-            regions[name] = KeptRegion(name, centre, matrix, level, reach=reach, measures=shape, grown=grown)
+        regions[name] = kept
     return Room(
         regions,
         np.array(mission.workspace.min) + near,

@@ -14,12 +14,12 @@ import numpy as np
 
 from ltlplan.paths.hoops.avoidance import Blocked, Detour, avoid
 from ltlplan.paths.hoops.clearance import blocked
-from ltlplan.paths.hoops.held_points import HeldPoints
 from ltlplan.paths.hoops.hoop_frame import control_points
 from ltlplan.paths.hoops.keep_out import Room
 from ltlplan.paths.hoops.passage_ends import PassageEnds, passage_ends
 from ltlplan.paths.hoops.stops import Side, Stop, before_opening, holds, hoop_axes, primitives_between
 from ltlplan.search.memoization import memoized
+from ltlplan.systems.region_labels import apart
 from verify.data import BadInput, Mission, Visit
 from verify.data.arrays import Floats
 from verify.data.plan import Role
@@ -42,9 +42,7 @@ class Legs:
         agent = mission.agents[robot]
         self.start = np.array(agent.start)
         self.end = None if agent.end is None else np.array(agent.end)
-        self.start_regions = frozenset(n for n, o in where.regions.items() if o.holds(self.start))
         self.begins_inside = bool(visits) and holds(mission, self.start, visits[0].region)
-        self.held = HeldPoints(mission, where)
 
     @memoized
     def ends(self, name: str) -> PassageEnds:
@@ -94,13 +92,11 @@ class Legs:
         if i < 0:
             return Stop(self.start, "start"), None
         name = self.visits[i].region
-        region = self.mission.all_regions[name]
         if i == 0 and self.begins_inside:
             return Stop(self.start, "start", name, i), None
-        if not isinstance(region, Hoop):
-            return Stop(np.array(region.center), "centre", name, i), None
-        if side is None:  # the flight ends in this hoop, at its end waypoint: nothing else leads on from there
-            return Stop(np.array(region.center) if self.end is None else self.end, "centre", name, i), None
+        if side is None:  # of a hoop in which the flight ends its end waypoint: nothing else leads on from there
+            inside = np.array(self.mission.all_regions[name].center)
+            return Stop(inside if self.end is None or name not in self.mission.hoops else self.end, "centre", name, i), None
         ends = self.ends(name)
         inner, points = ends.inner(side)[1], ends.points
         before = Stop(points.centre, "centre", name, i) if inner is None else Stop(inner, "front", name, i)
@@ -109,24 +105,21 @@ class Legs:
     @memoized
     def _leg(self, i: int, left: Side, j: int, entered: Side) -> list[Stop]:
         """Return the stops after visit i up to the first stop of visit j (its entry, or its centre)."""
-        name = self.visits[j].region
-        region, origin = self.mission.all_regions[name], self._exit(i, left)[0]
-        if entered is not None and isinstance(region, Hoop):
+        name, origin = self.visits[j].region, self._exit(i, left)[0]
+        if entered is not None:
             entry, led = self.ends(name).outer(entered)[0], self.ends(name).inner(entered)[0] is not None
-            if np.allclose(origin.position, entry, atol=1e-9):  # turned about, where the last passage ended
-                return []
             role: Role = "via" if led else "rear" if entered == "F" else "front"
-            around = self.held.around(name, entry)
-            return self._way(i, left, Stop(entry, role, name, None if led else j, around, hoop_axes(self.mission, name)))
-        if isinstance(region, Hoop):
-            return self._into(i, left, j, region)
-        centre = np.array(region.center)
-        target = Stop(centre, "centre", name, j, self.held.holding(centre))
+            around = self._around(name, entry)
+            return self._on_to(i, left, Stop(entry, role, name, None if led else j, around, hoop_axes(self.mission, name)))
+        if name in self.mission.hoops:
+            return self._into(i, left, j)
+        centre = self.where.regions[name].centre
+        target = Stop(centre, "centre", name, j, self.where.holding(centre))
         if i >= 0 and self.visits[i].region == name and self.numbers[i] != self.numbers[j]:
             return [self._outside(origin, name, j), target]
         return self._with_gate(origin.position, self._way(i, left, target))
 
-    def _into(self, i: int, left: Side, j: int, hoop: Hoop) -> list[Stop]:
+    def _into(self, i: int, left: Side, j: int) -> list[Stop]:
         """Return the leg to a hoop in which the flight ends: to the control point on its nearer side, or on the other one, then
         straight on to a place in front of the opening.
 
@@ -134,21 +127,19 @@ class Legs:
             Blocked: Neither side can be reached.
             Infeasible: No place in the hoop is clear of its opening.
         """
-        name, origin, points = self.visits[j].region, self._exit(i, left)[0].position, control_points(hoop)
+        name, origin = self.visits[j].region, self._exit(i, left)[0].position
+        hoop = self.mission.hoops[name]
+        points = control_points(hoop)
         ends: list[tuple[Role, Floats]] = [("rear", points.rear), ("front", points.front)]
         if self.end is not None:
             ends = ends[1:] if (self.end - points.centre) @ np.array(hoop.normal) >= 0.0 else ends[:1]
         problem: Blocked | None = None
         for role, position in sorted(ends, key=lambda end: float(np.linalg.norm(end[1] - origin))):
             place = before_opening(self.mission, name, hoop, role) if self.end is None else self.end
-            rest = Stop(place, "centre", name, j, self.held.holding(place), points.frame)
-            if np.allclose(origin, position, atol=1e-9):
-                return [rest]
+            beside = Stop(position, role, name, j, self._around(name, position), points.frame)
+            rest = Stop(place, "centre", name, j, self.where.holding(place), points.frame)
             try:
-                return [
-                    *self._way(i, left, Stop(position, role, name, j, self.held.around(name, position), points.frame)),
-                    rest,
-                ]
+                return [*self._on_to(i, left, beside), rest]
             except Blocked as error:
                 problem = problem or error
         assert problem is not None
@@ -156,10 +147,8 @@ class Legs:
 
     def _back_to(self, i: int, left: Side, first: Stop) -> list[Stop]:
         """Return the leg that closes a lasso: from visit i to the stop at which the cycle began."""
-        if np.allclose(self._exit(i, left)[0].position, first.position, atol=1e-9):
-            return []
-        around = frozenset[str]() if first.region is None else self.held.around(first.region, first.position)
-        return self._way(i, left, replace(first, permitted=around))
+        around = frozenset[str]() if first.region is None else self._around(first.region, first.position)
+        return self._on_to(i, left, replace(first, permitted=around))
 
     def _outside(self, origin: Stop, name: str, visit: int) -> Stop:
         """Return a point just outside a region that is left and visited again at once.
@@ -167,7 +156,7 @@ class Legs:
         Raises:
             Blocked: There is no clear point around it.
         """
-        obstacle, permitted = self.where.regions[name], self.held.holding(origin.position) | {name}
+        obstacle, permitted = self.where.regions[name], self.where.holding(origin.position) | {name}
         for way in _AROUND:
             point = obstacle.centre + way * obstacle.exit(way, obstacle.level * 1.3)
             if self.where.inside(point) and not any(
@@ -180,9 +169,9 @@ class Legs:
 
     def _with_gate(self, origin: Floats, leg: list[Stop]) -> list[Stop]:
         """Put a point before a region's centre, clear of the region, on the last straight piece: a lap begins there."""
-        target = leg[-1]
-        before = leg[-2].position if len(leg) > 1 else origin
-        obstacle = self.where.regions[str(target.region)]
+        target, regions = leg[-1], self.mission.all_regions
+        before, entered = leg[-2].position if len(leg) > 1 else origin, str(target.region)
+        obstacle = self.where.regions[entered]
         line = before - target.position
         if obstacle.measures is None:
             level = float(line @ obstacle.matrix @ line)
@@ -192,23 +181,28 @@ class Legs:
         if share is None:
             return leg
         gate = target.position + line * share
-        entered = frozenset({str(target.region)})
-        reached = self.held.holding(target.position) | self.held.shared(
-            target.permitted & self.held.holding(gate), str(target.region)
-        )
+        kept = target.permitted & self.where.holding(gate)
+        shared = {name for name in kept if not apart(regions[name], regions[entered])}
         return [
             *leg[:-1],
-            Stop(gate, "via", target.region, target.visit, target.permitted - entered),
-            replace(target, permitted=reached),
+            Stop(gate, "via", entered, target.visit, target.permitted - {entered}),
+            replace(target, permitted=self.where.holding(target.position) | shared),
         ]
+
+    def _around(self, name: str, point: Floats) -> frozenset[str]:
+        """Return the other regions that hold a point beside a region, and its centre: those that it stands in."""
+        return (self.where.holding(point) & self.where.holding(self.where.regions[name].centre)) - {name}
+
+    def _on_to(self, i: int, left: Side, target: Stop) -> list[Stop]:
+        """Return detours and target; nothing where the robot is there already, as where it turns about."""
+        return [] if np.allclose(self._exit(i, left)[0].position, target.position, atol=1e-9) else self._way(i, left, target)
 
     def _way(self, i: int, left: Side, target: Stop) -> list[Stop]:
         """Return detours and target; first and last segment may also be in the regions that they leave and reach."""
         origin = self._exit(i, left)[0]
-        leaves = self.start_regions if i < 0 else self._left(i, left, origin.position)
-        reaches = frozenset(target.permitted)
         if i >= 0 and left is None and (hoop := self.mission.hoops.get(self.visits[i].region)) is not None:
             return self._out_of(i, hoop, origin, target)
+        leaves, reaches = self._left(i, left, origin.position), target.permitted
         points = avoid(self.mission, self.where, origin.position, target.position, leaves | reaches)
         way, last = self._detours(points, leaves)
         return self._entering(origin, [*way, replace(target, permitted=reaches | last)], reaches)
@@ -217,25 +211,22 @@ class Legs:
         """Return the stops from a start in a hoop's region to a target: to the hoop's control point on that side first."""
         name, points = self.visits[i].region, control_points(hoop)
         ahead = (origin.position - points.centre) @ np.array(hoop.normal) >= 0.0
-        through = self.held.holding(origin.position) | {name}
+        through = self.where.holding(origin.position) | {name}
         first = Stop(self.ends(name).outer("F")[1 if ahead else 0], "via", name, i, through, points.frame)
         if np.allclose(first.position, target.position, atol=1e-9):
             return [replace(target, permitted=through)]
-        leaves = self.held.around(name, first.position)
+        leaves = self._around(name, first.position)
         others = avoid(self.mission, self.where, first.position, target.position, target.permitted | leaves)
         way, last = self._detours(others, leaves)
         return [first, *way, replace(target, permitted=target.permitted | last)]
 
     def _entering(self, origin: Stop, way: list[Stop], reaches: frozenset[str]) -> list[Stop]:
         """Permit the regions around a target where a way turns in them, as in a room with a corner."""
-        if len(way) == 1:
-            return way
-        if self.where.space is None:
-            return [
-                replace(stop, permitted=stop.permitted | (self.held.near(stop.position) & reaches)) for stop in way[:-1]
-            ] + way[-1:]
-        entered = self.where.space.entered(np.stack([origin.position, *(stop.position for stop in way)]), self.where.slack)
-        return [replace(stop, permitted=stop.permitted | (met & reaches)) for stop, met in zip(way, entered, strict=True)]
+        if self.where.space is None or len(way) == 1:
+            met = [*(self.where.touching(stop.position) for stop in way[:-1]), frozenset[str]()]
+        else:
+            met = self.where.space.entered(np.stack([origin.position, *(stop.position for stop in way)]), self.where.slack)
+        return [replace(stop, permitted=stop.permitted | (here & reaches)) for stop, here in zip(way, met, strict=True)]
 
     def _detours(self, points: Sequence[Detour], leaves: frozenset[str]) -> tuple[list[Stop], frozenset[str]]:
         """Return the stops of a detour, and which regions the leg's last segment may still be in: those not left by then."""
@@ -243,34 +234,32 @@ class Legs:
         for point in points:
             way.append(Stop(point.position, point.role, point.region, None, leaves, hoop_axes(self.mission, point.region)))
             # around a body in a region the way is still in that region
-            leaves = leaves & self.held.near(point.position)
+            leaves = leaves & self.where.touching(point.position)
         return way, leaves
 
     def _left(self, i: int, side: Side, place: Floats) -> frozenset[str]:
-        """Return the regions that a leg from a visit begins in."""
-        region = self.mission.all_regions[self.visits[i].region]
-        if side is not None and isinstance(region, Hoop):
-            return self.held.around(self.visits[i].region, place)
-        return self.held.holding(place) | {self.visits[i].region}
+        """Return the regions that a leg from a visit, or from the start, begins in."""
+        if i < 0:
+            return self.where.touching(place)
+        name = self.visits[i].region
+        return self.where.holding(place) | {name} if side is None else self._around(name, place)
 
     def _passage(self, i: int, side: Side) -> list[Stop]:
+        """Return the stops of a passage; of a region that is not flown through there are none."""
         if side is None:
             return []
         name = self.visits[i].region
-        region = self.mission.all_regions[name]
-        assert isinstance(region, Hoop)
         ends = self.ends(name)
         points, (first, last) = ends.points, ends.inner(side)
-        through = self.held.holding(points.centre)
-        passage = [
+        through = self.where.holding(points.centre)
+        enters: Role = "rear" if side == "F" else "front"
+        leaves: Role = "front" if side == "F" else "rear"
+        return [
+            *([] if first is None else [Stop(first, enters, name, i, through, points.frame)]),
             Stop(points.centre, "centre", name, i, through, points.frame),
-            Stop(points.ends(side)[1], "front" if side == "F" else "rear", name, i, through, points.frame),
+            Stop(points.ends(side)[1], leaves, name, i, through, points.frame),
+            *([] if last is None else [Stop(ends.outer(side)[1], "via", name, None, through, points.frame)]),
         ]
-        if first is not None:
-            passage.insert(0, Stop(first, "rear" if side == "F" else "front", name, i, through, points.frame))
-        if last is not None:
-            passage.append(Stop(ends.outer(side)[1], "via", name, None, through, points.frame))
-        return passage
 
     def _to_end(self, i: int, left: Side) -> list[Stop]:
         assert self.end is not None
@@ -278,12 +267,9 @@ class Legs:
         stays = frozenset() if region is None else frozenset({region})
         if self.inside_last:
             return [] if np.allclose(self._exit(i, left)[0].position, self.end) else [Stop(self.end, "end", region, i, stays)]
-        for name, obstacle in self.where.regions.items():
-            if obstacle.holds(self.end) and name not in stays:
-                at = ", ".join(f"{x:g}" for x in self.end)
-                last = i >= 0 and self.visits[i].region == name
-                why = "a hoop that is flown through, and so left again" if last else "which is not the region visited last"
-                raise BadInput(f"The end waypoint ({at}) lies in or at '{name}', {why}.")
-        if np.allclose(self._exit(i, left)[0].position, self.end, atol=1e-9):
-            return []
-        return self._way(i, left, Stop(self.end, "end"))
+        for name in sorted(self.where.touching(self.end) - stays):
+            at = ", ".join(f"{x:g}" for x in self.end)
+            last = i >= 0 and self.visits[i].region == name
+            why = "a hoop that is flown through, and so left again" if last else "which is not the region visited last"
+            raise BadInput(f"The end waypoint ({at}) lies in or at '{name}', {why}.")
+        return self._on_to(i, left, Stop(self.end, "end"))

@@ -67,8 +67,7 @@ def passage_ends(hoop: Hoop, where: Room, name: str) -> PassageEnds:
         name: The hoop's.
     """
     points, kept = control_points(hoop), where.regions[name]
-    around = frozenset(other for other, region in where.regions.items() if region.level_at(points.centre) <= 1.0)
-    asked = _Asked(points, kept, where, around)
+    asked = _Asked(points, kept, where, where.holding(points.centre))
     before, beyond = asked.end(points.rear), asked.end(points.front)
     if before is None and beyond is None:
         return PassageEnds(points)
@@ -109,10 +108,7 @@ class _Asked:
 
     def _outside(self, point: Floats) -> bool:
         """Tell whether a point is clear of all regions but those around the hoop."""
-        free = self.around - {self.kept.name}
-        return self.where.inside(point) and not any(
-            region.holds(point) for name, region in self.where.regions.items() if name not in free
-        )
+        return self.where.inside(point) and self.where.touching(point) <= self.around - {self.kept.name}
 
     def _beside(self, last: Floats, axis: Floats, own: Floats) -> Sequence[Floats]:
         """Return points outside of the hoop's region to which straight lines from a point on the axis lead, the nearest to its own first."""
