@@ -50,9 +50,14 @@ class Itinerary:
     cost: float = 0.0
     stops: tuple[int, ...] | None = None
 
+    @property
+    def all_stops(self) -> tuple[int, ...]:
+        """Indices of the visits to whose middles it flies, in order, also where that is each visit once."""
+        return tuple(range(len(self.visits))) if self.stops is None else self.stops
+
     def legs(self, mission: Mission, robot: str) -> frozenset[Leg]:
         """Return the legs that a robot of the mission flies by it; a lasso's closing leg too."""
-        stops = tuple(range(len(self.visits))) if self.stops is None else self.stops
+        stops = self.all_stops
         start, regions = mission.agents[robot].start, [self.visits[stop].region for stop in stops]
         if regions and float(mission.all_regions[regions[0]].level(np.array(start))) <= 1.0:
             regions = regions[1:]  # it is there already

@@ -7,21 +7,24 @@ sides with the smallest total length by dynamic programming over the two sides o
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import partial
+from operator import itemgetter
 from typing import Literal
 
 import numpy as np
 
 from ltlplan.paths.hoops.avoidance import Blocked
 from ltlplan.paths.hoops.legs import Legs
+from ltlplan.paths.hoops.passage_ends import PassageEnds
 from ltlplan.paths.hoops.stops import Side
+from verify.data.arrays import Floats
 from verify.data.mission import Mission
 from verify.data.plan import Visit
-from verify.data.shapes.region import Hoop
 
 Directions = Literal["nearest", "cheapest"]
-Cost = Callable[[int, Side, int, Side], float]
-"""Length in m from visit i, left on a side, to visit j, entered on a side; i = -1 is the start. Raises Blocked."""
 
 
 def choose_sides(legs: Legs, cycle_visit: int | None, directions: Directions) -> list[Side]:
@@ -40,66 +43,66 @@ def choose_sides(legs: Legs, cycle_visit: int | None, directions: Directions) ->
     options = [_options(legs.mission, visit, stays=i in stays) for i, visit in enumerate(legs.visits)]
     if not options:
         return []
-    if directions == "nearest":
-        return _nearest(legs, options)
-    return _cheapest(options, cycle_visit, legs.length)
+    return _nearest(legs, options) if directions == "nearest" else _cheapest(legs, options, cycle_visit)
 
 
 def _options(mission: Mission, visit: Visit, *, stays: bool) -> list[Side]:
-    if not isinstance(mission.all_regions[visit.region], Hoop) or stays:
+    if visit.region not in mission.hoops or stays:
         return [None]
     return [visit.direction] if visit.direction is not None else ["F", "R"]
 
 
+@dataclass
+class _Lengths:
+    """Lengths of legs, infinite where there is no way; the reasons are kept."""
+
+    legs: Legs
+    problems: list[Blocked] = field(default_factory=list[Blocked])
+
+    def leg(self, i: int, left: Side, j: int, entered: Side) -> float:
+        """Return how far it is from visit i, left on a side, to visit j, entered on a side, m; i = -1 is the start."""
+        try:
+            return self.legs.length(i, left, j, entered)
+        except Blocked as error:
+            self.problems.append(error)
+            return math.inf
+
+
 def _nearest(legs: Legs, options: list[list[Side]]) -> list[Side]:
-    mission, cost = legs.mission, legs.length
-    position, chosen = legs.start, []
+    position = legs.start
     previous: Side = None
-    for i, visit in enumerate(legs.visits):
-        region = mission.all_regions[visit.region]
-        if options[i] == [None] or not isinstance(region, Hoop):
-            chosen.append(None)
-            position = np.array(region.center)
-            previous = None
-            continue
-        ends = legs.ends(visit.region)
-        here = position
-        ordered = sorted(options[i], key=lambda side: float(np.linalg.norm(ends.outer(side or "F")[0] - here)))
-        if mission.obstacles:
-            ordered = _by_length(ordered, lambda side: cost(i - 1, previous, i, side))  # noqa: B023  # asked at once
-        problem: Blocked | None = None
-        for side in ordered:
-            try:
-                cost(i - 1, previous, i, side)
-            except Blocked as error:
-                problem = problem or error
-                continue
-            chosen.append(side)
-            position, previous = ends.outer(side or "F")[1], side
-            break
+    chosen: list[Side] = []
+    for i, (visit, sides) in enumerate(zip(legs.visits, options, strict=True)):
+        lengths = _Lengths(legs)
+        side: Side = sides[0]
+        if side is None:
+            position = np.array(legs.mission.all_regions[visit.region].center)
         else:
-            assert problem is not None
-            raise problem
+            ends = legs.ends(visit.region)
+            ordered = sorted(sides, key=partial(_distance, ends, position))
+            length: Callable[[Side], float] = partial(lengths.leg, i - 1, previous, i)
+            if legs.mission.obstacles:
+                ordered.sort(key=length)
+            side = next((side for side in ordered if math.isfinite(length(side))), None)
+            if side is None:
+                raise lengths.problems[0]
+            position = ends.outer(side)[1]
+        chosen.append(side)
+        previous = side
     return chosen
 
 
-def _by_length(sides: list[Side], length: Callable[[Side], float]) -> list[Side]:
-    """Order sides by how long the ways to them are; those without a way come last."""
-
-    def key(side: Side) -> float:
-        try:
-            return length(side)
-        except Blocked:
-            return float("inf")
-
-    return sorted(sides, key=key)
+def _distance(ends: PassageEnds, position: Floats, side: Side) -> float:
+    """Return how far it is from a point to where a passage begins, m."""
+    return float(np.linalg.norm(ends.outer(side or "F")[0] - position))
 
 
-def _cheapest(options: list[list[Side]], cycle_visit: int | None, cost: Cost) -> list[Side]:
+def _cheapest(legs: Legs, options: list[list[Side]], cycle_visit: int | None) -> list[Side]:
+    lengths = _Lengths(legs)
     first = cycle_visit if cycle_visit is not None and cycle_visit < len(options) else None
     anchors: list[Side] = [None] if first is None else options[first]
-    best: tuple[float, list[Side]] | None = None
-    problem: Blocked | None = None
+    nothing: tuple[float, list[Side]] = math.inf, []
+    best = nothing
     for anchor in anchors:
         table: dict[Side, tuple[float, list[Side]]] = {None: (0.0, [])}
         for i, sides in enumerate(options):
@@ -107,23 +110,13 @@ def _cheapest(options: list[list[Side]], cycle_visit: int | None, cost: Cost) ->
             open_sides: list[Side] = [anchor] if i == first else sides
             for side in open_sides:
                 for previous, (total, taken) in table.items():
-                    try:
-                        candidate = total + cost(i - 1, previous, i, side)
-                    except Blocked as error:
-                        problem = error
-                        continue
-                    if side not in following or candidate < following[side][0]:
+                    candidate = total + lengths.leg(i - 1, previous, i, side)
+                    if candidate < following.get(side, nothing)[0]:
                         following[side] = (candidate, [*taken, side])
             table = following
         for side, (total, taken) in table.items():
-            try:
-                closed = total if first is None else total + cost(len(options) - 1, side, first, anchor)
-            except Blocked as error:
-                problem = error
-                continue
-            if best is None or closed < best[0]:
-                best = (closed, taken)
-    if best is None:
-        assert problem is not None
-        raise problem
+            closed = total if first is None else total + lengths.leg(len(options) - 1, side, first, anchor)
+            best = min(best, (closed, taken), key=itemgetter(0))
+    if best is nothing:
+        raise lengths.problems[-1]
     return best[1]

@@ -12,8 +12,8 @@ from __future__ import annotations
 import itertools
 from bisect import bisect_left
 from collections import Counter
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -83,7 +83,7 @@ def route(
     if word is None:
         leaves = mission.agents[robot].end is not None and cycle_visit is None and not _ends_at_last(mission, robot, visits)
         word = word_of(mission, robot, visits, cycle_visit, stays=False if leaves else None)
-    return _laid(mission, _Asked(robot, visits, cycle_visit, word, tuple(range(len(visits)))), directions)
+    return _laid(mission, robot, Itinerary(visits, word, cycle_visit), directions)
 
 
 def route_itinerary(mission: Mission, robot: str, does: Itinerary, *, directions: Directions | None = None) -> RobotPlan:
@@ -99,37 +99,37 @@ def route_itinerary(mission: Mission, robot: str, does: Itinerary, *, directions
         BadInput: As `route`.
         Infeasible: As `route`.
     """
-    does = _apart(mission, does)
-    if does.stops is None or does.stops == tuple(range(len(does.visits))):
+    stops = _apart(mission, does)
+    if stops == tuple(range(len(does.visits))):
         return route(mission, robot, does.visits, does.cycle_visit, directions=directions, word=does.word)
     _check(mission, robot, does.visits, does.cycle_visit)
-    return _laid(mission, _Asked(robot, does.visits, does.cycle_visit, does.word, does.stops), directions)
+    return _laid(mission, robot, replace(does, stops=stops), directions)
 
 
-def _apart(mission: Mission, does: Itinerary) -> Itinerary:
-    """Return an itinerary that flies once to a middle that two regions in turn share, as of a room in the middle of a house."""
-    stops = tuple(range(len(does.visits))) if does.stops is None else does.stops
-    regions = [mission.regions.get(does.visits[stop].region) for stop in stops]
+def _apart(mission: Mission, does: Itinerary) -> tuple[int, ...]:
+    """Return an itinerary's stops, of which it flies once to a middle that two regions in turn share, as of a room in the middle of a house."""
+    if does.cycle_visit is not None:
+        return does.all_stops
+    regions = [mission.regions.get(does.visits[stop].region) for stop in does.all_stops]
     twice = [a is not None and b is not None and a is not b and a.center == b.center for a, b in itertools.pairwise(regions)]
-    if does.cycle_visit is not None or not any(twice):
-        return does
-    return replace(does, stops=tuple(stop for stop, again in zip(stops, [*twice, False], strict=True) if not again))
+    return tuple(itertools.compress(does.all_stops, [not again for again in twice] + [True]))
 
 
-def _laid(mission: Mission, asked: _Asked, directions: Directions | None) -> RobotPlan:
-    mission, problem = mission.seen_by(asked.robot), None
+def _laid(mission: Mission, robot: str, does: Itinerary, directions: Directions | None) -> RobotPlan:
+    mission, problem = mission.seen_by(robot), None
     ways = [(slack, _SHORTEST) for slack in _SLACKS]
     if mission.obstacles:
         ways[-1:] = [(_TIGHT, _SHORTEST), (_TIGHT, _SHORTEST_IN_GAPS)]
-        if _stands_near(mission, asked.robot):
+        if _stands_near(mission, robot):
             ways.append((0.0, _SHORTEST_IN_GAPS))
     for slack, shortest in ways:
+        where = room(mission, slack, robot=robot)
         try:
-            return _route(mission, asked, directions or mission.planner.directions, slack, shortest)
+            return _route(mission, robot, does, directions or mission.planner.directions, where, shortest)
         except Infeasible as error:
             problem = error if mission.obstacles else problem or error  # with obstacles, what stops it where least is kept
     assert problem is not None
-    raise problem.beside(mission, mission.vehicle_of(asked.robot).radius) if isinstance(problem, SplineBlocked) else problem
+    raise problem.beside(mission, mission.vehicle_of(robot).radius) if isinstance(problem, SplineBlocked) else problem
 
 
 def _stands_near(mission: Mission, robot: str) -> bool:
@@ -162,37 +162,24 @@ def segments(mission: Mission, plan: RobotPlan) -> tuple[Primitive, ...]:
     return tuple(primitives_between(stops))
 
 
-@dataclass(frozen=True, slots=True)
-class _Asked:
-    """What one robot is to visit, the word that it shows by that, and which of its visits are flown to the middle, in order."""
-
-    robot: str
-    visits: tuple[Visit, ...]
-    cycle_visit: int | None
-    word: Word
-    stops: tuple[int, ...]
-
-
-def _route(mission: Mission, asked: _Asked, directions: Directions, slack: float, shortest: float) -> RobotPlan:
-    robot, visits, cycle_visit, word = asked.robot, asked.visits, asked.cycle_visit, asked.word
-    where = room(mission, slack, robot=robot)
-    flown = tuple(visits[stop] for stop in asked.stops)
-    first = None if cycle_visit is None else bisect_left(asked.stops, cycle_visit)
-    inside_last = _ends_inside(mission, robot, flown, first, word)
-    legs = Legs(mission, robot, flown, where, inside_last, asked.stops)
+def _route(mission: Mission, robot: str, does: Itinerary, directions: Directions, where: Room, shortest: float) -> RobotPlan:
+    visits, cycle_visit, word, served = does.visits, does.cycle_visit, does.word, does.all_stops
+    flown = tuple(visits[stop] for stop in served)
+    first = None if cycle_visit is None else bisect_left(served, cycle_visit)
+    legs = Legs(mission, robot, flown, where, _ends_inside(mission, robot, flown, first, word), served)
     sides = choose_sides(legs, first, directions)
     stops, cycle = legs.stops(sides, first)
-    asks = _Repair(where, mission.planner.speed, Counter(v.region for v in visits), shortest)
-    stops, times, cycle = _repaired(stops, cycle, asks)
+    stops, times, cycle = _repaired(stops, cycle, where, mission.planner.speed, Counter(v.region for v in visits), shortest)
+    side_of = dict(zip(served, sides, strict=True))
     hovers = cycle_visit == len(visits)
-    side_of = dict(zip(asked.stops, sides, strict=True))
-    serves = [None if stop.visit is None else asked.stops[stop.visit] for stop in stops]
     plan = RobotPlan(
         word=Word(word.letters).compressed() if hovers else word,
         visits=tuple(visit.model_copy(update={"direction": side_of.get(k)}) for k, visit in enumerate(visits)),
         waypoints=tuple(
-            Waypoint(position=_point(s.position), role=s.role, region=s.region, visit=visit)
-            for s, visit in zip(stops, serves, strict=True)
+            Waypoint(
+                position=_point(s.position), role=s.role, region=s.region, visit=None if s.visit is None else served[s.visit]
+            )
+            for s in stops
         ),
         times=tuple(times),
         cycle_visit=None if hovers else cycle_visit,
@@ -210,21 +197,21 @@ def _times(stops: Sequence[Stop], speed: float, ramp: float, *, lasso: bool) -> 
     return [0.0, *(float(t) for t in np.cumsum(spans))]
 
 
-@dataclass(frozen=True, slots=True)
-class _Repair:
-    """What a spline keeps clear of, its speed in m/s, how often it comes to each region, and the shortest segments, m."""
-
-    where: Room
-    speed: float
-    visits: Mapping[str, int]
-    shortest: float
-
-
-def _repaired(stops: list[Stop], cycle: int | None, asks: _Repair) -> tuple[list[Stop], list[float], int | None]:
+def _repaired(
+    stops: list[Stop], cycle: int | None, where: Room, speed: float, visits: Mapping[str, int], shortest: float
+) -> tuple[list[Stop], list[float], int | None]:
     """Add points on legs until the spline keeps clear; the points lie on lines that do.
 
     A spline that leaves rest within length / v can overshoot so far that it turns back in the first hoop, or comes to a
     region twice; where it does, its first and last segment are given more time.
+
+    Args:
+        stops: Where the legs lead.
+        cycle: Index of the stop where the cycle begins.
+        where: What the spline keeps clear of.
+        speed: m/s.
+        visits: How often it comes to each region.
+        shortest: m; a shorter segment is not divided.
 
     Returns:
         Stops, times, and the index of the stop where the cycle begins.
@@ -234,24 +221,24 @@ def _repaired(stops: list[Stop], cycle: int | None, asks: _Repair) -> tuple[list
     """
     if len(stops) == 1:
         return stops, [0.0], cycle
-    where, shortest, ramp = asks.where, asks.shortest, 0.0
+    ramp = 0.0
     found: list[Conflict] = []
     for _ in range(_REPAIRS):
-        times = _times(stops, asks.speed, ramp, lasso=cycle is not None)
+        times = _times(stops, speed, ramp, lasso=cycle is not None)
         spline = LeastSnapSpline(times, cycle)
         coefficients = spline.through([stop.position for stop in stops])
         found = conflicts(coefficients, spline.durations, where, [stop.permitted for stop in stops[1:]])
-        found = found or _visited_again(stops, spline, where, asks.visits)
+        found = found or _visited_again(stops, spline, where, visits)
         if not found:
             return stops, times, cycle
         if ramp < _RAMPS and any(conflict.obstacle in ("plane", "again") for conflict in found):
             ramp += 0.25
             continue
-        divided = _divided(stops, found, shortest)
-        if len(divided) == len(stops):
-            raise SplineBlocked(found[0], stops)
-        cycle = None if cycle is None else cycle + len([piece for piece in _pieces(stops, found, shortest) if piece < cycle])
-        stops = divided
+        pieces = {conflict.piece for conflict in found if _length(stops, conflict.piece) > 2 * shortest}
+        if not pieces:
+            break
+        cycle = None if cycle is None else cycle + sum(piece < cycle for piece in pieces)
+        stops = _divided(stops, pieces)
     raise SplineBlocked(found[0], stops)
 
 
@@ -271,17 +258,18 @@ def _visited_again(stops: Sequence[Stop], spline: LeastSnapSpline, where: Room, 
     return found
 
 
-def _pieces(stops: Sequence[Stop], found: Sequence[Conflict], shortest: float) -> list[int]:
-    lengths = [float(np.linalg.norm(b.position - a.position)) for a, b in itertools.pairwise(stops)]
-    return sorted({c.piece for c in found if lengths[c.piece] > 2 * shortest})
+def _length(stops: Sequence[Stop], piece: int) -> float:
+    return float(np.linalg.norm(stops[piece + 1].position - stops[piece].position))
 
 
-def _divided(stops: list[Stop], found: Sequence[Conflict], shortest: float) -> list[Stop]:
-    result = list(stops)
-    for piece in reversed(_pieces(stops, found, shortest)):
-        a, b = stops[piece], stops[piece + 1]
-        middle = Stop((a.position + b.position) / 2, "via", None, b.visit if b.permitted else None, b.permitted, b.axes)
-        result.insert(piece + 1, middle)
+def _divided(stops: Sequence[Stop], pieces: Collection[int]) -> list[Stop]:
+    """Return stops with one more in the middle of some pieces."""
+    result = [stops[0]]
+    for piece, (a, b) in enumerate(itertools.pairwise(stops)):
+        if piece in pieces:
+            visit = b.visit if b.permitted else None
+            result.append(Stop((a.position + b.position) / 2, "via", None, visit, b.permitted, b.axes))
+        result.append(b)
     return result
 
 
