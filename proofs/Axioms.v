@@ -26,6 +26,7 @@ Print Assumptions Farkas.farkas_ball.
 Print Assumptions Progression.normal_sat.
 Print Assumptions Progression.progress_state_sat.
 Print Assumptions Progression.accepts_sound.
+Print Assumptions Progression.satisfies_correct.
 Print Assumptions Invariant.check_invariant_sound.
 Print Assumptions Invariant.check_joint_sound.
 Print Assumptions Invariant.check_own_sound.

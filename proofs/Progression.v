@@ -217,99 +217,6 @@ Definition state : Type := list alternative.
 Definition owes (s : state) (w : word) : Prop :=
   exists c, In c s /\ forall f, In f c -> sat f w.
 
-Definition conjoin (s t : state) : state :=
-  flat_map (fun c => map (fun d => c ++ d) t) s.
-
-Definition holds_now (b : bool) : state := if b then [[]] else [].
-
-(** What is owed after letter [a]. *)
-Fixpoint progress (a : letter) (f : formula) : state :=
-  match f with
-  | Lit b p => holds_now (Bool.eqb (shows a p) b)
-  | Const b => holds_now b
-  | And g h => conjoin (progress a g) (progress a h)
-  | Or g h => progress a g ++ progress a h
-  | Until g h => progress a h ++ conjoin (progress a g) [[f]]
-  | Release g h => conjoin (progress a h) (progress a g ++ [[f]])
-  end.
-
-Definition progress_all (a : letter) (c : alternative) : state :=
-  fold_right (fun f s => conjoin (progress a f) s) [[]] c.
-Definition progress_state (a : letter) (s : state) : state := flat_map (progress_all a) s.
-
-(** The empty word keeps what asks for nothing more. *)
-Definition idle (f : formula) : bool :=
-  match f with Release _ _ => true | Const b => b | _ => false end.
-Definition accepts (s : state) : bool := existsb (forallb idle) s.
-
-Lemma owes_app : forall s t w, owes (s ++ t) w <-> owes s w \/ owes t w.
-Proof.
-  unfold owes; intros s t w; split.
-  - intros (c & Hc & H); apply in_app_or in Hc as [Hc|Hc]; eauto.
-  - intros [(c & Hc & H) | (c & Hc & H)]; exists c; split; auto; apply in_or_app; auto.
-Qed.
-
-Lemma owes_conjoin : forall s t w, owes (conjoin s t) w <-> owes s w /\ owes t w.
-Proof.
-  unfold owes, conjoin; intros s t w; split.
-  - intros (c & Hc & H); apply in_flat_map in Hc as (d & Hd & Hc).
-    apply in_map_iff in Hc as (e & <- & He).
-    split; [exists d | exists e]; split; auto; intros; apply H, in_or_app; auto.
-  - intros [(d & Hd & H) (e & He & K)]; exists (d ++ e); split.
-    + apply in_flat_map; exists d; split; auto. apply in_map; auto.
-    + intros f Hf; apply in_app_or in Hf as [Hf|Hf]; auto.
-Qed.
-
-Lemma owes_one : forall f w, owes [[f]] w <-> sat f w.
-Proof.
-  unfold owes; intros f w; split.
-  - intros (c & [<-|[]] & H); apply H; left; auto.
-  - intros H; exists [f]; split; [left; auto | intros g [<-|[]]; auto].
-Qed.
-
-Lemma owes_now : forall b w, owes (holds_now b) w <-> b = true.
-Proof.
-  unfold owes; intros [|] w; simpl; split; auto; try discriminate.
-  - intros _; exists []; split; auto; intros f [].
-  - intros (c & [] & _).
-Qed.
-
-Theorem progress_sat : forall f a w, owes (progress a f) w <-> sat f (a :: w).
-Proof.
-  induction f; intros a w; cbn [progress];
-    rewrite ?owes_now, ?owes_app, ?owes_conjoin, ?owes_app, ?owes_one, ?IHf1, ?IHf2;
-    cbn [sat first]; rewrite ?until_cons, ?release_cons by apply sat_decided; tauto.
-Qed.
-
-Lemma progress_all_sat : forall c a w,
-  owes (progress_all a c) w <-> forall f, In f c -> sat f (a :: w).
-Proof.
-  induction c as [|g c IH]; intros a w; simpl.
-  - split; [intros _ f [] | intros _; apply (owes_now true); auto].
-  - rewrite owes_conjoin, progress_sat, IH; split.
-    + intros [Hg Hc] f [<-|Hf]; auto.
-    + intros H; split; auto.
-Qed.
-
-Theorem progress_state_sat : forall s a w,
-  owes (progress_state a s) w <-> owes s (a :: w).
-Proof.
-  intros s a w; unfold progress_state, owes at 1; split.
-  - intros (d & Hd & H); apply in_flat_map in Hd as (c & Hc & Hd).
-    exists c; split; auto; apply progress_all_sat; exists d; auto.
-  - intros (c & Hc & H); apply progress_all_sat in H as (d & Hd & H).
-    exists d; split; auto; apply in_flat_map; eauto.
-Qed.
-
-Theorem accepts_sound : forall s, accepts s = true -> owes s [].
-Proof.
-  intros s H; apply existsb_exists in H as (c & Hc & H); exists c; split; auto.
-  intros f Hf; rewrite forallb_forall in H; apply H in Hf.
-  destruct f; simpl in *; try discriminate; auto using release_nil.
-Qed.
-
-(** ** One state is at least as strong as another *)
-
 Fixpoint same (f g : formula) : bool :=
   match f, g with
   | Lit b p, Lit c q => Bool.eqb b c && (p =? q)
@@ -329,13 +236,217 @@ Qed.
 (** Every obligation of [d] is one of [c]. *)
 Definition includes (c d : alternative) : bool :=
   forallb (fun f => existsb (same f) c) d.
+(** Both of two alternatives' obligations, each once. *)
+Definition merge (c d : alternative) : alternative :=
+  c ++ filter (fun f => negb (existsb (same f) c)) d.
+
+(** Alternatives that include another one add nothing. *)
+Fixpoint tidy (s : state) : state :=
+  match s with
+  | [] => []
+  | c :: r =>
+      let t := tidy r in
+      if existsb (includes c) t then t else c :: filter (fun d => negb (includes d c)) t
+  end.
+
+Definition either (s t : state) : state := tidy (s ++ t).
+Definition conjoin (s t : state) : state :=
+  tidy (flat_map (fun c => map (merge c) t) s).
+
+Definition holds_now (b : bool) : state := if b then [[]] else [].
+
+(** What is owed after letter [a]. *)
+Fixpoint progress (a : letter) (f : formula) : state :=
+  match f with
+  | Lit b p => holds_now (Bool.eqb (shows a p) b)
+  | Const b => holds_now b
+  | And g h => conjoin (progress a g) (progress a h)
+  | Or g h => either (progress a g) (progress a h)
+  | Until g h => either (progress a h) (conjoin (progress a g) [[f]])
+  | Release g h => conjoin (progress a h) (either (progress a g) [[f]])
+  end.
+
+Definition progress_all (a : letter) (c : alternative) : state :=
+  fold_right (fun f s => conjoin (progress a f) s) [[]] c.
+Definition progress_state (a : letter) (s : state) : state := tidy (flat_map (progress_all a) s).
+
+(** The empty word keeps what asks for nothing more. *)
+Definition idle (f : formula) : bool :=
+  match f with Release _ _ => true | Const b => b | _ => false end.
+Definition accepts (s : state) : bool := existsb (forallb idle) s.
+
+Lemma includes_sound : forall c d w, includes c d = true ->
+  (forall f, In f c -> sat f w) -> forall f, In f d -> sat f w.
+Proof.
+  intros c d w I H f Hf; unfold includes in I; rewrite forallb_forall in I.
+  apply I, existsb_exists in Hf as (g & Hg & E); apply same_eq in E; subst; auto.
+Qed.
+
+Lemma tidy_in : forall s c, In c (tidy s) -> In c s.
+Proof.
+  induction s as [|c s IH]; intros d H; cbn in H; auto.
+  destruct (existsb (includes c) (tidy s)); [right; auto|].
+  destruct H as [<-|H]; [left; auto | right; apply filter_In in H; apply IH; tauto].
+Qed.
+
+Lemma owes_tidy : forall s w, owes (tidy s) w <-> owes s w.
+Proof.
+  intros s w; split; [intros (c & Hc & H); exists c; auto using tidy_in|].
+  intros (c & Hc & H); revert c Hc H; induction s as [|d s IH]; intros c Hc H; [destruct Hc|].
+  cbn; destruct (existsb (includes d) (tidy s)) eqn:E.
+  - destruct Hc as [->|Hc]; [|eauto].
+    apply existsb_exists in E as (e & He & I); exists e; eauto using includes_sound.
+  - destruct Hc as [->|Hc]; [exists c; split; [left|]; auto|].
+    destruct (IH c Hc H) as (e & He & K).
+    destruct (includes e d) eqn:I.
+    + exists d; split; [left; auto | apply (includes_sound e); auto].
+    + exists e; split; auto; right; apply filter_In; rewrite I; auto.
+Qed.
+
+Lemma owes_either : forall s t w, owes (either s t) w <-> owes s w \/ owes t w.
+Proof.
+  intros s t w; unfold either; rewrite owes_tidy; unfold owes; split.
+  - intros (c & Hc & H); apply in_app_or in Hc as [Hc|Hc]; eauto.
+  - intros [(c & Hc & H) | (c & Hc & H)]; exists c; split; auto; apply in_or_app; auto.
+Qed.
+
+Lemma merge_sat : forall c d w,
+  (forall f, In f (merge c d) -> sat f w) <->
+  (forall f, In f c -> sat f w) /\ (forall f, In f d -> sat f w).
+Proof.
+  intros c d w; unfold merge; split.
+  - intros H; split; intros f Hf; [apply H, in_or_app; auto|].
+    destruct (existsb (same f) c) eqn:E.
+    + apply existsb_exists in E as (g & Hg & E); apply same_eq in E; subst g.
+      apply H, in_or_app; auto.
+    + apply H, in_or_app; right; apply filter_In; rewrite E; auto.
+  - intros [Hc Hd] f Hf; apply in_app_or in Hf as [Hf|Hf]; auto.
+    apply filter_In in Hf; apply Hd; tauto.
+Qed.
+
+Lemma owes_conjoin : forall s t w, owes (conjoin s t) w <-> owes s w /\ owes t w.
+Proof.
+  intros s t w; unfold conjoin; rewrite owes_tidy; unfold owes; split.
+  - intros (c & Hc & H); apply in_flat_map in Hc as (d & Hd & Hc).
+    apply in_map_iff in Hc as (e & <- & He); apply merge_sat in H as [Kd Ke]; split; eauto.
+  - intros [(d & Hd & H) (e & He & K)]; exists (merge d e); split; [|apply merge_sat; auto].
+    apply in_flat_map; exists d; split; auto. apply in_map; auto.
+Qed.
+
+Lemma owes_one : forall f w, owes [[f]] w <-> sat f w.
+Proof.
+  unfold owes; intros f w; split.
+  - intros (c & [<-|[]] & H); apply H; left; auto.
+  - intros H; exists [f]; split; [left; auto | intros g [<-|[]]; auto].
+Qed.
+
+Lemma owes_now : forall b w, owes (holds_now b) w <-> b = true.
+Proof.
+  unfold owes; intros [|] w; simpl; split; auto; try discriminate.
+  - intros _; exists []; split; auto; intros f [].
+  - intros (c & [] & _).
+Qed.
+
+Theorem progress_sat : forall f a w, owes (progress a f) w <-> sat f (a :: w).
+Proof.
+  induction f; intros a w; cbn [progress];
+    rewrite ?owes_now, ?owes_either, ?owes_conjoin, ?owes_either, ?owes_one, ?IHf1, ?IHf2;
+    cbn [sat first]; rewrite ?until_cons, ?release_cons by apply sat_decided; tauto.
+Qed.
+
+Lemma progress_all_sat : forall c a w,
+  owes (progress_all a c) w <-> forall f, In f c -> sat f (a :: w).
+Proof.
+  induction c as [|g c IH]; intros a w; simpl.
+  - split; [intros _ f [] | intros _; apply (owes_now true); auto].
+  - rewrite owes_conjoin, progress_sat, IH; split.
+    + intros [Hg Hc] f [<-|Hf]; auto.
+    + intros H; split; auto.
+Qed.
+
+Theorem progress_state_sat : forall s a w,
+  owes (progress_state a s) w <-> owes s (a :: w).
+Proof.
+  intros s a w; unfold progress_state; rewrite owes_tidy; unfold owes at 1; split.
+  - intros (d & Hd & H); apply in_flat_map in Hd as (c & Hc & Hd).
+    exists c; split; auto; apply progress_all_sat; exists d; auto.
+  - intros (c & Hc & H); apply progress_all_sat in H as (d & Hd & H).
+    exists d; split; auto; apply in_flat_map; eauto.
+Qed.
+
+Theorem accepts_sound : forall s, accepts s = true -> owes s [].
+Proof.
+  intros s H; apply existsb_exists in H as (c & Hc & H); exists c; split; auto.
+  intros f Hf; rewrite forallb_forall in H; apply H in Hf.
+  destruct f; simpl in *; try discriminate; auto using release_nil.
+Qed.
+
+(** *** Deciding a word *)
+
+(** What progression leaves is always an until or a release. *)
+Definition temporal (f : formula) : bool :=
+  match f with Until _ _ | Release _ _ => true | _ => false end.
+Definition all_temporal (s : state) : Prop := forall c f, In c s -> In f c -> temporal f = true.
+
+Lemma temporal_either : forall s t, all_temporal s -> all_temporal t -> all_temporal (either s t).
+Proof. intros s t Hs Ht c f Hc; apply tidy_in, in_app_or in Hc as [Hc|Hc]; eauto. Qed.
+
+Lemma temporal_conjoin : forall s t, all_temporal s -> all_temporal t -> all_temporal (conjoin s t).
+Proof.
+  intros s t Hs Ht c f Hc Hf; apply tidy_in, in_flat_map in Hc as (d & Hd & Hc).
+  apply in_map_iff in Hc as (e & <- & He); apply in_app_or in Hf as [Hf|Hf]; eauto.
+  apply filter_In in Hf as [Hf _]; eauto.
+Qed.
+
+Lemma temporal_one : forall f, temporal f = true -> all_temporal [[f]].
+Proof. intros f H c g [<-|[]] [<-|[]]; auto. Qed.
+
+Lemma temporal_now : forall b, all_temporal (holds_now b).
+Proof. intros [|] c f; simpl; [intros [<-|[]] [] | intros []]. Qed.
+
+Lemma progress_temporal : forall a f, all_temporal (progress a f).
+Proof.
+  induction f; cbn [progress];
+    auto using temporal_either, temporal_conjoin, temporal_one, temporal_now.
+Qed.
+
+Lemma progress_state_temporal : forall a s, all_temporal (progress_state a s).
+Proof.
+  intros a s c f Hc; apply tidy_in, in_flat_map in Hc as (d & _ & Hc); revert c Hc.
+  cut (all_temporal (progress_all a d)); [intros H c Hc; apply (H c f Hc)|].
+  induction d as [|g d IH]; [apply (temporal_now true) | apply temporal_conjoin; auto].
+  apply progress_temporal.
+Qed.
+
+Lemma accepts_complete : forall s, all_temporal s -> owes s [] -> accepts s = true.
+Proof.
+  intros s T (c & Hc & H); apply existsb_exists; exists c; split; auto.
+  apply forallb_forall; intros f Hf; specialize (T c f Hc Hf); specialize (H f Hf).
+  destruct f; try discriminate; auto. cbn in H; apply until_nil in H; tauto.
+Qed.
+
+Definition satisfies (f : spec) (w : word) : bool :=
+  accepts (fold_left (fun s a => progress_state a s) w [[normal true f]]).
+
+Theorem satisfies_correct : forall f w, w <> [] -> (satisfies f w = true <-> ssat f w).
+Proof.
+  intros f w H; rewrite <- normal_sat, <- owes_one by auto; unfold satisfies.
+  assert (G : forall v s, all_temporal s ->
+    accepts (fold_left (fun s a => progress_state a s) v s) = true <-> owes s v).
+  { induction v as [|a v IH]; intros s T; cbn.
+    - split; [apply accepts_sound | apply accepts_complete; auto].
+    - rewrite IH by apply progress_state_temporal; apply progress_state_sat. }
+  destruct w as [|a w]; [congruence|]; cbn [fold_left].
+  rewrite G by apply progress_state_temporal; apply progress_state_sat.
+Qed.
+
+(** ** One state is at least as strong as another *)
+
 Definition implies (s t : state) : bool :=
   forallb (fun c => existsb (includes c) t) s.
 
 Theorem implies_sound : forall s t w, implies s t = true -> owes s w -> owes t w.
 Proof.
   unfold implies; intros s t w H (c & Hc & K); rewrite forallb_forall in H.
-  apply H, existsb_exists in Hc as (d & Hd & I); exists d; split; auto.
-  intros f Hf; unfold includes in I; rewrite forallb_forall in I.
-  apply I, existsb_exists in Hf as (g & Hg & E); apply same_eq in E; subst; auto.
+  apply H, existsb_exists in Hc as (d & Hd & I); exists d; eauto using includes_sound.
 Qed.

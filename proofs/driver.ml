@@ -1,0 +1,113 @@
+(* Read cases as words on standard input, and print the proved checkers' verdicts, one a line.
+
+   A list is its length and then its items. Formulas come operator first. *)
+
+open Checkers
+
+let next () = Scanf.scanf " %s" (fun s -> s)
+let int () = int_of_string (next ())
+
+let list item =
+  let n = int () in
+  List.init n (fun _ -> ()) |> List.map (fun () -> item ())
+
+let rec nat_of i = if i = 0 then O else S (nat_of (i - 1))
+let rec int_of = function O -> 0 | S n -> 1 + int_of n
+let nat () = nat_of (int ())
+
+let rec pos_of i = if i = 1 then XH else if i land 1 = 1 then XI (pos_of (i / 2)) else XO (pos_of (i / 2))
+let z_of i = if i = 0 then Z0 else Zpos (pos_of i)
+
+(* A decimal number of any length. *)
+let z () =
+  let s = next () in
+  let negative = s.[0] = '-' in
+  let ten = z_of 10 in
+  let digit value c = if c = '-' then value else Z.add (Z.mul ten value) (z_of (Char.code c - 48)) in
+  let value = String.fold_left digit Z0 s in
+  if negative then Z.opp value else value
+
+let rec bits = function XH -> "1" | XO p -> bits p ^ "0" | XI p -> bits p ^ "1"
+let show = function Z0 -> "0" | Zpos p -> bits p | Zneg p -> "-" ^ bits p
+
+(* Trees *)
+
+let inequality () = let kept = list z in let broken = list z in { kept; broken }
+
+let mark () =
+  match next () with
+  | "s" -> Split | "m" -> Must | "?" -> Open
+  | "n" -> No (nat ()) | "c" -> Cross (nat ())
+  | other -> failwith ("mark " ^ other)
+
+let name = function
+  | Split -> "s" | Must -> "m" | Open -> "?"
+  | No i -> "n" ^ string_of_int (int_of i) | Cross i -> "c" ^ string_of_int (int_of i)
+
+let tree () =
+  let body = list inequality in
+  let marks = list mark in
+  match check_tree body marks with
+  | None -> "refused"
+  | Some leaves ->
+      String.concat " "
+        (List.map (fun ((m, k), d) -> name m ^ ":" ^ show k ^ ":" ^ string_of_int (int_of d)) leaves)
+
+(* Formulas and words *)
+
+let rec spec () =
+  match next () with
+  | "a" -> SAtom (nat ()) | "t" -> STrue | "!" -> SNot (spec ())
+  | "&" -> let f = spec () in SAnd (f, spec ())
+  | "|" -> let f = spec () in SOr (f, spec ())
+  | "U" -> let f = spec () in SUntil (f, spec ())
+  | "R" -> let f = spec () in SRelease (f, spec ())
+  | other -> failwith ("operator " ^ other)
+
+let rec formula () =
+  match next () with
+  | "+" -> Lit (true, nat ()) | "-" -> Lit (false, nat ())
+  | "t" -> Const true | "f" -> Const false
+  | "&" -> let f = formula () in And (f, formula ())
+  | "|" -> let f = formula () in Or (f, formula ())
+  | "U" -> let f = formula () in Until (f, formula ())
+  | "R" -> let f = formula () in Release (f, formula ())
+  | other -> failwith ("operator " ^ other)
+
+let letter () = list nat
+let yes b = if b then "yes" else "no"
+let word () = let f = spec () in yes (satisfies f (list letter))
+
+(* Invariants *)
+
+let robot () =
+  let shown = list letter in
+  let change () = let q = nat () in (q, nat ()) in
+  let changes = list change in
+  { shown; changes }
+
+let places () = list nat
+let span () = list places
+let state () = list (fun () -> list formula)
+let entry first () = let s = first () in (s, state ())
+let marked () = list (fun () -> let q = nat () in (q, int () = 1))
+
+let team check first =
+  let robots = list robot in
+  let f = spec () in
+  let starts = list places in
+  let spans = list span in
+  yes (check robots f starts spans (list (fun () -> list (entry first))))
+
+let () =
+  try
+    while true do
+      match next () with
+      | "" -> raise End_of_file
+      | "tree" -> print_endline (tree ())
+      | "word" -> print_endline (word ())
+      | "joint" -> print_endline (team (check_joint List.concat) places)
+      | "own" -> print_endline (team check_own marked)
+      | other -> failwith ("case " ^ other)
+    done
+  with End_of_file -> ()

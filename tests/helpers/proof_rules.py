@@ -1,0 +1,241 @@
+"""The checkers of `proofs/Tree.v` and `proofs/Invariant.v` in Python, and finders that write what they check.
+
+Formulas are tuples, operator first: `("+", p)`, `("-", p)`, `("t",)`, `("f",)`, `("&", f, g)`, `("|", f, g)`, `("U", f, g)`,
+`("R", f, g)`. A state is a set of alternatives, each a set of obligations.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import pairwise, product
+from typing import Any
+
+Formula = tuple[Any, ...]
+State = frozenset[frozenset[Formula]]
+Letter = frozenset[int]
+Inequality = tuple[list[int], list[int]]
+Robot = tuple[list[Letter], list[tuple[int, int]]]
+Span = list[list[int]]
+NOTHING: State = frozenset({frozenset()})
+
+
+# Trees
+
+
+def halves(row: list[int]) -> tuple[list[int], list[int]]:
+    """Split Bernstein coefficients at the middle, times two to the degree."""
+    first, second, scale = [], [], 2 ** (len(row) - 1)
+    while row:
+        first.append(scale * row[0])
+        second.append(scale * row[-1])
+        row, scale = [x + y for x, y in pairwise(row)], scale // 2
+    return first, second[::-1]
+
+
+def comes(row: list[int]) -> bool:
+    return all(x <= y for x, y in pairwise(row)) and row[0] < 0 <= row[-1]
+
+
+def holds(mark: str, body: list[Inequality]) -> bool:
+    kept = [all(x >= 0 for x in row) for row, _ in body]
+    if mark in "m?":
+        return mark == "?" or all(kept)
+    i = int(mark[1:])
+    if i >= len(body):
+        return False
+    row, broken = body[i]
+    if mark[0] == "n":
+        return all(x > 0 for x in broken)
+    return (comes(row) or comes(row[::-1])) and all(kept[:i] + kept[i + 1 :])
+
+
+def check_tree(body: list[Inequality], marks: list[str]) -> str:
+    """Return the leaves (mark, place in binary, depth), or `refused`."""
+    cells, leaves = [(0, 0, body)], []
+    for mark in marks:
+        if not cells:
+            return "refused"
+        k, depth, here = cells.pop()
+        if mark == "s":
+            parts = [(halves(kept), halves(broken)) for kept, broken in here]
+            cells.append((2 * k + 1, depth + 1, [(a[1], b[1]) for a, b in parts]))
+            cells.append((2 * k, depth + 1, [(a[0], b[0]) for a, b in parts]))
+        elif holds(mark, here):
+            leaves.append(f"{mark}:{k:b}:{depth}")
+        else:
+            return "refused"
+    return "refused" if cells else " ".join(leaves)
+
+
+def find_tree(body: list[Inequality], depth: int) -> list[str]:
+    """Return marks that hold, open ones where the depth does not suffice."""
+    numbers = range(len(body))
+    for mark in ["m", *(f"n{i}" for i in numbers), *(f"c{i}" for i in numbers)]:
+        if holds(mark, body):
+            return [mark]
+    if depth == 0:
+        return ["?"]
+    parts = [(halves(kept), halves(broken)) for kept, broken in body]
+    first, second = ([(a[side], b[side]) for a, b in parts] for side in (0, 1))
+    return ["s", *find_tree(first, depth - 1), *find_tree(second, depth - 1)]
+
+
+# Progression
+
+
+def normal(spec: Formula, sign: bool = True) -> Formula:
+    """Return a mission's formula with negation at propositions only."""
+    operator, *parts = spec
+    if operator == "a":
+        return ("+" if sign else "-", parts[0])
+    if operator == "t":
+        return ("t" if sign else "f",)
+    if operator == "!":
+        return normal(parts[0], not sign)
+    dual = {"&": "|", "|": "&", "U": "R", "R": "U"}
+    return (operator if sign else dual[operator], *(normal(part, sign) for part in parts))
+
+
+def absorbed(alternatives: set[frozenset[Formula]]) -> State:
+    return frozenset(c for c in alternatives if not any(d < c for d in alternatives))
+
+
+def both(s: State, t: State) -> State:
+    return absorbed({c | d for c in s for d in t})
+
+
+def either(s: State, t: State) -> State:
+    return absorbed(set(s | t))
+
+
+def progress(letter: Letter, f: Formula) -> State:
+    operator = f[0]
+    if operator in "+-tf":
+        now = operator == "t" or (operator in "+-" and (f[1] in letter) == (operator == "+"))
+        return NOTHING if now else frozenset()
+    left, right = progress(letter, f[1]), progress(letter, f[2])
+    again = frozenset({frozenset({f})})
+    if operator == "U":
+        return either(right, both(left, again))
+    if operator == "R":
+        return both(right, either(left, again))
+    return (both if operator == "&" else either)(left, right)
+
+
+def progress_state(letter: Letter | None, state: State) -> State:
+    if letter is None:
+        return state
+    after: State = frozenset()
+    for alternative in state:
+        owed = NOTHING
+        for f in alternative:
+            owed = both(owed, progress(letter, f))
+        after = either(after, owed)
+    return after
+
+
+def accepts(state: State) -> bool:
+    return any(all(f[0] in "Rt" for f in c) for c in state)
+
+
+def satisfies(spec: Formula, word: list[Letter]) -> bool:
+    state: State = frozenset({frozenset({normal(spec)})})
+    for letter in word:
+        state = progress_state(letter, state)
+    return accepts(state)
+
+
+# Invariants
+
+
+class Team:
+    """The moves of a team: `joint`, of places; `own`, of places with who was read since its letter changed."""
+
+    def __init__(self, robots: list[Robot], own: bool) -> None:
+        self.robots = robots
+        self.own = own
+
+    def places(self, at: Any) -> tuple[int, ...]:
+        return tuple(q for q, _ in at) if self.own else at
+
+    def start(self, at: tuple[int, ...]) -> tuple[Letter | None, Any]:
+        return (None, tuple((q, False) for q in at)) if self.own else (self.joint(at), at)
+
+    def joint(self, at: tuple[int, ...]) -> Letter:
+        return frozenset().union(*(shown[q] for (shown, _), q in zip(self.robots, at, strict=True)))
+
+    def enters(self, span: Span, at: Any) -> bool:
+        return all(q in permitted for q, permitted in zip(self.places(at), span, strict=True))
+
+    def final(self, at: Any) -> bool:
+        return not self.own or all(read for _, read in at)
+
+    def moves(self, span: Span, at: Any) -> Iterator[tuple[Letter | None, Any]]:
+        if not self.own:
+            choices = [[q, *(y for x, y in changes if x == q)] for (_, changes), q in zip(self.robots, at, strict=True)]
+            yield from ((self.joint(to), to) for to in product(*choices) if self.enters(span, to))
+            return
+        for i, (q, _) in enumerate(at):
+            yield self.robots[i][0][q], (*at[:i], (q, True), *at[i + 1 :])
+        options = [list(self._own_choices(robot, *one)) for robot, one in zip(self.robots, at, strict=True)]
+        yield from ((None, to) for to in product(*options) if self.enters(span, to))
+
+    @staticmethod
+    def _own_choices(robot: Robot, q: int, read: bool) -> Iterator[tuple[int, bool]]:
+        shown, changes = robot
+        yield q, read
+        for x, y in changes:
+            if x == q and shown[x] == shown[y]:
+                yield y, read
+            elif x == q and read:
+                yield y, False
+
+
+def implies(s: State, t: State) -> bool:
+    return all(any(d <= c for d in t) for c in s)
+
+
+def covered(entries: list[tuple[Any, State]], at: Any, state: State) -> bool:
+    return any(at == other and implies(owed, state) for other, owed in entries)
+
+
+def check_invariant(
+    team: Team, spec: Formula, starts: list[tuple[int, ...]], spans: list[Span], invariant: list[list[tuple[Any, State]]]
+) -> bool:
+    if not invariant or len(invariant) != len(spans):
+        return False
+    first: State = frozenset({frozenset({normal(spec)})})
+    for letter, at in map(team.start, starts):
+        if not covered(invariant[0], at, progress_state(letter, first)):
+            return False
+    for span, entries in zip(spans, invariant, strict=True):
+        for at, state in entries:
+            if not all(covered(entries, to, progress_state(letter, state)) for letter, to in team.moves(span, at)):
+                return False
+    for entering, before, after in zip(spans[1:], invariant, invariant[1:], strict=False):
+        if not all(covered(after, at, state) for at, state in before if team.enters(entering, at)):
+            return False
+    return all(accepts(state) for at, state in invariant[-1] if team.final(at))
+
+
+def find_invariant(
+    team: Team, spec: Formula, starts: list[tuple[int, ...]], spans: list[Span]
+) -> list[list[tuple[Any, State]]]:
+    """Return all states that the team may be in, whether they accept or not."""
+    first: State = frozenset({frozenset({normal(spec)})})
+    entering = [(at, progress_state(letter, first)) for letter, at in map(team.start, starts)]
+    invariant = []
+    for number, span in enumerate(spans):
+        found = dict.fromkeys(entering)
+        waiting = list(found)
+        while waiting:
+            at, state = waiting.pop()
+            for letter, to in team.moves(span, at):
+                entry = (to, progress_state(letter, state))
+                if entry not in found:
+                    found[entry] = None
+                    waiting.append(entry)
+        invariant.append(list(found))
+        if number + 1 < len(spans):
+            entering = [entry for entry in found if team.enters(spans[number + 1], entry[0])]
+    return invariant

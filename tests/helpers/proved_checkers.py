@@ -1,0 +1,103 @@
+"""Coq's proofs built in a folder of their own, the axioms that they print, and the extracted checkers as a process."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Any
+
+PROOFS = Path(__file__).parents[2] / "proofs"
+REALS = {
+    "ClassicalDedekindReals.sig_forall_dec",
+    "ClassicalDedekindReals.sig_not_dec",
+    "FunctionalExtensionality.functional_extensionality_dep",
+}
+"""The axioms of Coq's real numbers."""
+
+
+def build_proofs(folder: Path) -> dict[str, set[str]]:
+    """Build all proofs in a copy, and return the axioms of each theorem that `Axioms.v` prints."""
+    shutil.copytree(PROOFS, folder, ignore=shutil.ignore_patterns("*.vo*", "*.glob", ".*", "*CoqMakefile*"))
+    project = (folder / "_CoqProject").read_text().split()
+    printed = ""
+    for name in (name for name in project if name.endswith(".v")):
+        done = _run(["coqc", *project[:3], name], folder)
+        if name == "Axioms.v":
+            printed = done
+    theorems = re.findall(r"^Print Assumptions (\S+)\.$", (folder / "Axioms.v").read_text(), re.MULTILINE)
+    blocks = re.split(r"^(?=Axioms:|Closed under the global context)", printed, flags=re.MULTILINE)[1:]
+    assert len(blocks) == len(theorems)
+    return {
+        theorem: set(re.findall(r"^([A-Z][\w.]*)(?= :|$)", block, re.MULTILINE)) - {"Closed"}
+        for theorem, block in zip(theorems, blocks, strict=True)
+    }
+
+
+def build_checkers(folder: Path) -> Path:
+    """Compile what was extracted there with its driver."""
+    _run(["ocamlfind", "ocamlopt", "checkers.mli", "checkers.ml", "driver.ml", "-o", "checkers"], folder)
+    return folder / "checkers"
+
+
+def ask(checkers: Path, cases: Iterable[str]) -> list[str]:
+    """Return the extracted checkers' verdict on each case."""
+    done = subprocess.run([str(checkers)], input="\n".join(cases), capture_output=True, text=True, check=True, timeout=600)
+    return done.stdout.splitlines()
+
+
+def _run(command: list[str], folder: Path) -> str:
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False, timeout=600)
+    assert done.returncode == 0, f"{' '.join(command)}\n{done.stdout[-2000:]}{done.stderr[-2000:]}"
+    return done.stdout
+
+
+# How `driver.ml` reads cases
+
+
+def listed(items: Iterable[Any], show: Callable[[Any], str] = str) -> str:
+    shown = [show(item) for item in items]
+    return " ".join([str(len(shown)), *shown])
+
+
+def numbers(items: Iterable[int]) -> str:
+    return listed(items)
+
+
+def formula(parts: tuple[Any, ...]) -> str:
+    return " ".join(formula(part) if isinstance(part, tuple) else str(part) for part in parts)
+
+
+def tree_case(body: list[tuple[list[int], list[int]]], marks: list[str]) -> str:
+    inequalities = listed(body, lambda one: f"{numbers(one[0])} {numbers(one[1])}")
+    return f"tree {inequalities} {listed(marks, lambda mark: ' '.join([mark[0], *([mark[1:]] if mark[1:] else [])]))}"
+
+
+def word_case(spec: tuple[Any, ...], word: Iterable[Iterable[int]]) -> str:
+    return f"word {formula(spec)} {listed(word, lambda letter: numbers(sorted(letter)))}"
+
+
+def team_case(own: bool, robots: Any, spec: Any, starts: Any, spans: Any, invariant: Any) -> str:
+    def robot(one: Any) -> str:
+        shown, changes = one
+        return f"{listed(shown, lambda letter: numbers(sorted(letter)))} {listed(changes, lambda c: f'{c[0]} {c[1]}')}"
+
+    def state(one: Any) -> str:
+        return listed(one, lambda alternative: listed(alternative, formula))
+
+    def entry(one: Any) -> str:
+        at, owed = one
+        return f"{listed(at, lambda x: f'{x[0]} {int(x[1])}') if own else numbers(at)} {state(owed)}"
+
+    return " ".join(
+        [
+            "own" if own else "joint",
+            listed(robots, robot),
+            formula(spec),
+            listed(starts, numbers),
+            listed(spans, lambda span: listed(span, numbers)),
+            listed(invariant, lambda entries: listed(entries, entry)),
+        ]
+    )

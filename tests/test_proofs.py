@@ -1,0 +1,251 @@
+"""Coq's proofs of the kernel's rules: they build, rest on no axioms but the reals', and their extracted checkers agree with Python's."""
+
+from __future__ import annotations
+
+import random
+import shutil
+from collections.abc import Callable
+from fractions import Fraction
+from math import comb
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import verify
+from tests.helpers import proof_rules as rules
+from tests.helpers.proved_checkers import REALS, ask, build_checkers, build_proofs, team_case, tree_case, word_case
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(shutil.which("coqc") is None, reason="needs Coq: apt-get install coq"),
+]
+NAMES = "abc"
+TRAPS = {
+    "joint": (
+        "F(a & b) | F(!a & !b)",
+        ("|", ("U", ("t",), ("&", ("a", 0), ("a", 1))), ("U", ("t",), ("!", ("|", ("a", 0), ("a", 1))))),
+    ),
+    "own": ("!b U a", ("U", ("!", ("a", 1)), ("a", 0))),
+}
+
+
+@pytest.fixture(scope="module")
+def proofs(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, set[str]]]:
+    folder = tmp_path_factory.mktemp("coq") / "proofs"
+    return folder, build_proofs(folder)
+
+
+@pytest.fixture(scope="module")
+def checkers(proofs: tuple[Path, dict[str, set[str]]]) -> Path:
+    if shutil.which("ocamlfind") is None or shutil.which("ocamlopt") is None:
+        pytest.skip("needs OCaml: apt-get install ocaml-nox ocaml-findlib")
+    return build_checkers(proofs[0])
+
+
+def test_no_theorem_rests_on_axioms_but_those_of_the_reals(proofs: tuple[Path, dict[str, set[str]]]) -> None:
+    _, axioms = proofs
+    assert set().union(*axioms.values()) == REALS
+    for theorem, those in axioms.items():
+        if theorem.startswith(("Progression.", "Invariant.")):
+            assert not those, theorem
+
+
+def test_no_proof_is_left_open(proofs: tuple[Path, dict[str, set[str]]]) -> None:
+    for file in proofs[0].glob("*.v"):
+        assert not {"Admitted.", "admit.", "Axiom", "Parameter"} & set(file.read_text().split()), file.name
+
+
+# Trees
+
+
+def random_body(draw: random.Random) -> list[rules.Inequality]:
+    def row() -> list[int]:
+        degree, size = draw.randint(0, 7), 2 ** draw.choice([2, 6, 300])
+        root = draw.randint(0, 8)
+        if draw.random() < 0.3 and degree >= 2:  # a double root at root/8: a tie
+            power = [root * root, -16 * root, 64]
+            return [
+                sum(Fraction(comb(j, i), comb(degree, i)) * power[i] for i in range(min(j, 2) + 1)) for j in range(degree + 1)
+            ]
+        return [draw.randint(-size, size) for _ in range(degree + 1)]
+
+    def whole(coefficients: list[Any]) -> list[int]:
+        scale = 1
+        for x in coefficients:
+            scale = scale * Fraction(x).denominator
+        return [int(x * scale) for x in coefficients]
+
+    body = []
+    for _ in range(draw.randint(1, 3)):
+        kept = whole(row())
+        shift = draw.choice([0, draw.randint(0, 2 + abs(kept[0]))])
+        body.append((kept, [-x - shift for x in kept]))
+    return body
+
+
+def value(row: list[int], t: Fraction) -> Fraction:
+    degree = len(row) - 1
+    return sum((comb(degree, i) * x * t**i * (1 - t) ** (degree - i) for i, x in enumerate(row)), Fraction(0))
+
+
+def assert_true(body: list[rules.Inequality], leaves: str, draw: random.Random) -> None:
+    """Look at what each leaf says at some instants of it."""
+    end = Fraction(0)
+    for leaf in leaves.split():
+        mark, place, depth = leaf.split(":")
+        width = Fraction(1, 2 ** int(depth))
+        begin = int(place, 2) * width
+        assert begin == end
+        end = begin + width
+        times = sorted({begin, end, *(begin + width * Fraction(draw.randint(0, 64), 64) for _ in range(5))})
+        inside = [all(value(kept, t) >= 0 for kept, _ in body) for t in times]
+        if mark == "m":
+            assert all(inside)
+        elif mark[0] == "n":
+            assert not any(inside)
+            assert all(value(body[int(mark[1:])][1], t) > 0 for t in times)
+        elif mark[0] == "c":
+            assert inside[0] != inside[-1]
+            assert inside in (sorted(inside), sorted(inside, reverse=True))
+    assert end == 1
+
+
+def test_the_tree_checkers_agree(checkers: Path) -> None:
+    draw = random.Random(1)
+    cases: list[tuple[list[rules.Inequality], list[str]]] = []
+    for _ in range(600):
+        body = random_body(draw)
+        marks = rules.find_tree(body, 5)
+        cases.append((body, marks))
+        for _ in range(3):
+            edited = list(marks)
+            at = draw.randrange(len(edited))
+            edited[at : at + draw.randint(0, 1)] = draw.choices(
+                ["s", "m", "?", "n0", "n1", "c0", "c2", "n7"], k=draw.randint(0, 2)
+            )
+            cases.append((body, edited))
+    verdicts = ask(checkers, (tree_case(*case) for case in cases))
+    assert verdicts == [rules.check_tree(*case) for case in cases]
+    assert min(sum(v == "refused" for v in verdicts), sum(v != "refused" for v in verdicts)) > 300
+    for (body, _), verdict in zip(cases[::4], verdicts[::4], strict=True):
+        assert_true(body, verdict, draw)
+
+
+# Formulas
+
+
+def random_formula(draw: random.Random, size: int) -> tuple[str, tuple[Any, ...]]:
+    """Return a formula as missions write it, and as `Progression.v` does."""
+    if size <= 1:
+        p = draw.randrange(len(NAMES))
+        return NAMES[p], ("a", p)
+    operator = draw.choice("!FG&|URWM")
+    if operator in "!FG":
+        text, f = random_formula(draw, size - 1)
+        spec = {"!": ("!", f), "F": ("U", ("t",), f), "G": ("R", ("!", ("t",)), f)}[operator]
+        return f"{operator}({text})", spec
+    left = draw.randint(1, max(1, size - 2))
+    (a, f), (b, g) = random_formula(draw, left), random_formula(draw, size - 1 - left)
+    spec = {"W": ("R", g, ("|", f, g)), "M": ("U", g, ("&", f, g))}.get(operator, (operator, f, g))
+    return f"({a}) {operator} ({b})", spec
+
+
+def random_word(draw: random.Random, longest: int) -> list[frozenset[int]]:
+    word: list[frozenset[int]] = []
+    while not word or (len(word) < longest and draw.random() < 0.7):
+        letter = frozenset(p for p in range(len(NAMES)) if draw.random() < 0.4)
+        if not word or letter != word[-1]:
+            word.append(letter)
+    return word
+
+
+def named(word: list[frozenset[int]]) -> list[set[str]]:
+    return [{NAMES[p] for p in letter} for letter in word]
+
+
+def test_formulas_mean_what_the_judge_takes_them_for(checkers: Path) -> None:
+    draw = random.Random(2)
+    cases = [(random_formula(draw, draw.randint(1, 8)), random_word(draw, 6)) for _ in range(2000)]
+    verdicts = ask(checkers, (word_case(spec, word) for (_, spec), word in cases))
+    judged = ["yes" if verify.check_word(text, named(word)) else "no" for (text, _), word in cases]
+    assert verdicts == judged
+    assert verdicts == ["yes" if rules.satisfies(spec, word) else "no" for (_, spec), word in cases]
+    assert set(verdicts) == {"yes", "no"}
+
+
+# Invariants
+
+
+def chains(words: list[list[frozenset[int]]]) -> tuple[list[rules.Robot], list[rules.Span]]:
+    """Return robots that show their words one letter after another, and the spans of a flight to all words' ends."""
+    robots = [(word, [(i, i + 1) for i in range(len(word) - 1)]) for word in words]
+    return robots, [[list(range(len(word))) for word in words], [[len(word) - 1] for word in words]]
+
+
+@pytest.mark.parametrize("reading", ["joint", "own"])
+def test_invariants_say_what_the_judge_says_of_teams(checkers: Path, reading: Any) -> None:
+    draw = random.Random(3)
+    cases, judged, expected = [], [], []
+    for number in range(400):
+        words = [random_word(draw, 3) for _ in range(draw.randint(1, 3))]
+        text, spec = random_formula(draw, draw.randint(1, 6))
+        if number == 0:  # one after the other, in either order, r1 and r2 satisfy it; together they do not
+            words, (text, spec) = [[frozenset({0}), frozenset()], [frozenset(), frozenset({1})]], TRAPS[reading]
+        robots, spans = chains(words)
+        team, starts = rules.Team(robots, reading == "own"), [(0,) * len(words)]
+        invariant = rules.find_invariant(team, spec, starts, spans)
+        verdict = verify.check_team(text, {f"r{i}": named(word) for i, word in enumerate(words)}, reading).parallel
+        judged.append("yes" if verdict else "no")
+        cases.append(team_case(reading == "own", robots, spec, starts, spans, invariant))
+        expected.append("yes" if rules.check_invariant(team, spec, starts, spans, invariant) else "no")
+    verdicts = ask(checkers, cases)
+    assert verdicts == expected
+    assert verdicts == judged
+    assert verdicts[0] == "no"
+    assert min(verdicts.count("yes"), verdicts.count("no")) > 50
+
+
+def _without_an_entry(draw: random.Random, invariant: list[Any]) -> None:
+    entries = draw.choice(invariant)
+    if entries:
+        entries.pop(draw.randrange(len(entries)))
+
+
+def _without_a_span(draw: random.Random, invariant: list[Any]) -> None:
+    invariant.pop(draw.randrange(len(invariant)))
+
+
+def _with_less_owed(draw: random.Random, invariant: list[Any]) -> None:
+    entries = draw.choice(invariant)
+    at, state = entries.pop(draw.randrange(len(entries)))
+    alternatives = [sorted(c) for c in state]
+    for c in alternatives:
+        if c and draw.random() < 0.5:
+            c.pop(draw.randrange(len(c)))
+    entries.append((at, frozenset(map(frozenset, alternatives))))
+
+
+def _with_an_alternative_less(draw: random.Random, invariant: list[Any]) -> None:
+    entries = draw.choice(invariant)
+    at, state = entries.pop(draw.randrange(len(entries)))
+    entries.append((at, frozenset(sorted(state, key=sorted)[1:])))
+
+
+@pytest.mark.parametrize("edit", [_without_an_entry, _without_a_span, _with_less_owed, _with_an_alternative_less])
+@pytest.mark.parametrize("own", [False, True])
+def test_both_checkers_refuse_the_same_edits(
+    checkers: Path, own: bool, edit: Callable[[random.Random, list[Any]], None]
+) -> None:
+    draw = random.Random(4)
+    cases, expected = [], []
+    for _ in range(200):
+        robots, spans = chains([random_word(draw, 3) for _ in range(2)])
+        _, spec = random_formula(draw, draw.randint(1, 6))
+        team, starts = rules.Team(robots, own), [(0, 0)]
+        invariant = rules.find_invariant(team, spec, starts, spans)
+        edit(draw, invariant)
+        cases.append(team_case(own, robots, spec, starts, spans, invariant))
+        expected.append("yes" if rules.check_invariant(team, spec, starts, spans, invariant) else "no")
+    assert ask(checkers, cases) == expected
+    assert "no" in expected
