@@ -1,6 +1,6 @@
 (** Print the axioms of each theorem that the kernel rests on. *)
 
-From LtlPlan Require Bernstein Crossing Tree Margins Farkas Progression Invariant Clocks Timeline.
+From LtlPlan Require Bernstein Crossing Halves Tree Regions Margins Farkas Progression Invariant Clocks Timeline.
 
 Print Assumptions Bernstein.bern_sum.
 Print Assumptions Bernstein.bern_power.
@@ -10,9 +10,15 @@ Print Assumptions Bernstein.bern_lower.
 Print Assumptions Bernstein.bern_upper.
 Print Assumptions Crossing.crossing_in.
 Print Assumptions Crossing.crossing_out.
-Print Assumptions Tree.first_half_value.
-Print Assumptions Tree.second_half_value.
+Print Assumptions Halves.first_represents.
+Print Assumptions Halves.second_represents.
 Print Assumptions Tree.check_tree_sound.
+Print Assumptions Tree.tiles_cover.
+Print Assumptions Regions.check_region_sound.
+Print Assumptions Regions.check_nonneg_sound.
+Print Assumptions Regions.must_tube.
+Print Assumptions Regions.no_tube.
+Print Assumptions Regions.across_face.
 Print Assumptions Margins.half_space_must.
 Print Assumptions Margins.half_space_no.
 Print Assumptions Margins.quadric_must.

@@ -33,25 +33,27 @@ let show = function Z0 -> "0" | Zpos p -> bits p | Zneg p -> "-" ^ bits p
 (* Trees *)
 
 let inequality () = let kept = list z in let broken = list z in { kept; broken }
+let region () =
+  let parts = list (fun () -> list inequality) in
+  let bodies = list (fun () -> list (fun () -> list z)) in
+  { parts; bodies }
 
 let mark () =
   match next () with
-  | "s" -> Split | "m" -> Must | "?" -> Open
-  | "n" -> No (nat ()) | "c" -> Cross (nat ())
+  | "s" -> Split | "m" -> Leaf Must | "n" -> Leaf No | "c" -> Leaf Cross | "?" -> Leaf Open
   | other -> failwith ("mark " ^ other)
 
-let name = function
-  | Split -> "s" | Must -> "m" | Open -> "?"
-  | No i -> "n" ^ string_of_int (int_of i) | Cross i -> "c" ^ string_of_int (int_of i)
+let name = function Must -> "m" | No -> "n" | Cross -> "c" | Open -> "?"
 
 let tree () =
-  let body = list inequality in
-  let marks = list mark in
-  match check_tree body marks with
+  let content = region () in
+  match check_region content (list mark) with
   | None -> "refused"
   | Some leaves ->
       String.concat " "
         (List.map (fun ((m, k), d) -> name m ^ ":" ^ show k ^ ":" ^ string_of_int (int_of d)) leaves)
+
+let step () = match next () with "s" -> Split | _ -> Leaf ()
 
 (* Formulas and words *)
 
@@ -105,6 +107,7 @@ let () =
       match next () with
       | "" -> raise End_of_file
       | "tree" -> print_endline (tree ())
+      | "limit" -> let row = list z in print_endline (yes (check_nonneg row (list step)))
       | "word" -> print_endline (word ())
       | "joint" -> print_endline (team (check_joint List.concat) places)
       | "own" -> print_endline (team check_own marked)

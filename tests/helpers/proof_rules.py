@@ -14,6 +14,7 @@ Formula = tuple[Any, ...]
 State = frozenset[frozenset[Formula]]
 Letter = frozenset[int]
 Inequality = tuple[list[int], list[int]]
+Region = tuple[list[list[Inequality]], list[list[list[int]]]]
 Robot = tuple[list[Letter], list[tuple[int, int]]]
 Span = list[list[int]]
 NOTHING: State = frozenset({frozenset()})
@@ -36,30 +37,58 @@ def comes(row: list[int]) -> bool:
     return all(x <= y for x, y in pairwise(row)) and row[0] < 0 <= row[-1]
 
 
-def holds(mark: str, body: list[Inequality]) -> bool:
-    kept = [all(x >= 0 for x in row) for row, _ in body]
-    if mark in "m?":
-        return mark == "?" or all(kept)
-    i = int(mark[1:])
-    if i >= len(body):
-        return False
-    row, broken = body[i]
-    if mark[0] == "n":
-        return all(x > 0 for x in broken)
-    return (comes(row) or comes(row[::-1])) and all(kept[:i] + kept[i + 1 :])
+def broken(part: list[Inequality]) -> bool:
+    return any(all(x > 0 for x in row) for _, row in part)
 
 
-def check_tree(body: list[Inequality], marks: list[str]) -> str:
+def kept(body: list[list[int]]) -> bool:
+    return all(x >= 0 for row in body for x in row)
+
+
+def crossed(part: list[Inequality], step: int) -> bool:
+    """Tell whether one inequality is crossed, in this order of coefficients, and all others are kept."""
+    rows = [row for row, _ in part]
+    return any(comes(row[::step]) and kept(rows[:i] + rows[i + 1 :]) for i, row in enumerate(rows))
+
+
+def holds(mark: str, region: Region) -> bool:
+    parts, bodies = region
+    if mark == "m":
+        return any(kept(body) for body in bodies)
+    if mark == "n":
+        return all(broken(part) for part in parts)
+    if mark == "c":
+        return any(
+            crossed(part, step) and all(broken(other) for other in parts[:i] + parts[i + 1 :])
+            for i, part in enumerate(parts)
+            for step in (1, -1)
+        )
+    return mark == "?"
+
+
+def cut(region: Region) -> tuple[Region, Region]:
+    parts, bodies = region
+    first, second = (
+        (
+            [[(halves(row)[side], halves(out)[side]) for row, out in part] for part in parts],
+            [[halves(row)[side] for row in body] for body in bodies],
+        )
+        for side in (0, 1)
+    )
+    return first, second
+
+
+def check_tree(region: Region, marks: list[str]) -> str:
     """Return the leaves (mark, place in binary, depth), or `refused`."""
-    cells, leaves = [(0, 0, body)], []
+    cells, leaves = [(0, 0, region)], []
     for mark in marks:
         if not cells:
             return "refused"
         k, depth, here = cells.pop()
         if mark == "s":
-            parts = [(halves(kept), halves(broken)) for kept, broken in here]
-            cells.append((2 * k + 1, depth + 1, [(a[1], b[1]) for a, b in parts]))
-            cells.append((2 * k, depth + 1, [(a[0], b[0]) for a, b in parts]))
+            first, second = cut(here)
+            cells.append((2 * k + 1, depth + 1, second))
+            cells.append((2 * k, depth + 1, first))
         elif holds(mark, here):
             leaves.append(f"{mark}:{k:b}:{depth}")
         else:
@@ -67,16 +96,14 @@ def check_tree(body: list[Inequality], marks: list[str]) -> str:
     return "refused" if cells else " ".join(leaves)
 
 
-def find_tree(body: list[Inequality], depth: int) -> list[str]:
+def find_tree(region: Region, depth: int) -> list[str]:
     """Return marks that hold, open ones where the depth does not suffice."""
-    numbers = range(len(body))
-    for mark in ["m", *(f"n{i}" for i in numbers), *(f"c{i}" for i in numbers)]:
-        if holds(mark, body):
+    for mark in "mnc":
+        if holds(mark, region):
             return [mark]
     if depth == 0:
         return ["?"]
-    parts = [(halves(kept), halves(broken)) for kept, broken in body]
-    first, second = ([(a[side], b[side]) for a, b in parts] for side in (0, 1))
+    first, second = cut(region)
     return ["s", *find_tree(first, depth - 1), *find_tree(second, depth - 1)]
 
 

@@ -70,9 +70,10 @@ def formula(parts: tuple[Any, ...]) -> str:
     return " ".join(formula(part) if isinstance(part, tuple) else str(part) for part in parts)
 
 
-def tree_case(body: list[tuple[list[int], list[int]]], marks: list[str]) -> str:
-    inequalities = listed(body, lambda one: f"{numbers(one[0])} {numbers(one[1])}")
-    return f"tree {inequalities} {listed(marks, lambda mark: ' '.join([mark[0], *([mark[1:]] if mark[1:] else [])]))}"
+def tree_case(region: Any, marks: list[str]) -> str:
+    parts, bodies = region
+    shown_parts = listed(parts, lambda part: listed(part, lambda one: f"{numbers(one[0])} {numbers(one[1])}"))
+    return f"tree {shown_parts} {listed(bodies, lambda body: listed(body, numbers))} {listed(marks)}"
 
 
 def word_case(spec: tuple[Any, ...], word: Iterable[Iterable[int]]) -> str:
