@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from ltlplan.missions import load_mission
 from ltlplan.planner import SEQUENCE, make_plan, with_seed
 from ltlplan.replanning.faster_flights import planned_faster
-from verify.data import BadInput, Infeasible, InternalError, Mission, NotCertified, Plan, check_mission
+from verify.data import BadInput, Infeasible, InternalError, Mission, NotCertified, Plan, Unsatisfiable, check_mission
 from verify.data.choices import PLANNING_METHODS
 from verify.data.progress import Progress, silent
 
@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from ltlplan.allocation import Known, PlanningMethod
 
 Asked = Mission | str | os.PathLike[str]
+NO_PLAN = (BadInput, Unsatisfiable, Infeasible, NotCertified, InternalError)
+"""Why there may be no other plan."""
 
 
 def plan(
@@ -85,6 +87,20 @@ def plan(
         raise NotCertified(f"The words of the planning method '{made.method}' break the formula: {verdict.sentence}")
     vacuous = tuple(f"Holds only vacuously: {part}" for part in verdict.vacuous)
     return made.model_copy(update={"notes": (*made.notes, *vacuous)}) if vacuous else made
+
+
+def plan_or_none(mission: Mission, *, method: PlanningMethod | str | None = None, known: Known | None = None) -> Plan | None:
+    """Plan a mission where others were refused; None where there is no plan.
+
+    Args:
+        mission: What is asked.
+        method: Planning method, as a function or by its name, instead of the mission's own.
+        known: What earlier searches and refinements found.
+    """
+    try:
+        return plan(mission, method=method, known=known)
+    except NO_PLAN:
+        return None
 
 
 def as_mission(mission: Asked) -> Mission:

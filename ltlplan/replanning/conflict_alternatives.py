@@ -8,21 +8,21 @@ that nobody rests where another one comes to, the cheapest ones first.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
-from ltlplan.allocation import Context, Itinerary, Known, Leg
+from ltlplan.allocation import Context, Known, Leg
 from ltlplan.logic.budget import Budget
-from ltlplan.planner import SEQUENCE
 from ltlplan.precedences import hold_under_precedences
-from ltlplan.replanning.checked_plan import plan
-from ltlplan.replanning.cuts import Candidate, digest
+from ltlplan.replanning.checked_plan import NO_PLAN, plan_or_none
+from ltlplan.replanning.cuts import Candidate, CutKind, digest, legs_of
 from ltlplan.replanning.refusals import Refusal
 from ltlplan.search.lawler import Partition
 from ltlplan.search.method import without_legs
-from verify.data import BadInput, Infeasible, InternalError, LtlplanError, Mission, NotCertified, Plan, Unsatisfiable, Witness
+from verify.data import Infeasible, LtlplanError, NotCertified, Plan, Witness
 from verify.data.choices import PLANNING_METHODS
 
 _OTHERS = 4
@@ -31,7 +31,6 @@ _LEGS = 6
 """Legs that are shut in turn, each for one search."""
 _BUDGET, _COUNTED = Budget(states=20_000), Budget(states=4_000)
 """Of a search for other words, and where robots are counted, whose states take ten times as long."""
-_NONE = (BadInput, Unsatisfiable, Infeasible, NotCertified, InternalError)
 
 
 def fewer_in_a_region(refusal: Refusal) -> Candidate | None:
@@ -40,7 +39,8 @@ def fewer_in_a_region(refusal: Refusal) -> Candidate | None:
     Args:
         refusal: The plan, and what refinement or the judge said of it.
     """
-    return _first_flyable(_with_fewer(refusal)) if _asks_for_room(refusal) and refusal.plan.mission.written.counts else None
+    witness = _conflict(refusal)
+    return None if witness is None or not refusal.plan.mission.written.counts else _first_flyable(_with_fewer(refusal, witness))
 
 
 def without_a_leg_in_conflict(refusal: Refusal) -> Candidate | None:
@@ -49,12 +49,10 @@ def without_a_leg_in_conflict(refusal: Refusal) -> Candidate | None:
     Args:
         refusal: The plan, and what refinement or the judge said of it.
     """
-    if not _asks_for_room(refusal):
-        return None
-    full = refusal.conflict is not None and refusal.conflict.region is not None
-    if refusal.plan.mission.written.counts and full:
-        return None  # a leg leaves no more room in it
-    return _first_flyable(_without_a_leg(refusal))
+    witness = _conflict(refusal)
+    if witness is None or (refusal.plan.mission.written.counts and witness.region is not None):
+        return None  # a leg leaves no more room in a region
+    return _first_flyable(_without_a_leg(refusal, witness))
 
 
 def no_other_words(refusal: Refusal) -> LtlplanError:
@@ -64,7 +62,7 @@ def no_other_words(refusal: Refusal) -> LtlplanError:
         refusal: The last plan that was tried, and what was said of it.
     """
     made, witness, error = refusal.plan, refusal.conflict, refusal.error
-    if witness is None or made.mission.soft_parts or len(made.robots) < 2 or made.method == SEQUENCE:
+    if witness is None or made.mission.soft_parts or len(made.robots) < 2 or made.mission.passages is not None:
         return error
     others = refusal.tried.others
     tried = (
@@ -77,11 +75,12 @@ def no_other_words(refusal: Refusal) -> LtlplanError:
     return NotCertified(sentence, error.witnesses) if isinstance(error, NotCertified) else Infeasible(sentence, witness)
 
 
-def _asks_for_room(refusal: Refusal) -> bool:
+def _conflict(refusal: Refusal) -> Witness | None:
+    """Return what other words may mend; None where no more of them are tried."""
     made = refusal.plan
-    if made.mission.soft_parts or refusal.conflict is None or refusal.tried.others >= _OTHERS or len(made.robots) < 2:
-        return False
-    return made.method != SEQUENCE and made.method in PLANNING_METHODS.built_in
+    if made.mission.soft_parts or refusal.tried.others >= _OTHERS or len(made.robots) < 2:
+        return None
+    return refusal.conflict if made.method in PLANNING_METHODS.built_in else None
 
 
 def _first_flyable(others: Iterable[Candidate | None]) -> Candidate | None:
@@ -101,18 +100,10 @@ def _held_letter(made: Plan) -> list[str]:
     from ltlplan.search.explanations.held_letters import held_letter
     from ltlplan.search.orders.planned_words import systems_of_words
 
-    if made.mission.spec.team == "joint" or made.mission.spec.trace == "infinite" or hold_under_precedences(made):
+    mission, systems = made.mission, systems_of_words(made)
+    if mission.spec.team == "joint" or mission.spec.trace == "infinite" or systems is None or hold_under_precedences(made):
         return []
-    systems = systems_of_words(made)
-    return [] if systems is None else held_letter(made.mission, systems, made.mission.formula, _can_be_planned)
-
-
-def _can_be_planned(mission: Mission) -> bool:
-    try:
-        plan(mission)
-    except _NONE:
-        return False
-    return True
+    return held_letter(mission, systems, mission.formula, lambda asked: plan_or_none(asked) is not None)
 
 
 def _given_up(candidate: Candidate) -> str | None:
@@ -120,75 +111,70 @@ def _given_up(candidate: Candidate) -> str | None:
     return next((cut.why for cut in candidate.since("legs", "capacity")), None)
 
 
-def _answered(refusal: Refusal, other: Plan, **forbidden: object) -> Candidate | None:
+def _answered(refusal: Refusal, kind: CutKind, other: Plan | None, **forbidden: Any) -> Candidate | None:
     """Return the candidate of other words, under the first ones' bound; None where they were tried before."""
     made, own = refusal.plan, digest(refusal.plan)
-    if digest(other) in {own, *(before.plan for before in refusal.tried.cuts)}:
+    if other is None or digest(other) in {own, *(before.plan for before in refusal.tried.cuts)}:
         return None
     bound = None if made.lower_bound is None else min(made.lower_bound, other.cost)
     other = other.model_copy(update={"lower_bound": bound, "method": made.method})
-    kind = "capacity" if "capacity" in forbidden else "legs"
-    return refusal.answered(kind, other, why=str(refusal.error), anew=True, plan=own, **forbidden)
+    return refusal.answered(kind, other, anew=True, plan=own, **forbidden)
 
 
-def _with_fewer(refusal: Refusal) -> Iterator[Candidate | None]:
+def _with_fewer(refusal: Refusal, witness: Witness) -> Iterator[Candidate | None]:
     """Yield plans in which regions that are too full hold fewer robots."""
-    made, known, witness = refusal.plan, refusal.tried.capacities, refusal.conflict
-    for region, most in _too_full(made, witness, known) if witness is not None else ():
-        given = Known(budget=_COUNTED, capacities={**known, region: most})
-        try:
-            other = plan(made.mission, method=made.method, known=given)
-        except _NONE:
-            continue
-        yield _answered(refusal, other, capacity=(region, most))
-
-
-def _too_full(made: Plan, witness: Witness, known: Mapping[str, int]) -> Iterator[tuple[str, int]]:
-    """Yield regions which are too full for those who come too near each other, with how many robots they may hold."""
-    pair = [made.robots[name] for name in (witness.robot, witness.other) if name is not None and name in made.robots]
-    own = [{visit.region for visit in robot.visits} for robot in pair]
-    common = set[str].intersection(*own) if len(own) == 2 else set[str]()
-    for region in [witness.region] if witness.region is not None else sorted(common):
-        robots = sum(any(visit.region == region for visit in robot.visits) for robot in made.robots.values())
-        ending = sum(robot.waypoints[-1].region == region for robot in made.robots.values())
-        found = ending if all(robot.waypoints[-1].region == region for robot in pair) else robots
-        most = min(found, known.get(region, found)) - 1
+    made, capacities = refusal.plan, refusal.tried.capacities
+    for region in _shared_regions(made, witness):
+        ends = [robot.waypoints[-1].region == region for robot in made.robots.values()]
+        visits = [any(visit.region == region for visit in robot.visits) for robot in made.robots.values()]
+        close = [made.robots[name] for name in _close(made, witness)]
+        found = sum(ends if all(robot.waypoints[-1].region == region for robot in close) else visits)
+        most = min(found, capacities.get(region, found)) - 1
         if most >= 1:
-            yield region, most
+            known = Known(budget=_COUNTED, capacities={**capacities, region: most})
+            yield _answered(
+                refusal, "capacity", plan_or_none(made.mission, method=made.method, known=known), capacity=(region, most)
+            )
 
 
-def _without_a_leg(refusal: Refusal) -> Iterator[Candidate | None]:
+def _close(made: Plan, witness: Witness) -> list[str]:
+    """Return the robots that come too near each other."""
+    return [name for name in (witness.robot, witness.other) if name in made.robots]
+
+
+def _shared_regions(made: Plan, witness: Witness) -> list[str]:
+    """Return the region that is too full, or those that both robots visit which come too near each other."""
+    if witness.region is not None:
+        return [witness.region]
+    visited = [{visit.region for visit in made.robots[name].visits} for name in _close(made, witness)]
+    return sorted(set.intersection(*visited)) if len(visited) == 2 else []
+
+
+def _without_a_leg(refusal: Refusal, witness: Witness) -> Iterator[Candidate | None]:
     """Yield plans that do without a leg of the robots in conflict, the cheapest one first."""
-    made, candidate = refusal.plan, refusal.tried
-    budget = _COUNTED if made.mission.written.counts else _BUDGET
-    known = Known(budget=budget, capacities=candidate.capacities)
-    about_words = refusal.conflict is not None and refusal.conflict.claim == "formula"
+    made, mission, candidate = refusal.plan, refusal.plan.mission, refusal.tried
+    known = Known(budget=_COUNTED if mission.written.counts else _BUDGET, capacities=candidate.capacities)
 
     def solve(shut: frozenset[Leg]) -> Iterator[tuple[float, frozenset[Leg]]]:
         try:
-            found = without_legs(shut)(made.mission, Context(np.random.default_rng(made.seed), known=known))
-        except _NONE:
+            found = without_legs(shut)(mission, Context(np.random.default_rng(made.seed), known=known))
+        except NO_PLAN:
             return
-        if not any(does.legs(made.mission, name) & shut for name, does in found.robots.items()):
+        if not any(does.legs(mission, name) & shut for name, does in found.robots.items()):
             yield found.cost, shut
 
-    spaces = (candidate.legs | legs for legs in _legs(refusal))
+    spaces = (candidate.legs | legs for legs in _legs(made, witness))
     for _, _, shut, _ in Partition(spaces, solve, searches=_LEGS):
-        try:
-            other = plan(made.mission, method=without_legs(shut), known=known)
-        except _NONE:
-            continue
-        if not about_words or hold_under_precedences(other):
-            yield _answered(refusal, other, legs=shut)
+        other = plan_or_none(mission, method=without_legs(shut), known=known)
+        if other is not None and (witness.claim != "formula" or hold_under_precedences(other)):
+            yield _answered(refusal, "legs", other, legs=shut)
 
 
-def _legs(refusal: Refusal) -> Iterator[frozenset[Leg]]:
+def _legs(made: Plan, witness: Witness) -> Iterator[frozenset[Leg]]:
     """Yield legs of the robots in conflict to be shut; where robots are counted, for all that are like them."""
-    made, mission, witness = refusal.plan, refusal.plan.mission, refusal.conflict
-    pair = () if witness is None else (witness.robot, witness.other)
-    for name in [name for name in pair if name in made.robots] or list(made.robots):
-        does = made.robots[name]
-        for robot, before, region in sorted(Itinerary(does.visits, does.word, does.cycle_visit).legs(mission, name), key=str):
+    mission = made.mission
+    for name in _close(made, witness) or made.robots:
+        for robot, before, region in sorted(legs_of(made, name), key=str):
             counted = mission.written.counts and isinstance(before, str)
             alike = [o for o in mission.agents if mission.alike_as(o) == mission.alike_as(robot)] if counted else [robot]
             yield frozenset((other, before, region) for other in alike)

@@ -14,10 +14,10 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal
 
-from verify.data import LtlplanError, Plan, Trajectory, Witness
+from ltlplan.allocation import Itinerary, Leg
+from verify.data import LtlplanError, Mission, Plan, Trajectory, Witness
 
 if TYPE_CHECKING:
-    from ltlplan.allocation import Leg
     from verify import Certificate, Claim
 
 MAX_ROUNDS = 6
@@ -146,14 +146,15 @@ class Candidate:
     def last_round(self) -> int:
         """After how many rounds this plan is given up."""
         begun = max((cut.rounds for cut in self.cuts if cut.anew), default=0)
-        several = self.less_wished_left or (self.others > 0 and self.certified is None)
+        parts = self.given_up[0].parts if self.given_up else ()
+        wishes_less = 0 < len(self.given_up) < len(less_wished(self.plan.mission, parts))
+        several = wishes_less or (self.others > 0 and self.certified is None)
         return begun + (_SEVERAL if several else MAX_ROUNDS)
 
     @property
-    def less_wished_left(self) -> bool:
-        """Whether there are plans with still fewer soft parts."""
-        given_up = [cut for cut in self.cuts if cut.kind == "soft part"]
-        return bool(given_up) and len(given_up) < how_many_wish_less(given_up[0].parts)
+    def given_up(self) -> tuple[Cut, ...]:
+        """The cuts by which soft parts were given up."""
+        return tuple(cut for cut in self.cuts if cut.kind == "soft part")
 
     def better_of(self, found: Flight | Conflict) -> Certified | None:
         """Return the better one of what is certified now and before, once this candidate was judged; None where nothing is.
@@ -217,13 +218,32 @@ class Certified:
     rounds: int
 
 
-def how_many_wish_less(kept: Collection[int]) -> int:
-    """Return how many plans with fewer soft parts are tried: without each of the lightest ones, and without any.
+def less_wished(mission: Mission, kept: Collection[int]) -> list[Mission]:
+    """Return the mission with fewer soft parts than were kept: without one of the lightest, in turn, and at last without any.
 
     Args:
+        mission: With all of them.
         kept: The soft parts, by index, that the first plan was meant to keep.
     """
-    return min(len(kept), _RELIEFS) + 1 if len(kept) > 1 else len(kept)
+    parts = mission.soft_parts
+    lightest = sorted(kept, key=lambda index: (parts[index].weight, index)) if len(kept) > 1 else []
+    fewer = [tuple(part for i, part in enumerate(parts) if i != index) for index in lightest[:_RELIEFS]]
+    specs = [mission.spec.model_copy(update={"soft": soft}) for soft in fewer]
+    return [
+        *(mission.model_copy(update={"spec": spec}) for spec in specs),
+        *([mission.asking(mission.spec.formula)] if kept else []),
+    ]
+
+
+def legs_of(made: Plan, robot: str) -> frozenset[Leg]:
+    """Return the legs that one robot of a plan flies from visit to visit.
+
+    Args:
+        made: The plan.
+        robot: Its name.
+    """
+    does = made.robots[robot]
+    return Itinerary(does.visits, does.word, does.cycle_visit).legs(made.mission, robot)
 
 
 def digest(made: Plan) -> str:

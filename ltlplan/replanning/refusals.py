@@ -128,7 +128,7 @@ class Refusal:
         witnesses = (self.error.witness,) if isinstance(self.error, Infeasible) else getattr(self.error, "witnesses", ())
         return next((each for each in witnesses if each is not None and each.claim in ("separation", "formula")), None)
 
-    def answered(self, kind: CutKind, plan: Plan | None, /, *, why: str | None = None, **forbidden: Any) -> Candidate | None:
+    def answered(self, kind: CutKind, plan: Plan | None, /, *, anew: bool = False, **forbidden: Any) -> Candidate | None:
         """Return the candidate that comes next; None where there is no plan for it.
 
         Other words are never said to be the cheapest, unless these are proved to be impossible.
@@ -136,13 +136,13 @@ class Refusal:
         Args:
             kind: What is forbidden.
             plan: The plan that does without it.
-            why: What was said of this one, where it is not `self.why`.
+            anew: Whether these words are given up, so that the plan may be refined as often as the first one.
             forbidden: Further fields of the cut.
         """
         if plan is None:
             return None
         if plan.words != self.plan.words and not forbidden.get("proved"):  # cheaper words may have flights that were not found
             plan = plan.model_copy(update={"complete": False})
-        cut = Cut(kind, self.why if why is None else why, self.tried.rounds, **forbidden)
+        cut = Cut(kind, str(self.error) if anew else self.why, self.tried.rounds, anew=anew, **forbidden)
         judged = self.tried.rounds - isinstance(self.found, Conflict)
         return replace(self.tried, plan=plan, cuts=(*self.tried.cuts, cut), rounds=judged)

@@ -12,23 +12,22 @@ import itertools
 from collections import Counter
 from collections.abc import Collection, Iterable, Iterator
 
-from ltlplan.allocation import Itinerary, Leg
+from ltlplan.allocation import Leg
 from ltlplan.planner import SEQUENCE
 from ltlplan.precedences import with_planned_waits, with_waits
-from ltlplan.replanning.checked_plan import plan
-from ltlplan.replanning.cuts import Candidate, how_many_wish_less
+from ltlplan.replanning.checked_plan import plan, plan_or_none
+from ltlplan.replanning.cuts import Candidate, legs_of, less_wished
 from ltlplan.replanning.refusals import Refusal
 from ltlplan.replanning.soft_parts import KEPT, is_timed, kept_by_plan, part_text
 from ltlplan.replanning.soft_searches import asking
 from ltlplan.search.lawler import Member, Partition
 from ltlplan.search.method import under_precedences, without_legs
-from verify.data import BadInput, Infeasible, Mission, NotCertified, Plan, Unsatisfiable, Witness
+from verify.data import Mission, NotCertified, Plan, Unsatisfiable, Witness
 from verify.data.choices import PLANNING_METHODS
 
 _SHUT = 12  # legs that are shut in turn, each for one search
 _OTHERS = 3
 """Other words that are tried where no waits and precedences keep soft parts, each without a leg more."""
-_NONE = (BadInput, Unsatisfiable, Infeasible, NotCertified)
 
 
 def waits_for_soft_parts(refusal: Refusal) -> Candidate | None:
@@ -70,13 +69,11 @@ def other_words(refusal: Refusal) -> Candidate | None:
     Args:
         refusal: A certified flight that loses soft parts, or a plan that no flight keeps.
     """
-    certified = bool(refusal.soft)
-    if refusal.tried.since("words", "legs") or not (_lost(refusal) if certified else _may_be_planned(refusal)):
+    certified, tried = bool(refusal.soft), refusal.tried
+    asks = _lost(refusal) if certified else _may_be_planned(refusal) and not tried.given_up
+    if not asks or tried.since("words", "legs"):
         return None
-    if not certified and any(cut.kind == "soft part" for cut in refusal.tried.cuts):
-        return None
-    why = refusal.why if certified else str(refusal.error)
-    return refusal.answered("words", words_under_precedences(refusal.plan), why=why, anew=not certified)
+    return refusal.answered("words", words_under_precedences(refusal.plan), anew=not certified)
 
 
 def without_a_leg(refusal: Refusal) -> Candidate | None:
@@ -90,7 +87,7 @@ def without_a_leg(refusal: Refusal) -> Candidate | None:
     """
     made, tried, judged = refusal.plan, refusal.tried, refusal.soft
     anew = refusal.reason not in ("soft parts", "no better")
-    if anew and (not _may_be_planned(refusal) or any(cut.kind == "soft part" for cut in tried.cuts)):
+    if anew and (not _may_be_planned(refusal) or tried.given_up):
         return None
     if tried.others >= _OTHERS or made.method == SEQUENCE or (judged and not laps(made) and not _lost(refusal)):
         return None
@@ -99,8 +96,7 @@ def without_a_leg(refusal: Refusal) -> Candidate | None:
         witnesses = [part.witness for index, part in enumerate(judged) if index in parts - held and part.witness is not None]
         found = words_without(made, parts, tried.legs, witnesses)
         if found is not None:
-            why = str(refusal.error) if anew else refusal.why
-            return refusal.answered("legs", found.solution, why=why, anew=anew, legs=found.space)
+            return refusal.answered("legs", found.solution, anew=anew, legs=found.space)
     return None
 
 
@@ -112,21 +108,20 @@ def fewer_soft_parts(refusal: Refusal) -> Candidate | None:
     """
     if not _may_be_planned(refusal):
         return None
-    made, why = refusal.plan, str(refusal.error)
-    before = [cut for cut in refusal.tried.cuts if cut.kind == "soft part"]
+    made, before = refusal.plan, refusal.tried.given_up
     parts = before[0].parts if before else tuple(sorted(_meant(made)))
-    fewer = list(_less_wished(made.mission, parts))[len(before) :]
-    if not fewer:
+    fewer = next(iter(less_wished(made.mission, parts)[len(before) :]), None)
+    if fewer is None:
         return None
-    other = plan(fewer[0], method=made.method)
-    lost = " and ".join(part_text(part) for part in made.mission.soft_parts if part not in fewer[0].soft_parts)
+    other = plan(fewer, method=made.method)
+    lost = " and ".join(part_text(part) for part in made.mission.soft_parts if part not in fewer.soft_parts)
     notes = (
         *other.notes,
         f"Given up: {lost}; a plan that keeps more, at a cost of {made.cost:.3f} in all, has no flight that is certified.",
-        f"A plan that keeps more of the soft parts was given up: {why}",
+        f"A plan that keeps more of the soft parts was given up: {refusal.error}",
     )
     other = other.model_copy(update={"mission": made.mission, "notes": notes})
-    return refusal.answered("soft part", other, why=why, anew=True, parts=parts)
+    return refusal.answered("soft part", other, anew=True, parts=parts)
 
 
 def words_under_precedences(made: Plan) -> Plan | None:
@@ -141,9 +136,8 @@ def words_under_precedences(made: Plan) -> Plan | None:
     mission, soft = made.mission, bool(made.mission.soft_parts)
     if made.method == SEQUENCE or (soft and (mission.spec.trace == "infinite" or len(made.robots) < 2)):
         return None
-    try:
-        other = plan(asking(mission, _meant(made)) if soft else mission, method=under_precedences)
-    except _NONE:
+    other = plan_or_none(asking(mission, _meant(made)) if soft else mission, method=under_precedences)
+    if other is None:
         return None
     if not soft:
         why = "Words that hold in every order of the robots were given up: they hold under no precedences, as a flight asks."
@@ -157,7 +151,7 @@ def words_under_precedences(made: Plan) -> Plan | None:
 def _may_be_planned(refusal: Refusal) -> bool:
     """Tell whether other plans may be asked of the method of a plan with soft parts that no flight keeps."""
     made = refusal.plan
-    return bool(made.mission.soft_parts) and made.method != SEQUENCE and PLANNING_METHODS.knows(made.method)
+    return bool(made.mission.soft_parts) and PLANNING_METHODS.knows(made.method)
 
 
 def _lost(refusal: Refusal) -> list[Witness]:
@@ -180,17 +174,6 @@ def _meant(made: Plan) -> frozenset[int]:
     if is_timed(made.mission, ()):
         return frozenset(range(len(made.mission.soft_parts)))
     return kept_by_plan(made.mission, made)
-
-
-def _less_wished(mission: Mission, kept: Collection[int]) -> Iterator[Mission]:
-    """Yield the mission with fewer soft parts than were kept: without one, lightest first, at last without any."""
-    parts = mission.soft_parts
-    lightest = sorted(kept, key=lambda index: (parts[index].weight, index))
-    for index in lightest[: how_many_wish_less(kept) - 1]:
-        fewer = tuple(part for i, part in enumerate(parts) if i != index)
-        yield mission.model_copy(update={"spec": mission.spec.model_copy(update={"soft": fewer})})
-    if kept:
-        yield mission.asking(mission.spec.formula)
 
 
 def _reworded(made: Plan, other: Plan, why: str) -> Plan:
@@ -224,15 +207,12 @@ def words_without(
     asked = asking(made.mission, frozenset(parts))
 
     def solve(legs: frozenset[Leg]) -> Iterator[tuple[float, Plan]]:
-        try:
-            other = plan(asked, method=without_legs(legs))
-        except _NONE:
-            return
-        if other.words != made.words and not legs_of(other) & legs:
+        other = plan_or_none(asked, method=without_legs(legs))
+        if other is not None and other.words != made.words and not _legs(other) & legs:
             yield other.cost, _reworded(made, other, _WHY)
 
     regions = [frozenset(_legs_into(made.mission, entered)) for entered in _doubtful(made, witnesses)]
-    legs = [frozenset({leg}) for leg in sorted(legs_of(made), key=str)]
+    legs = [frozenset({leg}) for leg in sorted(_legs(made), key=str)]
     for several in (regions, legs):
         spaces = (shut | those for those in several if those)
         if (other := next(iter(Partition(spaces, solve, searches=_SHUT)), None)) is not None:
@@ -243,10 +223,8 @@ def words_without(
 _WHY = "Cheaper words that keep these soft parts were given up for others, as no flight of theirs that was tried keeps them."
 
 
-def legs_of(made: Plan) -> frozenset[Leg]:
-    """Return the legs that a plan's robots fly from visit to visit."""
-    legs = (Itinerary(does.visits, does.word, does.cycle_visit).legs(made.mission, name) for name, does in made.robots.items())
-    return frozenset(itertools.chain.from_iterable(legs))
+def _legs(made: Plan) -> frozenset[Leg]:
+    return frozenset[Leg]().union(*(legs_of(made, name) for name in made.robots))
 
 
 def asked_again(made: Plan, held: Collection[int]) -> Iterator[frozenset[int]]:
@@ -271,29 +249,23 @@ def _doubtful(made: Plan, witnesses: Iterable[Witness]) -> list[set[tuple[str, s
     planned = {name: _entries(does.word.prefix) for name, does in made.robots.items()}
     repeated = laps(made)
     found: set[tuple[str, str]] = set()
-    for witness in witnesses:
-        team = _entries(letter for robot, letter in witness.word if robot not in planned)  # a letter of the whole team
-        found |= {
-            (name, region)
-            for region, often in team.items()
-            for name in planned
-            if repeated or often > sum(own[region] for own in planned.values()) > 0
-        }
-        for name, own in planned.items():
-            seen = _entries(letter for robot, letter in witness.word if robot == name)
-            found |= {(name, region) for region, often in seen.items() if repeated or often > own[region] > 0}
+    for word in (witness.word for witness in witnesses):
+        team = sum(planned.values(), Counter[str]())
+        read = [(planned, team, [letter for robot, letter in word if robot not in planned])]  # a letter of the whole team
+        read += [([name], own, [letter for robot, letter in word if robot == name]) for name, own in planned.items()]
+        for names, expected, letters in read:
+            often = _entries(letters)
+            too_often = [region for region in often if repeated or often[region] > expected[region] > 0]
+            found |= set(itertools.product(names, too_often))
     if not repeated:
         return [found]
-    return [{(name, region) for name in planned} for region in sorted({region for _, region in found})]
+    return [set(itertools.product(planned, [region])) for region in sorted({region for _, region in found})]
 
 
 def _entries(letters: Iterable[frozenset[str]]) -> Counter[str]:
-    before: frozenset[str] = frozenset()
-    counts: Counter[str] = Counter()
-    for letter in letters:
-        counts.update(letter - before)
-        before = letter
-    return counts
+    """Count how often each region is entered."""
+    entered = (after - before for before, after in itertools.pairwise([frozenset[str](), *letters]))
+    return Counter(itertools.chain.from_iterable(entered))
 
 
 def _legs_into(mission: Mission, entered: Iterable[tuple[str, str]]) -> Iterator[Leg]:

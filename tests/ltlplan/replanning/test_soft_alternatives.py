@@ -8,7 +8,8 @@ import ltlplan
 from ltlplan.allocation import PlanningMethod
 from ltlplan.pipeline import certified_team
 from ltlplan.replanning import soft_alternatives
-from ltlplan.replanning.soft_alternatives import asked_again, legs_of, words_without
+from ltlplan.replanning.cuts import legs_of
+from ltlplan.replanning.soft_alternatives import asked_again, words_without
 from tests.helpers.worlds import PLACES, world
 from verify.data import Mission, Plan
 from verify.data.witness import Witness
@@ -57,8 +58,8 @@ def test_other_words_do_without_a_leg() -> None:
     found = words_without(made, parts, frozenset())
     assert found is not None
     assert found.solution.words != made.words
-    assert found.space & legs_of(made)
-    assert not found.space & legs_of(found.solution)
+    assert found.space & legs_of(made, "quad0")
+    assert not found.space & legs_of(found.solution, "quad0")
     assert visited(found.solution) >= {"a", "b"}
 
 
