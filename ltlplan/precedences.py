@@ -6,10 +6,13 @@ refused, because no schedule can keep them. Where counterexamples name no waits,
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Hashable, Iterable, Mapping
+from typing import TypeVar
 
 from verify.data import NotCertified, Plan, Unsatisfiable, Witness
 from verify.data.plan import Precedence
+
+Robot = TypeVar("Robot", bound=Hashable)
 
 
 def with_waits(plan: Plan, witnesses: Iterable[Witness]) -> Plan:
@@ -28,9 +31,9 @@ def with_waits(plan: Plan, witnesses: Iterable[Witness]) -> Plan:
             known.setdefault(Precedence(first=first, then=then))
     if len(known) == len(plan.precedences):
         return plan
-    circle = _circle(plan, known)
-    if circle:
-        named = " before ".join(f"{robot}'s visit of {plan.robots[robot].visits[visit].region}" for robot, visit in circle)
+    visits = {name: len(robot.visits) for name, robot in plan.robots.items()}
+    if round_trip := circle(visits, ((wait.first, wait.then) for wait in known)):
+        named = " before ".join(f"{robot}'s visit of {plan.robots[robot].visits[visit].region}" for robot, visit in round_trip)
         raise NotCertified(f"The waits that the formula requires go round in a circle: {named}.", witnesses)
     return plan.model_copy(update={"precedences": tuple(known)})
 
@@ -67,14 +70,20 @@ def hold_under_precedences(plan: Plan) -> bool:
     return True
 
 
-def _circle(plan: Plan, precedences: Iterable[Precedence]) -> list[tuple[str, int]]:
-    """Return visits that wait for each other, the first one repeated at the end; empty where there are none."""
+def circle(
+    visits: Mapping[Robot, int], waits: Iterable[tuple[tuple[Robot, int], tuple[Robot, int]]]
+) -> list[tuple[Robot, int]]:
+    """Return visits that wait for each other, the first one repeated at the end; empty where there are none.
+
+    Args:
+        visits: How many each robot makes, one after another.
+        waits: Pairs of visits of which the first is over before the second begins.
+    """
     import networkx as nx  # here: it takes long to load, and few plans need it
 
-    order: nx.DiGraph[tuple[str, int]] = nx.DiGraph()
-    for name, robot in plan.robots.items():
-        order.add_edges_from(((name, i), (name, i + 1)) for i in range(len(robot.visits) - 1))
-    order.add_edges_from((precedence.first, precedence.then) for precedence in precedences)
+    order: nx.DiGraph[tuple[Robot, int]] = nx.DiGraph(waits)
+    for robot, count in visits.items():
+        order.add_edges_from(((robot, i), (robot, i + 1)) for i in range(count - 1))
     try:
         edges = nx.find_cycle(order)
     except nx.NetworkXNoCycle:

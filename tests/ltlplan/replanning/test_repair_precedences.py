@@ -19,15 +19,15 @@ def test_visits_are_numbered_as_the_plan_numbers_them_whether_or_not_it_counts_t
     stays = (change(1, "a", "no"), change(4, "b", "must"), change(5, "b", "no"))
     first = Timeline("quad0", status, stays, Fraction(9), unplanned=unplanned)
     then = Timeline("quad1", dict.fromkeys("abc", "no"), (change(2, "c", "must"), change(3, "c", "no")), Fraction(9))
-    order = repairing_waits(parse_formula("!c U b"), "own", {"quad0": first, "quad1": then})
-    assert order == ((("quad0", 0 if unplanned else 1), ("quad1", 0)),)
+    order = repairing_waits(parse_formula("G !(b & c)"), "joint", {"quad0": first, "quad1": then})
+    assert order == ((("quad1", 0), ("quad0", 0 if unplanned else 1)),)
 
 
 def test_no_waits_are_found_beyond_the_steps_that_are_allowed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("ltlplan.replanning.repair_precedences.ALLOWED", 1)
     first = Timeline("quad0", dict.fromkeys("abc", "no"), (change(1, "a", "must"), change(4, "a", "no")), Fraction(9))
     then = Timeline("quad1", dict.fromkeys("abc", "no"), (change(2, "c", "must"), change(3, "c", "no")), Fraction(9))
-    assert repairing_waits(parse_formula("!c U a"), "own", {"quad0": first, "quad1": then}) == ()
+    assert repairing_waits(parse_formula("!F(c & F a)"), "own", {"quad0": first, "quad1": then}) == ()
 
 
 def waits(formula: str, *lines: Timeline, team: TeamReading = "own") -> tuple[Wait, ...]:

@@ -73,7 +73,7 @@ def test_other_words_keep_out_of_what_is_entered_again(monkeypatch: pytest.Monke
         seen.append(ltlplan.plan(asked, method=method))
         return seen[-1]
 
-    monkeypatch.setattr(soft_alternatives, "plan", planned)
+    monkeypatch.setattr(soft_alternatives, "plan_or_none", planned)
     found = words_without(made, {0}, frozenset(), [Witness(claim="formula", sentence="", word=again)])  # type: ignore[arg-type]
     assert found is not None
     assert len(seen) == 1
