@@ -20,8 +20,9 @@ if TYPE_CHECKING:
     from ltlplan.logic.decomposition import decomposition_set
     from ltlplan.logic.translation import translate
     from ltlplan.missions import load_mission
-    from ltlplan.pipeline import plan, run
+    from ltlplan.pipeline import run
     from ltlplan.recorded import judge_flight
+    from ltlplan.replanning.checked_plan import plan
     from ltlplan.result import Result
     from ltlplan.service.client import Client
     from ltlplan.transfers import Transfer, to_ground, to_starts
@@ -74,7 +75,7 @@ _HOMES = {
     "load_plan": "verify.data",
     "load_vehicle": "verify.data",
     "parse_mission": "verify.data",
-    "plan": "ltlplan.pipeline",
+    "plan": "ltlplan.replanning.checked_plan",
     "run": "ltlplan.pipeline",
     "to_ground": "ltlplan.transfers",
     "to_starts": "ltlplan.transfers",

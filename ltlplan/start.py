@@ -21,6 +21,8 @@ BROKEN_PIPE = 128 + 13
 INTERRUPTED = 128 + 2
 CLOSED = 2
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+_GARBAGE = (50_000, 10, 10)
+"""Objects made until cycles among them are looked for, and rounds until older ones are: hardly any are garbage while modules load."""
 _AGAIN = 0.1
 """s until an interrupt that got lost is raised again."""
 
@@ -34,6 +36,7 @@ def main() -> NoReturn:
     interrupts = _Interrupts()
     interrupts.attend()
     compute_in_one_thread()
+    gc.set_threshold(*_GARBAGE)
     code: int | str | None = INTERRUPTED
     try:
         end_cleanly_on_sigterm()
@@ -49,6 +52,7 @@ def main() -> NoReturn:
         sys.stderr.flush()
         gc.collect()  # semaphores that were shared with processes go with their last user, else their tracker complains
         os._exit(INTERRUPTED)  # the interpreter's own end may turn it into a death by signal, if a library was being loaded
+    gc.freeze()  # the interpreter's own end would look through all that was loaded, twice
     sys.exit(code)
 
 

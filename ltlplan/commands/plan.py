@@ -27,7 +27,7 @@ def command(
     from ltlplan.commands.support.progress import progress_bar
     from ltlplan.commands.support.terminal import print_json
     from ltlplan.output import PLAN_FILES, write_plan_files
-    from ltlplan.pipeline import plan
+    from ltlplan.replanning.checked_plan import plan
     from ltlplan.report.summary import plan_lines
 
     asked = options.read_mission(mission, sequence=sequence, formula=formula, cost=cost)

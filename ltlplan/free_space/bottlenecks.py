@@ -9,15 +9,18 @@ from __future__ import annotations
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ltlplan.free_space.free_space import FreeSpace
-from refine.obstacles.visibility_graph import Roadmap
 from verify.data.mission import Mission
 from verify.data.shapes.inequalities import Point
 from verify.data.shapes.solid_parts import SolidPart, solid_parts
+
+if TYPE_CHECKING:  # it takes long to load, and most missions have no obstacles
+    from refine.obstacles.visibility_graph import Roadmap
 
 Floats = NDArray[np.float64]
 

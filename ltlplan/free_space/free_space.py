@@ -10,16 +10,18 @@ import math
 from collections import OrderedDict
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ltlplan.free_space.inflated_obstacles import Solids, grown_solids
-from refine.obstacles.inflated_bodies import InflatedBody, grown_bodies
-from refine.obstacles.keep_out_bodies import ring
-from refine.obstacles.visibility_graph import Roadmap
 from verify.data.mission import Mission
 from verify.data.shapes.inequalities import Point
+
+if TYPE_CHECKING:  # what works among obstacles takes long to load, and most missions have none
+    from ltlplan.free_space.inflated_obstacles import Solids
+    from refine.obstacles.inflated_bodies import InflatedBody
+    from refine.obstacles.visibility_graph import Roadmap
 
 Floats = NDArray[np.float64]
 Booleans = NDArray[np.bool_]
@@ -87,6 +89,8 @@ class FreeSpace:
 
     def solids(self, slack: float = 0.0) -> Solids:
         """Return what is solid, grown by the clearance and so many m more."""
+        from ltlplan.free_space.inflated_obstacles import grown_solids
+
         if slack not in self._solids:
             self._solids[slack] = grown_solids(self.mission, self.clearance + slack)
         return self._solids[slack]
@@ -101,6 +105,8 @@ class FreeSpace:
 
     def narrower(self, clearance: float) -> Roadmap:
         """Return the ways of a smaller vehicle that keeps only so much from what is solid, m, through whichever regions."""
+        from ltlplan.free_space.inflated_obstacles import grown_solids
+
         walls = grown_solids(self.mission, clearance)
         return _roadmap(self.mission, clearance, self.mission.margin, walls, regions=False)
 
@@ -222,6 +228,10 @@ def _length(points: Floats) -> float:
 
 def _roadmap(mission: Mission, clear: float, near: float, walls: Solids, *, regions: bool = True) -> Roadmap:
     """Return the ways that keep `clear` from what is solid, `near` from regions and the workspace's walls."""
+    from refine.obstacles.inflated_bodies import grown_bodies
+    from refine.obstacles.keep_out_bodies import ring
+    from refine.obstacles.visibility_graph import Roadmap
+
     solids = [part.body for part in walls.parts] + [ring(name, hoop, clear).inflated for name, hoop in mission.hoops.items()]
     soft: list[InflatedBody] = []
     for name, region in mission.all_regions.items() if regions else ():

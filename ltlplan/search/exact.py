@@ -2,7 +2,7 @@
 
 `assign` is exact: it returns a cheapest plan among all whose words keep the formula in every order of the robots, over the
 letters that will really be flown, or says that there is none and why. Nothing here knows about time; a later check of the
-timed claim may still add waits. How each mission is read, and what is tried in turn, stands in `_tries`.
+timed claim may still add waits. How each mission is read, and what is tried in turn, stands in `_tries`; a reading is loaded where it is tried.
 """
 
 from __future__ import annotations
@@ -14,24 +14,11 @@ from types import MappingProxyType
 
 from ltlplan.allocation import Allocation
 from ltlplan.logic.budget import DEFAULT_BUDGET, Budget, TooLarge
-from ltlplan.search.counting.capacities import small_rooms
-from ltlplan.search.counting.conflicting_conjuncts import no_counted_plan
-from ltlplan.search.counting.counting_propositions import Marks
-from ltlplan.search.counting.planning import plan_counts, plan_hovering, roomy_marks
-from ltlplan.search.counting.symmetry_classes import CountedTeam, Rooms
-from ltlplan.search.counting.synchronisation import HoversOutside, precedences_of, waits_of
-from ltlplan.search.cycles import planning as cycles
 from ltlplan.search.endurance import require_endurance
-from ltlplan.search.joint import planning as joint
-from ltlplan.search.orders import planning as orders
-from ltlplan.search.own import planning as own
-from ltlplan.search.problem import TIES, NoWords, Problem
-from ltlplan.systems.robot_systems import interchangeable, unit_cost
+from ltlplan.search.problem import NoWords, Problem
+from ltlplan.systems.robot_systems import unit_cost
 from ltlplan.systems.transition_systems import Cost
 from verify.data import Infeasible, Mission, Unsatisfiable, Word
-
-_HOVERING_STATES = 20_000
-"""Of the search for plans in which robots also wait outside regions."""
 
 
 def assign(
@@ -91,6 +78,8 @@ def assign_under_precedences(
         Infeasible: It brings not all back before a vehicle's endurance ends.
         TooLarge: A budget was used up before an answer was found.
     """
+    from ltlplan.search.orders import planning as orders
+
     problem = Problem(mission, budget, _cheapest, _no_plan, cost)
     found = orders.plan(problem)
     if found is None:
@@ -117,91 +106,39 @@ def in_units_of(mission: Mission, found: Allocation) -> Allocation:
 def _tries(problem: Problem) -> tuple[Callable[[Problem], Allocation], ...]:
     """Return what is tried for a mission: each after the one before has found that it has no words."""
     if problem.mission.spec.trace == "infinite":
+        from ltlplan.search.cycles import planning as cycles
+
         return (cycles.plan,)
-    if not problem.several:
-        return (own.plan,)
-    if problem.mission.written.counts:
-        return _stage_by_stage, _waiting_outside
-    return joint.plan if problem.mission.spec.team == "joint" else own.plan, _under_precedences
+    if problem.several and problem.mission.written.counts:
+        from ltlplan.search.counting.stages import plan_stages, plan_waiting_outside
+
+        return plan_stages, plan_waiting_outside
+    if problem.several and problem.mission.spec.team == "joint":
+        from ltlplan.search.joint import planning as joint
+
+        return joint.plan, _under_precedences
+    from ltlplan.search.own import planning as own
+
+    return (own.plan, _under_precedences) if problem.several else (own.plan,)
 
 
 def _under_precedences(problem: Problem) -> Allocation:
     """Plan words that hold under precedences, or where these would wait for actions that nobody can wait for, stage by stage."""
+    from ltlplan.search.orders import planning as orders
+
     try:
         found = orders.plan(problem)
     except Infeasible:
         if problem.mission.spec.team == "joint":
+            from ltlplan.search.counting.stages import plan_stages
+            from ltlplan.search.counting.synchronisation import HoversOutside
+
             with contextlib.suppress(TooLarge, NoWords, HoversOutside):
-                return _stage_by_stage(problem)
+                return plan_stages(problem)
         raise
     if found is None:
         raise NoWords(lambda: Unsatisfiable("No words satisfy the formula under any precedences between the robots' events."))
     return found
-
-
-def _stage_by_stage(problem: Problem) -> Allocation:
-    """Plan a formula that counts robots or names them: words, and who waits for whom."""
-    mission, each = problem.mission, problem.each
-    kinds, rooms = list(interchangeable(mission).values()), small_rooms(mission, each, problem.capacities)
-    found = plan_counts(each, kinds, problem.automata, problem.known, problem.budget, rooms=rooms, longest=problem.longest)
-    if found is None:
-        from ltlplan.search.explanations.relaxation import relaxed
-
-        raise NoWords(lambda: relaxed(mission, no_counted_plan(mission, each, kinds, problem.asked, rooms), problem.cheapest))
-    try:
-        waits, precedences = waits_of(each, found)
-    except HoversOutside:  # but flights may be timed so that nobody has to, or it waits there
-        with contextlib.suppress(TooLarge, Infeasible):
-            ordered = orders.plan(problem)
-            if ordered is not None:
-                return ordered
-        events = precedences_of(each, found)
-        if events is None:
-            raise
-        waits, precedences = [], events
-    robots = problem.itineraries(found.paths)
-    total = (max if problem.longest else sum)(robot.cost for robot in robots.values())
-    complete = total <= found.bound + TIES
-    notes = [f"The search reached {found.reached:,} states: how many robots rest where, and what is done."]
-    if not complete:
-        notes.append(
-            "A cheaper plan was not ruled out, one in which robots end just outside regions or where they act included."
-        )
-    if waits or precedences:
-        notes.append(
-            f"Robots wait for each other: the plan has {len(found.stages)} stages, each begun when the one before has ended."
-        )
-    said = (*notes, *problem.systems.unclear())
-    return Allocation(
-        robots=robots, cost=total, lower_bound=min(found.bound, total), complete=complete, notes=said, meetings=tuple(waits),
-        precedences=tuple(precedences),
-    )  # fmt: skip
-
-
-def _waiting_outside(problem: Problem) -> Allocation:
-    """Plan counts with robots that also wait just outside regions."""
-    mission, each = problem.mission, problem.each
-    rooms = Rooms(small_rooms(mission, each, problem.capacities), passing=True)
-    with contextlib.suppress(TooLarge):
-        team = CountedTeam(
-            tuple(each), tuple(interchangeable(mission).values()), Marks(problem.automata, problem.known), rooms, skips=True
-        )
-        marks = roomy_marks(each, problem.automata, problem.known, rooms.most)
-        found = plan_hovering(team, Budget(states=_HOVERING_STATES), marks)
-        waits = None if found is None else precedences_of(each, found)
-        ordered = orders.plan(problem) if found is not None and waits is None else None
-        if ordered is not None:
-            return ordered
-        if found is not None and waits is not None:
-            robots = problem.itineraries(found.paths)
-            total = (max if problem.longest else sum)(robot.cost for robot in robots.values())
-            note = (
-                f"The search reached {found.reached:,} states. Robots wait for each other, also outside regions that they have left; a "
-                "cheaper plan was not ruled out."
-            )
-            said = (note, *problem.systems.unclear())
-            return Allocation(robots=robots, cost=total, notes=said, precedences=tuple(waits))
-    raise NoWords(lambda: Unsatisfiable("No plan was found in which robots also wait just outside regions."))
 
 
 def _cheapest(mission: Mission) -> float | None:

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import KDTree
 
 from refine.obstacles.gaps import Solid, solids
 from verify.data.shapes.convex_parts import ConvexBody
@@ -190,6 +189,8 @@ class InflatedBodies:
                 near &= self.high[:, None, axis] > low[None, :, axis]
             bodies, segments = np.nonzero(near)
             return segments, bodies
+        from scipy.spatial import KDTree  # here: it takes long to load, and most missions have few bodies
+
         middles, reach = (low + high) / 2.0, np.max(high - low, axis=1) / 2.0
         sizes = np.ceil(np.log2(np.maximum(reach, 1e-3))).astype(np.int64)
         found: list[tuple[Integers, Integers]] = []

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Mapping
+from importlib.metadata import entry_points
 from pathlib import Path
 
 import pytest
+
+from verify.data import registry
 
 
 def install(
@@ -28,4 +31,7 @@ def install(
     lines = [line for group, named in points.items() for line in (f"[{group}]", *(f"{k} = {v}" for k, v in named.items()))]
     (info / "entry_points.txt").write_text("\n".join(lines) + "\n")
     monkeypatch.syspath_prepend(str(folder))
+    monkeypatch.setattr(
+        registry, "_installed", lambda: entry_points().select
+    )  # what was installed before the process began is read once
     monkeypatch.delitem(sys.modules, module, raising=False)

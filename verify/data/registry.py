@@ -7,9 +7,10 @@ A registry is one table of built-in names and one group of entry points. Another
 from __future__ import annotations
 
 import importlib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from importlib.metadata import EntryPoint, entry_points
+from functools import cache
+from importlib.metadata import EntryPoint, EntryPoints, entry_points
 from typing import Generic, TypeVar
 
 from verify.data.errors import BadInput, did_you_mean
@@ -72,7 +73,7 @@ class Registry(Generic[T]):
         return self.find(given)
 
     def _points(self) -> tuple[EntryPoint, ...]:
-        return tuple(entry_points(group=self.group))
+        return tuple(_installed()(group=self.group))
 
     def _choices(self) -> str:
         return f"Names: {', '.join(self.names())}."
@@ -97,3 +98,9 @@ class Registry(Generic[T]):
         if not isinstance(found, self.kind):
             raise BadInput(f"'{name}' of {home} is not {self.what}: a {type(found).__name__}, not a {self.kind.__name__}.")
         return found
+
+
+@cache
+def _installed() -> Callable[..., EntryPoints]:
+    """Return the choice by `group` among the entry points of all packages, which are read once in a process."""
+    return entry_points().select

@@ -2,18 +2,26 @@
 
 from __future__ import annotations
 
+import os
 import re
+import sys
 import threading
 import time
 from collections.abc import Callable, Generator
 from contextlib import contextmanager, suppress
+from typing import TYPE_CHECKING
 
 import typer
 
 from verify.data.progress import Progress
 
+if TYPE_CHECKING:
+    from rich.console import Console
+
 _EVERY = 2.0
 """s after which there is another line at the latest, with how long the work has lasted where nothing else is known."""
+_FORCING = {"FORCE_COLOR", "TTY_COMPATIBLE"}
+"""Variables by which rich may take for a terminal what is none."""
 _APART = 0.2
 """s between lines that differ in names alone."""
 
@@ -27,10 +35,8 @@ def progress_bar(*, quiet: bool) -> Generator[Progress]:
     if quiet:
         yield lambda _sentence, _share: None
         return
-    from rich.console import Console
-
-    console = Console(stderr=True)
-    if not console.is_terminal:
+    console = _terminal()
+    if console is None:
         lines = Lines(lambda line: typer.echo(line, err=True))
         with lines.beating():
             yield lines.move
@@ -48,6 +54,16 @@ def progress_bar(*, quiet: bool) -> Generator[Progress]:
             bar.update(task, description=f"{shown:<{min(width, 44)}}", completed=min(max(share, 0.0), 1.0))
 
         yield move
+
+
+def _terminal() -> Console | None:
+    """Return standard error where it is a terminal, or is to be taken for one."""
+    if not sys.stderr.isatty() and not os.environ.keys() & _FORCING:
+        return None
+    from rich.console import Console  # here: it takes long to load, and a log needs none
+
+    console = Console(stderr=True)
+    return console if console.is_terminal else None
 
 
 class Lines:

@@ -10,6 +10,7 @@ A cycle of one piece leads from a point to the same point: it is a hover, and bo
 
 from __future__ import annotations
 
+from collections import OrderedDict
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -30,6 +31,10 @@ _HERMITE = np.asarray(np.linalg.inv(END_STATES), dtype=np.float64)
 """From (position, velocity, acceleration, jerk at 0, the same at 1) to ascending coefficients of degree 7."""
 _SNAP = _HERMITE.T @ SNAP_GRAM @ _HERMITE
 """Integral of snap^2 over a piece of length 1, as a quadratic form of its end states."""
+
+_KEPT = 64
+"""Splines through points whose coefficients are kept: a path is priced, sampled and looked at for conflicts by several callers."""
+_RECENT: OrderedDict[object, Floats] = OrderedDict()
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +73,7 @@ class LeastSnapSpline:
         return result
 
     def through(self, points: ArrayLike) -> Floats:
-        """Return the coefficients of the spline through these points. Shape (points, axes) to (pieces, axes, 8).
+        """Return the coefficients of the spline through these points, read-only. Shape (points, axes) to (pieces, axes, 8).
 
         Raises:
             BadInput: There is not one point for each time.
@@ -76,7 +81,15 @@ class LeastSnapSpline:
         values = np.asarray(points, dtype=np.float64)
         if values.ndim != 2 or len(values) != len(self.times):
             raise BadInput(f"The spline has {len(self.times)} times; points must have shape ({len(self.times)}, axes).")
-        return self._coefficients(values).transpose(0, 2, 1)
+        key = (self.times.tobytes(), self.cycle, values.shape, values.tobytes())
+        if key not in _RECENT:
+            while len(_RECENT) >= _KEPT:
+                _RECENT.popitem(last=False)
+            found = self._coefficients(values).transpose(0, 2, 1)
+            found.setflags(write=False)
+            _RECENT[key] = found
+        _RECENT.move_to_end(key)
+        return _RECENT[key]
 
     def evaluate(self, points: ArrayLike, at: ArrayLike, derivative: int = 0) -> Floats:
         """Return one path, or a derivative of it, at times within the spline's own, without the matrix.
