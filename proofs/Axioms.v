@@ -1,10 +1,12 @@
 (** Print the axioms of each theorem that the kernel rests on. *)
 
-From LtlPlan Require Bernstein Crossing Halves Tree Regions Margins Farkas Progression Invariant Clocks Timeline.
+From LtlPlan Require Bernstein Crossing Halves Tree Regions Margins Farkas Angles Instants Progression Invariant Clocks Timeline.
 
 Print Assumptions Bernstein.bern_sum.
 Print Assumptions Bernstein.bern_power.
+Print Assumptions Bernstein.bern_from_powers.
 Print Assumptions Bernstein.bern_nonneg.
+Print Assumptions Bernstein.bern2_nonneg.
 Print Assumptions Bernstein.bern_positive.
 Print Assumptions Bernstein.bern_lower.
 Print Assumptions Bernstein.bern_upper.
@@ -19,16 +21,20 @@ Print Assumptions Regions.check_nonneg_sound.
 Print Assumptions Regions.must_tube.
 Print Assumptions Regions.no_tube.
 Print Assumptions Regions.across_face.
+Print Assumptions Regions.faces_meet.
 Print Assumptions Margins.half_space_must.
 Print Assumptions Margins.half_space_no.
 Print Assumptions Margins.quadric_must.
 Print Assumptions Margins.quadric_no.
-Print Assumptions Margins.minors_semidefinite.
+Print Assumptions Margins.elimination_semidefinite.
+Print Assumptions Margins.square_completed.
 Print Assumptions Margins.rows_grow.
 Print Assumptions Margins.rest_grows.
 Print Assumptions Farkas.farkas_outside.
 Print Assumptions Farkas.farkas_keeps.
 Print Assumptions Farkas.farkas_ball.
+Print Assumptions Angles.cosine_above.
+Print Assumptions Instants.instant_letter.
 Print Assumptions Progression.normal_sat.
 Print Assumptions Progression.progress_state_sat.
 Print Assumptions Progression.accepts_sound.

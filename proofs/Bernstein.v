@@ -178,9 +178,49 @@ Proof.
   apply sum_ext; intros i Hi; cbn [choose]; rewrite plus_INR; ring.
 Qed.
 
-(** Running sums undo differences: [b (S i) = b i + diff b i]. *)
-Lemma diff_sum : forall b i, b (S i) = b i + diff b i.
-Proof. intros; unfold diff; ring. Qed.
+(** Sums of neighbours, row after row: their heads are the Bernstein coefficients
+    of the polynomial with the powers' coefficients choose n i * d i. *)
+Definition pairs (d : nat -> R) (i : nat) : R := d i + d (S i).
+
+Fixpoint heads (d : nat -> R) (j : nat) : R :=
+  match j with O => d O | S k => heads (pairs d) k end.
+
+Lemma heads_plus : forall j d e, heads (fun i => d i + e i) j = heads d j + heads e j.
+Proof.
+  induction j as [|j IH]; intros d e; simpl; auto.
+  rewrite <- IH; f_equal; apply FunctionalExtensionality.functional_extensionality; intros i.
+  unfold pairs; ring.
+Qed.
+
+Lemma diff_heads : forall d j, diff (heads d) j = heads (fun i => d (S i)) j.
+Proof. intros d j; unfold diff; simpl; unfold pairs; rewrite heads_plus; ring. Qed.
+
+Lemma diffs_ext : forall k b c, (forall i, b i = c i) -> forall i, diffs k b i = diffs k c i.
+Proof.
+  induction k as [|k IH]; intros b c H i; simpl; auto.
+  apply IH; intros j; unfold diff; rewrite !H; auto.
+Qed.
+
+Lemma diffs_heads : forall k d, diffs k (heads d) O = d k.
+Proof.
+  induction k as [|k IH]; intros d; simpl; auto.
+  rewrite (diffs_ext k _ _ (diff_heads d)), IH; auto.
+Qed.
+
+(** L is the least common multiple of the binomials, d_i = a_i L / choose n i. *)
+Theorem bern_from_powers : forall n a d L t,
+  (forall i, (i <= n)%nat -> INR (choose n i) * d i = L * a i) ->
+  bern n (heads d) (1 - t) t = L * sum (S n) (fun i => a i * t ^ i).
+Proof.
+  intros n a d L t H; rewrite bern_power, <- sum_scale; apply sum_ext; intros i Hi.
+  rewrite diffs_heads, H by lia; ring.
+Qed.
+
+(** Two times: coefficients of one sign give it to the polynomial on the square. *)
+Theorem bern2_nonneg : forall n m b s t u v, 0 <= s -> 0 <= t -> 0 <= u -> 0 <= v ->
+  (forall i j, (i <= n)%nat -> (j <= m)%nat -> 0 <= b i j) ->
+  0 <= bern n (fun i => bern m (b i) u v) s t.
+Proof. intros; apply bern_nonneg; auto; intros; apply bern_nonneg; auto. Qed.
 
 (** ** Growth: differences of one sign *)
 

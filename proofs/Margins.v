@@ -38,24 +38,52 @@ Definition quad (Q : sym) (a : vec) : R := form Q a a.
 
 Definition semidefinite (Q : sym) : Prop := forall a, 0 <= quad Q a.
 
-(** Minors that are not negative suffice where the leading two are positive. *)
-Definition minor2 (Q : sym) : R := xx Q * yy Q - xy Q * xy Q.
-Definition minor3 (Q : sym) : R :=
-  xx Q * (yy Q * zz Q - yz Q * yz Q) - xy Q * (xy Q * zz Q - yz Q * xz Q)
-  + xz Q * (xy Q * yz Q - yy Q * xz Q).
+(** Elimination, pivot by pivot; a pivot of zero needs a row of zeros. *)
+Definition eliminates1 (a : R) : Prop := 0 <= a.
+Definition eliminates2 (a b c : R) : Prop :=
+  (0 < a /\ eliminates1 (c - b * b / a)) \/ (a = 0 /\ b = 0 /\ eliminates1 c).
+Definition eliminates (Q : sym) : Prop :=
+  (0 < xx Q /\ eliminates2 (yy Q - xy Q * xy Q / xx Q) (yz Q - xy Q * xz Q / xx Q)
+                           (zz Q - xz Q * xz Q / xx Q))
+  \/ (xx Q = 0 /\ xy Q = 0 /\ xz Q = 0 /\ eliminates2 (yy Q) (yz Q) (zz Q)).
 
-Theorem minors_semidefinite : forall Q,
-  0 < xx Q -> 0 < minor2 Q -> 0 <= minor3 Q -> semidefinite Q.
+Lemma square_scaled : forall a x, 0 <= a -> 0 <= a * (x * x).
+Proof. intros; apply Rmult_le_pos; auto using square_nonneg. Qed.
+
+Lemma eliminates2_nonneg : forall a b c y z, eliminates2 a b c ->
+  0 <= a * (y * y) + 2 * b * (y * z) + c * (z * z).
 Proof.
-  intros Q H1 H2 H3 [x y z].
-  set (l1 := xx Q * x + xy Q * y + xz Q * z).
-  set (l2 := minor2 Q * y + (xx Q * yz Q - xy Q * xz Q) * z).
-  assert (E : xx Q * minor2 Q * quad Q (Vec x y z)
-              = minor2 Q * (l1 * l1) + l2 * l2 + xx Q * minor3 Q * (z * z)).
-  { unfold l1, l2, quad, form, dot, apply, minor3, minor2; simpl; ring. }
-  assert (0 < xx Q * minor2 Q) by nra.
-  assert (0 <= l1 * l1) by nra. assert (0 <= l2 * l2) by nra. assert (0 <= z * z) by nra.
-  assert (0 <= xx Q * minor3 Q) by nra. nra.
+  intros a b c y z [[Ha Hc] | (-> & -> & Hc)]; unfold eliminates1 in Hc.
+  - replace (a * (y * y) + 2 * b * (y * z) + c * (z * z))
+      with (a * ((y + b / a * z) * (y + b / a * z)) + (c - b * b / a) * (z * z)) by (field; lra).
+    apply Rplus_le_le_0_compat; apply square_scaled; lra.
+  - pose proof (square_scaled c z Hc); lra.
+Qed.
+
+Theorem elimination_semidefinite : forall Q, eliminates Q -> semidefinite Q.
+Proof.
+  intros Q E [x y z]; unfold quad, form, dot, apply; simpl.
+  destruct E as [[Ha E] | (Hx & Hxy & Hxz & E)];
+    pose proof (eliminates2_nonneg _ _ _ y z E) as N.
+  - pose proof (square_scaled (xx Q) (x + (xy Q * y + xz Q * z) / xx Q)) as S.
+    match goal with |- 0 <= ?q => replace q with
+      (xx Q * ((x + (xy Q * y + xz Q * z) / xx Q) * (x + (xy Q * y + xz Q * z) / xx Q))
+       + ((yy Q - xy Q * xy Q / xx Q) * (y * y) + 2 * (yz Q - xy Q * xz Q / xx Q) * (y * z)
+          + (zz Q - xz Q * xz Q / xx Q) * (z * z))) by (field; lra) end.
+    lra.
+  - rewrite Hx, Hxy, Hxz; lra.
+Qed.
+
+(** A square completed: with Q c = -l/2 the form x'Qx + l.x is (x - c)'Q(x - c) - c'Qc. *)
+Theorem square_completed : forall Q l c x, apply Q c = scale (- / 2) l ->
+  quad Q x + dot l x = quad Q (sub x c) - quad Q c /\ quad Q c = - dot l c / 2.
+Proof.
+  intros Q [l1 l2 l3] [c1 c2 c3] [x1 x2 x3] E; unfold apply, scale in E; simpl in E.
+  injection E as E1 E2 E3; unfold quad, form, dot, apply, sub; simpl.
+  assert (L1 : l1 = - 2 * (xx Q * c1 + xy Q * c2 + xz Q * c3)) by lra.
+  assert (L2 : l2 = - 2 * (xy Q * c1 + yy Q * c2 + yz Q * c3)) by lra.
+  assert (L3 : l3 = - 2 * (xz Q * c1 + yz Q * c2 + zz Q * c3)) by lra.
+  rewrite L1, L2, L3; split; field.
 Qed.
 
 (** The trace bounds what a quadric grows by, as does any bound on its eigenvalues. *)

@@ -237,14 +237,18 @@ Section Tube.
   Qed.
 End Tube.
 
-(** Two parts on both sides of a face: what is left without the face lies in the two. *)
-Theorem across_face : forall (X : Type) (g : X -> R) (A B : list (X -> R)) x,
-  (forall f, In f (A ++ B) -> f x <= 0) ->
-  (forall f, In f (g :: A) -> f x <= 0) \/ (forall f, In f ((fun y => - g y) :: B) -> f x <= 0).
+(** Two parts at a face: where no point is beyond both of two inequalities, what is
+    left of the parts without these lies in the two parts together. *)
+Theorem across_face : forall (X : Type) (g h : X -> R) (A B : list (X -> R)) x,
+  (g x <= 0 \/ h x <= 0) -> (forall f, In f (A ++ B) -> f x <= 0) ->
+  (forall f, In f (g :: A) -> f x <= 0) \/ (forall f, In f (h :: B) -> f x <= 0).
 Proof.
-  intros X g A B x H; destruct (Rle_lt_dec (g x) 0) as [L|L]; [left | right];
-    intros f [<-|Hf]; try lra; apply H, in_or_app; auto.
+  intros X g h A B x [L|L] H; [left | right]; intros f [<-|Hf]; auto; apply H, in_or_app; auto.
 Qed.
+
+(** Half-spaces n.x <= a and -k n.x <= b with b >= -k a leave no point beyond both. *)
+Theorem faces_meet : forall v k a b, 0 < k -> - k * a <= b -> v - a <= 0 \/ - k * v - b <= 0.
+Proof. intros v k a b Hk H; destruct (Rle_lt_dec v a); [left; lra | right; nra]. Qed.
 
 (** ** Limits: one polynomial that is nowhere negative *)
 
