@@ -8,8 +8,10 @@ many robots as are missing to k must come to make the mark; while it is true and
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from functools import reduce
+from operator import or_
+from typing import NamedTuple
 
 from ltlplan.logic.automaton import DEAD
 from ltlplan.search.bounds.conjunct_graph import ConjunctGraph
@@ -21,8 +23,7 @@ MOST_READ = 50_000
 """States times letters of a conjunct up to which its landmarks are looked for."""
 
 
-@dataclass(frozen=True, slots=True, order=True)
-class Goal:
+class Goal(NamedTuple):
     """What some robots must do: make a mark on their way, or show a letter that does not make it.
 
     Attributes:
@@ -38,17 +39,8 @@ class Goal:
         return bool(marks[self.mark]) == self.made
 
 
-@dataclass(frozen=True, slots=True)
-class _Needed:
-    """A proposition that must become true, or false, and by how many robots it is."""
-
-    goal: Goal
-    least: int
-
-    def missing(self, sums: Sums) -> int:
-        """Return how many robots, of those that have not done so, must reach the goal; 0 where the proposition is as needed now."""
-        now = sums[self.goal.mark]
-        return max(0, self.least - now if self.goal.made else now - self.least + 1)
+_Needed = tuple[Goal, int]
+"""A goal, and the sum from which on its proposition is true."""
 
 
 class CountedLandmarks:
@@ -63,8 +55,7 @@ class CountedLandmarks:
 
     def __init__(self, marks: Marks) -> None:
         self._needed = [_landmarks(marks, part) for part in marks.parts]
-        self.goals = tuple(sorted({n.goal for found in self._needed for needed in found.values() for n in needed}))
-        self._number = {goal: index for index, goal in enumerate(self.goals)}
+        self.goals = tuple(sorted({goal for found in self._needed for needed in found.values() for goal, _ in needed}))
 
     def __call__(self, states: States, sums: Sums) -> tuple[int, ...]:
         """Return for each goal how many robots that have not reached it must.
@@ -74,47 +65,32 @@ class CountedLandmarks:
             sums: How many robots make each mark.
         """
         missing = [0] * len(self.goals)
-        for number, needed in self._asked(states):
-            more = needed.missing(sums)
-            if more > missing[number]:
-                missing[number] = more
+        for number, (mark, made), least in self._asked(states):
+            more = least - sums[mark] if made else sums[mark] - least + 1
+            missing[number] = max(more, missing[number])
         return tuple(missing)
 
     @memoized
-    def _asked(self, states: States) -> tuple[tuple[int, _Needed], ...]:
+    def _asked(self, states: States) -> list[tuple[int, Goal, int]]:
         """Return what states need, each with the number of its goal."""
-        needed = {n for found, state in zip(self._needed, states, strict=True) for n in found.get(state, ())}
-        return tuple((self._number[n.goal], n) for n in needed)
+        needed = {one for found, state in zip(self._needed, states, strict=True) for one in found.get(state, ())}
+        return [(self.goals.index(goal), goal, least) for goal, least in needed]
 
 
-def never_made(marks: Marks) -> frozenset[int]:
-    """Return the marks, by number, that no robot may ever make: the first one that does loses the task.
-
-    Args:
-        marks: What the formula sees.
-    """
-    found: set[int] = set()
-    for part in marks.parts:
-        levels = _levels(marks, part)
-        graph = _graph(part, levels)
-        shown = {letter for edges in graph.back.values() for _, letter in edges}
-        found |= {
-            mark for bit, (mark, least) in levels.items() if least == 1 and graph.nodes and not any(bit & s for s in shown)
-        }
-    return frozenset(found)
+def _landmarks(marks: Marks, part: JointConjunct) -> dict[int, list[_Needed]]:
+    """Return what each state of a conjunct needs; nothing where there are too many."""
+    levels = {1 << bit: level for bit, level in enumerate(marks.levels) if part.mask >> bit & 1}
+    graph = _graph(part, _letters(levels) if len(levels) <= MOST_READ.bit_length() else [])
+    found: dict[int, list[_Needed]] = {state: [] for state in graph.nodes}
+    for (bit, (mark, least)), made in itertools.product(levels.items(), (True, False)):
+        without = graph.leading_to(graph.goals, lambda letter, bit=bit, made=made: bool(letter & bit) != made)
+        for state in found.keys() - without if least < NEVER else ():
+            found[state].append((Goal(mark, made), least))
+    return found
 
 
-_Levels = dict[int, tuple[int, int]]
-"""Of each proposition of a conjunct, as a bit, its mark and the least sum that makes it true."""
-
-
-def _levels(marks: Marks, part: JointConjunct) -> _Levels:
-    return {1 << bit: level for bit, level in enumerate(marks.levels) if part.mask >> bit & 1}
-
-
-def _graph(part: JointConjunct, levels: _Levels) -> ConjunctGraph[int]:
-    """Return a conjunct's graph under all letters that some sums make; without nodes where there are too many."""
-    letters = list(_letters(levels)) if len(levels) <= MOST_READ.bit_length() else []
+def _graph(part: JointConjunct, letters: Sequence[int]) -> ConjunctGraph[int]:
+    """Return a conjunct's graph under some letters; without nodes where there are too many."""
     nodes, back = [part.initial], dict[int, list[tuple[int, int]]]()
     for read, state in enumerate(nodes):  # grows while it is walked
         if read * len(letters) >= MOST_READ or not letters:
@@ -128,31 +104,14 @@ def _graph(part: JointConjunct, levels: _Levels) -> ConjunctGraph[int]:
     return ConjunctGraph(nodes, back, frozenset(filter(part.accepting, nodes)), part.mask, ())
 
 
-def _landmarks(marks: Marks, part: JointConjunct) -> dict[int, tuple[_Needed, ...]]:
-    """Return what each state of a conjunct needs; nothing where there are too many."""
-    levels = _levels(marks, part)
-    graph = _graph(part, levels)
-    found: dict[int, tuple[_Needed, ...]] = dict.fromkeys(graph.nodes, ())
-    for (bit, (mark, least)), made in itertools.product(levels.items(), (True, False)):
-        without = graph.leading_to(graph.goals, lambda letter, bit=bit, made=made: bool(letter & bit) != made)
-        for state in graph.nodes if least < NEVER else ():
-            if state not in without:
-                found[state] = (*found[state], _Needed(Goal(mark, made), least))
-    return found
+def _letters(levels: Mapping[int, tuple[int, int]]) -> list[int]:
+    """Return the letters, as bits, that some sums make: of two counts of the same mark the larger is not true alone.
 
-
-def _letters(levels: _Levels) -> Iterator[int]:
-    """Yield the letters, as bits, that some sums make: of two counts of the same mark the larger is not true alone."""
-    by_mark: dict[int, list[tuple[int, int]]] = {}
-    for bit, (mark, least) in levels.items():
-        by_mark.setdefault(mark, []).append((least, bit))
-    letters = [0]
-    for counts in by_mark.values():
-        begun, choices = 0, [0] if all(least > 0 for least, _ in counts) else list[int]()
-        for least in sorted({least for least, _ in counts if least < NEVER}):
-            begun |= sum(bit for other, bit in counts if other == least)
-            choices.append(begun)
-        if any(least <= 0 for least, _ in counts):
-            choices = [choice for choice in choices if choice]
-        letters = [letter | choice for letter in letters for choice in choices]
-    yield from letters
+    Args:
+        levels: Of each proposition, as a bit, its mark and the least sum that makes it true.
+    """
+    choices: dict[int, set[int]] = {}
+    for mark, made in [(mark, sums) for mark, least in levels.values() for sums in (0, least) if sums < NEVER]:
+        true = sum(bit for bit, (own, least) in levels.items() if own == mark and least <= made)
+        choices.setdefault(mark, set()).add(true)
+    return [reduce(or_, chosen, 0) for chosen in itertools.product(*map(sorted, choices.values()))]

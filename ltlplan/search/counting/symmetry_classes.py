@@ -9,7 +9,6 @@ from functools import partial
 
 import numpy as np
 
-from ltlplan.search.bounds.counted_landmarks import never_made
 from ltlplan.search.counting.classes import Classes, ClassMove, Crowd, numbers_of
 from ltlplan.search.counting.counted_plans import CountedPlan, Flown, in_stages
 from ltlplan.search.counting.counting_propositions import Marks, Sums
@@ -118,15 +117,12 @@ class TeamClasses:
             for move in self.robots[robot].of(self.systems[robot].initial):
                 key = at, self._way(robot, move)
                 costs[key] = min(move.cost, costs.get(key, float("inf")))
-        never = sorted(never_made(self.marks))
         moves: list[list[ClassMove]] = []
         for number, (robot, node) in enumerate(self.member):  # grows while it is walked
             found: list[ClassMove] = []
             for move in () if self._last[number] else self.robots[robot].of(node):
                 key = self._way(robot, move)
                 marks = move.shown or (self._marks(robot, move.target),)
-                if any(own[mark] for own in marks for mark in never):
-                    continue
                 cost = costs.get((number, key), move.cost)
                 found.append(ClassMove(number, self._class(robot, move.target, last=move.last), marks, cost, key))
             moves.append(found)
