@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from ltlplan.search.counting.concurrent_steps import Turn, stages
+from ltlplan.search.counting.concurrent_steps import stages
 from ltlplan.search.counting.counting_propositions import Marks, Sums
 from ltlplan.systems.transition_systems import TransitionSystem
 
@@ -51,7 +51,7 @@ class Flown:
     cost: float
 
 
-def in_stages(systems: Sequence[TransitionSystem], marks: Marks, moves: Iterable[Flown]) -> CountedPlan | None:
+def in_stages(systems: Sequence[TransitionSystem], marks: Marks, moves: Sequence[Flown]) -> CountedPlan | None:
     """Return a plan in as few concurrent steps as its order allows; None where its moves, one after another, violate the formula.
 
     Args:
@@ -62,21 +62,17 @@ def in_stages(systems: Sequence[TransitionSystem], marks: Marks, moves: Iterable
     Returns:
         The cost is the sum of the moves; the bound and the states are left at 0.
     """
-    paths = [[system.initial] for system in systems]
     begin = [marks.of(system.robot, system.labels[system.initial]) for system in systems]
-    turns: list[Turn] = []
-    places: list[tuple[int, int, int]] = []
-    total = 0.0
-    for move in moves:
-        system, path = systems[move.robot], paths[move.robot]
-        turns.append(Turn(move.robot, (marks.of(system.robot, system.labels[path[-1]]), *move.shown)))
-        places.append((move.robot, len(path), len(path) + len(move.path)))
-        path += move.path
-        total += move.cost
-    found = stages(marks, begin, turns)
+    found = stages(marks, begin, [(move.robot, move.shown) for move in moves])
     if found is None:
         return None
-    return CountedPlan(tuple(map(tuple, paths)), tuple(places), tuple(map(tuple, found)), total, 0.0, 0)
+    paths: list[tuple[int, ...]] = [(system.initial,) for system in systems]
+    turns: list[tuple[int, int, int]] = []
+    for move in moves:
+        before = paths[move.robot]
+        paths[move.robot] = (*before, *move.path)
+        turns.append((move.robot, len(before), len(paths[move.robot])))
+    return CountedPlan(tuple(paths), tuple(turns), tuple(found), sum(move.cost for move in moves), 0.0, 0)
 
 
 def has_room(systems: Sequence[TransitionSystem], plan: CountedPlan, rooms: Mapping[str, int]) -> bool:

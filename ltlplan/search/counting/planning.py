@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from contextlib import suppress
+from dataclasses import replace
 
 from ltlplan.logic.automaton import Automaton
 from ltlplan.logic.budget import Budget, TooLarge
@@ -24,52 +25,10 @@ _STATES_APART = 4_000
 _MOVES_HIGHEST, _FEW_HIGHEST = 400_000, 200
 """Moves tried, about, and states at the least, of a search for the lowest highest cost."""
 _ANYWHERE = Rooms({}, passing=False)
-
-
-@dataclass(frozen=True, slots=True)
-class _Try:
-    """Where robots may rest.
-
-    Attributes:
-        small: Whether small regions hold no more than they have room for; then the bound is of plans for which that is so.
-        passing: Whether one robot may come to a full region while another one leaves it.
-        skips: Whether rests are left out of which the formula sees nothing.
-        states: That a search may look at, at most; None for the whole budget.
-    """
-
-    small: bool = False
-    passing: bool = False
-    skips: bool = False
-    states: int | None = None
-
-
-_TRIES = (
-    _Try(skips=True),
-    _Try(small=True, passing=True, states=40_000),
-    _Try(small=True, states=10_000),
-    _Try(),
-)
-
-
-@dataclass(frozen=True, slots=True)
-class _Variant:
-    """How robots are put into classes.
-
-    Attributes:
-        stays: Whether robots may stay for good where no robot can wait for them: these classes have all plans, so that their bounds hold.
-        apart: Whether robots are distinguished by the costs of their first moves.
-    """
-
-    stays: bool
-    apart: bool
-
-
-_VARIANTS = (
-    _Variant(stays=False, apart=False),
-    _Variant(stays=True, apart=False),
-    _Variant(stays=True, apart=True),
-    _Variant(stays=False, apart=True),
-)
+_BESIDE = ((True, False), (True, True), (False, True))
+"""Beside a plan: whether robots may stay for good where no robot can wait for them, and whether they are told apart by their first moves."""
+_IN_ROOMS = ((True, 40_000), (False, 10_000))
+"""Whether one robot may come to a full region while another one leaves it, and states that a search may look at then."""
 
 
 # seven parameters: as many as a search of words has, and what small regions hold
@@ -100,28 +59,25 @@ def plan_counts(
     Raises:
         TooLarge: The budget was used up before any plan was found.
     """
-    small, found = rooms or {}, None
-    for tried in _TRIES:
-        if tried.small and not small:
-            continue
-        if tried.passing and not _may_exist(systems, kinds, roomy_marks(systems, automata, atoms, small), budget):
-            return None  # even if robots could rest anywhere
-        if not tried.small and found is not None:
-            break
-        within = Rooms(small, tried.passing) if tried.small else _ANYWHERE
-        team = CountedTeam(tuple(systems), tuple(kinds), Marks(automata, atoms), within, tried.skips, longest)
-        try:
-            plan = _Planning(team, min(budget.states, tried.states or budget.states), small if tried.skips else None).cheapest()
-        except TooLarge:
-            if tried is _TRIES[-1]:
-                raise
-            continue
-        if tried.small and plan is not None:  # where no robot may pass another one, a cheaper plan is not ruled out
-            return plan if tried.passing else replace(plan, bound=0.0 if found is None else found.bound)
-        if not tried.small and (plan is None or not small or paths_are_free(systems, plan, small)):
-            return plan
-        found = plan or found
-    return found
+    small = rooms or {}
+
+    def planned(within: Rooms = _ANYWHERE, states: int = budget.states, *, skips: bool = False) -> CountedPlan | None:
+        team = CountedTeam(tuple(systems), tuple(kinds), Marks(automata, atoms), within, skips, longest)
+        return _Planning(team, min(budget.states, states), small if skips else None).cheapest()
+
+    anywhere = None
+    with suppress(TooLarge):
+        anywhere = planned(skips=True)
+        if anywhere is None or not small or paths_are_free(systems, anywhere, small):
+            return anywhere
+    if small and not _may_exist(systems, kinds, roomy_marks(systems, automata, atoms, small), budget):
+        return None  # even if robots could rest anywhere
+    for passing, states in _IN_ROOMS if small else ():
+        with suppress(TooLarge):
+            plan = planned(Rooms(small, passing), states)
+            if plan is not None:  # where no robot may pass another one, a cheaper plan is not ruled out
+                return plan if passing else replace(plan, bound=0.0 if anywhere is None else anywhere.bound)
+    return planned() if anywhere is None else anywhere
 
 
 def roomy_marks(
@@ -186,7 +142,6 @@ class _Planning:
     def __init__(self, team: CountedTeam, states: int, within: Mapping[str, int] | None) -> None:
         self._team, self._states, self._within = team, states, within
         self._made = {stays: TeamClasses(team, stays=stays) for stays in (False, True)}
-        self._needs_stays, self._staying = False, states
 
     def cheapest(self) -> CountedPlan | None:
         """Return a cheapest plan in which no small region is too full where robots wait for others; None where none was found.
@@ -194,53 +149,56 @@ class _Planning:
         Raises:
             TooLarge: The states did not suffice for any plan.
         """
-        best, bound = None, 0.0
-        for variant in _VARIANTS:
-            if variant.apart if best is None else best.cost <= bound + _TIES:
-                break  # no plan exists, or none is cheaper
-            classes = self._made[variant.stays]
-            if variant.apart:
-                classes = classes.distinguished()
-            if best is None:
-                self._needs_stays = variant.stays
-                searched = CourseSearch(classes.made()).cheapest(self._states)
-                course = searched.course_within(self._states)
-                if course is not None:
-                    if not variant.stays:
-                        self._staying = min(_STATES_STAYING, 4 * searched.reached + 1_000, self._states)
-                    best = replace(classes.plan(course), reached=searched.reached)
-                    if not has_room(self._team.systems, best, self._team.rooms.most):
-                        return None
-            else:
-                searched = self._beside(variant, classes, best, bound)
-                best = self._cheaper(classes, searched, best)
-            if variant.stays and (variant.apart or not self._team.longest):
-                bound = max(bound, searched.bound)
-        return None if best is None else replace(best, bound=min(best.cost, bound))
+        for needs_stays in (False, True):
+            classes = self._made[needs_stays]
+            searched = CourseSearch(classes.made()).cheapest(self._states)
+            course = searched.course_within(self._states)
+            if course is not None:
+                best = replace(classes.plan(course), reached=searched.reached)
+                return self._proved(best, searched.bound, needs_stays=needs_stays) if self._has_room(best) else None
+        return None
 
-    def _beside(self, variant: _Variant, classes: TeamClasses, best: CountedPlan, bound: float) -> Searched:
-        """Return the result of a search beside a plan; without a course where it would say no more than those before it."""
-        nothing = Searched(None, bound, 0)
-        if (self._needs_stays and not variant.stays) or (self._team.longest and not variant.apart):
-            return nothing
-        search = CourseSearch(classes.made())
-        if self._team.longest:
-            moves = max(1, sum(map(len, search.classes.moves)))
-            return search.least_highest(tuple(classes.start), best.cost, max(_MOVES_HIGHEST // moves, _FEW_HIGHEST))
-        if not variant.apart:
-            return search.cheapest(self._staying)
+    def _proved(self, best: CountedPlan, bound: float, *, needs_stays: bool) -> CountedPlan:
+        """Search beside a plan until it is known to be the cheapest, or for as long as that is worth it.
+
+        Only classes in which robots may stay have all plans, so that bounds on their courses hold for all.
+        """
+        longest, known = self._team.longest, bound if needs_stays and not self._team.longest else 0.0
+        staying = self._states if needs_stays else min(_STATES_STAYING, 4 * best.reached + 1_000, self._states)
+        for stays, apart in [(True, True)] if needs_stays else _BESIDE:
+            if best.cost <= known + _TIES:
+                break  # none is cheaper
+            if longest and not apart:
+                continue  # what robots pay is not known
+            classes = self._made[stays].distinguished() if apart else self._made[stays]
+            search = CourseSearch(classes.made())
+            if longest:
+                moves = max(1, sum(map(len, search.classes.moves)))
+                searched = search.least_highest(tuple(classes.start), best.cost, max(_MOVES_HIGHEST // moves, _FEW_HIGHEST))
+            elif apart:
+                searched = self._apart(search, classes.start == self._made[stays].start, stays, staying, best.cost)
+            else:
+                searched = search.cheapest(staying)
+            best = self._cheaper(classes, searched, best, takes_stays=needs_stays)
+            if stays:
+                known = max(known, searched.bound)
+        return replace(best, bound=min(best.cost, known))
+
+    def _apart(self, search: CourseSearch, alike: bool, stays: bool, staying: int, cost: float) -> Searched:
+        """Search with robots told apart by their starts; only return a bound where the search would say no more."""
         least, most = search.least(), min(_STATES_APART, self._states)
-        alike = classes.start == self._made[variant.stays].start
-        if (variant.stays and best.cost <= least + _TIES) or (alike and not (variant.stays and self._staying < most)):
-            return replace(nothing, bound=max(bound, least))
+        if (stays and cost <= least + _TIES) or (alike and not (stays and staying < most)):
+            return Searched(None, least, 0)
         return search.cheapest(most)
 
-    def _cheaper(self, classes: TeamClasses, searched: Searched, best: CountedPlan) -> CountedPlan:
+    def _cheaper(self, classes: TeamClasses, searched: Searched, best: CountedPlan, *, takes_stays: bool) -> CountedPlan:
         """Return the plan of a course that was found, if it is cheaper and may be taken; otherwise the best one so far."""
         course = searched.course
         if course is None or max(course.cost, classes.cost(course)) >= best.cost - _TIES:
             return best
         plan = replace(classes.plan(course), reached=searched.reached)
-        taken = self._needs_stays or not plan.stays
-        taken = taken or (self._within is not None and stays_apart(classes.systems, plan, self._within))
-        return plan if taken and has_room(classes.systems, plan, self._team.rooms.most) else best
+        taken = takes_stays or not plan.stays or (self._within is not None and stays_apart(classes.systems, plan, self._within))
+        return plan if taken and self._has_room(plan) else best
+
+    def _has_room(self, plan: CountedPlan) -> bool:
+        return has_room(self._team.systems, plan, self._team.rooms.most)
