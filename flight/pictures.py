@@ -1,4 +1,4 @@
-"""Pictures of a mission: hoops, regions, paths and flights as one 3-D plotly figure, to scale.
+"""Pictures of a mission: hoops, regions, paths and flights as one 3-D figure, to scale.
 
 Axis labels carry units. Figures are data: they hold no clock and no random names, so that pages made of them are
 the same bytes each time. Robots have vivid colours, regions pale ones, so that neither is taken for the other.
@@ -10,9 +10,8 @@ import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-import plotly.graph_objects as go
-from plotly.basedatatypes import BaseTraceType
 
+from flight.figures import Figure, Trace
 from flight.shapes import AROUND, Floats, bends, line, obstacle_shapes, passage, points, region_shapes, tube
 from verify.data import Mission, Trajectory
 from verify.data.shapes.obstacle import Obstacle
@@ -81,7 +80,7 @@ def scene(
     waypoints: Mapping[str, Sequence[Sequence[float]]] | None = None,
     margin: float | None = None,
     earlier: Sequence[tuple[float, Mission]] = (),
-) -> go.Figure:
+) -> Figure:
     """Draw hoops, regions, obstacles, starts, planned and flown paths.
 
     Args:
@@ -96,7 +95,7 @@ def scene(
         A figure whose last traces, one a robot in the mission's order, are markers that a player may move. Traces of what
         was there for a time only carry that time in s as `meta`: `since`, and `until` where it ended.
     """
-    figure = go.Figure(_world(mission, earlier))
+    figure = Figure(_world(mission, earlier))
     for index, name in enumerate(mission.agents):
         colour = robot_colour(index)
         if name in paths:
@@ -107,7 +106,7 @@ def scene(
         if flown and name in flown:
             path = flown[name][:, :3]
             dots = line(path[bends(path, _SEEN)], f"{name}, flown", colour, dash="dot", width=3, shown=False)
-            figure.add_trace(dots.update(legendgroup=name))
+            figure.add_trace(dots | {"legendgroup": name})
         if waypoints and name in waypoints:
             marker = {"size": 3, "color": colour, "symbol": "diamond"}
             figure.add_trace(points(np.array(waypoints[name], dtype=float), f"{name}: waypoints", marker, group=name))
@@ -148,9 +147,9 @@ def scene_layout(mission: Mission, paths: Sequence[Floats] = ()) -> dict[str, ob
     }
 
 
-def _world(mission: Mission, earlier: Sequence[tuple[float, Mission]]) -> list[BaseTraceType]:
+def _world(mission: Mission, earlier: Sequence[tuple[float, Mission]]) -> list[Trace]:
     """Return regions, hoops and obstacles as they are, and before them as they were."""
-    traces: list[BaseTraceType] = []
+    traces: list[Trace] = []
     colours = region_colours(mission)
     worlds = [*(_bodies(world) for _, world in earlier), _bodies(mission)]
     ends = [*(until for until, _ in earlier), None]
@@ -175,7 +174,7 @@ def _bodies(mission: Mission) -> dict[str, Region | Obstacle]:
 
 def _shapes(
     name: str, body: Region | Obstacle, colour: str, lasts: dict[str, float] | None, *, named: bool, around: int
-) -> list[BaseTraceType]:
+) -> list[Trace]:
     if isinstance(body, Obstacle):
         shapes = obstacle_shapes(name, body, named=named, around=around)
     else:
@@ -183,5 +182,7 @@ def _shapes(
     if isinstance(body, Hoop):
         shapes.append(passage(name, body, colour))
     for shape in shapes:
-        shape.update(meta=lasts, visible=lasts is None or "until" not in lasts)
+        shape["visible"] = lasts is None or "until" not in lasts
+        if lasts is not None:
+            shape["meta"] = lasts
     return shapes

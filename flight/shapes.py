@@ -10,11 +10,10 @@ import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-import plotly.graph_objects as go
 from numpy.typing import NDArray
-from plotly.basedatatypes import BaseTraceType
 from scipy.spatial import ConvexHull
 
+from flight.figures import Trace, trace
 from verify.data.shapes.convex_parts import outline
 from verify.data.shapes.inequalities import Inequality
 from verify.data.shapes.obstacle import Obstacle
@@ -34,7 +33,7 @@ AROUND = 24
 """Corners of an ellipsoid's widest outline, where few are drawn."""
 
 
-def region_shapes(name: str, region: Region, colour: str, *, around: int = AROUND) -> list[BaseTraceType]:
+def region_shapes(name: str, region: Region, colour: str, *, around: int = AROUND) -> list[Trace]:
     """Return a region as it is seen: its body, its name, and a hoop's rim.
 
     Args:
@@ -43,12 +42,12 @@ def region_shapes(name: str, region: Region, colour: str, *, around: int = AROUN
         colour: As CSS has it.
         around: Corners of an ellipsoid's widest outline.
     """
-    rim: list[BaseTraceType] = [_ring(name, region, colour)] if isinstance(region, Hoop) else []
+    rim: list[Trace] = [_ring(name, region, colour)] if isinstance(region, Hoop) else []
     bodies = [_body(name, region, colour, around=around)] if region.is_ellipsoid else _parts(name, region, colour)
     return [*bodies, _name_above(name, region), *rim]
 
 
-def obstacle_shapes(name: str, obstacle: Obstacle, *, named: bool = True, around: int = AROUND) -> list[BaseTraceType]:
+def obstacle_shapes(name: str, obstacle: Obstacle, *, named: bool = True, around: int = AROUND) -> list[Trace]:
     """Return a solid body as it is seen, with its name.
 
     Args:
@@ -58,15 +57,15 @@ def obstacle_shapes(name: str, obstacle: Obstacle, *, named: bool = True, around
         around: Corners of an ellipsoid's widest outline.
     """
     if obstacle.is_ellipsoid:
-        bodies: list[BaseTraceType] = [_body(name, obstacle, SOLID, opacity=0.5, around=around)]
+        bodies: list[Trace] = [_body(name, obstacle, SOLID, opacity=0.5, around=around)]
     else:
         bodies = _parts(name, obstacle, SOLID, opacity=0.5)
     return [*bodies, _name_above(name, obstacle)] if named else bodies
 
 
-def _parts(name: str, body: PlacedBody, colour: str, *, opacity: float = 0.28) -> list[BaseTraceType]:
+def _parts(name: str, body: PlacedBody, colour: str, *, opacity: float = 0.28) -> list[Trace]:
     """A translucent body for each convex part of a region or obstacle of another shape than an ellipsoid."""
-    drawn: list[BaseTraceType] = []
+    drawn: list[Trace] = []
     for part in body.measures.parts:
         corners = outline(part)
         hull = ConvexHull(corners, qhull_options="QJ")
@@ -75,7 +74,7 @@ def _parts(name: str, body: PlacedBody, colour: str, *, opacity: float = 0.28) -
     return drawn
 
 
-def _body(name: str, region: PlacedBody, colour: str, *, opacity: float = 0.28, around: int = AROUND) -> go.Mesh3d:
+def _body(name: str, region: PlacedBody, colour: str, *, opacity: float = 0.28, around: int = AROUND) -> Trace:
     """A translucent ellipsoid, by its radii and yaw or by where rays from its centre leave it."""
     azimuth, polar = np.meshgrid(np.linspace(0, 2 * np.pi, around + 1)[:-1], np.linspace(0, np.pi, around // 2 + 1))
     ways = np.stack([np.sin(polar) * np.cos(azimuth), np.sin(polar) * np.sin(azimuth), np.cos(polar)], axis=-1).reshape(-1, 3)
@@ -84,16 +83,16 @@ def _body(name: str, region: PlacedBody, colour: str, *, opacity: float = 0.28, 
     return _mesh(corners, _grid_faces(around // 2 + 1, around), name, colour, group=name, opacity=opacity)
 
 
-def _name_above(name: str, region: PlacedBody) -> go.Scatter3d:
+def _name_above(name: str, region: PlacedBody) -> Trace:
     """The region's name above it, in the page's own text colour."""
     x, y, z = region.center
     above = max(region.half_lengths[2], region.opening + region.rim if isinstance(region, Hoop) else 0.0) + 0.06
-    return go.Scatter3d(
-        x=[x], y=[y], z=[round(z + above, 4)], mode="text", text=[name], hoverinfo="skip", showlegend=False, name=name,
+    return trace(
+        "scatter3d", x=[x], y=[y], z=[round(z + above, 4)], mode="text", text=[name], hoverinfo="skip", showlegend=False, name=name,
     )  # fmt: skip
 
 
-def _ring(name: str, hoop: Hoop, colour: str) -> go.Mesh3d:
+def _ring(name: str, hoop: Hoop, colour: str) -> Trace:
     """The hoop's solid rim: a torus, or a thin one where the rim has no thickness."""
     normal, across, up = hoop_axes(hoop)
     around, tube = np.meshgrid(np.linspace(0, 2 * np.pi, 37), np.linspace(0, 2 * np.pi, 7)[:-1], indexing="ij")
@@ -108,7 +107,7 @@ def _ring(name: str, hoop: Hoop, colour: str) -> go.Mesh3d:
     return _mesh(corners, _grid_faces(37, 6), f"{name} rim", colour, group=name)
 
 
-def passage(name: str, hoop: Hoop, colour: str) -> go.Scatter3d:
+def passage(name: str, hoop: Hoop, colour: str) -> Trace:
     """Return an arrow-like line from the rear to the front control point.
 
     Args:
@@ -120,8 +119,8 @@ def passage(name: str, hoop: Hoop, colour: str) -> go.Scatter3d:
     centre = np.array(hoop.center)
     reach = hoop.reach or 0.0
     x, y, z = _columns(np.stack([centre - reach * normal, centre, centre + reach * normal]))
-    return go.Scatter3d(
-        x=x, y=y, z=z, mode="lines+markers", line={"color": colour, "width": 2, "dash": "dash"},
+    return trace(
+        "scatter3d", x=x, y=y, z=z, mode="lines+markers", line={"color": colour, "width": 2, "dash": "dash"},
         marker={"size": [2, 2, 4], "color": colour}, hovertext=[f"{name} rear", f"{name} centre", f"{name} front"],
         hoverinfo="text", legendgroup=name, showlegend=False, name=f"{name} normal",
     )  # fmt: skip
@@ -134,7 +133,7 @@ def hoop_axes(hoop: Hoop) -> tuple[Floats, Floats, Floats]:
     return normal, across, np.cross(normal, across)
 
 
-def line(path: Floats, name: str, colour: str, *, dash: str = "solid", width: float = 4, shown: bool = True) -> go.Scatter3d:
+def line(path: Floats, name: str, colour: str, *, dash: str = "solid", width: float = 4, shown: bool = True) -> Trace:
     """Return a line through points; it is broken where a point is NaN.
 
     Args:
@@ -146,8 +145,8 @@ def line(path: Floats, name: str, colour: str, *, dash: str = "solid", width: fl
         shown: Whether it has a place of its own in the legend.
     """
     x, y, z = _columns(path[:, :3])
-    return go.Scatter3d(
-        x=x, y=y, z=z, mode="lines", line={"color": colour, "width": width, "dash": dash}, name=name,
+    return trace(
+        "scatter3d", x=x, y=y, z=z, mode="lines", line={"color": colour, "width": width, "dash": dash}, name=name,
         hovertemplate=f"{name}<extra></extra>", legendgroup=name, showlegend=shown,
     )  # fmt: skip
 
@@ -178,7 +177,7 @@ def bends(path: Floats, tolerance: float) -> list[int]:
     return sorted(kept)
 
 
-def tube(path: Floats, radius: float, group: str, colour: str) -> go.Mesh3d:
+def tube(path: Floats, radius: float, group: str, colour: str) -> Trace:
     """Return a translucent tube around a path; where the path rests it is a ball's outline at most.
 
     Args:
@@ -199,8 +198,8 @@ def tube(path: Floats, radius: float, group: str, colour: str) -> go.Mesh3d:
     circles = np.cos(around)[None, :, None] * first[:, None] + np.sin(around)[None, :, None] * second[:, None]
     return _mesh(
         (centres[:, None] + radius * circles).reshape(-1, 3), _grid_faces(len(centres), len(around)), f"{group}: tube", colour,
-        group=group, opacity=0.12,
-    ).update(hoverinfo="skip")  # fmt: skip
+        group=group, opacity=0.12, hover="skip",
+    )  # fmt: skip
 
 
 def points(
@@ -211,7 +210,7 @@ def points(
     group: str | None = None,
     shown: bool = False,
     texts: Sequence[str] = (),
-) -> go.Scatter3d:
+) -> Trace:
     """Return marks at points.
 
     Args:
@@ -223,8 +222,8 @@ def points(
         texts: Shown on hovering, one a point.
     """
     x, y, z = _columns(places)
-    return go.Scatter3d(
-        x=x, y=y, z=z, mode="markers", marker=marker, name=name, hovertext=list(texts) or [name] * len(places), hoverinfo="text",
+    return trace(
+        "scatter3d", x=x, y=y, z=z, mode="markers", marker=marker, name=name, hovertext=list(texts) or [name] * len(places), hoverinfo="text",
         legendgroup=group or name, showlegend=shown,
     )  # fmt: skip
 
@@ -248,14 +247,21 @@ def _grid_faces(rows: int, columns: int) -> tuple[list[int], list[int], list[int
 
 
 def _mesh(
-    corners: Floats, faces: tuple[list[int], list[int], list[int]], name: str, colour: str, *, group: str, opacity: float = 1.0
-) -> go.Mesh3d:
+    corners: Floats,
+    faces: tuple[list[int], list[int], list[int]],
+    name: str,
+    colour: str,
+    *,
+    group: str,
+    opacity: float = 1.0,
+    hover: str = "text",
+) -> Trace:
     """A body of triangles that says its name on hovering."""
     x, y, z = _columns(corners)
     i, j, k = faces
-    return go.Mesh3d(
-        x=x, y=y, z=z, i=i, j=j, k=k, color=colour, opacity=opacity, name=name, hovertext=name,
-        hoverinfo="text", legendgroup=group, showlegend=False, flatshading=False,
+    return trace(
+        "mesh3d", x=x, y=y, z=z, i=i, j=j, k=k, color=colour, opacity=opacity, name=name, hovertext=name,
+        hoverinfo=hover, legendgroup=group, showlegend=False, flatshading=False,
     )  # fmt: skip
 
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-import plotly.graph_objects as go
-
+from flight.figures import Figure, trace
 from flight.pictures import CLEAR
 from ltlplan.report.over_time import FAR, GRID, MARK, Line, over_time
 from ltlplan.report.page import figure_place, listed, page_html, section
@@ -50,29 +49,34 @@ def campaign_html(found: Campaign) -> str:
     )
 
 
-def _spread(worst: list[float], limits: Mapping[str, float]) -> go.Figure:
+def _spread(worst: list[float], limits: Mapping[str, float]) -> Figure:
     """Draw how many runs had which worst error, in mm; a limit that lies far beyond them is named, not drawn to scale."""
     greatest = max(worst, default=0.0)
     far = {name: value for name, value in limits.items() if value > FAR * greatest > 0.0}
     shown = {name: value for name, value in limits.items() if name not in far}
     end = 1.08 * max([greatest, *shown.values()]) or 1.0
-    figure = go.Figure(
-        go.Histogram(
-            x=[round(error, 4) for error in worst], xbins={"start": 0.0, "end": end, "size": end / 40}, autobinx=False,
-            marker={"color": "#4c8fd6"}, hovertemplate="%{y} runs at %{x} mm<extra></extra>",
-        )
+    bars = trace(
+        "histogram", x=[round(error, 4) for error in worst], xbins={"start": 0.0, "end": end, "size": end / 40}, autobinx=False,
+        marker={"color": "#4c8fd6"}, hovertemplate="%{y} runs at %{x} mm<extra></extra>",
     )  # fmt: skip
+    figure = Figure([bars])
     figure.update_layout(
-        xaxis={"title": "worst error of a run (mm)", "range": [0, end], "gridcolor": GRID},
-        yaxis={"title": "runs", "dtick": max(1, len(worst) // 8), "gridcolor": GRID},
+        xaxis={"title": {"text": "worst error of a run (mm)"}, "range": [0, end], "gridcolor": GRID},
+        yaxis={"title": {"text": "runs"}, "dtick": max(1, len(worst) // 8), "gridcolor": GRID},
         bargap=0.02,
         margin={"l": 60, "r": 16, "t": 28, "b": 45},
         plot_bgcolor=CLEAR,
         paper_bgcolor=CLEAR,
-    )
+        shapes=[
+            {
+                "type": "line", "x0": value, "x1": value, "xref": "x", "y0": 0, "y1": 1, "yref": "y domain",
+                "line": {"dash": "dash", "color": MARK},
+            }
+            for value in shown.values()
+        ],
+    )  # fmt: skip
     said = {"y": 1, "yref": "paper", "yanchor": "bottom", "xanchor": "right", "showarrow": False, "font": {"size": 11}}
     for name, value in shown.items():
-        figure.add_vline(x=value, line={"dash": "dash", "color": MARK})
         figure.add_annotation(text=name, x=value, **said)
     for name, value in far.items():
         figure.add_annotation(

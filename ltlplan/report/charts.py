@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-import plotly.graph_objects as go
 
+from flight.figures import Figure
 from flight.pictures import MANY, robot_colour
 from flight.shapes import Floats
 from ltlplan.report.bars import Bar, bars_html
@@ -118,7 +118,7 @@ def truth_chart(formula: Formula, readings: list[ReadLetter], end: float, cycle:
     return bars_html("truth", bars, list(truth), end, "Chart: when each sub-formula holds, over time.")
 
 
-def error_chart(result: Result) -> go.Figure:
+def error_chart(result: Result) -> Figure:
     """Draw each robot's distance from its certified path, against the margin; of very many those that went farthest, and the farthest of all."""
     times, errors, names = result.log.times, 1000 * result.log.error, result.log.robots
     shown = _worst(np.fmax.reduce(errors))
@@ -129,7 +129,7 @@ def error_chart(result: Result) -> go.Figure:
     return over_time(lines, "error (mm)", {f"margin {margin:g} mm": margin})
 
 
-def rotor_chart(result: Result, rotors: Floats) -> go.Figure:
+def rotor_chart(result: Result, rotors: Floats) -> Figure:
     """Draw each robot's greatest and least rotor, against its vehicle's limits; of very many those that push hardest, and the extremes of all.
 
     Args:

@@ -10,11 +10,10 @@ a line.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
-import plotly.graph_objects as go
 
+from flight.figures import Figure, Trace, trace
 from flight.pictures import MANY
 
 CROWD = (
@@ -23,69 +22,69 @@ CROWD = (
 )
 
 
-def lightened(figure: go.Figure) -> go.Figure:
+def lightened(figure: Figure) -> Figure:
     """Return a scene with a handful of traces; the last one has the markers that a player may move, in the robots' order.
 
     Args:
         figure: As `flight.pictures.scene` draws it.
     """
-    bodies: dict[float, list[Any]] = {}  # of any type: plotly makes its traces' types at run time
-    names: list[Any] = []
-    paths: list[Any] = []
-    robots: list[Any] = []
-    kept: list[Any] = []
-    scene: Any = figure
-    for trace in scene.data:
-        if trace.meta is None and trace.type == "mesh3d":
-            bodies.setdefault(trace.opacity, []).append(trace.to_plotly_json())
-        elif trace.meta is None and trace.mode == "text":
-            names.append(trace)
-        elif trace.meta is None and trace.mode == "lines" and trace.line.dash == "solid":
-            paths.append(trace)
-        elif trace.meta is None and trace.mode == "markers":
-            robots.append(trace)
+    bodies: dict[float, list[Trace]] = {}
+    names: list[Trace] = []
+    paths: list[Trace] = []
+    robots: list[Trace] = []
+    kept: list[Trace] = []
+    for drawn in figure.data:
+        kind = (drawn["type"], drawn.get("mode"), "meta" in drawn)
+        if kind == ("mesh3d", None, False):
+            bodies.setdefault(drawn["opacity"], []).append(drawn)
+        elif kind == ("scatter3d", "text", False):
+            names.append(drawn)
+        elif kind == ("scatter3d", "lines", False) and drawn["line"]["dash"] == "solid":
+            paths.append(drawn)
+        elif kind == ("scatter3d", "markers", False):
+            robots.append(drawn)
         else:
-            kept.append(trace)
+            kept.append(drawn)
     merged = [_body(meshes) for meshes in bodies.values()]
     told = [_names(names)] if 0 < len(names) <= MANY else []
-    return go.Figure([*merged, *told, *kept, _paths(paths), _robots(robots)], layout=scene.layout)
+    return Figure([*merged, *told, *kept, _paths(paths), _robots(robots)], figure.layout)
 
 
-def _body(meshes: Sequence[dict[str, Any]]) -> go.Mesh3d:
+def _body(meshes: Sequence[Trace]) -> Trace:
     firsts = np.cumsum([0, *(len(mesh["x"]) for mesh in meshes)]).tolist()
     places = {axis: [value for mesh in meshes for value in mesh[axis]] for axis in "xyz"}
     faces = {
         axis: [corner + first for mesh, first in zip(meshes, firsts[:-1], strict=True) for corner in mesh[axis]]
         for axis in "ijk"
     }
-    return go.Mesh3d(
-        **places, **faces, facecolor=[mesh["color"] for mesh in meshes for _ in mesh["i"]],
+    return trace(
+        "mesh3d", **places, **faces, facecolor=[mesh["color"] for mesh in meshes for _ in mesh["i"]],
         hovertext=[mesh["name"] for mesh in meshes for _ in mesh["x"]], hoverinfo="text", opacity=meshes[0]["opacity"], name="regions",
         showlegend=False, flatshading=False,
     )  # fmt: skip
 
 
-def _names(texts: Sequence[Any]) -> go.Scatter3d:
+def _names(texts: Sequence[Trace]) -> Trace:
     places = {axis: [value for text in texts for value in text[axis]] for axis in "xyz"}
-    words = [word for text in texts for word in (text.text if isinstance(text.text, list | tuple) else [text.text])]
-    return go.Scatter3d(**places, text=words, mode="text", hoverinfo="skip", showlegend=False, name="names")
+    words = [word for text in texts for word in text["text"]]
+    return trace("scatter3d", **places, text=words, mode="text", hoverinfo="skip", showlegend=False, name="names")
 
 
-def _paths(lines: Sequence[Any]) -> go.Scatter3d:
+def _paths(lines: Sequence[Trace]) -> Trace:
     """Return all paths as one line that is broken between robots; `customdata` says of each point whose it is."""
     places = {axis: [value for line in lines for value in (*line[axis], None)] for axis in "xyz"}
-    own = [line for line in lines for _ in (*line.x, None)]
-    return go.Scatter3d(
-        **places, mode="lines", line={"color": [line.line.color for line in own], "width": lines[0].line.width if lines else 4},
-        customdata=[line.name for line in own], hovertemplate="%{customdata}<extra></extra>", showlegend=False, name="paths",
+    own = [line for line in lines for _ in (*line["x"], None)]
+    return trace(
+        "scatter3d", **places, mode="lines", line={"color": [line["line"]["color"] for line in own], "width": lines[0]["line"]["width"] if lines else 4},
+        customdata=[line["name"] for line in own], hovertemplate="%{customdata}<extra></extra>", showlegend=False, name="paths",
     )  # fmt: skip
 
 
-def _robots(markers: Sequence[Any]) -> go.Scatter3d:
+def _robots(markers: Sequence[Trace]) -> Trace:
     """Return all robots as one trace of markers; `customdata` names them."""
     places = {axis: [value for marker in markers for value in marker[axis]] for axis in "xyz"}
-    look = {"size": markers[0].marker.size, "line": markers[0].marker.line, "color": [m.marker.color for m in markers]}
-    return go.Scatter3d(
-        **places, mode="markers", marker=look, customdata=[marker.name for marker in markers],
+    look = {**markers[0]["marker"], "color": [each["marker"]["color"] for each in markers]}
+    return trace(
+        "scatter3d", **places, mode="markers", marker=look, customdata=[marker["name"] for marker in markers],
         hovertemplate="%{customdata}<extra></extra>", showlegend=False, name="robots",
     )  # fmt: skip

@@ -1,14 +1,13 @@
-"""Pictures in the spirit of the 2019 paper's Figs. 2 to 7, as plotly figures: hoops, primitives, sampled and optimised paths."""
+"""Pictures in the spirit of the 2019 paper's Figs. 2 to 7, as figures: hoops, primitives, sampled and optimised paths."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-import plotly.graph_objects as go
 from numpy.typing import NDArray
-from plotly.basedatatypes import BaseTraceType
 
+from flight.figures import Figure, Trace
 from flight.pictures import region_colours, scene_layout
 from flight.shapes import line, obstacle_shapes, points, region_shapes
 from ltlplan.paths.hoops.hoop_frame import control_points
@@ -31,12 +30,12 @@ _PREFIX, _CYCLE, _BEST = "#3f78d8", "#c62828", "#f08c00"
 _MOST_PATHS = 200
 
 
-def control_point_figure(mission: Mission) -> go.Figure:
+def control_point_figure(mission: Mission) -> Figure:
     """Return the mission's regions and rings with the five control points of each hoop (Fig. 2)."""
     return _figure(mission, [*_regions(mission), *_control_points(mission)], "Hoops and their control points")
 
 
-def primitives_figure(mission: Mission, plan: RobotPlan) -> go.Figure:
+def primitives_figure(mission: Mission, plan: RobotPlan) -> Figure:
     """Return one robot's nominal path, each segment in the colour of its primitive, with its waypoints (Figs. 3 and 4)."""
     traces = [*_regions(mission), *_control_points(mission)]
     if len(plan.waypoints) > 1:
@@ -44,13 +43,13 @@ def primitives_figure(mission: Mission, plan: RobotPlan) -> go.Figure:
         for index, primitive in enumerate(segments(mission, plan)):
             kind = primitive.kind
             segment = line(_piece(plan, index), kind, _COLOURS[kind], width=6, shown=kind not in seen)
-            traces.append(segment.update(hovertemplate=f"{kind} {primitive.length:.2f} m<extra></extra>"))
+            traces.append(segment | {"hovertemplate": f"{kind} {primitive.length:.2f} m<extra></extra>"})
             seen.add(kind)
     traces.append(_waypoints(plan))
     return _figure(mission, traces, "Motion primitives along the nominal path")
 
 
-def path_figure(mission: Mission, plan: RobotPlan, *, nominal: RobotPlan | None = None) -> go.Figure:
+def path_figure(mission: Mission, plan: RobotPlan, *, nominal: RobotPlan | None = None) -> Figure:
     """Return one robot's path, prefix and cycle in two colours, with the path it was made from where given (Figs. 5, 7).
 
     Args:
@@ -80,7 +79,7 @@ def round_figure(
     *,
     best: RobotPlan | None = None,
     most_points: int | None = None,
-) -> go.Figure:
+) -> Figure:
     """Return the sampled paths of one round of cross-entropy: those that count in colour, the others in grey (Fig. 6).
 
     Args:
@@ -126,7 +125,7 @@ def _cycle_begins(plan: RobotPlan | None, instants: int) -> int:
     return round(share * (instants - 1))
 
 
-def _regions(mission: Mission) -> list[BaseTraceType]:
+def _regions(mission: Mission) -> list[Trace]:
     colours = region_colours(mission)
     solid = [shape for name, obstacle in mission.obstacles.items() for shape in obstacle_shapes(name, obstacle)]
     return [
@@ -135,8 +134,8 @@ def _regions(mission: Mission) -> list[BaseTraceType]:
     ]
 
 
-def _control_points(mission: Mission) -> list[BaseTraceType]:
-    traces: list[BaseTraceType] = []
+def _control_points(mission: Mission) -> list[Trace]:
+    traces: list[Trace] = []
     found = {name: control_points(hoop) for name, hoop in mission.hoops.items()}
     for role, (colour, symbol) in _ROLES.items():
         places = [(name, place) for name, own in found.items() for place in np.atleast_2d(getattr(own, role))]
@@ -150,7 +149,7 @@ def _control_points(mission: Mission) -> list[BaseTraceType]:
     return traces
 
 
-def _waypoints(plan: RobotPlan) -> go.Scatter3d:
+def _waypoints(plan: RobotPlan) -> Trace:
     places = np.array([w.position for w in plan.waypoints])
     texts = [f"{i}: {w.role}{f' of {w.region}' if w.region else ''}" for i, w in enumerate(plan.waypoints)]
     return points(places, "waypoints", {"size": 3, "color": "#7d8594"}, shown=True, texts=texts)
@@ -170,6 +169,6 @@ def _piece(plan: RobotPlan, index: int) -> Floats:
     return LeastSnapSpline(plan.times, plan.cycle_waypoint).evaluate([w.position for w in plan.waypoints], at)
 
 
-def _figure(mission: Mission, traces: Sequence[BaseTraceType], title: str) -> go.Figure:
-    figure = go.Figure(data=list(traces))
+def _figure(mission: Mission, traces: Sequence[Trace], title: str) -> Figure:
+    figure = Figure(list(traces))
     return figure.update_layout(scene_layout(mission), title={"text": f"{mission.name}: {title}"})

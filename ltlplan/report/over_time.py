@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from types import MappingProxyType
 
 import numpy as np
-import plotly.graph_objects as go
 
+from flight.figures import Figure, trace
 from flight.pictures import CLEAR, LEGEND, MANY
 from flight.shapes import Floats, rounded
 
@@ -52,7 +52,7 @@ class Line:
     least: bool = False
 
 
-def over_time(lines: Mapping[str, Line], title: str, limits: Mapping[str, float] = NO_LIMITS) -> go.Figure:
+def over_time(lines: Mapping[str, Line], title: str, limits: Mapping[str, float] = NO_LIMITS) -> Figure:
     """Draw quantities over mission time, with horizontal limit lines.
 
     Args:
@@ -60,7 +60,7 @@ def over_time(lines: Mapping[str, Line], title: str, limits: Mapping[str, float]
         title: Axis label, with its unit.
         limits: Name: value of a limit in the same unit.
     """
-    figure = go.Figure()
+    figure = Figure()
     seen: set[str] = set()
     for name, line in lines.items():
         group = line.group or name
@@ -68,8 +68,8 @@ def over_time(lines: Mapping[str, Line], title: str, limits: Mapping[str, float]
         drawn = (np.fmin if line.least else np.fmax).reduceat(line.values, np.arange(0, len(line.values), few))
         style = {"color": line.colour, "width": 1.5, "dash": line.dash}
         figure.add_trace(
-            go.Scatter(
-                x0=float(line.times[0]), dx=few * _step(line.times), y=rounded(drawn), name=group, legendgroup=group,
+            trace(
+                "scatter", x0=float(line.times[0]), dx=few * _step(line.times), y=rounded(drawn), name=group, legendgroup=group,
                 showlegend=group not in seen, mode="lines", line=style, hovertemplate=f"{name}: %{{y:.4g}} at %{{x:.2f}} s<extra></extra>",
             )
         )  # fmt: skip
@@ -77,8 +77,8 @@ def over_time(lines: Mapping[str, Line], title: str, limits: Mapping[str, float]
     axis = {"gridcolor": GRID, "zeroline": False}
     end = max((float(line.times[-1]) for line in lines.values()), default=1.0)
     figure.update_layout(
-        xaxis={"title": "time (s)", "range": [0, end], **axis},
-        yaxis={"title": title, "rangemode": "tozero", **axis},
+        xaxis={"title": {"text": "time (s)"}, "range": [0, end], **axis},
+        yaxis={"title": {"text": title}, "rangemode": "tozero", **axis},
         margin={"l": 60, "r": 16, "t": 10, "b": 45},
         legend=LEGEND,
         showlegend=len(seen) <= MANY,
@@ -99,10 +99,10 @@ def _step(times: Floats) -> float:
     return round((float(times[-1]) - float(times[0])) / (len(times) - 1), 9) if len(times) > 1 else 1.0
 
 
-def _limit(figure: go.Figure, name: str, value: float, end: float, axis: str) -> None:
+def _limit(figure: Figure, name: str, value: float, end: float, axis: str) -> None:
     figure.add_trace(
-        go.Scatter(
-            x=[0, end], y=[value, value], yaxis=axis, mode="lines", line={"dash": "dash", "color": MARK, "width": 1.5}, name=name,
+        trace(
+            "scatter", x=[0, end], y=[value, value], yaxis=axis, mode="lines", line={"dash": "dash", "color": MARK, "width": 1.5}, name=name,
             showlegend=False, hovertemplate=f"{name}<extra></extra>",
         )
     )  # fmt: skip
@@ -111,7 +111,7 @@ def _limit(figure: go.Figure, name: str, value: float, end: float, axis: str) ->
     )
 
 
-def _break(figure: go.Figure, greatest: float, far: list[float]) -> None:
+def _break(figure: Figure, greatest: float, far: list[float]) -> None:
     """Show the values on an axis of their own, and the far limits in a strip above a break."""
     room = max(far[-1] - far[0], 0.1 * far[-1])
     figure.update_layout(

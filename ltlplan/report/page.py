@@ -10,8 +10,7 @@ import html
 from collections.abc import Mapping, Sequence
 from string import Template
 
-import plotly.graph_objects as go
-
+from flight.figures import Figure
 from ltlplan.report.inline import figures_data, package_text, plotly_script, script_data
 
 
@@ -20,7 +19,7 @@ def page_html(
     *,
     header: str,
     sections: Sequence[str],
-    figures: Mapping[str, go.Figure],
+    figures: Mapping[str, Figure],
     player: Mapping[str, object] | None = None,
     footer: str = "",
 ) -> str:

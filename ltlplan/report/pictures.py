@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
-import plotly.graph_objects as go
 from numpy.typing import NDArray
 
+from flight.figures import Figure
 from ltlplan.paths.hoops import route
 from ltlplan.paths.improvement import improved_path
 from ltlplan.planner import generators, make_plan
@@ -54,7 +54,7 @@ def pictures_html(
     """
     _check_round(mission, shown_round)
     paths: dict[str, Floats] = {}
-    figures: dict[str, go.Figure] = {"Hoops and their control points": control_point_figure(mission)}
+    figures: dict[str, Figure] = {"Hoops and their control points": control_point_figure(mission)}
     say = progress or (lambda _sentence, _share: None)
     used_seed = mission.planner.seed if seed is None else seed
     plan = make_plan(mission, seed=used_seed, progress=lambda sentence, share: say(sentence, 0.5 * share))
@@ -129,7 +129,7 @@ def _check_round(mission: Mission, shown_round: int | None) -> None:
 
 
 def _page(
-    mission: Mission, sentences: list[str], figures: Mapping[str, go.Figure], paths: Mapping[str, Floats], why: str = ""
+    mission: Mission, sentences: list[str], figures: Mapping[str, Figure], paths: Mapping[str, Floats], why: str = ""
 ) -> str:
     sections: list[str] = []
     for index, heading in enumerate(figures):
@@ -138,7 +138,7 @@ def _page(
     seen = views_html(mission, paths) + listed(clearance_sentences(mission))
     sections.insert(1, section("From above and from two sides", seen, note=VIEWS))
     for figure in figures.values():
-        figure.update_layout(title=None)  # the section has it
+        figure.layout.pop("title", None)  # the section has it
     return page_html(
         f"{mission.name}: planning",
         header=(warning(why) if why else "") + listed(sentences),

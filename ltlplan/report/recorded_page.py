@@ -6,8 +6,8 @@ import html
 from typing import TYPE_CHECKING
 
 import numpy as np
-import plotly.graph_objects as go
 
+from flight.figures import Figure
 from flight.pictures import MANY, robot_colour, sample_paths, scene, scene_layout
 from flight.shapes import Floats, line, points
 from ltlplan.report.crowds import CROWD, lightened
@@ -55,7 +55,7 @@ def recorded_html(asked: FlightReference, samples: Samples, verdict: FlightVerdi
     mission = asked.mission
     label = f"3-D picture of where {', '.join(mission.agents)} were measured, and of what was planned; the table of claims says what holds."
     drawn, note = _scene(asked, samples, verdict)
-    figures: dict[str, go.Figure] = {"scene": drawn}
+    figures: dict[str, Figure] = {"scene": drawn}
     sections = [section("The flown path", figure_place("scene", label, scene=True), note=note)]
     if asked.team is not None:
         figures["errors"] = _errors(asked, samples, verdict)
@@ -114,7 +114,7 @@ def _window(asked: FlightReference, samples: Samples, verdict: FlightVerdict) ->
     return begin, begin + max(path.end for path in planned_paths(asked.worlds[0].mission, asked.team).values())
 
 
-def _scene(asked: FlightReference, samples: Samples, verdict: FlightVerdict) -> tuple[go.Figure, str]:
+def _scene(asked: FlightReference, samples: Samples, verdict: FlightVerdict) -> tuple[Figure, str]:
     """Return the scene and how to read it; of very many robots with their flown paths alone."""
     mission = asked.mission
     begin, end = _window(asked, samples, verdict)
@@ -131,12 +131,12 @@ def _scene(asked: FlightReference, samples: Samples, verdict: FlightVerdict) -> 
     ]
     beyond = [path for path in beyond if len(path) > 1]
     moving = figure.data[-len(mission.agents) :]
-    figure.data = figure.data[: -len(mission.agents)]
+    del figure.data[-len(mission.agents) :]
     for name, path in flown.items():
         figure.add_trace(points(path, f"{name}, flown", {"size": 2, "color": _FLOWN}, group=name))
     for path in beyond:
         figure.add_trace(line(path, "before and after", _BEYOND, dash="dot", width=2, shown=False))
-    figure.add_traces(moving)
+    figure.data.extend(moving)
     figure.update_layout(scene_layout(mission, [*planned.values(), *flown.values(), *beyond]))
     return figure, _SCENE if planned else _ALONE
 
@@ -147,7 +147,7 @@ def _drawn(places: Floats) -> Floats:
     return seen[:: max(1, -(-len(seen) // MOST_POINTS))]
 
 
-def _errors(asked: FlightReference, samples: Samples, verdict: FlightVerdict) -> go.Figure:
+def _errors(asked: FlightReference, samples: Samples, verdict: FlightVerdict) -> Figure:
     """Draw how far samples are from the plan: in each step of time the farthest."""
     begin, end = _window(asked, samples, verdict)
     shift = verdict.alignment.low / 2 + verdict.alignment.high / 2

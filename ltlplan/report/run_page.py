@@ -10,8 +10,7 @@ import html
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-import plotly.graph_objects as go
-
+from flight.figures import Figure
 from flight.pictures import MANY, Floats, scene
 from ltlplan.report.charts import WORST, error_chart, label_chart, rotor_chart, truth_chart
 from ltlplan.report.crowds import CROWD, lightened
@@ -68,7 +67,7 @@ def report_html(result: Result) -> str:
     replay = replay_of(result.plan, result.team, certificate)
     playing, end = replay.playing, replay.end
     drawn, note = _scene(result, playing.paths)
-    figures: dict[str, go.Figure] = {"scene": drawn, "errors": error_chart(result)}
+    figures: dict[str, Figure] = {"scene": drawn, "errors": error_chart(result)}
     label = f"Moving 3-D picture of the hoops and of the paths of {', '.join(mission.agents)}; the plan's table says the same."
     sections = [
         player_section(playing, label, note),
@@ -101,7 +100,7 @@ def report_html(result: Result) -> str:
     )
 
 
-def _scene(result: Result, paths: Mapping[str, Floats]) -> tuple[go.Figure, str]:
+def _scene(result: Result, paths: Mapping[str, Floats]) -> tuple[Figure, str]:
     """Return the scene and how to read it; of very many robots with their paths alone."""
     mission = result.mission
     if len(mission.agents) > MANY:

@@ -26,7 +26,7 @@ def test_lines_between_the_points_that_are_kept_pass_all_others() -> None:
 def test_a_straight_path_is_its_ends_and_a_lap_comes_back() -> None:
     straight = np.linspace([0.0, 0.0, 1.0], [3.0, 1.0, 1.0], 50)
     assert bends(straight, 1e-6) == [0, 49]
-    assert len(tube(straight, 0.05, "quad0", "red").x) == 16
+    assert len(tube(straight, 0.05, "quad0", "red")["x"]) == 16
     lap = np.concatenate([straight, straight[::-1]])
     assert bends(lap, 1e-6) == [0, 49, 99]
     assert bends(np.zeros((5, 3)), 1e-6) == [0]

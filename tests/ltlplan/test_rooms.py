@@ -132,5 +132,5 @@ def test_every_part_is_drawn() -> None:
     regions = parse_mission(SHAPES).regions
     assert [len(region_shapes(name, region, "red")) for name, region in regions.items()] == [2, 2, 3]
     body = region_shapes("b", regions["b"], "red")[0]
-    points = np.stack([body.x, body.y, body.z], axis=1)
+    points = np.stack([body["x"], body["y"], body["z"]], axis=1)
     assert np.abs(np.hypot(points[:, 0] + 1.0, points[:, 1] - 0.8) - 0.35).max() < 0.02

@@ -7,8 +7,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, cast
 
-import plotly.graph_objects as go
-
+from flight.figures import Figure
 from ltlplan.report.audit_report.audit_pictures import overview, pair_or_drone
 from ltlplan.report.page import figure_place, folded, listed, page_html, section, table
 
@@ -45,7 +44,7 @@ class _Shown:
 def audit_html(found: Audit) -> str:
     """Return one self-contained page for an audit. The same audit gives the same bytes."""
     shown = list(_shown(found))
-    figures: dict[str, go.Figure] = {}
+    figures: dict[str, Figure] = {}
     pictures: list[str] = []
     if shown:
         first = shown[0].instant

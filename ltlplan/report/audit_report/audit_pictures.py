@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, cast
 
 import numpy as np
-import plotly.graph_objects as go
 from numpy.typing import NDArray
 
+from flight.figures import Figure
 from flight.pictures import CAMERA, CLEAR
 from flight.shapes import Floats, line, points
 
@@ -29,12 +29,12 @@ _SIZE = 1.75
 _ONE, _OTHER, _REST, _BORDER = "#d62728", "#1f77e0", "#9aa3af", "#7b818c"
 
 
-def overview(found: Audit, instant: Instant) -> go.Figure:
+def overview(found: Audit, instant: Instant) -> Figure:
     """Draw all drones at an instant, those of the instant marked, and the workspace's and the geofence's outlines."""
     places = _places(found, instant.time)
     own = _own(found, instant)
     rest = np.setdiff1d(np.arange(len(places)), own)
-    figure = go.Figure([points(places[rest], "other drones", {"size": 2, "color": _REST}, texts=_names(found, rest))])
+    figure = Figure([points(places[rest], "other drones", {"size": 2, "color": _REST}, texts=_names(found, rest))])
     for index, colour in zip(own, (_ONE, _OTHER), strict=False):
         figure.add_trace(points(places[[index]], found.fleet.names[index], {"size": 7, "color": colour}))
     drawn, span = [places], max(float(np.ptp(places, axis=0).max()), 1.0)
@@ -45,7 +45,7 @@ def overview(found: Audit, instant: Instant) -> go.Figure:
     return figure.update_layout(_layout(np.concatenate(drawn)))
 
 
-def pair_or_drone(found: Audit, instant: Instant) -> go.Figure:
+def pair_or_drone(found: Audit, instant: Instant) -> Figure:
     """Draw the drones of an instant, their paths about it, and the others that are near them then."""
     places, own = _places(found, instant.time), _own(found, instant)
     middle = places[own].mean(axis=0)
@@ -53,7 +53,7 @@ def pair_or_drone(found: Audit, instant: Instant) -> go.Figure:
     reach = max(5.0, NEAR * apart)
     near = np.flatnonzero(np.abs(places - middle).max(-1) <= reach)
     times = np.linspace(max(instant.time - AROUND, 0.0), min(instant.time + AROUND, found.duration), 101)
-    figure = go.Figure()
+    figure = Figure()
     for index, colour in zip(own, (_ONE, _OTHER), strict=False):
         path = found.fleet.along(np.full(len(times), index), times)
         seen = np.abs(path - middle).max(-1) <= reach

@@ -50,7 +50,7 @@ for _name in (
 with contextlib.suppress(Exception):  # a stage that needs it says that it is not there
     importlib.import_module("ltlplan.logic.spot_engine").engine()
 
-with contextlib.suppress(Exception):  # plotly and ruamel.yaml load much at first use only, which is while somebody types
+with contextlib.suppress(Exception):  # ruamel.yaml and the scene load much at first use only, which is while somebody types
     from ltlplan.missions import shipped_mission_text
     from ltlplan.service.page.checking import check_text
 

@@ -11,6 +11,7 @@ import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from flight.figures import Figure
 from flight.pictures import robot_colour, scene
 from ltlplan.report.charts import label_chart, truth_chart
 from ltlplan.report.inline import figures_data
@@ -80,7 +81,7 @@ def radii(mission: Mission) -> list[float]:
     return [mission.vehicle_of(robot).radius for robot in mission.agents]
 
 
-def drawn(figure: Any) -> Json:  # of any type: plotly's figures are not typed
+def drawn(figure: Figure) -> Json:
     """Return a figure as what the page's scene reads: `traces` and `layout`."""
     data = figures_data({"scene": figure})
     shown: Any = data["figures"]

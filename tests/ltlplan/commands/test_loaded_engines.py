@@ -23,6 +23,11 @@ def loaded(*words: str, cwd: Path) -> set[str]:
     return set(done.stdout.splitlines()[-1].split())
 
 
+def test_run_makes_pages_without_plotlys_objects(tmp_path: Path) -> None:
+    modules = loaded("run", "firefighting", "--out", "run", cwd=tmp_path)
+    assert not modules & {"cvxpy", "dask", "fastapi", "networkx", "nicegui", "plotly.graph_objs", "rich"}
+
+
 def test_plan_loads_only_spot(tmp_path: Path) -> None:
     modules = loaded("plan", "firefighting", cwd=tmp_path)
     assert modules & ENGINES == {"spot"}

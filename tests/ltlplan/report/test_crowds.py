@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import plotly.graph_objects as go
 import pytest
 
+from flight.figures import Figure
 from flight.pictures import scene
 from ltlplan import load_mission
 from ltlplan.report.bars import Bar, bars_html
@@ -20,7 +20,7 @@ def mission() -> Mission:
     return load_mission("firefighting")
 
 
-def drawn(mission: Mission) -> go.Figure:
+def drawn(mission: Mission) -> Figure:
     paths = {name: np.linspace(agent.start, np.add(agent.start, [1.0, 1.0, 0.5]), 9) for name, agent in mission.agents.items()}
     return scene(mission, paths)
 
@@ -30,8 +30,8 @@ def texts(figure: Any) -> list[list[str]]:
 
 
 def test_regions_become_one_body_and_robots_one_trace_that_names_them(mission: Mission) -> None:
-    full: Any = drawn(mission)
-    light: Any = lightened(full)
+    full: Any = drawn(mission).plotly()
+    light: Any = lightened(drawn(mission)).plotly()
     bodies = [trace for trace in full.data if trace.type == "mesh3d"]
     merged = [trace for trace in light.data if trace.type == "mesh3d"]
     assert sum(len(body.x) for body in bodies) == sum(len(body.x) for body in merged)

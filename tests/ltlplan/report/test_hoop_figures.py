@@ -23,7 +23,7 @@ def names(figure):
 
 def test_control_points_are_drawn_for_every_hoop(published):
     mission, _ = published
-    figure = control_point_figure(mission)
+    figure = control_point_figure(mission).plotly()
     texts = [t for trace in figure.data for t in (trace.hovertext or ())]
     for hoop in mission.hoops:
         assert {f"{hoop} rear", f"{hoop} centre", f"{hoop} front", f"{hoop} avoid"} <= set(texts)
@@ -42,6 +42,7 @@ def test_hoops_are_drawn_as_they_are_and_to_scale(published):
     mission, plan = published
     workspace = np.array(mission.workspace.max) - np.array(mission.workspace.min)
     for figure in (control_point_figure(mission), primitives_figure(mission, plan), path_figure(mission, plan)):
+        figure = figure.plotly()
         shown = figure.layout.scene
         ranges = np.array([np.ptp(shown[f"{axis}axis"].range) for axis in "xyz"])
         ratio = np.array([shown.aspectratio[axis] for axis in "xyz"])
@@ -58,7 +59,7 @@ def test_hoops_are_drawn_as_they_are_and_to_scale(published):
 
 def test_primitives_are_drawn_in_order_and_named(published):
     mission, plan = published
-    figure = primitives_figure(mission, plan)
+    figure = primitives_figure(mission, plan).plotly()
     assert {"STRAIGHT", "S_CURVE", "U_TURN", "waypoints"} <= names(figure)
     lines = [trace for trace in figure.data if trace.name in ("STRAIGHT", "S_CURVE", "U_TURN", "TURN")]
     assert len(lines) == len(plan.waypoints) - 1
@@ -68,7 +69,7 @@ def test_primitives_are_drawn_in_order_and_named(published):
 
 def test_a_lasso_is_drawn_as_prefix_and_cycle(published):
     mission, plan = published
-    figure = path_figure(mission, plan)
+    figure = path_figure(mission, plan).plotly()
     assert {"prefix", "cycle"} <= names(figure)
     cycle = next(trace for trace in figure.data if trace.name == "cycle")
     assert cycle.x[0] == pytest.approx(cycle.x[-1], abs=0.05)
@@ -83,14 +84,14 @@ def test_a_round_and_the_optimised_path_are_drawn(published):
         watch=lambda _, problem, candidates, costs: rounds.append((problem.paths(candidates).position, np.isfinite(costs))),
     )  # fmt: skip
     positions, counts = rounds[0]
-    figure = round_figure(mission, positions, counts, best=found.plan)
+    figure = round_figure(mission, positions, counts, best=found.plan).plotly()
     assert {"satisfies the specification, its cycle", "the path in the end"} <= names(figure)
     drawn = next(trace for trace in figure.data if trace.name.startswith("satisfies the specification ("))
     assert int(np.isnan(np.array(drawn.x, dtype=float)).sum()) == int(counts.sum())  # a gap after each path
-    few = round_figure(mission, positions, counts, best=found.plan, most_points=6 * positions.shape[1])
+    few = round_figure(mission, positions, counts, best=found.plan, most_points=6 * positions.shape[1]).plotly()
     drawn = next(trace for trace in few.data if trace.name == f"satisfies the specification ({int(counts.sum())})")
     assert int(np.isnan(np.array(drawn.x, dtype=float)).sum()) == min(3, int(counts.sum()))
-    assert {"nominal path", "cycle"} <= names(path_figure(mission, found.plan, nominal=plan))
+    assert {"nominal path", "cycle"} <= names(path_figure(mission, found.plan, nominal=plan).plotly())
     assert len(figure.to_json()) > 1000
     with pytest.raises(BadInput, match="counts"):
         round_figure(mission, positions, counts[:-1])

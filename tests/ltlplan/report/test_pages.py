@@ -107,8 +107,8 @@ def test_an_axis_is_broken_only_where_a_limit_would_flatten_the_curve() -> None:
     times = np.linspace(0, 2, 21)
     lines = {"quad0": Line(times, np.abs(np.sin(times)))}
     near = over_time(lines, "error (mm)", {"margin": 2.0})
-    assert "yaxis2" not in near.to_dict()["layout"]
-    far = over_time(lines, "error (mm)", {"margin": 50.0, "least": 0.1})
+    assert "yaxis2" not in near.layout
+    far = over_time(lines, "error (mm)", {"margin": 50.0, "least": 0.1}).plotly()
     assert far.layout.yaxis.range[1] < 1.5, "the curve fills its part of the chart"
     low, high = far.layout.yaxis2.range
     assert low < 50.0 < high
@@ -116,7 +116,7 @@ def test_an_axis_is_broken_only_where_a_limit_would_flatten_the_curve() -> None:
     drawn = {trace.name: (trace.yaxis or "y", trace.y[0]) for trace in far.data if trace.name != "quad0"}
     assert drawn == {"margin": ("y2", 50.0), "least": ("y", 0.1)}
     still = over_time({"quad0": Line(times, 0 * times)}, "error (mm)", {"margin": 50.0})
-    assert "yaxis2" not in still.to_dict()["layout"], "where nothing moves there is nothing to flatten"
+    assert "yaxis2" not in still.layout, "where nothing moves there is nothing to flatten"
 
 
 @pytest.mark.slow

@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import plotly.graph_objects as go
 import pytest
 
 import ltlplan
+from flight.figures import Figure, Trace, trace
 from ltlplan.missions import load_mission
 from ltlplan.paths.improvement import improved_path
 from ltlplan.report import pictures
@@ -34,7 +34,7 @@ def test_the_round_that_is_asked_for_is_drawn_counted_from_one(monkeypatch: pyte
     mission = load_mission("hoops-ltl")
     drawn: list[np.ndarray] = []
     monkeypatch.setattr(
-        pictures, "round_figure", lambda _mission, positions, *_, **__: drawn.append(positions) or go.Figure(_text())
+        pictures, "round_figure", lambda _mission, positions, *_, **__: drawn.append(positions) or Figure([_text()])
     )
     rounds: list[np.ndarray] = []
 
@@ -52,8 +52,8 @@ def test_the_round_that_is_asked_for_is_drawn_counted_from_one(monkeypatch: pyte
     assert "quad0: sampled paths of round 1<" in pictures_html(mission)
 
 
-def _text() -> go.Scatter3d:
-    return go.Scatter3d(x=[0], y=[0], z=[0], mode="text", text=["a round"])
+def _text() -> Trace:
+    return trace("scatter3d", x=[0], y=[0], z=[0], mode="text", text=["a round"])
 
 
 @pytest.mark.parametrize("asked", [0, 13, 999])

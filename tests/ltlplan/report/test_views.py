@@ -90,10 +90,10 @@ def test_obstacles_stand_in_scenes_while_they_are_there() -> None:
     without = mission.changed(obstacles={"wall": mission.obstacles["wall"]})
     moved = Obstacle(center=(0.8, 0.6, 0.5), radii=(0.3, 0.2, 0.4))
     last = mission.changed(obstacles={**mission.obstacles, "rock": moved})
-    figure = scene(last, {}, earlier=[(2.0, without), (5.0, mission)])
+    figure = scene(last, {}, earlier=[(2.0, without), (5.0, mission)]).plotly()
     rocks = [(trace.meta, trace.visible) for trace in figure.data if trace.type == "mesh3d" and trace.name == "rock"]
     assert rocks == [({"since": 2.0, "until": 5.0}, False), ({"since": 5.0}, True)]
-    gone = scene(without, {}, earlier=[(3.0, mission)])
+    gone = scene(without, {}, earlier=[(3.0, mission)]).plotly()
     assert [trace.meta for trace in gone.data if trace.name == "rock" and trace.type == "mesh3d"] == [
         {"since": 0.0, "until": 3.0}
     ]

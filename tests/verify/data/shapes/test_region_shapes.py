@@ -96,7 +96,7 @@ def test_it_is_the_ellipsoid_of_the_same_radii(spheroid: pytest.MonkeyPatch) -> 
     assert extent(Ellipsoid.of(own)).scale >= Fraction(5)  # proved: 1 / 0.2
     for region in (own, ours):
         drawn = region_shapes("b", region, "red")[0]
-        assert np.allclose(region.level(np.stack([drawn.x, drawn.y, drawn.z], axis=1)), 1.0, atol=2e-3)
+        assert np.allclose(region.level(np.stack([drawn["x"], drawn["y"], drawn["z"]], axis=1)), 1.0, atol=2e-3)
 
 
 def test_the_judge_reads_letters_off_it(spheroid: pytest.MonkeyPatch) -> None:
