@@ -39,11 +39,17 @@ Print Assumptions Progression.normal_sat.
 Print Assumptions Progression.progress_state_sat.
 Print Assumptions Progression.accepts_sound.
 Print Assumptions Progression.satisfies_correct.
+Print Assumptions Progression.stutter.
+Print Assumptions Progression.cut_letters.
 Print Assumptions Invariant.check_invariant_sound.
 Print Assumptions Invariant.check_joint_sound.
 Print Assumptions Invariant.check_own_sound.
+Print Assumptions Invariant.read_in_each_cut.
 Print Assumptions Clocks.order_forced.
 Print Assumptions Clocks.orders_exact.
 Print Assumptions Clocks.middle_near.
+Print Assumptions Timeline.flight_course.
+Print Assumptions Timeline.own_allows.
+Print Assumptions Timeline.joint_allows.
 Print Assumptions Timeline.flight_own.
 Print Assumptions Timeline.flight_joint.

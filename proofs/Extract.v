@@ -7,4 +7,4 @@ Extraction Language OCaml.
 Set Warnings "-extraction-opaque-accessed".
 Extraction "checkers.ml"
   Z.add Z.mul Z.opp Regions.check_region Regions.check_nonneg Progression.satisfies
-  Invariant.check_joint Invariant.check_own.
+  Invariant.letter_at Invariant.check_joint Invariant.check_own.

@@ -440,13 +440,53 @@ Proof.
   rewrite G by apply progress_state_temporal; apply progress_state_sat.
 Qed.
 
-(** ** One state is at least as strong as another *)
+(** ** Letters that are held, and letters that are cut *)
 
-Definition implies (s t : state) : bool :=
-  forallb (fun c => existsb (includes c) t) s.
+(** Words that no formula tells apart stay so behind a letter. *)
+Definition alike (v w : word) : Prop := forall f, sat f v <-> sat f w.
 
-Theorem implies_sound : forall s t w, implies s t = true -> owes s w -> owes t w.
+Lemma alike_owes : forall v w, alike v w -> forall s, owes s v <-> owes s w.
 Proof.
-  unfold implies; intros s t w H (c & Hc & K); rewrite forallb_forall in H.
-  apply H, existsb_exists in Hc as (d & Hd & I); exists d; eauto using includes_sound.
+  intros v w H s; unfold owes; split; intros (c & Hc & K); exists c; split; auto;
+    intros f Hf; apply H; auto.
+Qed.
+
+Lemma alike_cons : forall a v w, alike v w -> alike (a :: v) (a :: w).
+Proof. intros a v w H f; rewrite <- !progress_sat; apply alike_owes; auto. Qed.
+
+(** A letter that is read again changes nothing, as no formula has next. *)
+Theorem stutter : forall a w, alike (a :: a :: w) (a :: w).
+Proof.
+  intros a w f; induction f; cbn [sat first]; rewrite ?until_cons, ?release_cons, ?IHf1, ?IHf2;
+    try tauto; auto using sat_decided.
+Qed.
+
+Fixpoint names (f : spec) : list nat :=
+  match f with
+  | SAtom p => [p]
+  | STrue => []
+  | SNot g => names g
+  | SAnd g h | SOr g h | SUntil g h | SRelease g h => names g ++ names h
+  end.
+
+(** Letters may be cut to the formula's own propositions. *)
+Theorem cut_letters : forall (cut : letter -> letter) f w,
+  (forall p a, In p (names f) -> shows (cut a) p = shows a p) ->
+  (ssat f (map cut w) <-> ssat f w).
+Proof.
+  intros cut f; induction f; intros w H; cbn [ssat names] in *;
+    try (assert (H1 : forall w, ssat f1 (map cut w) <-> ssat f1 w)
+           by (intros; apply IHf1; intros; apply H, in_or_app; auto);
+         assert (H2 : forall w, ssat f2 (map cut w) <-> ssat f2 w)
+           by (intros; apply IHf2; intros; apply H, in_or_app; auto)).
+  - destruct w as [|a w]; cbn; [tauto|]; rewrite H by (left; auto); tauto.
+  - tauto.
+  - rewrite IHf by auto; tauto.
+  - rewrite H1, H2; tauto.
+  - rewrite H1, H2; tauto.
+  - induction w as [|a w IH]; [tauto|]; cbn [map]; rewrite !until_cons, IH.
+    change (cut a :: map cut w) with (map cut (a :: w)); rewrite H1, H2; tauto.
+  - induction w as [|a w IH]; [cbn; tauto|]; cbn [map].
+    rewrite !release_cons, IH by apply ssat_decided.
+    change (cut a :: map cut w) with (map cut (a :: w)); rewrite H1, H2; tauto.
 Qed.

@@ -89,17 +89,27 @@ let robot () =
   { shown; changes }
 
 let places () = list nat
-let span () = list places
-let state () = list (fun () -> list formula)
-let entry first () = let s = first () in (s, state ())
+let span () = let allowed = list places in (allowed, list letter)
 let marked () = list (fun () -> let q = nat () in (q, int () = 1))
+let invariant first = list (fun () -> list (fun () -> let s = first () in (s, list formula)))
 
-let team check first =
+let own () =
   let robots = list robot in
   let f = spec () in
   let starts = list places in
   let spans = list span in
-  yes (check robots f starts spans (list (fun () -> list (entry first))))
+  yes (check_own robots f starts spans (invariant marked))
+
+(* The team shows what its robots show, and one of the letters that the others may add. *)
+let joint () =
+  let robots = list robot in
+  let f = spec () in
+  let own c = List.concat (List.map2 letter_at robots c) in
+  let letters others c = List.map (fun a -> own c @ a) others in
+  let first = list letter in
+  let starts = List.concat_map (fun c -> List.map (fun a -> (a, c)) (letters first c)) (list places) in
+  let spans = List.map (fun (allowed, others) -> (allowed, letters others)) (list span) in
+  yes (check_joint robots f starts spans (invariant places))
 
 let () =
   try
@@ -109,8 +119,8 @@ let () =
       | "tree" -> print_endline (tree ())
       | "limit" -> let row = list z in print_endline (yes (check_nonneg row (list step)))
       | "word" -> print_endline (word ())
-      | "joint" -> print_endline (team (check_joint List.concat) places)
-      | "own" -> print_endline (team check_own marked)
+      | "joint" -> print_endline (joint ())
+      | "own" -> print_endline (own ())
       | other -> failwith ("case " ^ other)
     done
   with End_of_file -> ()

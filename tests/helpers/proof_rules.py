@@ -6,7 +6,7 @@ Formulas are tuples, operator first: `("+", p)`, `("-", p)`, `("t",)`, `("f",)`,
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from dataclasses import dataclass
 from itertools import pairwise, product
 from typing import Any
 
@@ -16,7 +16,11 @@ Letter = frozenset[int]
 Inequality = tuple[list[int], list[int]]
 Region = tuple[list[list[Inequality]], list[list[list[int]]]]
 Robot = tuple[list[Letter], list[tuple[int, int]]]
-Span = list[list[int]]
+Places = tuple[int, ...]
+Move = tuple[Letter | None, Any]
+Alternative = frozenset[Formula]
+Configuration = tuple[Any, Alternative]
+Invariant = list[list[Configuration]]
 NOTHING: State = frozenset({frozenset()})
 
 
@@ -175,94 +179,108 @@ def satisfies(spec: Formula, word: list[Letter]) -> bool:
 # Invariants
 
 
+@dataclass(frozen=True)
+class Span:
+    """Where the followed robots may be, and which letters others may show (joint: add)."""
+
+    places: tuple[tuple[int, ...], ...]
+    others: tuple[Letter, ...]
+
+
 class Team:
-    """The moves of a team: `joint`, of places; `own`, of places with who was read since its letter changed."""
+    """The moves of followed robots: `joint`, of places; `own`, of places with who was read since its letter changed."""
 
     def __init__(self, robots: list[Robot], own: bool) -> None:
         self.robots = robots
         self.own = own
 
-    def places(self, at: Any) -> tuple[int, ...]:
-        return tuple(q for q, _ in at) if self.own else at
+    def starts(self, places: list[Places], first: Span) -> list[Move]:
+        if self.own:
+            return [(None, tuple((q, False) for q in at)) for at in places]
+        return [move for at in places for move in self._shown(first, at)]
 
-    def start(self, at: tuple[int, ...]) -> tuple[Letter | None, Any]:
-        return (None, tuple((q, False) for q in at)) if self.own else (self.joint(at), at)
+    def enters(self, span: Span, at: Any) -> list[Move]:
+        places = tuple(q for q, _ in at) if self.own else at
+        if not all(q in permitted for q, permitted in zip(places, span.places, strict=True)):
+            return []
+        return [(None, at)] if self.own else self._shown(span, at)
 
-    def joint(self, at: tuple[int, ...]) -> Letter:
-        return frozenset().union(*(shown[q] for (shown, _), q in zip(self.robots, at, strict=True)))
-
-    def enters(self, span: Span, at: Any) -> bool:
-        return all(q in permitted for q, permitted in zip(self.places(at), span, strict=True))
+    def _shown(self, span: Span, at: Any) -> list[Move]:
+        own = frozenset[int]().union(*(shown[q] for (shown, _), q in zip(self.robots, at, strict=True)))
+        return [(own | letter, at) for letter in span.others]
 
     def final(self, at: Any) -> bool:
         return not self.own or all(read for _, read in at)
 
-    def moves(self, span: Span, at: Any) -> Iterator[tuple[Letter | None, Any]]:
+    def moves(self, span: Span, at: Any) -> list[Move]:
         if not self.own:
             choices = [[q, *(y for x, y in changes if x == q)] for (_, changes), q in zip(self.robots, at, strict=True)]
-            yield from ((self.joint(to), to) for to in product(*choices) if self.enters(span, to))
-            return
-        for i, (q, _) in enumerate(at):
-            yield self.robots[i][0][q], (*at[:i], (q, True), *at[i + 1 :])
-        options = [list(self._own_choices(robot, *one)) for robot, one in zip(self.robots, at, strict=True)]
-        yield from ((None, to) for to in product(*options) if self.enters(span, to))
+            return [move for to in product(*choices) for move in self.enters(span, to)]
+        found: list[Move] = [(self.robots[i][0][q], (*at[:i], (q, True), *at[i + 1 :])) for i, (q, _) in enumerate(at)]
+        found += [(letter, at) for letter in span.others]
+        for i, ((shown, changes), (q, read)) in enumerate(zip(self.robots, at, strict=True)):
+            for x, y in changes:
+                if x == q and y in span.places[i] and (read or shown[x] == shown[y]):
+                    found.append((None, (*at[:i], (y, read and shown[x] == shown[y]), *at[i + 1 :])))
+        return found
 
-    @staticmethod
-    def _own_choices(robot: Robot, q: int, read: bool) -> Iterator[tuple[int, bool]]:
-        shown, changes = robot
-        yield q, read
-        for x, y in changes:
-            if x == q and shown[x] == shown[y]:
-                yield y, read
-            elif x == q and read:
-                yield y, False
+    def below(self, other: Any, at: Any) -> bool:
+        """Tell whether `other` may do all that `at` may: it was read at least where that was."""
+        return other == at or (self.own and all(q == r and b >= c for (q, b), (r, c) in zip(other, at, strict=True)))
 
 
-def implies(s: State, t: State) -> bool:
-    return all(any(d <= c for d in t) for c in s)
+def after(letter: Letter | None, alternative: Alternative) -> State:
+    return progress_state(letter, frozenset({alternative}))
 
 
-def covered(entries: list[tuple[Any, State]], at: Any, state: State) -> bool:
-    return any(at == other and implies(owed, state) for other, owed in entries)
+def over(alternative: Alternative) -> bool:
+    return all(f[0] != "U" for f in alternative)
 
 
-def check_invariant(
-    team: Team, spec: Formula, starts: list[tuple[int, ...]], spans: list[Span], invariant: list[list[tuple[Any, State]]]
-) -> bool:
-    if not invariant or len(invariant) != len(spans):
-        return False
-    first: State = frozenset({frozenset({normal(spec)})})
-    for letter, at in map(team.start, starts):
-        if not covered(invariant[0], at, progress_state(letter, first)):
-            return False
-    for span, entries in zip(spans, invariant, strict=True):
-        for at, state in entries:
-            if not all(covered(entries, to, progress_state(letter, state)) for letter, to in team.moves(span, at)):
-                return False
-    for entering, before, after in zip(spans[1:], invariant, invariant[1:], strict=False):
-        if not all(covered(after, at, state) for at, state in before if team.enters(entering, at)):
-            return False
-    return all(accepts(state) for at, state in invariant[-1] if team.final(at))
+def check_invariant(team: Team, spec: Formula, starts: list[Move], spans: list[Span], invariant: Invariant) -> bool:
+    def covered(entries: list[Configuration], at: Any, alternative: Alternative) -> bool:
+        return any(less <= alternative and team.below(other, at) for other, less in entries)
+
+    def all_covered(entries: list[Configuration], alternative: Alternative, moves: list[Move]) -> bool:
+        return all(covered(entries, to, less) for letter, to in moves for less in after(letter, alternative))
+
+    return (
+        bool(invariant)
+        and len(invariant) == len(spans)
+        and all_covered(invariant[0], frozenset({normal(spec, False)}), starts)
+        and all(
+            all_covered(entries, alternative, team.moves(span, at))
+            for span, entries in zip(spans, invariant, strict=True)
+            for at, alternative in entries
+        )
+        and all(
+            all_covered(later, alternative, team.enters(span, at))
+            for span, entries, later in zip(spans[1:], invariant, invariant[1:], strict=False)
+            for at, alternative in entries
+        )
+        and not any(team.final(at) and over(alternative) for at, alternative in invariant[-1])
+    )
 
 
-def find_invariant(
-    team: Team, spec: Formula, starts: list[tuple[int, ...]], spans: list[Span]
-) -> list[list[tuple[Any, State]]]:
-    """Return all states that the team may be in, whether they accept or not."""
-    first: State = frozenset({frozenset({normal(spec)})})
-    entering = [(at, progress_state(letter, first)) for letter, at in map(team.start, starts)]
-    invariant = []
+def find_invariant(team: Team, spec: Formula, starts: list[Move], spans: list[Span]) -> Invariant:
+    """Return all that the team may be in while a word satisfies the negation, whether one does to its end or not."""
+    entering = [(at, less) for letter, at in starts for less in after(letter, frozenset({normal(spec, False)}))]
+    invariant: Invariant = []
     for number, span in enumerate(spans):
         found = dict.fromkeys(entering)
         waiting = list(found)
         while waiting:
-            at, state = waiting.pop()
-            for letter, to in team.moves(span, at):
-                entry = (to, progress_state(letter, state))
+            at, alternative = waiting.pop()
+            for entry in ((to, less) for letter, to in team.moves(span, at) for less in after(letter, alternative)):
                 if entry not in found:
                     found[entry] = None
                     waiting.append(entry)
         invariant.append(list(found))
         if number + 1 < len(spans):
-            entering = [entry for entry in found if team.enters(spans[number + 1], entry[0])]
+            entering = [
+                (to, less)
+                for at, alternative in found
+                for letter, to in team.enters(spans[number + 1], at)
+                for less in after(letter, alternative)
+            ]
     return invariant

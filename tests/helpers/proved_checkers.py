@@ -9,6 +9,8 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
+from tests.helpers.proof_rules import Invariant, Span, Team
+
 PROOFS = Path(__file__).parents[2] / "proofs"
 REALS = {
     "ClassicalDedekindReals.sig_forall_dec",
@@ -80,25 +82,23 @@ def word_case(spec: tuple[Any, ...], word: Iterable[Iterable[int]]) -> str:
     return f"word {formula(spec)} {listed(word, lambda letter: numbers(sorted(letter)))}"
 
 
-def team_case(own: bool, robots: Any, spec: Any, starts: Any, spans: Any, invariant: Any) -> str:
-    def robot(one: Any) -> str:
-        shown, changes = one
-        return f"{listed(shown, lambda letter: numbers(sorted(letter)))} {listed(changes, lambda c: f'{c[0]} {c[1]}')}"
+def letters(items: Iterable[Iterable[int]]) -> str:
+    return listed(items, lambda letter: numbers(sorted(letter)))
 
-    def state(one: Any) -> str:
-        return listed(one, lambda alternative: listed(alternative, formula))
 
+def team_case(team: Team, spec: Any, places: list[tuple[int, ...]], spans: list[Span], invariant: Invariant) -> str:
     def entry(one: Any) -> str:
-        at, owed = one
-        return f"{listed(at, lambda x: f'{x[0]} {int(x[1])}') if own else numbers(at)} {state(owed)}"
+        at, alternative = one
+        return f"{listed(at, lambda x: f'{x[0]} {int(x[1])}') if team.own else numbers(at)} {listed(alternative, formula)}"
 
     return " ".join(
         [
-            "own" if own else "joint",
-            listed(robots, robot),
+            "own" if team.own else "joint",
+            listed(team.robots, lambda one: f"{letters(one[0])} {listed(one[1], lambda c: f'{c[0]} {c[1]}')}"),
             formula(spec),
-            listed(starts, numbers),
-            listed(spans, lambda span: listed(span, numbers)),
+            *([] if team.own else [letters(spans[0].others)]),
+            listed(places, numbers),
+            listed(spans, lambda span: f"{listed(span.places, numbers)} {letters(span.others)}"),
             listed(invariant, lambda entries: listed(entries, entry)),
         ]
     )
