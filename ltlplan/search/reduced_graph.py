@@ -28,8 +28,6 @@ MAX_TABLE = 50_000
 START = -1
 """In place of the node from which ways begin: it is another one to come back to."""
 
-_EPSILON = 1e-12
-
 
 class Team:
     """The systems of all robots, with their letters numbered.
@@ -81,14 +79,12 @@ class Successors:
         ending: What it costs to end the word before anything else matters; None where the robot may not end.
         before: The node before each one on the shortest ways; `START` before the first.
         last: Where to end most cheaply; `START` for where the robot is.
-        redundant: Next nodes about which it is known already whether they are no short cuts.
     """
 
     edges: tuple[tuple[int, float], ...]
     ending: float | None
     before: dict[int, int] = field(repr=False)
     last: int = START
-    redundant: dict[int, bool] = field(default_factory=dict, repr=False)
 
 
 class ReducedGraph:
@@ -130,28 +126,6 @@ class ReducedGraph:
         """Return the graph of the team with all but these robots, by index, staying where they start."""
         within = self.team.flown_by(robots)
         return self if within is self.team else ReducedGraph(within, self._silent, self._classes)
-
-    def redundant(self, robot: int, node: int, target: int, step: float) -> bool:
-        """Tell whether `target` is no short cut where its letter changes nothing: whatever follows is as near without it.
-
-        Args:
-            robot: Which robot.
-            node: Where it is.
-            target: What may follow that node.
-            step: The cost of going there.
-        """
-        here = self.successors(robot, node)
-        found = here.redundant.get(target)
-        if found is None:
-            found = here.redundant[target] = self._is_redundant(here, self.successors(robot, target), node, step + _EPSILON)
-        return found
-
-    @staticmethod
-    def _is_redundant(here: Successors, there: Successors, node: int, step: float) -> bool:
-        if there.ending is not None and (here.ending is None or here.ending > step + there.ending):
-            return False
-        direct = dict(here.edges)
-        return all(after == node or direct.get(after, float("inf")) <= step + cost for after, cost in there.edges)
 
     def expand(self, robot: int, nodes: Sequence[int]) -> tuple[int, ...]:
         """Return a robot's whole path through these nodes that matter, up to the cheapest place to end at."""

@@ -19,8 +19,6 @@ def path_search(
     read: Callable[[State, int], State | None],
     may_end: Callable[[State], bool] | None = None,
     left: Callable[[tuple[int, State]], float] | None = None,
-    *,
-    skips: bool = False,
 ) -> BestFirst[tuple[int, State]]:
     """Return a search over the paths of one robot: over its nodes that matter, and the states of what reads their letters.
 
@@ -32,7 +30,6 @@ def path_search(
         may_end: Whether a path may end in a state; the search then ends at `is_done`. None: it walks all paths, of equal costs those
             that were reached first.
         left: Lower bound on what is left (A*).
-        skips: Whether nodes that are no short cut are left out where their letters change no state.
     """
     label = graph.label[robot]
 
@@ -45,7 +42,7 @@ def path_search(
             yield (_DONE, begin[1]), here.ending
         for target, step in here.edges:
             after = read(state, label[target])
-            if after is not None and not (skips and after == state and graph.redundant(robot, node, target, step)):
+            if after is not None:
                 yield (target, after), step
 
     if left is None:

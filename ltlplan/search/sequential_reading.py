@@ -102,7 +102,7 @@ class SequentialReading(ABC, Generic[Progress]):
         return self._started(self._first, 0)
 
     def steps(self, state: int) -> Iterator[Step]:
-        """Yield what may follow, without steps that gain nothing, its cost, and whether the robot has finished."""
+        """Yield what may follow, its cost, and whether the robot has finished."""
         graph = self.graph
         at, robot, node = self._parted(state)
         label, read, here = graph.label[robot], self._read[at], graph.successors(robot, node)
@@ -111,7 +111,7 @@ class SequentialReading(ABC, Generic[Progress]):
             after = read.get(letter)
             if after is None:
                 after = read[letter] = self.read(self._progress[at], letter)
-            if after != DEAD and not (after == at and graph.redundant(robot, node, target, cost)):
+            if after != DEAD:
                 yield (after * self._robots + robot) * self._width + target, cost, False
         if here.ending is None:
             return

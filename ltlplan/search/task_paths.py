@@ -194,7 +194,7 @@ class TaskPaths:
         begin = read(tuple(part.initial for part in parts), label[start])
         if begin is None:
             return np.inf, []
-        search = path_search(graph, robot, (start, begin), read, may_end, heuristic, skips=True)
+        search = path_search(graph, robot, (start, begin), read, may_end, heuristic)
         for key, cost, _ in search:
             self.states_left -= 1
             if is_done(key):

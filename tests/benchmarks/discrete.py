@@ -19,13 +19,11 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 from ltlplan.logic.budget import DEFAULT_BUDGET, Budget, TooLarge
 from ltlplan.logic.conjunction import conjunct_automata
-from ltlplan.logic.product_automaton import Task
 from ltlplan.logic.translation import translate
 from ltlplan.missions import load_mission
 from ltlplan.search.cycles.lasso import cheapest_lasso
 from ltlplan.search.exact import assign
-from ltlplan.search.own.reading import OwnTask
-from ltlplan.search.reduced_graph import Team
+from ltlplan.search.own.planning import own_task
 from ltlplan.search.team_planning import plan_team
 from ltlplan.systems.robot_systems import Systems
 from tests.helpers.benchmarks import is_smallest, require_time, run_benchmark
@@ -88,8 +86,7 @@ def pattern_times(trace: str) -> list[tuple[float, str, str]]:
         formula = formula.substitute(names)
         start = time.perf_counter()
         if trace == "finite":
-            team = Team([system])
-            run = plan_team(OwnTask.of(team, Task(conjunct_automata(formula, "finite"), team.letters)), DEFAULT_BUDGET).run
+            run = plan_team(own_task([system], conjunct_automata(formula, "finite")), DEFAULT_BUDGET).run
         else:
             run = cheapest_lasso(system, conjunct_automata(formula, "infinite"))
         found.append((time.perf_counter() - start, "unsatisfiable" if run is None else "planned", str(pattern)))

@@ -10,8 +10,9 @@ from ltlplan.search.explanations.held_letters import held_letter
 from ltlplan.search.explanations.relaxation import relaxed
 from ltlplan.search.explanations.requirements import all_of
 from ltlplan.search.explanations.unsatisfiable_cores import NoPlan, explain, in_one_order, refused_in_some_order
-from ltlplan.search.joint.planning import joint_possible
+from ltlplan.search.joint.reading import JointTask
 from ltlplan.search.orders.planning import ordered_possible
+from ltlplan.search.team_planning import least_in_one_order
 from ltlplan.systems.robot_systems import Systems
 from ltlplan.systems.transition_systems import TransitionSystem
 from verify.data import Formula, Mission, Word
@@ -53,7 +54,8 @@ def no_plan(
 
 def _joint_feasible(parts: Sequence[Formula], worlds: Sequence[TransitionSystem]) -> bool:
     try:
-        return joint_possible(worlds, conjunct_automata(all_of(parts), "finite"), Budget(states=50_000))
+        task = JointTask(worlds, conjunct_automata(all_of(parts), "finite"))
+        return least_in_one_order(task, Budget(states=50_000)) is not None
     except TooLarge:
         return True  # not known to be impossible
 

@@ -17,7 +17,8 @@ from ltlplan.search.explanations.inquiry import Feasible, Inquiry, listed
 from ltlplan.search.explanations.reasons import reasons_against
 from ltlplan.search.explanations.remedies import Worlds
 from ltlplan.search.explanations.requirements import BUDGET, all_of, eventually
-from ltlplan.search.own.planning import own_possible
+from ltlplan.search.own.planning import own_task
+from ltlplan.search.team_planning import least_in_one_order
 from ltlplan.systems.robot_systems import Systems
 from ltlplan.systems.unreachable import why_unreachable
 from verify.data import Formula, Mission, Unsatisfiable, Word
@@ -111,7 +112,7 @@ def in_one_order(parts: Sequence[Formula], worlds: Worlds) -> bool:
         worlds: One system for each robot, in the order in which they fly.
     """
     try:
-        return own_possible(worlds, conjunct_automata(all_of(parts), "finite"), BUDGET)
+        return least_in_one_order(own_task(worlds, conjunct_automata(all_of(parts), "finite")), BUDGET) is not None
     except TooLarge:
         return True  # not known to be impossible, so nothing is said of it
 

@@ -9,15 +9,10 @@ does to that conjunct, for everything that the others may hold meanwhile (`ltlpl
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from ltlplan.allocation import Allocation
-from ltlplan.logic.automaton import Automaton
-from ltlplan.logic.budget import Budget
 from ltlplan.search.joint.reading import JointTask
 from ltlplan.search.problem import Problem
-from ltlplan.search.team_planning import assigned, least_in_one_order
-from ltlplan.systems.transition_systems import TransitionSystem
+from ltlplan.search.team_planning import assigned
 
 
 def plan(problem: Problem) -> Allocation:
@@ -29,17 +24,3 @@ def plan(problem: Problem) -> Allocation:
         TooLarge: A budget was used up before an answer was found.
     """
     return assigned(problem, JointTask(problem.each, problem.automata))
-
-
-def joint_possible(systems: Sequence[TransitionSystem], automata: Sequence[Automaton], budget: Budget) -> bool:
-    """Tell whether any plan keeps the formula in the systems' order.
-
-    Args:
-        systems: One for each robot.
-        automata: One for each conjunct.
-        budget: Bound on the states.
-
-    Raises:
-        TooLarge: The budget was used up.
-    """
-    return least_in_one_order(JointTask(systems, automata), budget) is not None

@@ -6,12 +6,11 @@ from collections.abc import Sequence
 
 from ltlplan.allocation import Allocation
 from ltlplan.logic.automaton import Automaton
-from ltlplan.logic.budget import Budget
 from ltlplan.logic.product_automaton import Task
 from ltlplan.search.own.reading import OwnTask
 from ltlplan.search.problem import Problem
-from ltlplan.search.reduced_graph import Team
-from ltlplan.search.team_planning import assigned, least_in_one_order
+from ltlplan.search.reduced_graph import ReducedGraph, Team, letter_classes
+from ltlplan.search.team_planning import assigned
 from ltlplan.systems.transition_systems import TransitionSystem
 
 
@@ -23,23 +22,16 @@ def plan(problem: Problem) -> Allocation:
         Infeasible: None are within a vehicle's endurance.
         TooLarge: A budget was used up before an answer was found.
     """
-    return assigned(problem, _task(problem.each, problem.automata))
+    return assigned(problem, own_task(problem.each, problem.automata))
 
 
-def own_possible(systems: Sequence[TransitionSystem], automata: Sequence[Automaton], budget: Budget) -> bool:
-    """Tell whether any plan keeps the formula in the systems' order.
+def own_task(systems: Sequence[TransitionSystem], automata: Sequence[Automaton]) -> OwnTask:
+    """Return the task of a team over the nodes that matter to it.
 
     Args:
         systems: One for each robot.
         automata: One for each conjunct.
-        budget: Bound on the states.
-
-    Raises:
-        TooLarge: The budget was used up.
     """
-    return least_in_one_order(_task(systems, automata), budget) is not None
-
-
-def _task(systems: Sequence[TransitionSystem], automata: Sequence[Automaton]) -> OwnTask:
     team = Team(systems)
-    return OwnTask.of(team, Task(automata, team.letters, team.walls))
+    task = Task(automata, team.letters, team.walls)
+    return OwnTask(ReducedGraph(team, *letter_classes(task)), task)

@@ -15,7 +15,7 @@ from ltlplan.search.bounds.conjunct_graph import ConjunctGraph
 from ltlplan.search.bounds.order_bounds import OrderBounds
 from ltlplan.search.insertion import share_by_insertion
 from ltlplan.search.memoization import memoized
-from ltlplan.search.reduced_graph import MAX_TABLE, ReducedGraph, Team, letter_classes
+from ltlplan.search.reduced_graph import MAX_TABLE, ReducedGraph
 from ltlplan.search.sequential_reading import SLACK, Objective, SequentialReading
 from ltlplan.search.team_planning import PlanningOutcome, TeamRun
 from ltlplan.search.team_reading import UNREACHABLE
@@ -51,16 +51,6 @@ class OwnTask:
         self._shapes = [
             part.automaton.shape if isinstance(part, Deterministic) else index for index, part in enumerate(task.parts)
         ]
-
-    @classmethod
-    def of(cls, team: Team, task: Task) -> OwnTask:
-        """Return the task of a team over the nodes that matter to it.
-
-        Args:
-            team: The robots.
-            task: What is to be done.
-        """
-        return cls(ReducedGraph(team, *letter_classes(task)), task)
 
     def flown_by(self, robots: Collection[int]) -> OwnTask:
         """Return the task of the team with all but these robots, by index, staying where they start."""

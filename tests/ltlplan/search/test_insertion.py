@@ -13,7 +13,7 @@ from ltlplan.logic.conjunction import conjunct_automata
 from ltlplan.logic.product_automaton import Task
 from ltlplan.search.exact import assign
 from ltlplan.search.insertion import share_by_insertion
-from ltlplan.search.own.reading import OwnTask
+from ltlplan.search.own.planning import own_task
 from ltlplan.search.reduced_graph import ReducedGraph, Team, letter_classes
 from ltlplan.search.sequential_reading import Objective
 from ltlplan.search.team_planning import MANY, plan_team
@@ -45,8 +45,7 @@ def test_its_paths_do_the_tasks_and_its_bound_is_one(each: list[TransitionSystem
         steps = [min(c for node, c in system.edges[a] if node == b) for a, b in itertools.pairwise(path)]
         ending = 0.0 if system.final is None else system.final[path[-1]]
         assert cost == pytest.approx(sum(steps) + ending, abs=1e-6)
-    team = Team(each)
-    task = OwnTask.of(team, Task(conjunct_automata(formula, "finite"), team.letters))
+    task = own_task(each, conjunct_automata(formula, "finite"))
     best = plan_team(task, DEFAULT_BUDGET, Objective(longest=True))
     words = {f"r{i}": Word(tuple(each[i].labels[node] for node in path)) for i, path in enumerate(found.paths)}
     if best.stopped is None and best.run is not None:

@@ -13,12 +13,11 @@ from hypothesis import strategies as st
 
 from ltlplan.logic.budget import DEFAULT_BUDGET, Budget
 from ltlplan.logic.conjunction import Conjunction, conjunct_automata, conjuncts
-from ltlplan.logic.product_automaton import Task
 from ltlplan.search.exact import assign
 from ltlplan.search.joint.conjuncts import JointConjunct, WordEffects
 from ltlplan.search.joint.reading import JointTask
+from ltlplan.search.own.planning import own_task
 from ltlplan.search.own.reading import OwnTask
-from ltlplan.search.reduced_graph import Team
 from ltlplan.search.sequential_reading import Objective
 from ltlplan.search.team_planning import least_in_one_order, plan_team
 from ltlplan.search.team_reading import TeamReading, is_complete
@@ -33,9 +32,8 @@ from verify.data import Formula, Mission, Word, parse_formula
 from verify.logic.semantics import satisfies
 
 
-def own_task(each: list[TransitionSystem], formula: Formula) -> OwnTask:
-    team = Team(each)
-    return OwnTask.of(team, Task(conjunct_automata(formula, "finite"), team.letters))
+def own_task_of(each: list[TransitionSystem], formula: Formula) -> OwnTask:
+    return own_task(each, conjunct_automata(formula, "finite"))
 
 
 def cheapest_by_plain_walk(each: list[TransitionSystem], formula: Formula) -> float:
@@ -51,7 +49,7 @@ def cheapest_by_plain_walk(each: list[TransitionSystem], formula: Formula) -> fl
 
 @given_few(13, 80, st.lists(systems(), min_size=1, max_size=3), tasks(with_next=True))
 def test_short_cuts_keep_the_smallest_cost(each: list[TransitionSystem], formula: Formula) -> None:
-    run = least_in_one_order(own_task(each, formula), DEFAULT_BUDGET)
+    run = least_in_one_order(own_task_of(each, formula), DEFAULT_BUDGET)
     best = cheapest_by_plain_walk(each, formula)
     assert (math.inf if run is None else run.cost) == pytest.approx(best, abs=1e-6)
     if run is None:
@@ -66,7 +64,7 @@ def test_short_cuts_keep_the_smallest_cost(each: list[TransitionSystem], formula
 
 @given_few(10, 60, st.lists(systems(5), min_size=2, max_size=3), tasks(with_next=False))
 def test_plans_of_any_graphs_hold_in_every_order(each: list[TransitionSystem], formula: Formula) -> None:
-    found = plan_team(own_task(each, formula), Budget(candidates=200, states=20_000))
+    found = plan_team(own_task_of(each, formula), Budget(candidates=200, states=20_000))
     words = [simple_words(system, 3) for system in each]
     best = min(
         (
@@ -119,7 +117,7 @@ def assert_lower_bounds(reading: TeamReading) -> None:
 
 @given_few(10, 60, st.lists(systems(), min_size=1, max_size=3), tasks(with_next=True))
 def test_estimates_are_lower_bounds(each: list[TransitionSystem], formula: Formula) -> None:
-    task = own_task(each, formula)
+    task = own_task_of(each, formula)
     assert_lower_bounds(task.reading(range(len(task.task.parts))))
 
 
@@ -141,8 +139,8 @@ def test_a_step_that_several_conjuncts_need_counts_once_under_joint() -> None:
 
 @given_few(6, 40, st.lists(systems(5), min_size=2, max_size=3), tasks(with_next=False))
 def test_the_longest_robot_of_any_graphs(each: list[TransitionSystem], formula: Formula) -> None:
-    found = plan_team(own_task(each, formula), DEFAULT_BUDGET, Objective(longest=True))
-    least = plan_team(own_task(each, formula), DEFAULT_BUDGET)
+    found = plan_team(own_task_of(each, formula), DEFAULT_BUDGET, Objective(longest=True))
+    least = plan_team(own_task_of(each, formula), DEFAULT_BUDGET)
     assert (found.run is None) == (least.run is None)
     if found.run is not None and least.run is not None:
         dearest = [max(path_costs(each, run.paths)) for run in (found.run, least.run)]

@@ -11,9 +11,8 @@ from ltlplan.logic.conjunction import conjunct_automata
 from ltlplan.logic.translation import translate
 from ltlplan.search.exact import assign
 from ltlplan.search.explanations.unsatisfiable_cores import NoPlan
-from ltlplan.search.joint.planning import joint_possible
 from ltlplan.search.joint.reading import JointTask
-from ltlplan.search.team_planning import plan_team
+from ltlplan.search.team_planning import least_in_one_order, plan_team
 from ltlplan.systems.robot_systems import Systems
 from ltlplan.systems.transition_systems import TransitionSystem
 from ltlplan.systems.visit_words import word_of
@@ -172,5 +171,6 @@ def test_possible_or_not() -> None:
     mission = world("true", regions=NEAR, robots=2)
     systems = Systems(mission)
     each = [systems.of(name) for name in mission.agents]
-    assert joint_possible(each, [translate("F(a & b)")], Budget())  # type: ignore[list-item]
-    assert not joint_possible(each[:1], [translate("F(a & b)")], Budget())  # type: ignore[list-item]
+    together, alone = (JointTask(systems, [translate("F(a & b)")]) for systems in (each, each[:1]))  # type: ignore[list-item]
+    assert least_in_one_order(together, Budget()) is not None
+    assert least_in_one_order(alone, Budget()) is None
