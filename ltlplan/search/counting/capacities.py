@@ -10,6 +10,7 @@ Where fewer fit than that, refinement says so of a plan, and planning is asked a
 
 from __future__ import annotations
 
+import bisect
 import itertools
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -28,7 +29,8 @@ _ROUNDING = 1e-6
 """m by which robots may be nearer and regions larger than is computed, so that a bound never is too small."""
 _MANY = 1_000_000
 _LARGEST = 20.0
-"""How many times as large a region is thought to be made, to say what would do."""
+"""By how many times its size a region is thought to be made larger, to say what would do, in steps of `_GRAIN`."""
+_GRAIN = 0.01
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -78,15 +80,9 @@ class Room:
 
     def scale_for(self, robots: int) -> float | None:
         """Return how many times as large, in each direction, the region must be at the least to hold some robots; None: very many."""
-        low = high = 1.0
-        while self.most(robots, scale=high) < robots:
-            low, high = high, high * 1.5
-            if high > _LARGEST:
-                return None
-        while high - low > 1e-3:
-            middle = (low + high) / 2
-            low, high = (middle, high) if self.most(robots, scale=middle) < robots else (low, middle)
-        return low
+        grid = range(int(_LARGEST / _GRAIN) + 1)
+        steps = bisect.bisect_left(grid, robots, key=lambda steps: self.most(robots, scale=1.0 + steps * _GRAIN))
+        return 1.0 + steps * _GRAIN if steps < len(grid) else None
 
     def _radius(self, half: Floats) -> float:
         """Return the radius of the ball around a box, as distances count."""
@@ -112,10 +108,7 @@ def _within(radius: float, apart: float) -> int:
 
 def _parts(most: int) -> Iterator[tuple[int, int, int]]:
     """Yield the numbers of boxes along three axes, no more than `most` in all."""
-    for x in range(1, most + 1):
-        for y in range(1, most // x + 1):
-            for z in range(1, most // (x * y) + 1):
-                yield x, y, z
+    return ((x, y, z) for x, y in itertools.product(range(1, most + 1), repeat=2) for z in range(1, most // (x * y) + 1))
 
 
 def small_rooms(mission: Mission, systems: Sequence[TransitionSystem], capacities: Mapping[str, int]) -> dict[str, int]:

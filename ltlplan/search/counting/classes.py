@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from operator import sub
@@ -59,13 +57,11 @@ class Change:
     Attributes:
         move: The move.
         letters: For each of its letters the difference to the sums of marks before the move.
-        end: The difference after the move.
         entered: Small regions, by number, that the robot enters.
     """
 
     move: ClassMove
     letters: tuple[Sums, ...]
-    end: Sums
     entered: tuple[int, ...]
 
 
@@ -100,7 +96,7 @@ class Classes:
         entered = (
             k for k, crowd in enumerate(self.crowds) if move.target in crowd.classes and move.source not in crowd.classes
         )
-        return Change(move, letters, tuple(map(sub, self.resting[move.target], before)), tuple(entered))
+        return Change(move, letters, tuple(entered))
 
     def may_end(self, numbers: Numbers) -> bool:
         """Tell whether the flights of all robots may end.
@@ -121,14 +117,3 @@ class Classes:
             if count:
                 total = [t + count * m for t, m in zip(total, marks, strict=True)]
         return tuple(total)
-
-
-def numbers_of(classes: Sequence[int], count: int) -> Numbers:
-    """Return how many robots are in each of some classes.
-
-    Args:
-        classes: Each robot's class.
-        count: How many classes there are.
-    """
-    found = Counter(classes)
-    return tuple(found[index] for index in range(count))

@@ -10,6 +10,9 @@ from ltlplan.search.counting.concurrent_steps import stages
 from ltlplan.search.counting.counting_propositions import Marks, Sums
 from ltlplan.systems.transition_systems import TransitionSystem
 
+Turn = tuple[int, int, int]
+"""A robot's move in a plan: which robot, and its places in its path before and after that move."""
+
 
 @dataclass(frozen=True, slots=True)
 class CountedPlan:
@@ -17,7 +20,7 @@ class CountedPlan:
 
     Attributes:
         paths: Nodes of each robot's system.
-        turns: In an order that satisfies the formula: (robot, places in its path before and after that move).
+        turns: Moves, in an order that satisfies the formula.
         stages: Turns, by index, that are made at the same time; those of one stage begin when all of the one before have ended.
         cost: Sum over the robots, or the highest cost of one.
         bound: No plan that makes one move after another costs less.
@@ -26,7 +29,7 @@ class CountedPlan:
     """
 
     paths: tuple[tuple[int, ...], ...]
-    turns: tuple[tuple[int, int, int], ...]
+    turns: tuple[Turn, ...]
     stages: tuple[tuple[int, ...], ...]
     cost: float
     bound: float
@@ -67,7 +70,7 @@ def in_stages(systems: Sequence[TransitionSystem], marks: Marks, moves: Sequence
     if found is None:
         return None
     paths: list[tuple[int, ...]] = [(system.initial,) for system in systems]
-    turns: list[tuple[int, int, int]] = []
+    turns: list[Turn] = []
     for move in moves:
         before = paths[move.robot]
         paths[move.robot] = (*before, *move.path)

@@ -85,7 +85,7 @@ class CountReading:
                     moved = list(numbers)
                     moved[place] -= 1
                     moved[change.move.target] += 1
-                    target = self._number(after, tuple(moved), tuple(map(add, sums, change.end)))
+                    target = self._number(after, tuple(moved), tuple(map(add, sums, change.letters[-1])))
                     yield target, change.move.cost, change.move
 
     @memoized
@@ -160,7 +160,8 @@ class CountReading:
         return Course(tuple(move for move, _ in made), found.cost, tuple(robot for _, robot in made))
 
     def _cheapest(self, state: int, after: int) -> ClassMove:
-        return min((who for target, _, who in self.steps(state) if target == after and isinstance(who, ClassMove)), key=_cost)
+        moves = (who for target, _, who in self.steps(state) if target == after and isinstance(who, ClassMove))
+        return min(moves, key=lambda move: move.cost)
 
     def _robots(self, state: int) -> list[int]:
         """Return the class of each robot, in order."""
@@ -181,7 +182,3 @@ class CountReading:
         if found == len(self._places):
             self._places.append((states, numbers, sums))
         return -found
-
-
-def _cost(move: ClassMove) -> float:
-    return move.cost

@@ -9,7 +9,7 @@ from functools import partial
 
 import numpy as np
 
-from ltlplan.search.counting.classes import Classes, ClassMove, Crowd, numbers_of
+from ltlplan.search.counting.classes import Classes, ClassMove, Crowd
 from ltlplan.search.counting.counted_plans import CountedPlan, Flown, in_stages
 from ltlplan.search.counting.counting_propositions import Marks, Sums
 from ltlplan.search.counting.moves import Move, RobotMoves
@@ -135,7 +135,7 @@ class TeamClasses:
             for region in self.team.rooms.most
         }
         crowds = tuple(Crowd(within[region], most, self.team.rooms.passing) for region, most in self.team.rooms.most.items())
-        begin = numbers_of(self.start, len(self.classes))
+        begin = tuple(self.start.count(number) for number in range(len(self.classes)))
         return Classes(self.marks, tuple(resting), tuple(ends), tuple(map(tuple, moves)), begin, crowds)
 
     def _marks(self, robot: int, node: int) -> Sums:

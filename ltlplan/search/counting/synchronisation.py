@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from itertools import accumulate, pairwise
 
-from ltlplan.search.counting.counted_plans import CountedPlan
+from ltlplan.search.counting.counted_plans import CountedPlan, Turn
 from ltlplan.search.orders.event_names import Names
 from ltlplan.systems.transition_systems import TransitionSystem
 from ltlplan.systems.visit_log import VisitLog
@@ -38,29 +38,31 @@ def _waits(systems: Sequence[TransitionSystem], plan: CountedPlan) -> Iterator[M
             log.enter(systems[robot].nodes[node].regions)
         return len(log.visits)
 
+    for (robot, before, after), others in _handovers(plan):
+        setting_out, path = visits(robot, before), plan.paths[robot]
+        acts, flies = _acts(systems[robot], path[before - 1 : before + 1]), visits(robot, after) > setting_out
+        if not (acts or flies):
+            raise HoversOutside(_OUTSIDE.format(name=systems[robot].robot))
+        for other, began, arrived in others:
+            if visits(other, arrived) == visits(other, began) or not systems[other].labels[plan.paths[other][arrived - 1]]:
+                raise HoversOutside(_OUTSIDE.format(name=systems[other].robot))
+            if arrived > 1 and _acts(systems[other], plan.paths[other][arrived - 2 : arrived]):
+                raise HoversOutside(_ACTS.format(name=systems[other].robot))
+            awaited = (systems[other].robot, visits(other, arrived) - 1)
+            if acts:
+                where = (systems[robot].robot, _acting_visit(systems[robot], path, before))
+                yield Precedence(first=awaited, then=where, done="entered", due="acts")
+            if flies:
+                yield Meeting(first=awaited, then=(systems[robot].robot, setting_out))
+
+
+def _handovers(plan: CountedPlan) -> Iterator[tuple[Turn, list[Turn]]]:
+    """Yield the first turn of each robot in a stage, with the last ones of all others in the stage before it."""
     for earlier, later in pairwise(plan.stages):
-        last = {plan.turns[turn][0]: turn for turn in earlier}
-        first = {plan.turns[turn][0]: turn for turn in reversed(later)}
+        last = {plan.turns[turn][0]: plan.turns[turn] for turn in earlier}
+        first = {plan.turns[turn][0]: plan.turns[turn] for turn in reversed(later)}
         for robot, turn in sorted(first.items()):
-            _, before, after = plan.turns[turn]
-            setting_out, path = visits(robot, before), plan.paths[robot]
-            acts, flies = _acts(systems[robot], path[before - 1 : before + 1]), visits(robot, after) > setting_out
-            if not (acts or flies):
-                raise HoversOutside(_OUTSIDE.format(name=systems[robot].robot))
-            for other, other_turn in sorted(last.items()):
-                _, began, arrived = plan.turns[other_turn]
-                if other == robot:
-                    continue
-                if visits(other, arrived) == visits(other, began) or not systems[other].labels[plan.paths[other][arrived - 1]]:
-                    raise HoversOutside(_OUTSIDE.format(name=systems[other].robot))
-                if arrived > 1 and _acts(systems[other], plan.paths[other][arrived - 2 : arrived]):
-                    raise HoversOutside(_ACTS.format(name=systems[other].robot))
-                awaited = (systems[other].robot, visits(other, arrived) - 1)
-                if acts:
-                    where = (systems[robot].robot, _acting_visit(systems[robot], path, before))
-                    yield Precedence(first=awaited, then=where, done="entered", due="acts")
-                if flies:
-                    yield Meeting(first=awaited, then=(systems[robot].robot, setting_out))
+            yield turn, [other for who, other in sorted(last.items()) if who != robot]
 
 
 def _acting_visit(system: TransitionSystem, path: Sequence[int], step: int) -> int:
@@ -90,17 +92,12 @@ def precedences_of(systems: Sequence[TransitionSystem], plan: CountedPlan) -> li
         list(accumulate((system.labels[a] != system.labels[b] for a, b in pairwise(path)), initial=0))
         for system, path in zip(systems, plan.paths, strict=True)
     ]
-    for earlier, later in pairwise(plan.stages):
-        last = {plan.turns[turn][0]: plan.turns[turn][2] - 1 for turn in earlier}
-        first = {plan.turns[turn][0]: plan.turns[turn][1] for turn in reversed(later)}
-        for robot, begins in sorted(first.items()):
-            for other, ends in sorted(last.items()):
-                if other == robot:
-                    continue
-                pair = (other, letters[other][ends]), (robot, letters[robot][begins - 1] + 1)
-                if names.price(pair) is None:
-                    return None
-                found[names.precedence(pair)] = None
+    for (robot, before, _), others in _handovers(plan):
+        for other, _, arrived in others:
+            pair = (other, letters[other][arrived - 1]), (robot, letters[robot][before - 1] + 1)
+            if names.price(pair) is None:
+                return None
+            found[names.precedence(pair)] = None
     return list(found)
 
 

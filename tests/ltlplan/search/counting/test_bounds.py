@@ -10,7 +10,7 @@ import pytest
 from ltlplan.logic.conjunction import conjunct_automata
 from ltlplan.search.bounds.counted_landmarks import CountedLandmarks
 from ltlplan.search.bounds.goal_cover import GoalCover
-from ltlplan.search.counting.classes import Classes, ClassMove, numbers_of
+from ltlplan.search.counting.classes import Classes, ClassMove
 from ltlplan.search.counting.counting_propositions import Marks
 from ltlplan.search.counting.course_search import CourseSearch
 from tests.helpers.random_counts import random_counting_formula
@@ -124,7 +124,8 @@ def least_dearest(classes: Classes, begin: list[int], most: float) -> float:
         if classes.marks.accepting(states) and all(classes.ends[place] for place, _ in team):
             return dearest
         for robot, (place, paid) in enumerate(team):
-            held = classes.sums(numbers_of([at for other, (at, _) in enumerate(team) if other != robot], len(classes.moves)))
+            others = [at for other, (at, _) in enumerate(team) if other != robot]
+            held = classes.sums(tuple(others.count(at) for at in range(len(classes.moves))))
             for move in classes.moves[place]:
                 after = states
                 for own in move.marks:
