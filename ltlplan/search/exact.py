@@ -20,6 +20,8 @@ from ltlplan.systems.robot_systems import unit_cost
 from ltlplan.systems.transition_systems import Cost
 from verify.data import Infeasible, Mission, Unsatisfiable, Word
 
+_NO_PRECEDENCES = "No words satisfy the formula under any precedences between the robots' events."
+
 
 def assign(
     mission: Mission,
@@ -55,15 +57,12 @@ def assign(
         except NoWords as error:
             nothing = nothing or error
             continue
-        require_endurance(mission, problem.systems, found.robots)
-        return in_units_of(mission, found) if cost is None else found
+        return _within_endurance(problem, found)
     assert nothing is not None  # something is tried
     raise (nothing.why() if explained else nothing) from None
 
 
-def assign_under_precedences(
-    mission: Mission, *, cost: Cost | None = None, budget: Budget = DEFAULT_BUDGET
-) -> Allocation | None:
+def assign_under_precedences(mission: Mission, *, cost: Cost | None = None, budget: Budget = DEFAULT_BUDGET) -> Allocation:
     """Share a finite mission by the cheapest words that hold under precedences, also where dearer or other words hold in every order.
 
     Args:
@@ -71,10 +70,8 @@ def assign_under_precedences(
         cost: Cost of a leg, as for `assign`.
         budget: Bounds on the search.
 
-    Returns:
-        None where there are no such words.
-
     Raises:
+        Unsatisfiable: There are no such words.
         Infeasible: It brings not all back before a vehicle's endurance ends.
         TooLarge: A budget was used up before an answer was found.
     """
@@ -83,9 +80,14 @@ def assign_under_precedences(
     problem = Problem(mission, budget, _cheapest, _no_plan, cost)
     found = orders.plan(problem)
     if found is None:
-        return None
-    require_endurance(mission, problem.systems, found.robots)
-    return in_units_of(mission, found) if cost is None else found
+        raise Unsatisfiable(_NO_PRECEDENCES)
+    return _within_endurance(problem, found)
+
+
+def _within_endurance(problem: Problem, found: Allocation) -> Allocation:
+    """Return an allocation in the units in which costs were asked for; refuse it where a robot flies too long."""
+    require_endurance(problem.mission, problem.systems, found.robots)
+    return in_units_of(problem.mission, found) if problem.cost is None else found
 
 
 def in_units_of(mission: Mission, found: Allocation) -> Allocation:
@@ -137,7 +139,7 @@ def _under_precedences(problem: Problem) -> Allocation:
                 return plan_stages(problem)
         raise
     if found is None:
-        raise NoWords(lambda: Unsatisfiable("No words satisfy the formula under any precedences between the robots' events."))
+        raise NoWords(lambda: Unsatisfiable(_NO_PRECEDENCES))
     return found
 
 

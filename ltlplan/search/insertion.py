@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -22,29 +21,15 @@ from ltlplan.logic.product_automaton import Task
 from ltlplan.search.least_cost_matching import cheapest_assignment
 from ltlplan.search.reduced_graph import ReducedGraph
 from ltlplan.search.task_paths import GRAIN, Steps, TaskPaths
+from ltlplan.search.team_planning import TeamRun
 
 MOST_STEPS = 3_000_000
 """Steps between places, of all robots that share none, up to which tables of costs are made."""
 
 
-@dataclass(frozen=True, slots=True)
-class Shared:
-    """Tasks shared among robots.
-
-    Attributes:
-        paths: The nodes of each robot's system.
-        costs: What each robot's path costs.
-        bound: No plan's dearest robot costs less.
-        reached: States that were looked at.
-    """
-
-    paths: tuple[tuple[int, ...], ...]
-    costs: tuple[float, ...]
-    bound: float
-    reached: int
-
-
-def share_by_insertion(graph: ReducedGraph, task: Task, allows: Callable[[int, float], bool], states: int) -> Shared | None:
+def share_by_insertion(
+    graph: ReducedGraph, task: Task, allows: Callable[[int, float], bool], states: int
+) -> tuple[TeamRun, float] | None:
     """Share a task's conjuncts among robots.
 
     Args:
@@ -54,20 +39,16 @@ def share_by_insertion(graph: ReducedGraph, task: Task, allows: Callable[[int, f
         states: How many states of single robots may be looked at; what was found until then stands.
 
     Returns:
-        A path for each robot, each cheapest for what that robot is to do; None where a conjunct is neither a task nor kept by robots
-        that rest at their starts, or where no way to share was found.
+        A path for each robot, each cheapest for what that robot is to do, and a bound: no plan's dearest robot costs less. None where a conjunct
+        is neither a task nor kept by robots that rest at their starts, or where no way to share was found.
     """
     steps = Steps(graph)
     if len(steps.source) > MOST_STEPS:
         return None
-    tasks = [
-        index
-        for index, part in enumerate(task.parts)
-        if isinstance(part, Deterministic) and is_task(part, reached_states(part))
-    ]
-    kept = [index for index in range(len(task.parts)) if index not in set(tasks)]
-    open_tasks = [index for index in tasks if not _done_at_start(graph, task.parts[index])]
-    robots = TaskPaths(task, steps, tuple(kept), tuple(open_tasks), allows, states)
+    kinds = [isinstance(part, Deterministic) and is_task(part, reached_states(part)) for part in task.parts]
+    kept = tuple(index for index, is_free in enumerate(kinds) if not is_free)
+    tasks = tuple(index for index, is_free in enumerate(kinds) if is_free and not _done_at_start(graph, task.parts[index]))
+    robots = TaskPaths(task, steps, kept, tasks, allows, states)
     if not all(len(robots.flight(robot, frozenset())[1]) == 1 for robot in range(len(graph.start))):
         return None
     found = _assigned(robots) or _auctioned(robots)
@@ -76,7 +57,7 @@ def share_by_insertion(graph: ReducedGraph, task: Task, allows: Callable[[int, f
     found = _exchanged(robots, found)
     flights = [robots.flight(robot, own) for robot, own in enumerate(found)]
     paths = tuple(graph.expand(robot, nodes) for robot, (_, nodes) in enumerate(flights))
-    return Shared(paths, tuple(cost for cost, _ in flights), robots.bound, states - robots.states_left)
+    return TeamRun(paths, max(cost for cost, _ in flights), states - robots.states_left), robots.bound
 
 
 def _done_at_start(graph: ReducedGraph, part: Part) -> bool:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from ltlplan.allocation import Allocation, Context, Leg, PlanningMethod, key_of
 from ltlplan.search.exact import assign, assign_under_precedences, in_units_of
 from ltlplan.systems.robot_systems import Systems
-from verify.data import Mission, Unsatisfiable
+from verify.data import Mission
 
 if TYPE_CHECKING:
     from ltlplan.systems.transition_systems import Cost, Point
@@ -32,13 +32,11 @@ def exact(mission: Mission, context: Context) -> Allocation:
         Infeasible: No way to share it brings all back before a vehicle's endurance ends.
         TooLarge: A budget was used up before an answer was found.
     """
-    if not context.blocked:
-        context.progress("searching words and robots", 0.05)
     known = context.known
     if context.blocked:
         cost = _avoiding(mission, context.blocked)
-        found = assign(mission, cost=cost, budget=known.budget, capacities=known.capacities)
-        return in_units_of(mission, found)
+        return in_units_of(mission, assign(mission, cost=cost, budget=known.budget, capacities=known.capacities))
+    context.progress("searching words and robots", 0.05)
     before = known.found.get(key_of(mission))
     return before or assign(mission, budget=known.budget, capacities=known.capacities)
 
@@ -58,9 +56,7 @@ def under_precedences(mission: Mission, context: Context) -> Allocation:
     context.progress("searching words and who waits for whom", 0.05)
     cost = _avoiding(mission, context.blocked) if context.blocked else None
     found = assign_under_precedences(mission, cost=cost, budget=context.known.budget)
-    if found is None:
-        raise Unsatisfiable("No words satisfy the formula under any precedences between the robots' events.")
-    return in_units_of(mission, found) if context.blocked else found
+    return found if cost is None else in_units_of(mission, found)
 
 
 def without_legs(shut: frozenset[Leg]) -> PlanningMethod:

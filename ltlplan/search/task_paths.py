@@ -6,7 +6,6 @@ With n robots and m tasks: a table of n x m costs by one search backwards from e
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,19 +41,17 @@ class Steps:
         names = graph.reached()
         self.graph = graph
         self.number = {name: number for number, name in enumerate(names)}
-        rows: list[tuple[int, int, float]] = []
-        letters: list[int] = []
-        endings: list[float] = []
-        for number, (owner, node) in enumerate(names):
-            robot = max(owner, 0)
-            here = graph.successors(robot, node)
-            letters.append(graph.label[robot][node])
-            endings.append(np.inf if here.ending is None else here.ending)
-            rows += [(number, self.number[graph.key(robot, target)], cost) for target, cost in here.edges]
-        self.source = np.array([row[0] for row in rows], dtype=np.int64)
-        self.target = np.array([row[1] for row in rows], dtype=np.int64)
-        self.cost = np.array([row[2] for row in rows])
-        self.letter, self.ending = np.array(letters, dtype=np.int64), np.array(endings)
+        places = [(max(owner, 0), node) for owner, node in names]
+        after = [graph.successors(robot, node) for robot, node in places]
+        rows = [
+            (number, self.number[graph.key(robot, target)], cost)
+            for number, ((robot, _), here) in enumerate(zip(places, after, strict=True))
+            for target, cost in here.edges
+        ]
+        steps = np.array(rows, dtype=np.float64).reshape(-1, 3)
+        self.source, self.target, self.cost = steps[:, 0].astype(np.int64), steps[:, 1].astype(np.int64), steps[:, 2]
+        self.letter = np.array([graph.label[robot][node] for robot, node in places], dtype=np.int64)
+        self.ending = np.array([np.inf if here.ending is None else here.ending for here in after])
 
     def left(self, part: Deterministic) -> Floats:
         """Return what is left to fly from each node until one conjunct is done and the path has ended.
@@ -110,11 +107,13 @@ class TaskPaths:
         self._allows, self.states_left = allows, states
         self._left: dict[int, Floats] = {}
         self._known: dict[tuple[int, frozenset[int]], tuple[float, list[int]]] = {}
+        self._column = {index: column for column, index in enumerate(tasks)}
         starts = [steps.number[graph.key(robot, node)] for robot, node in enumerate(graph.start)]
         self.alone = np.zeros((len(starts), len(tasks)))
         firsts: list[float] = [0.0]
         for column, index in enumerate(tasks):
-            part = self._deterministic(index)
+            part = task.parts[index]
+            assert isinstance(part, Deterministic)  # tasks are
             left = self._left[index] = steps.left(part)
             begun = [part.row(part.initial)[letter] for letter in steps.letter[starts]]
             self.alone[:, column] = left[starts, begun]
@@ -162,15 +161,6 @@ class TaskPaths:
         if key not in self._known:
             self._known[key] = self._searched(robot, tasks)
         return self._known[key]
-
-    @cached_property
-    def _column(self) -> dict[int, int]:
-        return {index: column for column, index in enumerate(self.tasks)}
-
-    def _deterministic(self, index: int) -> Deterministic:
-        part = self._parts[index]
-        assert isinstance(part, Deterministic)  # tasks are
-        return part
 
     def _searched(self, robot: int, tasks: frozenset[int]) -> tuple[float, list[int]]:
         """A* over the robot's node and the states of the kept conjuncts and of the tasks."""

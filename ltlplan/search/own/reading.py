@@ -17,7 +17,7 @@ from ltlplan.search.insertion import share_by_insertion
 from ltlplan.search.memoization import memoized
 from ltlplan.search.reduced_graph import MAX_TABLE, ReducedGraph
 from ltlplan.search.sequential_reading import SLACK, Objective, SequentialReading
-from ltlplan.search.team_planning import PlanningOutcome, TeamRun
+from ltlplan.search.team_planning import PlanningOutcome
 from ltlplan.search.team_reading import UNREACHABLE
 
 Progress = tuple[int, Element, tuple[Element, ...]]
@@ -97,13 +97,13 @@ class OwnTask:
             states: How many states may be looked at.
         """
         shared = share_by_insertion(self.graph, self.task, objective.allows, states)
-        if shared is None or self.failing_orders(shared.paths):
+        if shared is None or self.failing_orders(shared[0].paths):
             return None
+        run, bound = shared
         reading = self.reading()
         begin = reading.begin()
         spread = 0.0 if begin is None else reading.left(begin) / len(self.graph.start) - SLACK
-        run = TeamRun(shared.paths, max(shared.costs), shared.reached)
-        return PlanningOutcome(run, run, 1, bound=max(shared.bound, spread))
+        return PlanningOutcome(run, run, 1, bound=max(bound, spread))
 
 
 class OwnReading(SequentialReading[Progress]):
