@@ -7,4 +7,5 @@ Extraction Language OCaml.
 Set Warnings "-extraction-opaque-accessed".
 Extraction "checkers.ml"
   Z.add Z.mul Z.opp Regions.check_region Regions.check_nonneg Progression.satisfies
-  Invariant.letter_at Invariant.check_joint Invariant.check_own.
+  Invariant.letter_at Invariant.permitted Invariant.read_more
+  Invariant.check_invariant Invariant.check_joint Invariant.check_own.

@@ -162,9 +162,10 @@ Section Course.
   Variables (X E Span : Type).
   Variable may_be : Span -> X -> Prop.
   Variable does : Span -> X -> E -> X -> Prop.
+  Variable ends : X -> Prop.
 
   Inductive course : list Span -> X -> list E -> Prop :=
-    | course_end : forall p x, course [p] x []
+    | course_end : forall p x, ends x -> course [p] x []
     | course_event : forall p ps x e y es, does p x e y ->
         course (p :: ps) y es -> course (p :: ps) x (e :: es)
     | course_span : forall p q ps x es, may_be q x ->
@@ -232,6 +233,8 @@ Qed.
 
 Section Joint.
   Variable robots : list robot.
+  (** Where the robots may be at the end. *)
+  Variable last : places -> bool.
 
   (** A span: where the robots may be, and what the team may show while they are there. *)
   Definition joint_span : Type := list (list nat) * (places -> list letter).
@@ -241,7 +244,7 @@ Section Joint.
     permitted (fst p) (fst x) = true /\ In (snd x) (snd p (fst x)).
   Definition joint_does (p : joint_span) (x y z : places * letter) : Prop :=
     z = y /\ changed robots (fst x) (fst y) /\ joint_may_be p y.
-  Definition joint_course := course _ _ _ joint_may_be joint_does.
+  Definition joint_course := course _ _ _ joint_may_be joint_does (fun x => last (fst x) = true).
 
   Fixpoint joint_choices (rs : list robot) (c : places) : list (list nat) :=
     match rs, c with
@@ -257,7 +260,7 @@ Section Joint.
 
   Definition check_joint (f : spec) (starts : list (letter * places)) (ps : list joint_span)
       (is : list (list (configuration places))) : bool :=
-    check_invariant _ _ joint_moves shows_there (fun _ => true) equal_places
+    check_invariant _ _ joint_moves shows_there last equal_places
       (normal false f) (map (fun m => (Some (fst m), snd m)) starts) ps is.
 
   (** *** Its soundness *)
@@ -277,18 +280,18 @@ Section Joint.
 
   (** At each hand-over the letter that is held is read again: that changes no formula. *)
   Lemma joint_run : forall ps x xs, joint_course ps x xs ->
-    exists w, run _ _ joint_moves shows_there (fun _ => true) ps (fst x) w
+    exists w, run _ _ joint_moves shows_there last ps (fst x) w
       /\ alike (snd x :: w) (snd x :: map snd xs).
   Proof.
-    induction 1 as [p x | p ps [c a] y z xs (-> & K & M) C (w & R & A)
+    induction 1 as [p x L | p ps [c a] y z xs (-> & K & M) C (w & R & A)
       | p q ps [c a] xs M C (w & R & A)]; cbn [fst snd map] in *.
-    - exists []; split; [apply run_end; auto | intros f; tauto].
+    - exists []; split; [apply run_end; exact L | intros f; tauto].
     - destruct y as [c' a']; exists (a' :: w); split; [|apply alike_cons; auto].
-      apply (run_move _ _ joint_moves shows_there (fun _ => true) p ps c (Some a') c'); auto.
+      apply (run_move _ _ joint_moves shows_there last p ps c (Some a') c'); auto.
       unfold joint_moves; apply in_flat_map; exists c'; split;
         [apply changed_choices | apply may_be_shows]; auto.
     - exists (a :: w); split.
-      + apply (run_span _ _ joint_moves shows_there (fun _ => true) p q ps c (Some a) c); auto.
+      + apply (run_span _ _ joint_moves shows_there last p q ps c (Some a) c); auto.
         apply may_be_shows; auto.
       + intros f; rewrite (stutter a w f); apply A.
   Qed.
@@ -299,14 +302,14 @@ Section Joint.
   Proof.
     intros f starts ps is c a xs H I C; destruct (joint_run _ _ _ C) as (w & R & A).
     apply negation_refuted; [discriminate|]; rewrite <- (A (normal false f)).
-    refine (check_invariant_sound _ _ joint_moves shows_there (fun _ => true) equal_places
+    refine (check_invariant_sound _ _ joint_moves shows_there last equal_places
       _ _ _ _ _ (normal false f) _ ps is (Some a) c w H _ R).
     - intros x y z; rewrite !equal_places_eq; congruence.
     - intros t s p o s' E M; apply equal_places_eq in E as ->; exists s'.
       rewrite equal_places_eq; auto.
     - intros t s p o s' E M; apply equal_places_eq in E as ->; exists s'.
       rewrite equal_places_eq; auto.
-    - auto.
+    - intros t s E; apply equal_places_eq in E as ->; auto.
     - intros s; apply equal_places_eq; auto.
     - apply in_map_iff; exists (a, c); auto.
   Qed.
@@ -316,6 +319,8 @@ Section Own.
   (** A position of the word is one robot's letter; each robot is read at least once in
       each of its letters, and a letter that is held may be read again. *)
   Variable robots : list robot.
+  (** Where the robots may be at the end. *)
+  Variable last : places -> bool.
 
   (** A span: where the robots may be, and what the others may show. *)
   Definition own_span : Type := list (list nat) * list letter.
@@ -333,7 +338,7 @@ Section Own.
     | ReadOther a => c' = c /\ In a (snd p)
     | Change d => c' = d /\ changed robots c d /\ own_may_be p d
     end.
-  Definition own_course := course _ _ _ own_may_be own_does.
+  Definition own_course := course _ _ _ own_may_be own_does (fun c => last c = true).
 
   Fixpoint own_word (c : places) (es : list event) : word :=
     match es with
@@ -400,7 +405,7 @@ Section Own.
 
   Definition own_enters (p : own_span) (s : marked) : list (option letter * marked) :=
     if permitted (fst p) (map fst s) then [silent s] else [].
-  Definition own_final (s : marked) : bool := forallb snd s.
+  Definition own_final (s : marked) : bool := last (map fst s) && forallb snd s.
   Definition unread (c : places) : marked := map (fun q => (q, false)) c.
 
   Definition check_own (f : spec) (starts : list places) (ps : list own_span)
@@ -435,7 +440,10 @@ Section Own.
   Lemma read_more_final : forall t s, read_more t s = true -> own_final s = true ->
     own_final t = true.
   Proof.
-    induction t as [|[q b] t IH]; intros [|[r e] s] H F; try discriminate; auto; cbn in *.
+    intros t s H F; unfold own_final in *; rewrite (read_more_places t s H).
+    apply andb_prop in F as [L F]; apply andb_true_iff; split; auto.
+    clear L; revert s H F; induction t as [|[q b] t IH]; intros [|[r e] s] H F; try discriminate;
+      auto; cbn in *.
     apply andb_prop in H as [H K]; apply andb_prop in H as [_ E]; apply andb_prop in F as [Fe F].
     apply andb_true_iff; split; [destruct b, e; auto | apply (IH s); auto].
   Qed.
@@ -609,8 +617,8 @@ Section Own.
     (forall i, i < length robots -> read_in_each i (snd (nth i s (0, false))) c es) ->
     run _ _ own_moves own_enters own_final ps s (own_word c es).
   Proof.
-    induction 1 as [p c | p ps c e c' es D C IH | p q ps c es P C IH]; intros s E N A.
-    - apply run_end; apply forallb_forall; intros x I.
+    induction 1 as [p c Z | p ps c e c' es D C IH | p q ps c es P C IH]; intros s E N A.
+    - apply run_end; unfold own_final; rewrite E, Z; apply forallb_forall; intros x I.
       apply (In_nth _ _ (0, false)) in I as (i & L & <-); apply A; lia.
     - destruct e as [i | a | d]; cbn in D; [destruct D as [-> L] | destruct D as [-> L] |
         destruct D as (-> & H & P)]; cbn [own_word].

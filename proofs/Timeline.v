@@ -14,6 +14,7 @@ Section Timeline.
   (** What is so in a span, as the checker has it, and at a time. *)
   Variable may_be : Span -> X -> Prop.
   Variable does : Span -> X -> E -> X -> Prop.
+  Variable ends : X -> Prop.
   Variable is_at : R -> X -> Prop.
   Variable happens : R -> X -> E -> X -> Prop.
 
@@ -62,14 +63,15 @@ Section Timeline.
   Qed.
 
   (** What flies in real time is a course of the spans. *)
-  Theorem flight_course : forall s T ps, spans s T ps ->
+  Theorem flight_course : forall s T ps, (forall x, is_at T x -> ends x) -> spans s T ps ->
     forall es u x, s <= u -> flight u x es T ->
     match ps with [_] => True | (_, t) :: _ => u < t | [] => False end ->
-    course _ _ _ may_be does (map fst ps) x (map snd es).
+    course _ _ _ may_be does ends (map fst ps) x (map snd es).
   Proof.
-    induction 1 as [p s t St [_ D] | p s t T ps St [_ D] P IH];
+    intros s T ps End P0; revert End.
+    induction P0 as [p s t St [_ D] | p s t T ps St [_ D] P IH]; intros End;
       intros es; induction es as [|[v e] es IHes]; intros u x Su F Ut.
-    - constructor.
+    - constructor; apply End; inversion F; subst; auto with real.
     - inversion F as [|u' v' x' e' y es' T' L A H G]; subst; cbn.
       pose proof (flight_late _ _ _ _ G); pose proof (flight_now _ _ _ _ G).
       apply course_event with y; [apply (D v); auto; lra | apply (IHes v); auto; lra].
@@ -78,7 +80,7 @@ Section Timeline.
           | apply (spans_order _ _ _ P)]).
       pose proof (enters t T ps x P (flight_now _ _ _ _ G)) as M.
       destruct ps as [|[q t'] ps]; [destruct M|]; cbn; apply course_span; auto.
-      apply (IH [] t x); auto; [lra|]; inversion P; subst; auto; destruct ps; auto.
+      apply (IH End [] t x); auto; [lra|]; inversion P; subst; auto; destruct ps; auto.
     - destruct ps as [|[q t'] ps]; [inversion P|].
       destruct (Rlt_le_dec v t) as [Vt|Vt].
       + inversion F as [|u' v' x' e' y es' T' L A H G]; subst; cbn.
@@ -86,7 +88,7 @@ Section Timeline.
         apply course_event with y; [apply (D v); auto; lra | apply (IHes v); auto; lra].
       + assert (G : flight t x ((v, e) :: es) T) by (apply (flight_later u); auto; lra).
         pose proof (enters t T _ x P (flight_now _ _ _ _ G)) as M; cbn; apply course_span; auto.
-        apply (IH ((v, e) :: es) t x); auto; [lra|]; inversion P; subst; auto; destruct ps; auto.
+        apply (IH End ((v, e) :: es) t x); auto; [lra|]; inversion P; subst; auto; destruct ps; auto.
   Qed.
 
   Lemma first_span : forall s T ps, spans s T ps ->
@@ -125,6 +127,7 @@ End Windows.
 
 Section Teams.
   Variables (robots : list robot) (windows : list (nat -> R * R)) (d : R).
+  Variable last : places -> bool.
 
   (** Own letters; [others u a]: a robot that is not followed may show [a] at [u]. *)
   Variable others : R -> letter -> Prop.
@@ -149,16 +152,17 @@ Section Teams.
   Qed.
 
   Theorem flight_own : forall f starts s T ps is c es,
+    (forall x, placed windows d T x -> last x = true) ->
     spans _ _ _ own_may_be (own_does robots) (placed windows d) own_happens s T ps ->
-    check_own robots f starts (map fst ps) is = true ->
+    check_own robots last f starts (map fst ps) is = true ->
     In c starts -> length c = length robots ->
     flight _ _ (placed windows d) own_happens s c es T ->
     own_word robots c (map snd es) <> [] ->
     (forall i, (i < length robots)%nat -> read_in_each robots i false c (map snd es)) ->
     ssat f (own_word robots c (map snd es)).
   Proof.
-    intros f starts s T ps is c es P H I L F N A.
-    apply (check_own_sound robots f starts (map fst ps) is); auto.
+    intros f starts s T ps is c es End P H I L F N A.
+    apply (check_own_sound robots last f starts (map fst ps) is); auto.
     eapply flight_course; eauto; [lra | eapply first_span; eauto].
   Qed.
 
@@ -183,13 +187,14 @@ Section Teams.
   Qed.
 
   Theorem flight_joint : forall f starts s T ps is c a xs,
+    (forall x, placed windows d T x -> last x = true) ->
     spans _ _ _ joint_may_be (joint_does robots) joint_at joint_happens s T ps ->
-    check_joint robots f starts (map fst ps) is = true ->
+    check_joint robots last f starts (map fst ps) is = true ->
     In (a, c) starts -> flight _ _ joint_at joint_happens s (c, a) xs T ->
     ssat f (a :: map snd (map snd xs)).
   Proof.
-    intros f starts s T ps is c a xs P H I F.
-    apply (check_joint_sound robots f starts (map fst ps) is c); auto.
-    eapply flight_course; eauto; [lra | eapply first_span; eauto].
+    intros f starts s T ps is c a xs End P H I F.
+    apply (check_joint_sound robots last f starts (map fst ps) is c); auto.
+    eapply flight_course; eauto; [intros x [Pl _]; auto | lra | eapply first_span; eauto].
   Qed.
 End Teams.

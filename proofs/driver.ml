@@ -97,8 +97,9 @@ let own () =
   let robots = list robot in
   let f = spec () in
   let starts = list places in
+  let last = list places in
   let spans = list span in
-  yes (check_own robots f starts spans (invariant marked))
+  yes (check_own robots (permitted last) f starts spans (invariant marked))
 
 (* The team shows what its robots show, and one of the letters that the others may add. *)
 let joint () =
@@ -108,8 +109,24 @@ let joint () =
   let letters others c = List.map (fun a -> own c @ a) others in
   let first = list letter in
   let starts = List.concat_map (fun c -> List.map (fun a -> (a, c)) (letters first c)) (list places) in
+  let last = list places in
   let spans = List.map (fun (allowed, others) -> (allowed, letters others)) (list span) in
-  yes (check_joint robots f starts spans (invariant places))
+  yes (check_joint robots (permitted last) f starts spans (invariant places))
+
+(* Any system, written out: for each span its moves and how it is entered, by states. *)
+let system () =
+  let move () = let o = (match next () with "-" -> None | _ -> Some (letter ())) in (o, marked ()) in
+  let table () =
+    let found = Hashtbl.create 64 in
+    List.iter (fun (s, ms) -> Hashtbl.replace found s ms) (list (fun () -> let s = marked () in (s, list move)));
+    fun s -> Option.value (Hashtbl.find_opt found s) ~default:[]
+  in
+  let f = formula () in
+  let starts = list move in
+  let spans = list (fun () -> let moves = table () in (moves, table ())) in
+  let finals = list marked in
+  let final s = List.mem s finals in
+  yes (check_invariant (fun (moves, _) -> moves) (fun (_, enters) -> enters) final read_more f starts spans (invariant marked))
 
 let () =
   try
@@ -121,6 +138,7 @@ let () =
       | "word" -> print_endline (word ())
       | "joint" -> print_endline (joint ())
       | "own" -> print_endline (own ())
+      | "system" -> print_endline (system ())
       | other -> failwith ("case " ^ other)
     done
   with End_of_file -> ()

@@ -15,7 +15,7 @@ import pytest
 
 import verify
 from tests.helpers import proof_rules as rules
-from tests.helpers.proved_checkers import REALS, ask, build_checkers, build_proofs, team_case, tree_case, word_case
+from tests.helpers.proved_checkers import REALS, ask, build_checkers, build_proofs, system_case, team_case, tree_case, word_case
 
 pytestmark = [
     pytest.mark.slow,
@@ -182,10 +182,10 @@ def test_formulas_mean_what_the_judge_takes_them_for(checkers: Path) -> None:
 # Invariants
 
 
-def chains(words: list[list[frozenset[int]]], own: bool, followed: int) -> tuple[rules.Team, list[rules.Span]]:
+def chains(words: list[list[frozenset[int]]], own: bool, followed: int, apart: bool) -> tuple[rules.Team, list[rules.Span]]:
     """Return robots that show their words one letter after another, and the spans of a flight to all words' ends.
 
-    Of robots that are not followed the spans say what they may show.
+    Of robots that are not followed the spans say what they may show. `apart` gives the end a span of its own.
     """
     ours, others = words[:followed], words[followed:]
 
@@ -197,20 +197,23 @@ def chains(words: list[list[frozenset[int]]], own: bool, followed: int) -> tuple
     robots = [(word, [(i, i + 1) for i in range(len(word) - 1)]) for word in ours]
     everywhere = rules.Span(tuple(tuple(range(len(word))) for word in ours), shown(others))
     at_last = rules.Span(tuple((len(word) - 1,) for word in ours), shown([word[-1:] for word in others]))
-    return rules.Team(robots, own), [everywhere, at_last]
+    return rules.Team(robots, own, list(at_last.places)), [everywhere, at_last] if apart else [everywhere]
 
 
 class Case:
     """A team with a formula, its invariant, and what Python says of it."""
 
-    def __init__(self, words: list[list[frozenset[int]]], spec: Any, own: bool, followed: int) -> None:
-        self.team, self.spans = chains(words, own, followed)
+    def __init__(self, words: list[list[frozenset[int]]], spec: Any, own: bool, followed: int, apart: bool = True) -> None:
+        self.team, self.spans = chains(words, own, followed, apart)
         self.spec, self.places = spec, [(0,) * followed]
         self.starts = self.team.starts(self.places, self.spans[0])
         self.invariant = rules.find_invariant(self.team, spec, self.starts, self.spans)
 
     def asked(self) -> str:
         return team_case(self.team, self.spec, self.places, self.spans, self.invariant)
+
+    def written_out(self) -> str:
+        return system_case(self.team, self.spec, self.starts, self.spans, self.invariant)
 
     def expected(self) -> str:
         holds = rules.check_invariant(self.team, self.spec, self.starts, self.spans, self.invariant)
@@ -226,7 +229,7 @@ def test_invariants_say_what_the_judge_says_of_teams(checkers: Path, reading: An
         text, spec = random_formula(draw, draw.randint(1, 6))
         if number == 0:  # one after the other, in either order, r1 and r2 satisfy it; together they do not
             words, (text, spec) = [[frozenset({0}), frozenset()], [frozenset(), frozenset({1})]], TRAPS[reading]
-        cases.append(Case(words, spec, reading == "own", len(words)))
+        cases.append(Case(words, spec, reading == "own", len(words), apart=number % 2 == 0))
         verdict = verify.check_team(text, {f"r{i}": named(word) for i, word in enumerate(words)}, reading).parallel
         judged.append("yes" if verdict else "no")
     verdicts = ask(checkers, (case.asked() for case in cases))
@@ -290,4 +293,5 @@ def test_both_checkers_refuse_the_same_edits(
         cases.append(case)
     expected = [case.expected() for case in cases]
     assert ask(checkers, (case.asked() for case in cases)) == expected
+    assert ask(checkers, (case.written_out() for case in cases)) == expected
     assert "no" in expected

@@ -190,9 +190,10 @@ class Span:
 class Team:
     """The moves of followed robots: `joint`, of places; `own`, of places with who was read since its letter changed."""
 
-    def __init__(self, robots: list[Robot], own: bool) -> None:
+    def __init__(self, robots: list[Robot], own: bool, last: list[Places]) -> None:
         self.robots = robots
         self.own = own
+        self.last = last
 
     def starts(self, places: list[Places], first: Span) -> list[Move]:
         if self.own:
@@ -210,7 +211,9 @@ class Team:
         return [(own | letter, at) for letter in span.others]
 
     def final(self, at: Any) -> bool:
-        return not self.own or all(read for _, read in at)
+        places = tuple(q for q, _ in at) if self.own else at
+        ended = all(q in permitted for q, permitted in zip(places, self.last, strict=True))
+        return ended and (not self.own or all(read for _, read in at))
 
     def moves(self, span: Span, at: Any) -> list[Move]:
         if not self.own:

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
-from tests.helpers.proof_rules import Invariant, Span, Team
+from tests.helpers.proof_rules import Invariant, Move, Span, Team, normal
 
 PROOFS = Path(__file__).parents[2] / "proofs"
 REALS = {
@@ -98,7 +98,40 @@ def team_case(team: Team, spec: Any, places: list[tuple[int, ...]], spans: list[
             formula(spec),
             *([] if team.own else [letters(spans[0].others)]),
             listed(places, numbers),
+            listed(team.last, numbers),
             listed(spans, lambda span: f"{listed(span.places, numbers)} {letters(span.others)}"),
             listed(invariant, lambda entries: listed(entries, entry)),
+        ]
+    )
+
+
+def system_case(team: Team, spec: Any, starts: list[Move], spans: list[Span], invariant: Invariant) -> str:
+    """Write a team's moves out, of all states that the invariant names."""
+
+    def state(at: Any) -> str:
+        return listed(at, lambda x: f"{x[0]} {int(x[1])}" if team.own else f"{x} 0")
+
+    def move(one: Move) -> str:
+        letter, at = one
+        return f"{'-' if letter is None else f'+ {numbers(sorted(letter))}'} {state(at)}"
+
+    def table(states: list[Any], moves: Callable[[Any], list[Move]]) -> str:
+        return listed(states, lambda at: f"{state(at)} {listed(moves(at), move)}")
+
+    def span(number: int) -> str:
+        here = list(dict.fromkeys(at for at, _ in invariant[number])) if number < len(invariant) else []
+        before = list(dict.fromkeys(at for at, _ in invariant[number - 1])) if 0 < number <= len(invariant) else []
+        moves = table(here, lambda at: team.moves(spans[number], at))
+        return f"{moves} {table(before, lambda at: team.enters(spans[number], at))}"
+
+    ended = list(dict.fromkeys(at for entries in invariant for at, _ in entries if team.final(at)))
+    return " ".join(
+        [
+            "system",
+            formula(normal(spec, False)),
+            listed(starts, move),
+            listed(range(len(spans)), span),
+            listed(ended, state),
+            listed(invariant, lambda entries: listed(entries, lambda one: f"{state(one[0])} {listed(one[1], formula)}")),
         ]
     )
