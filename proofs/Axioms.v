@@ -1,6 +1,6 @@
 (** Print the axioms of each theorem that the kernel rests on. *)
 
-From LtlPlan Require Bernstein Crossing Halves Tree Regions Margins Farkas Angles Instants Progression Invariant Clocks Timeline.
+From LtlPlan Require Bernstein Crossing Halves Tree Regions Margins Farkas Pairs Angles Instants Progression Invariant Clocks Timeline.
 
 Print Assumptions Bernstein.bern_sum.
 Print Assumptions Bernstein.bern_power.
@@ -33,6 +33,9 @@ Print Assumptions Margins.rest_grows.
 Print Assumptions Farkas.farkas_outside.
 Print Assumptions Farkas.farkas_keeps.
 Print Assumptions Farkas.farkas_ball.
+Print Assumptions Pairs.apart_moved.
+Print Assumptions Pairs.stretched_grows.
+Print Assumptions Pairs.flown.
 Print Assumptions Angles.cosine_above.
 Print Assumptions Instants.instant_letter.
 Print Assumptions Progression.normal_sat.
