@@ -8,7 +8,7 @@ the robot holds before and after.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import reduce
 from operator import or_
 
@@ -75,26 +75,11 @@ class JointConjunct:
             return DEAD if state == DEAD else images[state]
         return reduce(or_, (images[at] for at in bits(state) if images[at] != DEAD), 0) or DEAD
 
-    def is_never_lost(self, most: int) -> bool:
-        """Tell whether no letter leads any state to `DEAD`; False where there are too many to try."""
-        letters = self._letters(most)
-        return bool(letters) and all(self.step(state, letter) != DEAD for state in self.domain for letter in letters)
-
-    def _letters(self, most: int) -> list[int]:
-        """Return all letters; none where with the states they are too many to try."""
-        letters = [0]
-        for bit in self._bit.values():
-            letters += [letter | bit for letter in letters]
-            if len(letters) * len(self.domain) > most:
-                return []
-        return letters
-
     def repeats(self, most: int) -> bool:
         """Tell whether reading any letter twice is the same as reading it once; False where there are too many to try."""
-        letters = self._letters(most)
-        if not letters:
+        if len(self.domain) << len(self._bit) > most and self._bit:
             return False
-        once = [(letter, self.step(state, letter)) for state in self.domain for letter in letters]
+        once = ((letter, self.step(state, letter)) for letter in subsets(self.mask) for state in self.domain)
         return all(self.step(after, letter) == after for letter, after in once)
 
 
@@ -107,7 +92,6 @@ class WordEffects:
 
     Attributes:
         contexts: What others may hold; empty for anything.
-        never_lost: Whether it is known that no letter leads any state of the conjunct to `DEAD`.
         first: For each number, what the robot holds before it flies.
         last: What it holds afterwards.
         moved: Whether its letter ever changes.
@@ -121,7 +105,6 @@ class WordEffects:
         self.first: list[int] = []
         self.last: list[int] = []
         self.moved: list[bool] = []
-        self.never_lost = contexts is not None and part.is_never_lost(MAX_IMAGES)
         self.contexts = tuple(contexts or ())
         self._contexts = None if contexts is None else {context: i for i, context in enumerate(contexts)}
         self._acts: list[tuple[tuple[int, ...], ...]] = []  # without contexts: the word, as one tuple
@@ -213,3 +196,13 @@ class WordEffects:
             self.moved.append(moved)
             self._acts.append(act)
         return found
+
+
+def subsets(mask: int) -> Iterator[int]:
+    """Yield all sets of bits within a mask."""
+    at = mask
+    while True:
+        yield at
+        if not at:
+            return
+        at = (at - 1) & mask

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from functools import reduce
 from itertools import accumulate
@@ -14,7 +14,7 @@ from ltlplan.logic.budget import TooLarge
 from ltlplan.search.bounds.conjunct_bounds import ConjunctBounds
 from ltlplan.search.bounds.conjunct_graph import ConjunctGraph
 from ltlplan.search.bounds.order_bounds import OrderBounds
-from ltlplan.search.joint.conjuncts import JointConjunct, WordEffects
+from ltlplan.search.joint.conjuncts import JointConjunct, WordEffects, subsets
 from ltlplan.search.memoization import memoized
 from ltlplan.search.reduced_graph import ReducedGraph, Team
 from ltlplan.search.sequential_reading import Objective, SequentialReading
@@ -212,7 +212,7 @@ class JointReading(SequentialReading[Progress]):
         robot, states, own, held, elements, before = progress
         done = tuple(tuple(sorted((*those, element))) for those, element in zip(before, elements, strict=True))
         for index, (words, numbers) in enumerate(zip(self._words, done, strict=True)):
-            if not words.never_lost and self._breaks(index, numbers, self._waiting[robot] & words.part.mask, False):
+            if self._breaks(index, numbers, self._waiting[robot] & words.part.mask, False):
                 return DEAD
         return self._number((robot + 1, states, _NOT_YET, held | own, (), done), rest, missing)
 
@@ -264,7 +264,7 @@ class _Orders(OrderBounds[int, Seen]):
         part = self._words.part
         return frozenset(
             (state, held)
-            for held in _subsets(part.mask)
+            for held in subsets(part.mask)
             for state in part.domain
             if any(map(part.accepting, self._reached(state, held, after, landed)))
         )
@@ -290,23 +290,13 @@ def _backwards(part: JointConjunct, masks: Sequence[int]) -> ConjunctGraph[Seen]
     if not part.deterministic or len(part.domain) * len(letters) * 4 ** part.mask.bit_count() > MAX_MOVES:
         return None
     back: dict[Seen, list[tuple[Seen, int]]] = defaultdict(list)
-    for held in _subsets(part.mask):
+    for held in subsets(part.mask):
         for state in part.domain:
             for letter in letters:
-                for stays in _subsets(held):
+                for stays in subsets(held):
                     after = part.step(state, letter | stays)
                     if after != DEAD:
                         back[after, letter | stays].append(((state, held), letter))
-    nodes = [(state, held) for state in part.domain for held in _subsets(part.mask)]
+    nodes = [(state, held) for state in part.domain for held in subsets(part.mask)]
     goals = frozenset(node for node in nodes if part.accepting(node[0]))
     return ConjunctGraph(nodes, back, goals, part.mask, {letter for letter in letters if letter})
-
-
-def _subsets(mask: int) -> Iterator[int]:
-    """Yield all sets of bits within a mask."""
-    at = mask
-    while True:
-        yield at
-        if not at:
-            return
-        at = (at - 1) & mask
