@@ -96,6 +96,10 @@ class Allocation:
     meetings: tuple[Meeting, ...] = ()
     precedences: tuple[Precedence, ...] = ()
 
+    def legs(self, mission: Mission) -> frozenset[Leg]:
+        """Return the legs that the robots fly."""
+        return frozenset[Leg]().union(*(does.legs(mission, name) for name, does in self.robots.items()))
+
 
 @dataclass(frozen=True, slots=True)
 class Known:

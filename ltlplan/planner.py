@@ -68,8 +68,8 @@ def make_plan(
         if method is not None:
             raise BadInput("A sequence of passages leaves a planning method nothing to choose; leave one of the two out.")
         say("laying the path through the sequence of hoops", 0.2)
-        nominal = nominal_sequence(mission)
-        return plan_of(mission, nominal.allocation, _improved(mission, nominal.paths, rng, say, workers), method=SEQUENCE)
+        laid = nominal_sequence(mission)
+        return plan_of(mission, laid, _improved(mission, laid.paths or {}, rng, say, workers), method=SEQUENCE)
     named = mission.planner.method if method is None else method
     if isinstance(named, str) and named in _NO_COUNTS and (count := first_count(mission.written)) is not None:
         raise BadInput(
@@ -93,21 +93,22 @@ def make_plan(
         if (first.meetings or not first.precedences) and (wall := open_wall(mission, words)) is not None:
             raise wall
         return plan_of(mission, first, first.paths, method=name)
-    from ltlplan.paths.nominal import nominal_paths
+    from ltlplan.paths.nominal import lay_path, nominal_paths
     from ltlplan.paths.team_laps import lay_laps
 
     laps = mission.spec.trace == "infinite" and len(mission.agents) > 1
-    lay = lay_laps if laps else None
-    nominal = nominal_paths(mission, lambda blocked: allocation(blocked) if blocked else first, lay=lay, progress=say)
+    lay = lay_laps if laps else lay_path
+    laid = nominal_paths(mission, lambda blocked: allocation(blocked) if blocked else first, lay=lay, progress=say)
+    paths = laid.paths or {}
     if laps:
-        return plan_of(mission, nominal.allocation, nominal.paths, method=name)
-    waits = mission.written.counts or bool(nominal.allocation.meetings)
+        return plan_of(mission, laid, paths, method=name)
+    waits = mission.written.counts or bool(laid.meetings)
     if waits and len(mission.agents) > 1 and not mission.hoops:
         from ltlplan.paths.improvement import without_swings
 
-        steady = {robot: without_swings(mission, robot, path) for robot, path in nominal.paths.items()}
-        return plan_of(mission, nominal.allocation, steady, method=name)  # refinement gives each robot places of its own
-    return plan_of(mission, nominal.allocation, _improved(mission, nominal.paths, rng, say, workers), method=name)
+        steady = {robot: without_swings(mission, robot, path) for robot, path in paths.items()}
+        return plan_of(mission, laid, steady, method=name)  # refinement gives each robot places of its own
+    return plan_of(mission, laid, _improved(mission, paths, rng, say, workers), method=name)
 
 
 def plan_of(mission: Mission, allocation: Allocation, paths: Mapping[str, RobotPlan], *, method: str) -> Plan:
@@ -201,7 +202,7 @@ def _checked(found: object, mission: Mission, method: str) -> Allocation:
 
 
 def _improved(
-    mission: Mission, paths: dict[str, RobotPlan], rng: np.random.Generator, say: Progress, workers: Workers | None
+    mission: Mission, paths: Mapping[str, RobotPlan], rng: np.random.Generator, say: Progress, workers: Workers | None
 ) -> dict[str, RobotPlan]:
     """Improve each robot's path by cross-entropy, with draws of its own: side by side or not, they come to the same."""
     from ltlplan.paths.improvement import improved_path

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ltlplan.paths.sampling.least_snap_spline import LeastSnapSpline
+from ltlplan.search.memoization import memoized
 from verify.data import BadInput, RobotPlan
 from verify.data.arrays import Floats
 from verify.data.choices import COST_TERMS
@@ -26,7 +27,6 @@ class CostError(BadInput):
     """A cost that cannot be used: an unknown term, a bad weight, a function that returns no finite number a path."""
 
 
-@dataclass(frozen=True, eq=False)
 class Sampling:
     """Where a spline is sampled: matrices that turn points into sampled paths, shared by all paths of a round.
 
@@ -35,22 +35,16 @@ class Sampling:
         instants: s, equally spaced over the spline, both ends included. Shape (instants,).
     """
 
-    spline: LeastSnapSpline
-    instants: Floats
-
     def __init__(self, spline: LeastSnapSpline, count: int = 200) -> None:
         if count < 2:
             raise BadInput(f"A path is sampled at two instants or more, not {count}.")
-        object.__setattr__(self, "spline", spline)
-        object.__setattr__(self, "instants", np.linspace(spline.times[0], spline.times[-1], count))
-        object.__setattr__(self, "_matrices", {})
+        self.spline = spline
+        self.instants = np.linspace(spline.times[0], spline.times[-1], count)
 
+    @memoized
     def matrix(self, derivative: int) -> Floats:
         """Return the map from points to a derivative at the instants. Shape (instants, points)."""
-        known: dict[int, Floats] = self.__dict__["_matrices"]
-        if derivative not in known:
-            known[derivative] = np.ascontiguousarray(self.spline.sampling(self.instants, derivative))
-        return known[derivative]
+        return np.ascontiguousarray(self.spline.sampling(self.instants, derivative))
 
     def paths(self, points: ArrayLike, scale: ArrayLike = 1.0) -> SampledPaths:
         """Return the paths through these points.
@@ -91,15 +85,13 @@ class SampledPaths:
         values = self.unscaled(derivative)
         return values if derivative == 0 or np.all(self.scale == 1.0) else values / self.scale**derivative
 
+    @memoized
     def unscaled(self, derivative: int) -> Floats:
         """Return a derivative in the spline's own time, whatever the time scale. Shape (instants, 3, paths)."""
-        known: dict[int, Floats] = self.__dict__.setdefault("_unscaled", {})
-        if derivative not in known and len(self) == 1:  # one path needs no matrix
-            known[derivative] = self.sampling.spline.evaluate(self.points[0], self.sampling.instants, derivative)[:, :, None]
-        elif derivative not in known:
-            flat = self.points.transpose(1, 2, 0).reshape(self.points.shape[1], -1)
-            known[derivative] = (self.sampling.matrix(derivative) @ flat).reshape(-1, 3, len(self))
-        return known[derivative]
+        if len(self) == 1:  # one path needs no matrix
+            return self.sampling.spline.evaluate(self.points[0], self.sampling.instants, derivative)[:, :, None]
+        flat = self.points.transpose(1, 2, 0).reshape(self.points.shape[1], -1)
+        return (self.sampling.matrix(derivative) @ flat).reshape(-1, 3, len(self))
 
     @property
     def position(self) -> Floats:
@@ -138,9 +130,8 @@ class SampledPaths:
 
     def rescaled(self, scale: ArrayLike) -> SampledPaths:
         """Return the same paths flown in other times; what was computed is kept where time does not matter."""
-        result = SampledPaths(self.sampling, self.points, np.broadcast_to(np.asarray(scale, dtype=np.float64), len(self)))
-        result.__dict__["_unscaled"] = self.__dict__.setdefault("_unscaled", {})
-        result.__dict__["length"] = self.length  # a path is as long at any speed
+        result = self.sampling.paths(self.points, scale)
+        result.__dict__.update(unscaled=self.unscaled, length=self.length)  # a path is as long at any speed
         return result
 
 

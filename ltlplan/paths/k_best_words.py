@@ -150,8 +150,7 @@ def _compared(mission: Mission, context: Context, prices: _Prices, first: Alloca
                 yield prices.of(allocation), allocation
 
     def part(shut: _Shut, found: Allocation) -> Iterator[_Shut]:
-        legs = {leg for name, does in found.robots.items() for leg in does.legs(mission, name)}
-        return (_Shut(shut.legs | {leg}, shut.grounded) for leg in sorted(legs, key=str))
+        return (_Shut(shut.legs | {leg}, shut.grounded) for leg in sorted(found.legs(mission), key=str))
 
     robots = frozenset(mission.agents) if 1 < len(mission.agents) <= _FEW else frozenset[str]()
     few = [*({robot} for robot in sorted(robots)), *(robots - {robot} for robot in sorted(robots))]
@@ -171,7 +170,7 @@ class _Shut:
 
     def met(self, mission: Mission, found: Allocation) -> bool:
         """Tell whether an assignment has a leg that is shut, for want of any other."""
-        return any(self.forbids(leg) for name, does in found.robots.items() for leg in does.legs(mission, name))
+        return any(map(self.forbids, found.legs(mission)))
 
     def avoided(self, cost: Cost) -> Cost:
         def dear(robot: str, start: Point | str, region: str) -> float:

@@ -9,15 +9,17 @@ from __future__ import annotations
 
 import itertools
 import math
+from functools import cache
 
 import numpy as np
 
-from ltlplan.paths.costs import Sampling, cost_of, evaluate
+from ltlplan.paths.costs import Sampling, WeightedCost, cost_of, evaluate
 from ltlplan.paths.improvement import RAMPS
 from ltlplan.paths.sampling.least_snap_spline import LeastSnapSpline
 from ltlplan.systems.robot_systems import Systems, weighted_metres
 from ltlplan.systems.transition_systems import Cost
 from verify.data import Mission
+from verify.data.arrays import Floats
 from verify.data.shapes.inequalities import Point
 
 _FAR = 1e5  # in place of infinite costs
@@ -67,45 +69,37 @@ def expected_costs(mission: Mission) -> Cost:
     Args:
         mission: Gives regions, weights and speeds.
     """
-    return _Expected(mission)
+    straight, rates = Systems(mission), weighted_metres(mission)
+    centres = {name: np.array(region.center) for name, region in mission.all_regions.items()}
+    functions = {robot: cost_of(mission, robot) for robot in mission.agents}
 
-
-class _Expected:
-    def __init__(self, mission: Mission) -> None:
-        self._mission = mission
-        self._straight = Systems(mission)
-        self._centres = {name: np.array(region.center) for name, region in mission.all_regions.items()}
-        self._functions = {robot: cost_of(mission, robot) for robot in mission.agents}
-        self._rates = weighted_metres(mission)
-        self._known: dict[tuple[object, ...], float] = {}
-
-    def __call__(self, robot: str, start: Point | str, region: str) -> float:
-        """Return about what a robot's leg costs; never negative or infinite."""
-        speed = self._straight.nominal_speed(robot)
-        key = (self._functions[robot].weights, speed, start, region)
-        if key not in self._known:
-            metres = self._straight.metres(robot, self._straight.leg(robot, start, region))
-            self._known[key] = self._price(robot, start, region, metres) if math.isfinite(metres) else _FAR
-        return self._known[key]
-
-    def _price(self, robot: str, start: Point | str, region: str, metres: float) -> float:
-        here = self._centres[start] if isinstance(start, str) else np.array(start)
-        way = self._centres[region] - here
+    @cache  # robots of the same weights and speed pay the same
+    def price(function: WeightedCost, speed: float, start: Point | str, region: str, metres: float, rate: float) -> float:
+        here = centres[start] if isinstance(start, str) else np.array(start)
+        way = centres[region] - here
         if (far := float(np.linalg.norm(way))) < _SHORTEST:  # out of the region and back
             way, far = np.array([max(metres, _SHORTEST), 0.0, 0.0]), max(metres, _SHORTEST)
         if isinstance(start, str):
             level = np.array([-way[1], way[0], 0.0])
             side = level * (far / size) if (size := float(np.linalg.norm(level))) > 0 else np.array([far, 0.0, 0.0])
-            before = here - side
-            cost = self._of(robot, before, here, here + way) - self._of(robot, before, here)
+            cost = _flown(function, speed, here - side, here, here + way) - _flown(function, speed, here - side, here)
         else:
-            cost = self._of(robot, here, here + way)
-        cost += self._rates[robot] * max(0.0, metres - far)  # what ways around obstacles are longer
+            cost = _flown(function, speed, here, here + way)
+        cost += rate * max(0.0, metres - far)  # what ways around obstacles are longer
         return min(max(cost, 0.0), _FAR)
 
-    def _of(self, robot: str, *points: np.ndarray) -> float:
-        speed = self._straight.nominal_speed(robot)
-        lengths = [float(np.linalg.norm(b - a)) for a, b in itertools.pairwise(points)]
-        sampling = Sampling(LeastSnapSpline(np.cumsum([0.0, *lengths]) / speed), _SAMPLES)
-        found = float(evaluate(self._functions[robot], sampling.paths(np.array(points)))[0])
-        return found if math.isfinite(found) else _FAR
+    def leg(robot: str, start: Point | str, region: str) -> float:
+        metres = straight.metres(robot, straight.leg(robot, start, region))
+        if not math.isfinite(metres):
+            return _FAR
+        return price(functions[robot], straight.nominal_speed(robot), start, region, metres, rates[robot])
+
+    return leg
+
+
+def _flown(function: WeightedCost, speed: float, *points: Floats) -> float:
+    """Return the cost of a flight through points, at a mean speed on each line."""
+    lengths = [float(np.linalg.norm(b - a)) for a, b in itertools.pairwise(points)]
+    sampling = Sampling(LeastSnapSpline(np.cumsum([0.0, *lengths]) / speed), _SAMPLES)
+    found = float(evaluate(function, sampling.paths(np.array(points)))[0])
+    return found if math.isfinite(found) else _FAR

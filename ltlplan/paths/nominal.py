@@ -8,7 +8,7 @@ again, the cheapest answer first (`ltlplan.search.lawler`).
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Literal
 
 from ltlplan.allocation import Allocation, Itinerary, Leg
@@ -24,20 +24,11 @@ _TRIES = 6  # allocations whose paths are tried
 _SEARCHES = 61  # times that a method is asked, at most
 
 
-@dataclass(frozen=True, slots=True)
-class Nominal:
-    """An allocation with a path for each robot.
-
-    Attributes:
-        allocation: Who does what; with notes on what was passed over.
-        paths: Each robot's path, in the mission's order.
-    """
-
-    allocation: Allocation
-    paths: dict[str, RobotPlan]
+Lay = Callable[[Mission, str, Itinerary], tuple[RobotPlan, tuple[str, ...]]]
+"""From a robot and what it does to its path, with notes; raises Infeasible where there is none."""
 
 
-def nominal_sequence(mission: Mission) -> Nominal:
+def nominal_sequence(mission: Mission) -> Allocation:
     """Return the path through the mission's `sequence`, which leaves no method anything to choose.
 
     Raises:
@@ -47,71 +38,7 @@ def nominal_sequence(mission: Mission) -> Nominal:
     path = route_sequence(mission)
     (name,) = mission.agents
     does = Itinerary(path.visits, path.word, path.cycle_visit, path.cost)
-    return Nominal(Allocation(robots={name: does}, cost=path.cost, complete=True), {name: path})
-
-
-def nominal_paths(
-    mission: Mission,
-    allocate: Callable[[frozenset[Leg]], Allocation],
-    *,
-    lay: Callable[[Mission, str, Itinerary], tuple[RobotPlan, tuple[str, ...]]] | None = None,
-    progress: Progress = silent,
-) -> Nominal:
-    """Lay the paths of the cheapest allocation that has some.
-
-    Args:
-        mission: What is asked.
-        allocate: From legs that are blocked to an allocation that does without them, if there is one.
-        lay: From a robot and what it does to its path and notes; raises Infeasible where there is none. By default `lay_path`.
-        progress: Told a sentence and the share done, 0 to 1.
-
-    Raises:
-        Unsatisfiable: No words that these robots can fly satisfy the formula.
-        Infeasible: No path was found along any of the words that were tried; the error is the cheapest words' own. Or each of them
-            leads through a wall that rooms share, at which the formula may break.
-    """
-    lay = lay or lay_path
-    blocked_robot: dict[tuple[object, ...], str] = {}  # of each allocation that was tried
-    errors: list[Infeasible] = []
-
-    def solve(shut: frozenset[Leg]) -> Iterator[tuple[float, Allocation]]:
-        try:
-            found = allocate(shut)
-        except (TooLarge, Infeasible):
-            if not shut:
-                raise
-            return  # this space is too large to search, or takes longer than vehicles fly; the others may not be
-        if not any(does.legs(mission, name) & shut for name, does in found.robots.items()):
-            yield found.cost, found
-
-    def part(shut: frozenset[Leg], found: Allocation) -> Iterator[frozenset[Leg]]:
-        robot = blocked_robot[_key(found)]
-        return (shut | {leg} for leg in sorted(found.robots[robot].legs(mission, robot), key=str))
-
-    first: Allocation | None = None
-    for _, _, _, found in Partition([frozenset[Leg]()], solve, part, searches=_SEARCHES):
-        first = first or found
-        if _key(found) in blocked_robot:
-            continue
-        paths: dict[str, RobotPlan] = {}
-        notes: list[str] = []
-        try:
-            words = {name: does.word for name, does in found.robots.items()}
-            if (found.meetings or not found.precedences) and (wall := open_wall(mission, words)) is not None:
-                blocked_robot[_key(found)] = wall.robot
-                raise wall
-            for name, does in found.robots.items():
-                progress(f"laying the path of {name}", 0.2)
-                blocked_robot[_key(found)] = name
-                paths[name], said = lay(mission, name, does)
-                notes += said
-        except Infeasible as error:
-            errors.append(error)
-        else:
-            return Nominal(_noted(found, first, notes, errors), paths)
-        if len(errors) == _TRIES:
-            break
-    raise errors[0]
+    return Allocation(robots={name: does}, cost=path.cost, complete=True, paths={name: path})
 
 
 def lay_path(mission: Mission, name: str, does: Itinerary) -> tuple[RobotPlan, tuple[str, ...]]:
@@ -142,6 +69,73 @@ def lay_path(mission: Mission, name: str, does: Itinerary) -> tuple[RobotPlan, t
         except Infeasible:
             pass
         raise
+
+
+def nominal_paths(
+    mission: Mission,
+    allocate: Callable[[frozenset[Leg]], Allocation],
+    *,
+    lay: Lay = lay_path,
+    progress: Progress = silent,
+) -> Allocation:
+    """Lay the paths of the cheapest allocation that has some.
+
+    Args:
+        mission: What is asked.
+        allocate: From legs that are blocked to an allocation that does without them, if there is one.
+        lay: Lays one robot's path.
+        progress: Told a sentence and the share done, 0 to 1.
+
+    Returns:
+        The allocation with its paths, and with notes on what was passed over.
+
+    Raises:
+        Unsatisfiable: No words that these robots can fly satisfy the formula.
+        Infeasible: No path was found along any of the words that were tried; the error is the cheapest words' own. Or each of them
+            leads through a wall that rooms share, at which the formula may break.
+    """
+    blocked_robot: dict[tuple[object, ...], str] = {}  # of each allocation that was tried
+    errors: list[Infeasible] = []
+    first: Allocation | None = None
+
+    def solve(shut: frozenset[Leg]) -> Iterator[tuple[float, Allocation]]:
+        try:
+            found = allocate(shut)
+        except (TooLarge, Infeasible):
+            if not shut:
+                raise
+            return  # this space is too large to search, or takes longer than vehicles fly; the others may not be
+        if not found.legs(mission) & shut:
+            yield found.cost, found
+
+    def part(shut: frozenset[Leg], found: Allocation) -> Iterator[frozenset[Leg]]:
+        robot = blocked_robot[_key(found)]
+        return (shut | {leg} for leg in sorted(found.robots[robot].legs(mission, robot), key=str))
+
+    def laid(found: Allocation) -> Iterator[tuple[str, RobotPlan, tuple[str, ...]]]:
+        words = {name: does.word for name, does in found.robots.items()}
+        if (found.meetings or not found.precedences) and (wall := open_wall(mission, words)) is not None:
+            blocked_robot[_key(found)] = wall.robot
+            raise wall
+        for name, does in found.robots.items():
+            progress(f"laying the path of {name}", 0.2)
+            blocked_robot[_key(found)] = name
+            yield name, *lay(mission, name, does)
+
+    for _, _, _, found in Partition([frozenset[Leg]()], solve, part, searches=_SEARCHES):
+        first = first or found
+        if _key(found) in blocked_robot:
+            continue
+        try:
+            paths = list(laid(found))
+        except Infeasible as error:
+            errors.append(error)
+        else:
+            notes = [note for _, _, said in paths for note in said]
+            return replace(_noted(found, first, notes, errors), paths={name: path for name, path, _ in paths})
+        if len(errors) == _TRIES:
+            break
+    raise errors[0]
 
 
 def _noted(found: Allocation, first: Allocation, notes: list[str], errors: list[Infeasible]) -> Allocation:

@@ -160,7 +160,7 @@ def _without_a_leg(refusal: Refusal, witness: Witness) -> Iterator[Candidate | N
             found = without_legs(shut)(mission, Context(np.random.default_rng(made.seed), known=known))
         except NO_PLAN:
             return
-        if not any(does.legs(mission, name) & shut for name, does in found.robots.items()):
+        if not found.legs(mission) & shut:
             yield found.cost, shut
 
     spaces = (candidate.legs | legs for legs in _legs(made, witness))

@@ -46,10 +46,10 @@ def test_where_the_cheapest_hoop_is_behind_a_blocked_one_the_next_is_flown():
     assert [v.region for v in assign(mission).robots["quad0"].visits] == ["near"]
     found = nominal_paths(mission)
     assert [v.region for v in found.paths["quad0"].visits] == ["far"]
-    assert not found.allocation.complete
-    assert found.allocation.lower_bound == pytest.approx(1.7)  # of the cheapest words, flown or not
-    assert any("passed over" in note and "'wall' stands in the way" in note for note in found.allocation.notes)
-    assert set(found.allocation.notes) <= set(make_plan(mission).notes)
+    assert not found.complete
+    assert found.lower_bound == pytest.approx(1.7)  # of the cheapest words, flown or not
+    assert any("passed over" in note and "'wall' stands in the way" in note for note in found.notes)
+    assert set(found.notes) <= set(make_plan(mission).notes)
 
 
 def test_a_lasso_takes_the_next_cycle_too():
@@ -66,9 +66,9 @@ def test_what_can_be_flown_is_flown_as_before():
     mission = mission_with("F near & F far", workspace="{min: [-4, -2, 0.2], max: [2, 2, 2]}")
     found = nominal_paths(mission)
     cheapest = assign(mission)
-    assert found.allocation.robots == cheapest.robots
-    assert found.allocation.complete
-    assert found.allocation.notes == cheapest.notes
+    assert found.robots == cheapest.robots
+    assert found.complete
+    assert found.notes == cheapest.notes
 
 
 def test_orders_are_tried_in_the_order_of_their_cost_and_none_twice():
