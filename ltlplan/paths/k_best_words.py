@@ -9,7 +9,7 @@ planned together. A lower bound, from one more exact search over what each leg c
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from operator import itemgetter
 
@@ -61,10 +61,9 @@ def exact(mission: Mission, context: Context) -> Allocation:
     if not last:
         return by_metres  # all are blocked: whoever lays the paths says why
     seed = int(context.rng.integers(2**63))
-    flown = {(n, does): prices.improved(n, does, seed) for found in last for n, does in found.robots.items()}
-    costs = [team_cost(mission, [flown[entry].cost for entry in found.robots.items()]) for found in last]
-    best = last[costs.index(min(costs))]
-    paths = {name: flown[name, does] for name, does in best.robots.items()}
+    flown = [{name: prices.improved(name, does, seed) for name, does in found.robots.items()} for found in last]
+    costs = [team_cost(mission, [path.cost for path in paths.values()]) for paths in flown]
+    best, paths = last[costs.index(min(costs))], flown[costs.index(min(costs))]
     robots = {name: replace(does, cost=paths[name].cost) for name, does in best.robots.items()}
     bound = lower_bound(mission) if prices.bounded else None
     notes = (*best.notes, *_said(mission, len(priced), bounded=prices.bounded))
@@ -80,14 +79,9 @@ def _planned_together(mission: Mission, context: Context, by_metres: Allocation)
     prices, shut, found = _Prices(mission), _Shut(context.blocked), [by_metres]
     for cost, metre in ((least_costs(mission), least_rates(mission)), (expected_costs(mission), weighted_metres(mission))):
         context.progress("pricing words by their paths", 0.05 + 0.1 * len(found))
-        try:
-            other = assign(mission, cost=shut.avoided(cost), metre=metre)
-        except (TooLarge, Infeasible, Unsatisfiable):
-            continue
-        if not shut.met(mission, other):
+        if (other := shut.cheapest(mission, cost, metre)) is not None:
             found.append(replace(other, lower_bound=None, complete=False))
-    priced = [prices.of(each) for each in found]
-    best = found[priced.index(min(priced))]
+    best = min(found, key=prices.of)
     bound = lower_bound(mission) if prices.bounded else None
     said = [*_said(mission, len({_key(each) for each in found}), bounded=prices.bounded)]
     if prices.bounded and bound is None:
@@ -140,11 +134,8 @@ def _compared(mission: Mission, context: Context, prices: _Prices, first: Alloca
             yield prices.of(first), first
         for cost in costs if len(keys) < _PRICED else ():
             context.progress("pricing words by their paths", 0.05 + 0.1 * len(spaces.searched) / _BRANCHES)
-            try:
-                other = assign(mission, cost=shut.avoided(cost), metre=metre)
-            except (TooLarge, Infeasible, Unsatisfiable):
-                continue
-            if _key(other) not in keys and not (other.meetings or other.precedences or shut.met(mission, other)):
+            other = shut.cheapest(mission, cost, metre)
+            if other is not None and _key(other) not in keys and not (other.meetings or other.precedences):
                 keys.add(_key(other))
                 allocation = Allocation(robots=other.robots, cost=other.cost, notes=other.notes)
                 yield prices.of(allocation), allocation
@@ -168,15 +159,17 @@ class _Shut:
     def forbids(self, leg: Leg) -> bool:
         return leg in self.legs or leg[0] in self.grounded
 
-    def met(self, mission: Mission, found: Allocation) -> bool:
-        """Tell whether an assignment has a leg that is shut, for want of any other."""
-        return any(map(self.forbids, found.legs(mission)))
+    def cheapest(self, mission: Mission, cost: Cost, metre: Mapping[str, float]) -> Allocation | None:
+        """Return the assignment that costs least without what is shut; None where there is none, or the search is too large."""
 
-    def avoided(self, cost: Cost) -> Cost:
         def dear(robot: str, start: Point | str, region: str) -> float:
             return cost(robot, start, region) + (SHUT if self.forbids((robot, start, region)) else 0.0)
 
-        return dear
+        try:
+            found = assign(mission, cost=dear, metre=metre)
+        except (TooLarge, Infeasible, Unsatisfiable):
+            return None
+        return None if any(map(self.forbids, found.legs(mission))) else found
 
 
 class _Prices:
@@ -195,12 +188,7 @@ class _Prices:
 
     def of(self, found: Allocation) -> float:
         """Return the objective of an allocation; infinite where a path is blocked."""
-        costs = []
-        for name, does in found.robots.items():
-            costs.append(self._price(name, does))
-            if not math.isfinite(costs[-1]):
-                return math.inf
-        return team_cost(self._mission, costs)
+        return team_cost(self._mission, [self._price(name, does) for name, does in found.robots.items()])
 
     @memoized
     def _price(self, name: str, does: Itinerary) -> float:
@@ -214,6 +202,7 @@ class _Prices:
         self.bounded = self.bounded and all(plan_cost(ramped, term) >= 0 for term in self._others)
         return path.cost if self._laps else plan_cost(ramped, function)
 
+    @memoized
     def improved(self, name: str, does: Itinerary, seed: int) -> RobotPlan:
         """Return what cross-entropy makes of a path that was laid, by draws that depend on nothing but seed, robot and word."""
         return improved_path(self._mission, name, self._paths[name, does], lambda: own_draws(seed, name, does.word)).plan

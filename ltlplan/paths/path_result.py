@@ -61,17 +61,15 @@ def candidate_plans(mission: Mission, plan: RobotPlan, problem: PathProblem, poi
         return []
     dense = np.linspace(spline.times[0], spline.times[-1], 1000)
     place = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(spline.evaluate(points, dense), axis=0), axis=1))])
-    cuts_at = [float(x) for x in np.interp([cut.time for cut in cuts], dense, place)]
     cycle = None if spline.cycle is None else float(spline.times[spline.cycle])
+    visits = [(a.time, b.time) for a, b in itertools.pairwise(cuts) if b.permitted]  # there are only their own waypoints inside
+    free = [float(time) for time in spline.times if not any(a < time < b for a, b in visits)]
     found = []
     for close in _CLOSE:
-        taken, kept = list(cuts_at), []
-        for time in spline.times:
-            if any(a.time < time < b.time and b.permitted for a, b in itertools.pairwise(cuts)):
-                continue  # inside a visit there are only the visit's own waypoints
-            at = float(np.interp(time, dense, place))
+        taken, kept = [float(x) for x in np.interp([cut.time for cut in cuts], dense, place)], []
+        for time, at in zip(free, np.interp(free, dense, place).tolist(), strict=True):
             if time == cycle or min(abs(other - at) for other in taken) > close:
-                kept.append(_Cut(float(time), "via"))
+                kept.append(_Cut(time, "via"))
                 taken.append(at)
         candidate = _plan(where, plan, spline, points, sorted([*cuts, *kept], key=lambda cut: cut.time))
         if candidate is not None and keeps(problem, candidate):
@@ -129,7 +127,7 @@ def _cuts(where: Room, plan: RobotPlan, spline: LeastSnapSpline, points: Floats,
     stays: list[tuple[int, int, str]] = []
     for name, obstacle in where.regions.items():
         edges = np.flatnonzero(
-            np.diff(np.concatenate([[False], _level(obstacle, path) <= obstacle.level, [False]]).astype(int))
+            np.diff(np.concatenate([[False], obstacle.levels(path - obstacle.centre) <= obstacle.level, [False]]).astype(int))
         )
         stays += [(int(a), int(b), name) for a, b in edges.reshape(-1, 2)]
     stays.sort()
@@ -211,12 +209,8 @@ def _straight(hoop: KeptRegion, path: Floats, first: int, last: int) -> tuple[in
 def _middle(obstacle: KeptRegion, times: Floats, path: Floats, *, through: bool) -> float:
     """Time at which the hoop's plane is crossed, or at which a region is entered deepest."""
     if not through or obstacle.normal is None:
-        return float(times[int(np.argmin(_level(obstacle, path)))])
+        return float(times[int(np.argmin(obstacle.levels(path - obstacle.centre)))])
     along = (path - obstacle.centre) @ obstacle.normal
     k = int(np.flatnonzero(np.sign(along[1:]) != np.sign(along[:-1]))[-1]) if np.any(along[0] * along[-1] <= 0) else 0
     share = along[k] / (along[k] - along[k + 1]) if along[k] != along[k + 1] else 0.5
     return float(times[k] + np.clip(share, 0.01, 0.99) * (times[k + 1] - times[k]))
-
-
-def _level(obstacle: KeptRegion, path: Floats) -> Floats:
-    return obstacle.levels(path - obstacle.centre)

@@ -96,16 +96,6 @@ class Candidate:
     rounds: int = 0
     certified: Certified | None = None
 
-    def cut(self, cut: Cut, plan: Plan, *, rounds: int | None = None) -> Candidate:
-        """Return the candidate that comes after this one.
-
-        Args:
-            cut: What is forbidden of it.
-            plan: The next plan.
-            rounds: How many flights were judged by then; as many as for this one where None.
-        """
-        return replace(self, plan=plan, cuts=(*self.cuts, cut), rounds=self.rounds if rounds is None else rounds)
-
     def since(self, *kinds: CutKind) -> tuple[Cut, ...]:
         """Return the cuts of some kinds since a soft part was given up for the last time."""
         last = max((i + 1 for i, cut in enumerate(self.cuts) if cut.kind == "soft part"), default=0)
