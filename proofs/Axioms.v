@@ -52,6 +52,8 @@ Print Assumptions Clocks.order_forced.
 Print Assumptions Clocks.orders_exact.
 Print Assumptions Clocks.middle_near.
 Print Assumptions Timeline.flight_course.
+Print Assumptions Timeline.flight_begun.
+Print Assumptions Timeline.lists_all_permits.
 Print Assumptions Timeline.own_allows.
 Print Assumptions Timeline.joint_allows.
 Print Assumptions Timeline.flight_own.

@@ -1,8 +1,9 @@
 (** From flights in real time to the spans that the invariant checker walks over.
 
     Time is common; each robot's clock differs from it by at most [d].  On its own clock a
-    robot is in a place only within that place's window.  Spans are half-open, [s, t), and
-    the last one is closed. *)
+    robot is in a place only within that place's window.  Spans follow one another; each end
+    belongs to the span before it or to the one after it, so that spans may be half-open, or
+    instants and the gaps between them. *)
 
 Require Import Reals Lra List Bool.
 From LtlPlan Require Import Progression Invariant.
@@ -23,12 +24,18 @@ Section Timeline.
     (forall u x, times u -> is_at u x -> may_be p x) /\
     (forall u x e y, times u -> happens u x e y -> is_at u y -> does p x e y).
 
-  (** Spans with their ends, one after another from [s] to [T]. *)
-  Inductive spans : R -> R -> list (Span * R) -> Prop :=
-    | spans_last : forall p s t, s <= t ->
-        allows p (fun u => s <= u <= t) -> spans s t [(p, t)]
-    | spans_next : forall p s t T ps, s < t ->
-        allows p (fun u => s <= u < t) -> spans t T ps -> spans s T ((p, t) :: ps).
+  (** A span begins at [s], with it or just after it; so its end [t] belongs to it or not. *)
+  Definition from (i : bool) (s u : R) : Prop := if i then s <= u else s < u.
+  Definition upto (j : bool) (t u : R) : Prop := if j then u < t else u <= t.
+
+  (** Spans one after another from [s] to [T]: each with its end, and whether that is the
+      next one's. *)
+  Inductive spans : R -> bool -> R -> list (Span * (R * bool)) -> Prop :=
+    | spans_last : forall p s i t, from i s t ->
+        allows p (fun u => from i s u /\ u <= t) -> spans s i t [(p, (t, false))]
+    | spans_next : forall p s i t j T ps, s < t \/ (s = t /\ i = true /\ j = false) ->
+        allows p (fun u => from i s u /\ upto j t u) -> spans t j T ps ->
+        spans s i T ((p, (t, j)) :: ps).
 
   (** From [u] on it is so, until the next event; [T] is the end. *)
   Inductive flight : R -> X -> list (R * E) -> R -> Prop :=
@@ -44,56 +51,102 @@ Section Timeline.
   Lemma flight_late : forall u x es T, flight u x es T -> u <= T.
   Proof. induction 1; lra. Qed.
 
-  Lemma spans_order : forall s T ps, spans s T ps -> s <= T.
-  Proof. induction 1; lra. Qed.
+  Lemma spans_order : forall s i T ps, spans s i T ps -> s <= T.
+  Proof. induction 1 as [p s [|] t H | p s i t j T ps H]; unfold from in *; lra. Qed.
 
-  (** The same flight, seen from a later moment of its stay. *)
-  Lemma flight_later : forall u x es T v, flight u x es T -> u <= v ->
-    match es with [] => v <= T | (w, _) :: _ => v <= w end -> flight v x es T.
+  (** What is so from [u] to the next event, or to the end. *)
+  Definition next (T : R) (es : list (R * E)) : R :=
+    match es with [] => T | (v, _) :: _ => v end.
+
+  Lemma flight_stay : forall u x es T, flight u x es T ->
+    u <= next T es /\ forall w, u <= w <= next T es -> is_at w x.
+  Proof. intros u x es T F; inversion F; subst; auto. Qed.
+
+  Lemma flight_later : forall u x es T v, flight u x es T -> u <= v <= next T es ->
+    flight v x es T.
   Proof.
-    intros u x es T v F L B; inversion F; subst; econstructor; eauto; intros w W;
-      match goal with M : forall _, _ -> is_at _ _ |- _ => apply M; lra end.
+    intros u x es T v F L; inversion F; subst; cbn in L; econstructor; eauto; try lra;
+      intros w W; match goal with M : forall _, _ -> is_at _ _ |- _ => apply M; lra end.
   Qed.
 
-  Lemma enters : forall t T ps x, spans t T ps -> is_at t x ->
+  Lemma next_late : forall u x es T, flight u x es T -> next T es <= T.
+  Proof.
+    intros u x es T F; inversion F as [|u' v x' e y es' T' L A H G]; subst; cbn; [lra|].
+    apply (flight_late _ _ _ _ G).
+  Qed.
+
+  (** A span is entered at one of its times. *)
+  Lemma enters : forall t j T ps u x es, spans t j T ps -> flight u x es T -> u <= t ->
+    from j t (next T es) ->
     match ps with (q, _) :: _ => may_be q x | [] => False end.
   Proof.
-    intros t T ps x P A; inversion P as [q s' t' L [Q _] | q s' t' T' qs L [Q _]]; subst;
-      apply (Q t); auto; lra.
+    intros t j T ps u x es P F U N; destruct (flight_stay _ _ _ _ F) as [_ A].
+    pose proof (next_late _ _ _ _ F) as B.
+    inversion P as [q s' i' t' L [Q _] | q s' i' t' j' T' qs L [Q _]]; subst.
+    - apply (Q (next T es)); [split; auto | apply A; destruct j; cbn in N; lra].
+    - destruct L as [L | (-> & -> & ->)].
+      + set (w := if j then t else Rmin (next T es) ((t + t') / 2)).
+        assert (W : from j t w /\ w < t' /\ t <= w <= next T es).
+        { unfold w; destruct j; cbn in *; [lra|].
+          pose proof (Rmin_l (next T es) ((t + t') / 2)); pose proof (Rmin_r (next T es) ((t + t') / 2)).
+          assert (t < Rmin (next T es) ((t + t') / 2)) by (apply Rmin_glb_lt; lra). lra. }
+        apply (Q w); [split; [|destruct j'; cbn]; lra || tauto | apply A; lra].
+      + cbn in N; apply (Q t'); [cbn; lra | apply A; lra].
   Qed.
 
   (** What flies in real time is a course of the spans. *)
-  Theorem flight_course : forall s T ps, (forall x, is_at T x -> ends x) -> spans s T ps ->
-    forall es u x, s <= u -> flight u x es T ->
-    match ps with [_] => True | (_, t) :: _ => u < t | [] => False end ->
+  Theorem flight_course : forall s i T ps, (forall x, is_at T x -> ends x) -> spans s i T ps ->
+    forall es u x, s <= u -> flight u x es T -> from i s (next T es) ->
+    match ps with [_] => True | (_, (t, _)) :: _ => u <= t | [] => False end ->
     course _ _ _ may_be does ends (map fst ps) x (map snd es).
   Proof.
-    intros s T ps End P0; revert End.
-    induction P0 as [p s t St [_ D] | p s t T ps St [_ D] P IH]; intros End;
-      intros es; induction es as [|[v e] es IHes]; intros u x Su F Ut.
+    intros s i T ps End P0; revert End.
+    induction P0 as [p s i t St [_ D] | p s i t j T ps St [_ D] P IH]; intros End;
+      intros es; induction es as [|[v e] es IHes]; intros u x Su F N Ut.
     - constructor; apply End; inversion F; subst; auto with real.
-    - inversion F as [|u' v' x' e' y es' T' L A H G]; subst; cbn.
+    - inversion F as [|u' v' x' e' y es' T' L A H G]; subst; cbn [map fst snd next] in *.
       pose proof (flight_late _ _ _ _ G); pose proof (flight_now _ _ _ _ G).
-      apply course_event with y; [apply (D v); auto; lra | apply (IHes v); auto; lra].
-    - assert (G : flight t x [] T) by
-        (apply (flight_later u); [auto | destruct ps as [|[]]; [inversion P | lra]
-          | apply (spans_order _ _ _ P)]).
-      pose proof (enters t T ps x P (flight_now _ _ _ _ G)) as M.
-      destruct ps as [|[q t'] ps]; [destruct M|]; cbn; apply course_span; auto.
-      apply (IH End [] t x); auto; [lra|]; inversion P; subst; auto; destruct ps; auto.
-    - destruct ps as [|[q t'] ps]; [inversion P|].
-      destruct (Rlt_le_dec v t) as [Vt|Vt].
-      + inversion F as [|u' v' x' e' y es' T' L A H G]; subst; cbn.
-        pose proof (flight_now _ _ _ _ G).
-        apply course_event with y; [apply (D v); auto; lra | apply (IHes v); auto; lra].
-      + assert (G : flight t x ((v, e) :: es) T) by (apply (flight_later u); auto; lra).
-        pose proof (enters t T _ x P (flight_now _ _ _ _ G)) as M; cbn; apply course_span; auto.
-        apply (IH End ((v, e) :: es) t x); auto; [lra|]; inversion P; subst; auto; destruct ps; auto.
+      destruct (flight_stay _ _ _ _ G) as [B _].
+      apply course_event with y; [apply (D v); auto|].
+      apply (IHes v); auto; [destruct i; cbn in *; lra | destruct i; cbn in *; lra].
+    - assert (U : u <= t) by (destruct ps as [|[]]; [inversion P | auto]).
+      pose proof (spans_order _ _ _ _ P).
+      assert (N' : from j t (next T [])).
+      { cbn; inversion P as [q s' i' t' L | q s' i' t' j' T' qs L _ P']; subst; auto.
+        pose proof (spans_order _ _ _ _ P'); destruct j; cbn; [lra|].
+        destruct L as [L | (-> & K & _)]; [lra | discriminate]. }
+      pose proof (enters t j T ps u x [] P F U N') as M.
+      destruct ps as [|[q [t' j']] ps]; [destruct M|]; cbn; apply course_span; auto.
+      apply (IH End [] t x); auto; [lra | apply (flight_later u); auto; cbn; lra|].
+      inversion P; subst; auto; destruct ps; auto; lra.
+    - destruct ps as [|[q [t' j']] ps]; [inversion P|].
+      assert (Dec : upto j t v \/ from j t v)
+        by (destruct j; cbn; [destruct (Rlt_le_dec v t) | destruct (Rle_lt_dec v t)]; auto).
+      destruct Dec as [Vt|Vt].
+      + inversion F as [|u' v' x' e' y es' T' L A H G]; subst; cbn [map fst snd next] in *.
+        pose proof (flight_now _ _ _ _ G); destruct (flight_stay _ _ _ _ G) as [B _].
+        apply course_event with y; [apply (D v); auto|].
+        apply (IHes v); auto; [destruct i; cbn in *; lra | destruct i; cbn in *; lra |].
+        destruct j; cbn in Vt; lra.
+      + pose proof (enters t j T _ u x _ P F Ut Vt) as M; cbn; apply course_span; auto.
+        assert (t <= v) by (destruct j; cbn in Vt; lra).
+        apply (IH End ((v, e) :: es) t x); auto; [lra | apply (flight_later u); auto|].
+        inversion P; subst; auto; destruct ps; auto; lra.
   Qed.
 
-  Lemma first_span : forall s T ps, spans s T ps ->
-    match ps with [_] => True | (_, t) :: _ => s < t | [] => False end.
-  Proof. intros s T ps P; inversion P; subst; auto; destruct ps0; auto. Qed.
+  Lemma first_span : forall s T ps, spans s true T ps ->
+    match ps with [_] => True | (_, (t, _)) :: _ => s <= t | [] => False end.
+  Proof. intros s T ps P; inversion P; subst; auto; destruct ps0; auto; lra. Qed.
+
+  (** From its beginning on. *)
+  Corollary flight_begun : forall s T ps es x, (forall x, is_at T x -> ends x) ->
+    spans s true T ps -> flight s x es T ->
+    course _ _ _ may_be does ends (map fst ps) x (map snd es).
+  Proof.
+    intros s T ps es x End P F; apply (flight_course s true T ps End P es s x); auto; [lra | |].
+    - apply (flight_stay _ _ _ _ F).
+    - apply (first_span _ _ _ P).
+  Qed.
 End Timeline.
 
 (** ** Places: windows on each robot's own clock *)
@@ -153,7 +206,7 @@ Section Teams.
 
   Theorem flight_own : forall f starts s T ps is c es,
     (forall x, placed windows d T x -> last x = true) ->
-    spans _ _ _ own_may_be (own_does robots) (placed windows d) own_happens s T ps ->
+    spans _ _ _ own_may_be (own_does robots) (placed windows d) own_happens s true T ps ->
     check_own robots last f starts (map fst ps) is = true ->
     In c starts -> length c = length robots ->
     flight _ _ (placed windows d) own_happens s c es T ->
@@ -163,7 +216,7 @@ Section Teams.
   Proof.
     intros f starts s T ps is c es End P H I L F N A.
     apply (check_own_sound robots last f starts (map fst ps) is); auto.
-    eapply flight_course; eauto; [lra | eapply first_span; eauto].
+    eapply flight_begun; eauto.
   Qed.
 
   (** Joint letters; [team u c a]: the team may show [a] at [u], its robots being at [c]. *)
@@ -188,13 +241,13 @@ Section Teams.
 
   Theorem flight_joint : forall f starts s T ps is c a xs,
     (forall x, placed windows d T x -> last x = true) ->
-    spans _ _ _ joint_may_be (joint_does robots) joint_at joint_happens s T ps ->
+    spans _ _ _ joint_may_be (joint_does robots) joint_at joint_happens s true T ps ->
     check_joint robots last f starts (map fst ps) is = true ->
     In (a, c) starts -> flight _ _ joint_at joint_happens s (c, a) xs T ->
     ssat f (a :: map snd (map snd xs)).
   Proof.
     intros f starts s T ps is c a xs End P H I F.
     apply (check_joint_sound robots last f starts (map fst ps) is c); auto.
-    eapply flight_course; eauto; [intros x [Pl _]; auto | lra | eapply first_span; eauto].
+    eapply flight_begun; eauto; intros x [Pl _]; auto.
   Qed.
 End Teams.
