@@ -56,8 +56,6 @@ class Team:
 
     def flown_by(self, robots: Collection[int]) -> Team:
         """Return the team with all but these robots, by index, staying where they start."""
-        if len(set(robots)) == len(self):
-            return self
         return Team([system if robot in robots else staying(system) for robot, system in enumerate(self.systems)])
 
     def letters_of(self, paths: Sequence[Sequence[int]]) -> list[list[int]]:
@@ -124,8 +122,7 @@ class ReducedGraph:
 
     def flown_by(self, robots: Collection[int]) -> ReducedGraph:
         """Return the graph of the team with all but these robots, by index, staying where they start."""
-        within = self.team.flown_by(robots)
-        return self if within is self.team else ReducedGraph(within, self._silent, self._classes)
+        return ReducedGraph(self.team.flown_by(robots), self._silent, self._classes)
 
     def expand(self, robot: int, nodes: Sequence[int]) -> tuple[int, ...]:
         """Return a robot's whole path through these nodes that matter, up to the cheapest place to end at."""

@@ -9,8 +9,9 @@ other regions.
 from __future__ import annotations
 
 from ltlplan.free_space.free_space import FreeSpace, Place
+from ltlplan.search.polarities import signed_nodes
 from ltlplan.systems.region_labels import Layout
-from verify.data import Formula, Mission, parse_formula
+from verify.data import Mission, parse_formula
 from verify.data.language.formula import FREE
 
 FEW = 150
@@ -26,7 +27,7 @@ def places_that_matter(mission: Mission, layout: Layout) -> frozenset[str] | Non
     if len(mission.all_regions) <= FEW or mission.environment is not None or mission.spec.formula is None:
         return None
     written = parse_formula(mission.spec.formula, mission.propositions)
-    if _may_gain_without(written, FREE, wanted=True):
+    if any(node.name == FREE and not sign for node, sign in signed_nodes(written)):
         return None
     matter = set(written.names() & mission.all_regions.keys())
     matter |= {action.at for robot in mission.agents for action in mission.robot_of(robot).actions}
@@ -47,25 +48,3 @@ def _reach_each_other(mission: Mission, layout: Layout, regions: set[str]) -> bo
     places = [Place(location.point, frozenset(location.inside)) for location in every if location.clear]
     spaces = [FreeSpace.of(mission, radius) for radius in {mission.vehicle_of(robot).radius for robot in mission.agents}]
     return not any(regions & mission.hoops.keys()) and all(space is not None and space.connects(places) for space in spaces)
-
-
-def _may_gain_without(formula: Formula, name: str, *, wanted: bool) -> bool:
-    """Tell whether a formula that is to be true (or false) may become so because a proposition becomes false."""
-    match formula.operator:
-        case "name":
-            return formula.name == name and not wanted
-        case "!":
-            return _may_gain_without(formula.arguments[0], name, wanted=not wanted)
-        case "->":
-            first, second = formula.arguments
-            return _may_gain_without(first, name, wanted=not wanted) or _may_gain_without(second, name, wanted=wanted)
-        case "<->" | "xor":
-            return name in formula.names()
-        case "count" | "ever":
-            sign = formula.bound[0] if formula.bound is not None else "=="
-            few = sign in ("<", "<=")
-            return (
-                name in formula.names() if sign == "==" else _may_gain_without(formula.arguments[0], name, wanted=wanted != few)
-            )
-        case _:  # all others only gain where an argument becomes true
-            return any(_may_gain_without(part, name, wanted=wanted) for part in formula.arguments)

@@ -219,7 +219,8 @@ def _any_run(task: TeamTask, found: PlanningOutcome, stopped: TooLarge, budget: 
 
     def cheapest(flying: Collection[int], most: int, weight: float = 1.0, tracked: Collection[int] = ()) -> list[TeamRun]:
         search = partial(least_sum, most=most, candidates=budget.candidates, weight=weight)
-        among = _refined(task.flown_by(flying), search, Objective(), tracked)
+        flown = task if len(flying) == len(robots) else task.flown_by(flying)
+        among = _refined(flown, search, Objective(), tracked)
         return [] if among.run is None else [among.run]
 
     runs: list[TeamRun] = []

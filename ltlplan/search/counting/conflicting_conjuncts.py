@@ -9,7 +9,9 @@ from ltlplan.logic.budget import Budget, TooLarge
 from ltlplan.logic.conjunction import conjunct_automata, conjuncts
 from ltlplan.search.counting.capacities import Room, most_that_show
 from ltlplan.search.counting.planning import plan_counts
+from ltlplan.search.explanations.requirements import all_of
 from ltlplan.search.explanations.unsatisfiable_cores import NoPlan
+from ltlplan.search.polarities import signed_nodes
 from ltlplan.systems.transition_systems import TransitionSystem
 from verify.data import Formula, Mission
 from verify.data.language.counting import atoms, written_out
@@ -58,9 +60,7 @@ def _as_written(mission: Mission) -> dict[str, str]:
 def _possible(
     parts: Sequence[Formula], systems: Sequence[TransitionSystem], kinds: Sequence[str], rooms: Mapping[str, int]
 ) -> bool:
-    formula = parts[0]
-    for part in parts[1:]:
-        formula = Formula("&", (formula, part))
+    formula = all_of(parts)
     try:
         automata = conjunct_automata(formula, "finite")
         return plan_counts(systems, kinds, automata, atoms(formula), Budget(states=_STATES), rooms=rooms) is not None
@@ -86,7 +86,7 @@ def _too_small(
     """Name counts that ask for more robots at once than there is room for, and what would do."""
     known: set[str] = set()
     counts = {text: atom for part in core for text, atom in atoms(part).items() if not atom.robot}
-    signed = {pair for part in core for pair in _signed_counts(part)}
+    signed = {(node.atom, sign) for part in core for node, sign in signed_nodes(part) if node.operator == "count"}
     for text, atom in sorted(counts.items(), key=lambda item: item[1].least):
         every_other = Formula("!", (atom.counted,)), len(systems) - atom.least + 1
         asked_for = ((atom.counted, atom.least), True), (every_other, False)  # that fewer do is that all others do not
@@ -97,26 +97,6 @@ def _too_small(
                 asked = str(Formula("count", (_plain(counted),), bound=(">=", least)))
                 places = " or ".join(f"'{name}' (room for {rooms[name] or 'none'})" for name in found[1])
                 yield f"`{asked}` asks for {least} robots in {places}: {_kept(mission)} {_what_would_do(mission, found[1], least)}"
-
-
-def _signed_counts(formula: Formula) -> set[tuple[str, bool]]:
-    """Return the counts of a written-out formula by their texts, with whether they are asked for or ruled out; of some both."""
-    found, stack = set[tuple[str, bool]](), [(formula, True)]
-    seen = set[tuple[int, bool]]()
-    while stack:
-        node, sign = stack.pop()
-        if (id(node), sign) in seen:
-            continue
-        seen.add((id(node), sign))
-        if node.operator == "count":
-            found.add((node.atom, sign))
-            continue
-        for place, argument in enumerate(node.arguments):
-            turned = node.operator == "!" or (node.operator == "->" and place == 0)
-            stack.append((argument, sign != turned))
-            if node.operator in ("xor", "<->"):
-                stack.append((argument, not sign))
-    return found
 
 
 def _plain(counted: Formula) -> Formula:

@@ -27,6 +27,7 @@ class Marks:
         parts: One automaton for each conjunct.
         seen: For each conjunct the marks, by number, that it depends on.
         levels: For each proposition, by bit, its mark and the least sum that makes it true.
+        named: The robots that the formula names.
     """
 
     def __init__(
@@ -59,16 +60,11 @@ class Marks:
         self.seen = tuple(
             tuple(sorted({self.levels[i][0] for i, name in enumerate(asked) if bit[name] & part.mask})) for part in self.parts
         )
-        self._named = {robot for robot, _ in self._marks if robot}
-
-    @property
-    def named(self) -> frozenset[str]:
-        """The robots that the formula names."""
-        return frozenset(self._named)
+        self.named = frozenset(robot for robot, _ in self._marks if robot)
 
     def of(self, robot: str, letter: Letter) -> Sums:
         """Return the marks that one robot's letter makes, each 0 or 1."""
-        return self._made(robot if robot in self._named else "", letter)
+        return self._made(robot if robot in self.named else "", letter)
 
     @memoized
     def _made(self, robot: str, letter: Letter) -> Sums:

@@ -65,8 +65,7 @@ class JointTask:
 
     def flown_by(self, robots: Collection[int]) -> JointTask:
         """Return the task of the team with all but these robots, by index, staying where they start."""
-        within = self.graph.team.flown_by(robots)
-        return self if within is self.graph.team else JointTask(within.systems, self.automata)
+        return JointTask(self.graph.team.flown_by(robots).systems, self.automata)
 
     def reading(self, tracked: Collection[int] = (), objective: Objective = Objective()) -> JointReading:  # noqa: B008 - frozen
         """Return what a search walks over.

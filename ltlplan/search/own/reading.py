@@ -54,8 +54,7 @@ class OwnTask:
 
     def flown_by(self, robots: Collection[int]) -> OwnTask:
         """Return the task of the team with all but these robots, by index, staying where they start."""
-        within = self.graph.flown_by(robots)
-        return self if within is self.graph else OwnTask(within, self.task)
+        return OwnTask(self.graph.flown_by(robots), self.task)
 
     def reading(self, tracked: Collection[int] = (), objective: Objective = Objective()) -> OwnReading:  # noqa: B008 - frozen
         """Return what a search walks over.
