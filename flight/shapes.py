@@ -11,7 +11,6 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import ConvexHull
 
 from flight.figures import Trace, trace
 from verify.data.shapes.convex_parts import outline
@@ -65,6 +64,8 @@ def obstacle_shapes(name: str, obstacle: Obstacle, *, named: bool = True, around
 
 def _parts(name: str, body: PlacedBody, colour: str, *, opacity: float = 0.28) -> list[Trace]:
     """A translucent body for each convex part of a region or obstacle of another shape than an ellipsoid."""
+    from scipy.spatial import ConvexHull  # here: it takes long to load, and most regions are ellipsoids
+
     drawn: list[Trace] = []
     for part in body.measures.parts:
         corners = outline(part)

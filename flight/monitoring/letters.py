@@ -16,11 +16,14 @@ from numpy.typing import NDArray
 from flight.model.attitude import Floats
 from verify.certificate import Certificate
 from verify.data import Letter, Mission, Plan, Trajectory
+from verify.data.shapes.measures import Measures
 
 SAMPLE_STEP = 0.002
 """s between samples of the nominal path, where the middle of a visit is looked for."""
 
 
+_FEW = 64
+"""Positions up to which each is looked at, whether it is near a region; of more their box."""
 _BITS = 62
 """Regions whose bits fit a 64-bit integer."""
 
@@ -45,9 +48,8 @@ class RegionMasks:
     def __init__(self, mission: Mission) -> None:
         regions = list(mission.all_regions.values())
         self._centres = np.array([region.center for region in regions]).reshape(-1, 3)
-        self._regions = regions
-        self._shapes = [region.shape.tolist() if region.is_ellipsoid else None for region in regions]
-        self._reaches = np.array([region.outer_radius for region in regions]) * (1 + 1e-9)
+        self._shapes = [region.shape.tolist() if region.is_ellipsoid else region.measures for region in regions]
+        self._squares = (np.array([region.outer_radius for region in regions]).reshape(-1, 1) * (1 + 1e-9)) ** 2
         self._type: type = np.int64 if len(regions) <= _BITS else object
 
     def none(self, count: int) -> NDArray[Any]:  # integers of 64 bits, or Python's as objects
@@ -66,18 +68,25 @@ class RegionMasks:
         mask = self.none(positions.shape[1])
         if not mask.size:
             return mask
-        low, high = np.fmin.reduce(positions, axis=1), np.fmax.reduce(positions, axis=1)  # whatever is no number is nowhere
-        beside = np.maximum(np.maximum(low - self._centres, self._centres - high), 0.0)
-        for bit in np.flatnonzero(np.einsum("ri,ri->r", beside, beside) <= self._reaches**2).tolist():
+        for bit in self._near(positions):
             shape = self._shapes[bit]
-            if shape is None:
-                mask |= (self._regions[bit].level(positions.T) <= 1.0).astype(self._type) << bit
+            if isinstance(shape, Measures):
+                mask |= (shape.levels(positions.T - self._centres[bit]) <= 1.0).astype(self._type) << bit
                 continue
             x, y, z = (positions[i] - self._centres[bit, i] for i in range(3))
             ((a, b, c), (_, d, e), (_, _, f)) = shape
             level = a * x * x + d * y * y + f * z * z + 2.0 * (b * x * y + c * x * z + e * y * z)
             mask |= (level <= 1.0).astype(self._type) << bit
         return mask
+
+    def _near(self, positions: Floats) -> list[int]:
+        """Return the regions that may hold one of some positions; whatever is no number is nowhere. Shape (3, n)."""
+        if positions.shape[1] <= _FEW:
+            away = positions[None] - self._centres[:, :, None]
+            return np.flatnonzero((np.einsum("rin,rin->rn", away, away) <= self._squares).any(axis=1)).tolist()
+        low, high = np.fmin.reduce(positions, axis=1), np.fmax.reduce(positions, axis=1)
+        beside = np.maximum(np.maximum(low - self._centres, self._centres - high), 0.0)
+        return np.flatnonzero(np.einsum("ri,ri->r", beside, beside) <= self._squares[:, 0]).tolist()
 
 
 def region_letters(mission: Mission) -> dict[int, Letter]:

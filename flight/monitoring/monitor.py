@@ -69,6 +69,7 @@ class Monitor:
                 raise BadInput(f"{name} must be a number of at least 0, not {value!r:.40}.")
         self.mission, self._robots = mission, tuple(mission.agents)
         self._actions = [[a for a in sorted(actions, key=lambda a: a.time) if a.robot == name] for name in self._robots]
+        self._initial = [mission.initial_letter(name) for name in self._robots]
         self._margin, self._measurement = margin, measurement
         tube_margin = float("inf") if margin is None else margin
         self._tubes = [
@@ -240,7 +241,7 @@ class Monitor:
             self._say_formula(self._formula)
 
     def _inner(self, robot: int, time: float) -> frozenset[str]:
-        now = self.mission.initial_letter(self._robots[robot])
+        now = self._initial[robot]
         for action in self._actions[robot]:
             if action.time > time:
                 break

@@ -48,6 +48,7 @@ class RotorPlant:
         """
         n = start.shape[1]
         self.airframe, self.laws = airframe, laws
+        self._aiming = laws if isinstance(laws, AimingLaws) else None
         self._dynamics = QuadcopterDynamics(airframe, mass)
         memory = laws.at_first(setpoint)
         self._rows = np.zeros((_MEMORY + len(memory), n))
@@ -95,9 +96,9 @@ class RotorPlant:
             setpoint: Shape (SETPOINT, n).
             known: Shape (KNOWN, n).
         """
-        if isinstance(self.laws, AimingLaws):
+        if self._aiming is not None:
             now = Moment(setpoint, known, self._battery.ceiling)
-            self._rows[_MEMORY:] = self.laws.aim(flat, now, self._rows[_MEMORY:])
+            self._rows[_MEMORY:] = self._aiming.aim(flat, now, self._rows[_MEMORY:])
 
     def fly(
         self, setpoint: Floats, estimated: Floats | None, noise: Floats | float, wind: Floats | float, count: int

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import ConvexHull
 
 from flight.pictures import region_colours, robot_colour
 from flight.shapes import bends, hoop_axes
@@ -233,6 +232,8 @@ def _hull(points: Floats) -> Floats:
     """Return the corners of the convex hull in order. Shape (n, 2) to (m, 2)."""
     if np.ptp(points, axis=0).min() < 1e-9:
         return points[np.lexsort(points.T)][[0, -1]]
+    from scipy.spatial import ConvexHull  # here: it takes long to load, and few pages need it
+
     return points[ConvexHull(points, qhull_options="QJ").vertices]
 
 

@@ -14,7 +14,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import maximum_filter1d
 
 from refine.spline.spline import Spline
 from verify.data.plan import Meeting, Precedence
@@ -243,7 +242,8 @@ def wider(reach: Floats) -> Floats:
 
 def most_nearby(values: Floats) -> Floats:
     """Return the greatest value within COARSE steps of each sample. Shape (samples,)."""
-    return maximum_filter1d(values, 2 * COARSE + 1, mode="nearest")
+    padded = np.pad(values, COARSE, mode="edge")
+    return np.maximum.reduce([padded[k : k + len(values)] for k in range(2 * COARSE + 1)])
 
 
 def least_between(offsets: Floats, less: Floats | float = 0.0) -> float:

@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import KDTree
 
 from refine.coordination.conflict_intervals import Mover, cut_legs
 from refine.coordination.conflict_resolution import along, among, mover_of, paced
@@ -123,6 +122,8 @@ def _joined(groups: dict[str, tuple[str, ...]], pairs: Sequence[tuple[str, str]]
 
 def _meetings(problem: Problem, robots: Mapping[str, RobotFlight], starts: Mapping[str, float]) -> list[DepartureConflict]:
     """Return the pairs that come too near each other as far as samples show, where each pair is nearest."""
+    from scipy.spatial import KDTree  # here: it takes long to load, and few teams need it
+
     names, wanted = list(robots), problem.spacing.distance + _LOOK
     until = max(starts[name] + robot.path.duration for name, robot in robots.items())
     times = np.arange(0.0, until + _STEP, _STEP)

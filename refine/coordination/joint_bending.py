@@ -18,7 +18,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 from scipy.optimize import minimize
-from scipy.spatial import KDTree
 
 from refine.coordination.conflict_intervals import Mover
 from refine.obstacles.keep_out_bodies import Obstacle, within
@@ -166,6 +165,8 @@ class _Space:
 
     def near(self, points: Floats, skin: float) -> _Near:
         """Return who may come too near whom or what while points move less than half of `skin` m."""
+        from scipy.spatial import KDTree  # here: it takes long to load, and few teams need it
+
         places, count = self._places @ points, len(self._times)
         lags = self._lags(places)
         reach = self._aim + skin + float(lags.max())

@@ -7,7 +7,6 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.distance import cdist
 
 Floats = NDArray[np.float64]
 Numbers = NDArray[np.intp]
@@ -83,6 +82,8 @@ class _Places:
 
     def _apart(self, robot: int, place: int) -> list[Floats]:
         """Return how far the places of the robots after one are from what it keeps free at one of its own, m."""
+        from scipy.spatial.distance import cdist  # here: it takes long to load, and few teams need it
+
         block, row = divmod(place, _BLOCK)
         if (robot, block) not in self._known:
             own = self._scaled[robot][block * _BLOCK : (block + 1) * _BLOCK]

@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refine.obstacles.keep_out_bodies import Obstacle, blocking
-from refine.obstacles.visibility_graph import Roadmap
 
 Floats = NDArray[np.float64]
 
@@ -23,6 +22,8 @@ def way_around(a: Floats, b: Floats, obstacles: tuple[Obstacle, ...], low: Float
         low: Lower corner of the space to stay in, m.
         high: Upper corner.
     """
+    from refine.obstacles.visibility_graph import Roadmap  # here: it takes long to load, and few legs need it
+
     roadmap = Roadmap(low, high, [body.inflated for body in obstacles], (), np.unique([a[2], b[2]]))
     way = roadmap.way(a, b)
     if way is None or any(blocking(p, q, obstacles) for p, q in itertools.pairwise(way)):

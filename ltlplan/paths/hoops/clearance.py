@@ -6,12 +6,12 @@ is halved (`keep_out` says what there is to keep clear of). Arithmetic is in flo
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-from scipy.linalg import pascal
 
 from ltlplan.paths.hoops.keep_out import Room
 from verify.data.arrays import Floats
@@ -22,7 +22,7 @@ Kind = Literal["region", "ring", "plane", "again", "workspace", "obstacle"]
 _DEGREE = 14  # of a squared distance along a piece of degree 7
 _HALVINGS = 14
 _ORDERS = np.arange(_DEGREE + 1)
-_BINOMIALS = np.asarray(pascal(_DEGREE + 1, kind="lower"), dtype=np.float64)
+_BINOMIALS = np.array([[math.comb(n, k) for k in range(_DEGREE + 1)] for n in range(_DEGREE + 1)], dtype=np.float64)
 _NODES = 0.5 - 0.5 * np.cos(np.pi * _ORDERS / _DEGREE)
 _TO_BERNSTEIN = np.linalg.inv(_BINOMIALS[_DEGREE] * _NODES[:, None] ** _ORDERS * (1.0 - _NODES[:, None]) ** (_DEGREE - _ORDERS))
 """From values at the nodes in [0, 1] to Bernstein coefficients. Shape (15, 15)."""
