@@ -24,7 +24,7 @@ from ltlplan.replanning.soft_alternatives import (
     without_a_leg,
     words_under_precedences,
 )
-from verify.data import LtlplanError, NotCertified, Plan, Unsatisfiable
+from verify.data import LtlplanError, NotCertified, Unsatisfiable
 
 Alternative = Callable[[Refusal], Candidate | None]
 """From a refusal to the next candidate; None where the alternative has none, or does not apply."""
@@ -69,10 +69,7 @@ def _as_fast_as_may_be(refusal: Refusal) -> Candidate | None:
 
 def _more_waits(refusal: Refusal) -> Candidate | None:
     """Return the same words with the waits that the counterexamples ask for, where these can help."""
-    plan = refusal.waiting
-    if refusal.impossible or isinstance(plan, NotCertified) or (plan is refusal.plan and refusal.breaks_formula):
-        return None
-    return refusal.answered("waits", plan, witnesses=refusal.witnesses)
+    return None if refusal.waiting is refusal.plan and refusal.breaks_formula else _same_waits(refusal)
 
 
 def _planned_order(refusal: Refusal) -> Candidate | None:
@@ -87,8 +84,8 @@ def _planned_order(refusal: Refusal) -> Candidate | None:
 
 
 def _same_waits(refusal: Refusal) -> Candidate | None:
-    """Return the same plan, whose next flight keeps clear of the counterexamples."""
-    plan: Plan | NotCertified = refusal.waiting
+    """Return the same words, whose next flight keeps clear of the counterexamples."""
+    plan = refusal.waiting
     if refusal.impossible or isinstance(plan, NotCertified):
         return None
     return refusal.answered("waits", plan, witnesses=refusal.witnesses)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from functools import partial
 from typing import TYPE_CHECKING
 
 from ltlplan.missions import load_mission
@@ -54,14 +55,8 @@ def plan(
     if mission.soft_parts and mission.passages is None:
         from ltlplan.replanning.soft_parts import plan_with_soft_parts
 
-        def planned(asked: Mission, say: Progress, known: Known) -> Plan:
-            return plan(asked, method=method, seed=seed, progress=say, known=known)
-
-        return plan_with_soft_parts(mission, planned, progress or silent)
-
-    def made_at(speed: Mission) -> Plan:
-        return make_plan(speed, method=method, seed=seed, progress=progress, workers=workers, known=known)
-
+        return plan_with_soft_parts(mission, partial(plan, method=method, seed=seed), progress or silent)
+    made_at = partial(make_plan, method=method, seed=seed, progress=progress, workers=workers, known=known)
     try:
         made = made_at(mission)
     except Infeasible as error:

@@ -192,19 +192,13 @@ class Conflict:
 
 
 @dataclass(frozen=True)
-class Certified:
-    """A team that is certified.
+class Certified(Flight):
+    """A flight that is certified; its plan has the precedences that the proof asked for.
 
     Attributes:
-        plan: With the precedences that the proof asked for.
-        team: One trajectory a robot.
-        certificate: The proof.
         rounds: How many flights were judged.
     """
 
-    plan: Plan
-    team: dict[str, Trajectory]
-    certificate: Certificate
     rounds: int
 
 

@@ -25,8 +25,8 @@ from verify.data.progress import Progress, part_of, silent
 if TYPE_CHECKING:
     from verify.data.sections import SoftPart
 
-Planner = Callable[[Mission, Progress, Known], Plan]
-"""Plans a mission without soft parts."""
+Planner = Callable[..., Plan]
+"""Plans a mission without soft parts, with what it is told of `progress` and what is `known`."""
 KEPT = "Planned words keep weight"
 """How the note on what is kept begins."""
 _EXPLAINED = 8  # parts that are given up of which it is said what keeping them would have cost
@@ -72,9 +72,9 @@ def _planned(mission: Mission, parts: Parts, searches: Searches, planned: Planne
             )
     found_before = {key_of(asked): allocation for asked, allocation in known}
     given = Known(found=found_before, budget=searches.budget if parts else DEFAULT_BUDGET)
-    made = planned(asking(mission, demanded), progress, given)
+    made = planned(asking(mission, demanded), progress=progress, known=given)
     if demanded != parts and (is_timed(mission, made.meetings) or not parts <= kept_by_plan(mission, made)):
-        made = planned(asking(mission, parts), progress, given)
+        made = planned(asking(mission, parts), progress=progress, known=given)
     return made
 
 

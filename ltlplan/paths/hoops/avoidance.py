@@ -18,7 +18,7 @@ import numpy as np
 
 from ltlplan.free_space.bottlenecks import narrowest
 from ltlplan.free_space.free_space import FreeSpace
-from ltlplan.paths.hoops.clearance import blocked, conflicts
+from ltlplan.paths.hoops.clearance import blocked, on_lines
 from ltlplan.paths.hoops.hoop_frame import control_points
 from ltlplan.paths.hoops.keep_out import Room
 from ltlplan.search.label_setting import BestFirst
@@ -180,13 +180,10 @@ def _around(mission: Mission, where: Room, start: Floats, end: Floats, permitted
 
     def moves(index: int) -> list[tuple[int, float]]:
         others = [other for other in range(1, last + 1) if other != index]
-        line = np.zeros((len(others), 3, 8))
-        line[:, :, 0] = places[index]
-        line[:, :, 1] = np.array([places[other] - places[index] for other in others])
-        met = {conflict.piece for conflict in conflicts(line, np.ones(len(others)), where, [permitted] * len(others))}
-        return [
-            (other, round(float(np.linalg.norm(line[k, :, 1])), 6)) for k, other in enumerate(others) if k not in met
-        ]  # rounded, so that moving the world decides no tie
+        ends = np.array([places[other] for other in others])
+        met = {conflict.piece for conflict in on_lines(places[index], ends, where, permitted)}
+        far = np.linalg.norm(ends - places[index], axis=1).round(6).tolist()  # so that moving the world decides no tie
+        return [(other, metres) for k, (other, metres) in enumerate(zip(others, far, strict=True)) if k not in met]
 
     search = BestFirst([0], moves, ties="first")
     return next((tuple(points[at - 1] for at in search.path(last)[1:-1]) for index, _, _ in search if index == last), ())

@@ -84,10 +84,21 @@ def blocked(start: Floats, end: Floats, where: Room, permitted: Collection[str] 
         where: What there is to keep clear of.
         permitted: Regions that the line may enter.
     """
-    line = np.zeros((1, 3, 8))
-    line[0, :, 0], line[0, :, 1] = start, end - start
-    found = conflicts(line, np.ones(1), where, [permitted])
-    return found[0] if found else None
+    return next(iter(on_lines(start, end[None], where, permitted)), None)
+
+
+def on_lines(starts: Floats, ends: Floats, where: Room, permitted: Collection[str]) -> list[Conflict]:
+    """Find where straight lines come too near; which line is the conflict's piece.
+
+    Args:
+        starts: m. Shape (lines, 3), or (3,) for all.
+        ends: m. Shape (lines, 3).
+        where: What there is to keep clear of.
+        permitted: Regions that the lines may enter.
+    """
+    lines = np.zeros((len(ends), 3, 8))
+    lines[:, :, 0], lines[:, :, 1] = starts, ends - starts
+    return conflicts(lines, np.ones(len(lines)), where, [permitted] * len(lines))
 
 
 _Claim = tuple[Conflict, list[Floats]]
@@ -115,7 +126,8 @@ def _claims(
         sides = path[:, [0, -1]] @ obstacle.normal - obstacle.centre @ obstacle.normal
         for piece in pieces:
             beyond = along[piece] - obstacle.height**2
-            if enters[piece] and _stays_on_its_side(sides[piece], obstacle.near):
+            # with both ends on one side of the opening, clear of it, a piece does not pass there
+            if enters[piece] and (np.min(sides[piece]) >= obstacle.near or np.max(sides[piece]) <= -obstacle.near):
                 ahead = np.sign(sides[piece, 0]) * (offset[piece] @ obstacle.normal)
                 yield Conflict(piece, 0.0, "plane", name), [ahead - obstacle.near]
             elif enters[piece]:  # towards where this piece ends, as long as it is near the plane
@@ -153,11 +165,6 @@ def _above_zero_outside(points: Floats, body: ConvexBody) -> list[Floats]:
     for matrix, centre, root in zip(body.matrices, body.centres, body.roots, strict=True):
         faces.append(np.einsum("na,ab,nb->n", points - centre, matrix, points - centre) - root**2)
     return faces
-
-
-def _stays_on_its_side(ends: Floats, near: float) -> bool:
-    """Tell whether a piece within a hoop's region has both ends on one side of the opening, clear of it: it does not pass there."""
-    return bool(np.min(ends) >= near or np.max(ends) <= -near)
 
 
 def _refuted(claims: Floats) -> list[tuple[int, float]]:

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ltlplan.paths.hoops.clearance import blocked, conflicts
+from ltlplan.paths.hoops.clearance import blocked, on_lines
 from ltlplan.paths.hoops.hoop_frame import ControlPoints, control_points
 from ltlplan.paths.hoops.keep_out import KeptRegion, Room
 from verify.data.arrays import Floats
@@ -121,8 +121,6 @@ class _Asked:
         found = [point for point in found if self._outside(point)]
         if not found:
             return ()
-        lines = np.zeros((len(found), 3, 8))
-        lines[:, :, 0], lines[:, :, 1] = last, np.array(found) - last
-        met = {c.piece for c in conflicts(lines, np.ones(len(found)), self.where, [self.around] * len(found))}
+        met = {conflict.piece for conflict in on_lines(last, np.array(found), self.where, self.around)}
         free = [point for index, point in enumerate(found) if index not in met]
         return sorted(free, key=lambda point: round(float(np.linalg.norm(point - own)), 6))  # moving the world decides no tie

@@ -102,9 +102,7 @@ class LeastSnapSpline:
         Returns:
             Shape (instants, axes).
         """
-        times = np.asarray(at, dtype=np.float64)
-        piece = self._piece(times)
-        rows = power_rows(times - self.times[piece], derivative)
+        piece, rows = self._rows(at, derivative)
         return np.einsum("ik,iak->ia", rows, self.through(points)[piece])
 
     def sampling(self, at: ArrayLike, derivative: int = 0) -> Floats:
@@ -117,12 +115,14 @@ class LeastSnapSpline:
         Returns:
             Shape (instants, points).
         """
-        times = np.asarray(at, dtype=np.float64)
-        piece = self._piece(times)
-        return np.einsum("ik,ikp->ip", power_rows(times - self.times[piece], derivative), self.coefficients[piece])
+        piece, rows = self._rows(at, derivative)
+        return np.einsum("ik,ikp->ip", rows, self.coefficients[piece])
 
-    def _piece(self, times: Floats) -> Integers:
-        return np.clip(np.searchsorted(self.times, times, side="right") - 1, 0, len(self.times) - 2)
+    def _rows(self, at: ArrayLike, derivative: int) -> tuple[Integers, Floats]:
+        """Return the piece of each instant, and what its coefficients are multiplied by there. Shapes (instants,), (instants, 8)."""
+        times = np.asarray(at, dtype=np.float64)
+        piece = np.clip(np.searchsorted(self.times, times, side="right") - 1, 0, len(self.times) - 2)
+        return piece, power_rows(times - self.times[piece], derivative)
 
     def _coefficients(self, points: Floats) -> Floats:
         """Ascending coefficients of the splines through the columns of `points`. Shape (pieces, 8, columns)."""
