@@ -1,0 +1,119 @@
+"""What the judge of words is asked, put to the kernel: timelines, relations and formulas in its own values."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from fractions import Fraction
+from types import SimpleNamespace
+from typing import Any, cast
+
+from verify.data import Mission
+from verify.kernel.evidence import Evidence
+from verify.kernel.labels import Relations, Span, Timeline
+from verify.kernel.refused import Refused
+from verify.kernel.statement import Statement
+from verify.kernel.transitions import check_transitions
+from verify.kernel.words import check_formula
+from verify.model_checking import timeline as judge
+from verify.proofs.formula_tree import formula_tree
+from verify.proofs.words import find_formula
+
+
+def kernel_timeline(line: judge.Timeline) -> Timeline:
+    """Return a timeline's changes as spans."""
+    rows = {region: _row(line, region) for region in line.initial}
+    actions = tuple((action.time, action.propositions) for action in line.actions)
+    return Timeline(line.robot, line.duration, rows, line.internal, actions, line.cycle)
+
+
+def _row(line: judge.Timeline, region: str) -> tuple[Span, ...]:
+    spans: list[Span] = []
+    status, since = line.initial[region], Fraction(0)
+
+    def fill(stop: Fraction, mark: str) -> None:
+        nonlocal since
+        spans.append(Span(since, max(since, stop), mark))
+        since = max(since, stop)
+
+    for change in line.changes:
+        if change.region != region or change.status == status:
+            continue
+        low, high = change.time.low, change.time.high
+        if change.status == "may":
+            fill(low, status)
+        elif status == "may":
+            fill(high, "may")
+        else:
+            fill(low, status)
+            fill(high, "rise" if change.status == "must" else "fall")
+        status = change.status
+    fill(line.duration, status)
+    return tuple(spans)
+
+
+def kernel_statement(mission: Mission, clock_error: Fraction) -> Statement:
+    """Return what the kernel is told of a mission, as far as words go."""
+    return cast(
+        "Statement",
+        SimpleNamespace(
+            lasso=mission.spec.trace == "infinite",
+            joint=mission.spec.team == "joint",
+            formula=json.loads(json.dumps(formula_tree(mission))),
+            clock_error=clock_error,
+            regions=dict.fromkeys(mission.all_regions),
+            robots={name: _robot(mission, name) for name in mission.agents},
+        ),
+    )
+
+
+def _robot(mission: Mission, name: str) -> SimpleNamespace:
+    system, environment = mission.robot_of(name), mission.environment
+    edges: dict[str, set[str]] = {}
+    for source, target in () if environment is None else environment.open_to(mission.kind_of(name)):
+        for a, b in ((source, target),) if environment and environment.directed else ((source, target), (target, source)):
+            if environment and b != environment.start:
+                edges.setdefault(a, set()).add(b)
+    return SimpleNamespace(
+        edges=None if environment is None else {a: frozenset(b) for a, b in edges.items()},
+        vertex="" if environment is None else environment.start,
+        closed=frozenset(r for r in mission.all_regions if not mission.may_enter(name, r)),
+        states={state: frozenset(names) for state, names in system.states.items()},
+    )
+
+
+def kernel_relations(relations: judge.Relations) -> Relations:
+    """Return proved relations."""
+    return Relations(relations.disjoint, relations.nested)
+
+
+def proof_of(
+    mission: Mission, lines: Mapping[str, judge.Timeline], relations: judge.Relations | None = None, error: Fraction | int = 0
+) -> tuple[Statement, dict[str, Timeline], Relations, dict[str, Any]]:
+    """Return what the kernel is asked of a team, and the evidence that the search finds, as it stands in a file."""
+    statement = kernel_statement(mission, Fraction(error))
+    own = {name: kernel_timeline(line) for name, line in lines.items()}
+    known = kernel_relations(relations or judge.Relations())
+    return statement, own, known, json.loads(json.dumps(find_formula(statement, own, known)))
+
+
+def kernel_proves_transitions(mission: Mission, line: judge.Timeline, relations: judge.Relations | None = None) -> bool:
+    """Return whether the kernel accepts all words of a robot."""
+    known = kernel_relations(relations or judge.Relations())
+    try:
+        check_transitions(kernel_statement(mission, Fraction(0)), line.robot, kernel_timeline(line), known)
+    except Refused:
+        return False
+    return True
+
+
+def kernel_says_yes(
+    mission: Mission, lines: Mapping[str, judge.Timeline], relations: judge.Relations | None = None, error: Fraction | int = 0
+) -> bool:
+    """Return whether the kernel accepts the proof that the search finds."""
+    statement, own, known, evidence = proof_of(mission, lines, relations, error)
+    try:
+        check_formula(statement, own, known, Evidence(evidence))
+    except Refused:
+        return False
+    return True

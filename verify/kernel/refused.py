@@ -1,0 +1,5 @@
+"""The one way in which the kernel says no."""
+
+
+class Refused(Exception):
+    """A file cannot be read, or what a proof says was not so; the message says which."""
