@@ -61,7 +61,7 @@ def _improved(
     if nominal.hovers:
         return _improved(mission, robot, until_hover(nominal), draws, watch).with_hover(nominal, function)
     ramped = with_ramped_times(nominal, function)
-    found = improve(mission, robot, ramped, rng=draws(), options=options_of(mission), watch=watch)
+    found = improve(mission, robot, ramped, rng=draws(), watch=watch)
     if ramped is nominal or found.cost < found.nominal:
         return found
     problem = path_problem(mission, ramped, function)
@@ -69,7 +69,7 @@ def _improved(
     if judged:
         priced = [plan.model_copy(update={"cost": plan_cost(plan, function)}) for plan in judged]
         return replace(found, plan=min(priced, key=attrgetter("cost")))
-    return improve(mission, robot, nominal, rng=draws(), options=options_of(mission), watch=watch)
+    return improve(mission, robot, nominal, rng=draws(), watch=watch)
 
 
 def searched_cost(mission: Mission, robot: str, nominal: RobotPlan, rng: Generator) -> float:

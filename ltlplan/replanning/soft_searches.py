@@ -33,8 +33,7 @@ class Searches:
         self.budget = replace(DEFAULT_BUDGET, states=_STATES[team], courses=_COURSES[team])
         self.stopped: set[Parts] = set()
         self._mission = mission
-        self._found: dict[Parts, Allocation] = {}
-        self._full: set[Parts] = set()
+        self._found: dict[Parts, tuple[Allocation, bool]] = {}  # and whether it was searched for in full
 
     def cost_of(self, parts: Parts) -> float | None:
         """Return the least cost of keeping some parts, or what is found where a search is stopped; None where they cannot be kept.
@@ -54,11 +53,9 @@ class Searches:
         except TooLarge:
             self.stopped.add(parts)
             raise
-        if share == 1:
-            self._full.add(parts)
         if not found.complete:
             self.stopped.add(parts)
-        self._found[parts] = found
+        self._found[parts] = found, share == 1
         return found.cost
 
     def found_for(self, chosen: Parts) -> Iterator[tuple[Mission, Allocation]]:
@@ -67,8 +64,8 @@ class Searches:
         Args:
             chosen: The parts that are kept.
         """
-        for parts, found in self._found.items():
-            if found.complete or (parts == chosen and parts in self._full):
+        for parts, (found, in_full) in self._found.items():
+            if found.complete or (parts == chosen and in_full):
                 yield asking(self._mission, parts), found
 
 
