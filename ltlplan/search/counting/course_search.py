@@ -1,6 +1,6 @@
 """Searches for courses of a team whose robots are counted, by the sum or by the highest cost of a robot.
 
-Where the states do not suffice for the cheapest course, what is left counts for more and any course is taken.
+The cheapest course is searched by a list of tries: with bounds that are quick to make, with better ones, and then for any course.
 """
 
 from __future__ import annotations
@@ -8,14 +8,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ltlplan.logic.budget import TooLarge
-from ltlplan.search.bounds.goal_cover import GoalCover
 from ltlplan.search.counting.classes import Classes
-from ltlplan.search.counting.reading import CountReading, Course
+from ltlplan.search.counting.reading import CountBounds, CountReading, Course
 from ltlplan.search.team_reading import UNREACHABLE, least_highest, least_sum
 
 _TIES = 1e-6  # m
 _WEIGHTS = (2.0, 5.0)
 """Of what is left, where the cheapest course is too far: among small regions, where many orders are cut off late, the dearest routes are not taken first."""
+_EASY = 300
+"""States of a search with bounds from conjuncts alone, which are quick to make; longer searches take the places of the robots into account."""
 _GREED = 0.5
 """Weight of what is left for each robot beside the bound on the highest cost, where the states do not suffice for the lowest one."""
 
@@ -58,18 +59,20 @@ class CourseSearch:
     """
 
     def __init__(self, classes: Classes) -> None:
-        self.classes, self._cover = classes, GoalCover(classes)
+        self.classes, self._bounds = classes, CountBounds(classes)
 
     def cheapest(self, states: int) -> Searched:
         """Return the course with the least sum, or any where the states do not suffice for that.
 
         Args:
-            states: Twice as many as may be looked at in each search.
+            states: That may be looked at, for each half of the tries.
         """
-        searched = Searched(None, 0.0, 0)
-        for weight in (1.0, *(_WEIGHTS if self.classes.crowds else _WEIGHTS[-1:])):
-            reading = CountReading(self.classes, self._cover)
-            found = least_sum(reading, states // 2, weight=weight)
+        most, searched = states // 2, Searched(None, 0.0, 0)
+        tries = [(True, min(_EASY, most), 1.0), (False, most, 1.0)]
+        tries += [(False, most, weight) for weight in (_WEIGHTS if self.classes.crowds else _WEIGHTS[-1:])]
+        for easy, limit, weight in tries:
+            reading = CountReading(self.classes, self._bounds)
+            found = least_sum(reading, limit, weight=weight, left=reading.left_of_conjuncts if easy else None)
             used = None if found.stopped is None else found.explored
             searched = Searched(reading.course(found), max(searched.bound, found.bound), reading.reached, used)
             if used is None:
@@ -82,7 +85,7 @@ class CourseSearch:
         Args:
             states: That may be looked at.
         """
-        found = least_sum(CountReading(self.classes, self._cover), states, weight=_WEIGHTS[-1])
+        found = least_sum(CountReading(self.classes, self._bounds), states, weight=_WEIGHTS[-1])
         return found.stopped is not None or bool(found.states)
 
     def least(self, *, longest: bool = False) -> float:
@@ -91,7 +94,7 @@ class CourseSearch:
         Args:
             longest: Whether the highest cost of a robot counts, not the sum.
         """
-        reading = CountReading(self.classes, self._cover)
+        reading = CountReading(self.classes, self._bounds)
         begin = reading.begin()
         if begin is None:
             return UNREACHABLE
@@ -105,11 +108,11 @@ class CourseSearch:
             below: The highest cost is to be less.
             states: That may be looked at, for each course that is found.
         """
-        reading = CountReading(self.classes, self._cover, below=below - _TIES)
+        reading = CountReading(self.classes, self._bounds, below=below - _TIES)
         found = least_highest(reading, states)
         best, bound, exhausted = reading.course(found, starts), min(below, found.bound), found.stopped is None
         while not exhausted:
-            reading = CountReading(self.classes, self._cover, below=below - _TIES, greed=_GREED)
+            reading = CountReading(self.classes, self._bounds, below=below - _TIES, greed=_GREED)
             better = reading.course(least_highest(reading, states), starts)
             exhausted = better is None
             best, below = (best, below) if better is None else (better, better.cost)

@@ -13,8 +13,10 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from operator import add
 
+from ltlplan.search.bounds.counted_conjuncts import ConjunctBound
 from ltlplan.search.bounds.goal_cover import GoalCover
 from ltlplan.search.counting.classes import Classes, ClassMove, Numbers
 from ltlplan.search.counting.counting_propositions import States, Sums
@@ -40,6 +42,27 @@ class Course:
     robots: tuple[int, ...] = ()
 
 
+class CountBounds:
+    """Lower bounds on what is left, each made when it is first needed.
+
+    Args:
+        classes: The team's abilities.
+    """
+
+    def __init__(self, classes: Classes) -> None:
+        self._classes = classes
+
+    @cached_property
+    def conjuncts(self) -> ConjunctBound:
+        """From each conjunct by itself: quick to make."""
+        return ConjunctBound(self._classes)
+
+    @cached_property
+    def cover(self) -> GoalCover:
+        """From the goals that robots must reach, and where they are."""
+        return GoalCover(self._classes)
+
+
 class CountReading:
     """A team whose robots are counted, for `least_sum` and `least_highest`.
 
@@ -47,14 +70,14 @@ class CountReading:
 
     Args:
         classes: The team's abilities.
-        cover: Lower bounds of these classes.
+        bounds: Of these classes.
         below: The highest cost is to be less.
         greed: Weight of what is left for each robot, beside the bound on the highest cost; above 0 any cheaper course is found sooner.
     """
 
-    def __init__(self, classes: Classes, cover: GoalCover, *, below: float = UNREACHABLE, greed: float = 0.0) -> None:
+    def __init__(self, classes: Classes, bounds: CountBounds, *, below: float = UNREACHABLE, greed: float = 0.0) -> None:
         self._classes, self._marks, self._crowds = classes, classes.marks, classes.crowds
-        self._cover, self._below, self._greed = cover, below, greed
+        self._bounds, self._below, self._greed = bounds, below, greed
         self._places: list[_Place] = []
         self._numbers: dict[tuple[States, Numbers], int] = {}
 
@@ -90,9 +113,14 @@ class CountReading:
 
     @memoized
     def left(self, state: int) -> float:
-        """Return a lower bound on the sum of the costs that are left."""
+        """Return a lower bound on the sum of the costs that are left: the larger one of `goal_cover` and of the conjuncts."""
         states, numbers, sums = self._places[-state]
-        return self._cover(states, sums, numbers)
+        return max(self._bounds.conjuncts(states, sums), self._bounds.cover(states, sums, numbers))
+
+    def left_of_conjuncts(self, state: int) -> float:
+        """Return a lower bound on the sum of the costs that are left, from each conjunct by itself: quick to make, and smaller."""
+        states, _, sums = self._places[-state]
+        return self._bounds.conjuncts(states, sums)
 
     def holds(self, _: int) -> bool:
         """Tell that every complete course satisfies the formula."""
@@ -135,7 +163,7 @@ class CountReading:
                 return (UNREACHABLE,)
             states, _, sums = self._places[-state]
             robots = list(zip(self._robots(state), paid, strict=True))
-            highest = max(highest, self._cover.highest(states, sums, robots), (total + left) / len(paid))
+            highest = max(highest, self._bounds.cover.highest(states, sums, robots), (total + left) / len(paid))
         return (highest + self._greed * left / len(paid) if highest < self._below else UNREACHABLE, left)
 
     def course(self, found: Found, starts: Sequence[int] = ()) -> Course | None:

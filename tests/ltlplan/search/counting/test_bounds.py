@@ -8,6 +8,7 @@ from random import Random
 import pytest
 
 from ltlplan.logic.conjunction import conjunct_automata
+from ltlplan.search.bounds.counted_conjuncts import ConjunctBound
 from ltlplan.search.bounds.counted_landmarks import CountedLandmarks
 from ltlplan.search.bounds.goal_cover import GoalCover
 from ltlplan.search.counting.classes import Classes, ClassMove
@@ -83,9 +84,10 @@ def check(rng: Random) -> float:
     robots = rng.randint(1, 3)
     classes = random_team(rng, random_counting_formula(rng, rng.randint(1, 7), NAMES[:robots]), robots)
     left = least_costs(classes)
-    cover = GoalCover(classes)
+    conjuncts, cover = ConjunctBound(classes), GoalCover(classes)
     for (states, numbers), cost in left.items():
         sums = classes.sums(numbers)
+        assert conjuncts(states, sums) <= cost + SLACK
         assert cover(states, sums, numbers) <= cost + SLACK
     least = next(iter(left.values()), float("inf"))
     found = CourseSearch(classes).cheapest(100_000)
