@@ -53,6 +53,70 @@ Qed.
 
 (** ** Speed bounds what is flown *)
 
+(** The mean value inequality (Coq's own theorem rests on one more axiom). *)
+Section Mean.
+  Variables (g g' : R -> R) (a b c : R).
+  Hypothesis order : a <= b.
+  Hypothesis slope : forall x, a <= x <= b -> derivable_pt_lim g x (g' x).
+  Hypothesis bound : forall x, a <= x <= b -> g' x <= c.
+
+  Lemma mean_nearly : forall e, 0 < e -> g b - g a <= (c + e) * (b - a).
+  Proof.
+    intros e He.
+    set (fine := fun x => g x - g a <= (c + e) * (x - a)).
+    set (S := fun x => a <= x <= b /\ forall y, a <= y <= x -> fine y).
+    destruct (completeness S) as [z [Up Least]].
+    { exists b; intros x [Hx _]; lra. }
+    { exists a; split; [lra|]; intros y Hy; replace y with a by lra; unfold fine; lra. }
+    assert (Hz : a <= z <= b).
+    { split; [apply Up; split; [lra|]; intros y Hy; replace y with a by lra; unfold fine; lra|].
+      apply Least; intros x [Hx _]; lra. }
+    assert (Before : forall y, a <= y < z -> fine y).
+    { intros y Hy; destruct (Rle_lt_dec (g y - g a) ((c + e) * (y - a))) as [L|L]; auto.
+      exfalso; assert (z <= y); [|lra]; apply Least; intros x [Hx H].
+      destruct (Rle_lt_dec x y); auto; specialize (H y); unfold fine in H; lra. }
+    destruct (slope z Hz e He) as [d Hd]; specialize (bound z Hz).
+    assert (Near : forall h, Rabs h < d -> h <> 0 -> - e < (g (z + h) - g z) / h - g' z < e).
+    { intros h Hh Nh; specialize (Hd h Nh Hh); apply Rabs_def2 in Hd; lra. }
+    pose proof (cond_pos d) as Pd.
+    assert (At : fine z).
+    { destruct (Req_dec a z) as [<-|NE]; [unfold fine; lra|].
+      set (k := Rmin (d / 2) ((z - a) / 2)).
+      assert (K : 0 < k /\ k < d /\ k < z - a).
+      { unfold k; pose proof (Rmin_l (d / 2) ((z - a) / 2)); pose proof (Rmin_r (d / 2) ((z - a) / 2)).
+        assert (0 < Rmin (d / 2) ((z - a) / 2)) by (apply Rmin_glb_lt; lra). lra. }
+      assert (B := Before (z - k)); unfold fine in B |- *.
+      destruct (Near (- k)) as [_ N]; [rewrite Rabs_Ropp, Rabs_right; lra | lra|].
+      replace (z + - k) with (z - k) in N by ring.
+      assert (E : g z - g (z - k) = (g (z - k) - g z) / - k * k) by (field; lra).
+      assert (g z - g (z - k) <= (c + e) * k) by (rewrite E; apply Rmult_le_compat_r; lra).
+      assert (g (z - k) - g a <= (c + e) * (z - k - a)) by (apply B; lra). lra. }
+    destruct (Req_dec z b) as [<-|NE]; [exact At|].
+    exfalso; set (k := Rmin (d / 2) (b - z)).
+    assert (K : 0 < k /\ k < d /\ k <= b - z).
+    { unfold k; pose proof (Rmin_l (d / 2) (b - z)); pose proof (Rmin_r (d / 2) (b - z)).
+      assert (0 < Rmin (d / 2) (b - z)) by (apply Rmin_glb_lt; lra). lra. }
+    assert (z + k <= z); [|lra]. apply Up; split; [lra|]; intros y Hy.
+    destruct (Rlt_le_dec y z); [apply Before; lra|]; destruct (Req_dec y z) as [->|]; auto.
+    destruct (Near (y - z)) as [_ N]; [rewrite Rabs_right; lra | lra|].
+    replace (z + (y - z)) with y in N by ring.
+    assert (E : g y - g z = (g y - g z) / (y - z) * (y - z)) by (field; lra).
+    assert (g y - g z <= (c + e) * (y - z)) by (rewrite E; apply Rmult_le_compat_r; lra).
+    unfold fine in *; lra.
+  Qed.
+
+  Lemma mean_value : g b - g a <= c * (b - a).
+  Proof.
+    apply Rnot_lt_le; intros L.
+    destruct (Req_dec a b) as [<-|NE]; [lra|].
+    set (gap := g b - g a - c * (b - a)).
+    assert (M : g b - g a <= (c + gap / (2 * (b - a))) * (b - a))
+      by (apply mean_nearly; apply Rdiv_lt_0_compat; unfold gap; lra).
+    replace ((c + gap / (2 * (b - a))) * (b - a)) with (c * (b - a) + gap / 2) in M by (field; lra).
+    unfold gap in *; lra.
+  Qed.
+End Mean.
+
 Section Speed.
   Variables (p v : R -> vec) (a b V : R).
   Hypothesis moves : forall t, a <= t <= b ->
@@ -74,20 +138,19 @@ Section Speed.
       apply (derivable_pt_lim_plus (fun x => vx w * vx (p x) + vy w * vy (p x)) (fun x => vz w * vz (p x)));
         [apply (derivable_pt_lim_plus (fun x => vx w * vx (p x)) (fun x => vy w * vy (p x)))|];
         apply (derivable_pt_lim_scal (fun x => _ (p x))); auto. }
-    destruct (MVT_cor2 g (fun x => dot w (v x)) t u) as (c & E & Hc); [lra | auto|].
-    assert (W : dot w w = dot w (v c) * (u - t)).
-    { rewrite <- E; unfold g, w, dot, sub; simpl; ring. }
-    pose proof (cauchy_schwarz w (v c)) as CS; pose proof (dot_square w) as W0.
-    assert (S : dot (v c) (v c) <= V * V) by (apply speed; lra).
-    set (d := u - t) in *; assert (Hd : 0 < d) by (unfold d; lra).
-    destruct (Req_dec (dot w w) 0) as [Z|NZ]; [rewrite Z; apply square_nonneg|].
-    assert (P : 0 < dot w w) by lra.
-    assert (Sq : dot w w * dot w w <= dot w w * (V * V) * (d * d)).
-    { rewrite W at 1 2.
-      replace (dot w (v c) * d * (dot w (v c) * d)) with (dot w (v c) * dot w (v c) * (d * d)) by ring.
-      apply Rmult_le_compat_r; [apply square_nonneg|].
-      apply Rle_trans with (1 := CS), Rmult_le_compat_l; auto. }
-    apply Rmult_le_reg_l with (dot w w); auto.
-    replace (dot w w * (V * d * (V * d))) with (dot w w * (V * V) * (d * d)) by ring; auto.
+    pose proof (dot_square w) as W0; set (d := u - t); assert (Hd : 0 < d) by (unfold d; lra).
+    set (n := sqrt (dot w w)); assert (N : n * n = dot w w) by (apply sqrt_sqrt; auto).
+    assert (N0 : 0 <= n) by apply sqrt_pos.
+    assert (M : g u - g t <= n * V * (u - t)).
+    { apply (mean_value g (fun x => dot w (v x))); auto; intros x Hx.
+      apply (square_le (dot w (v x)) (n * V)); [apply Rmult_le_pos; auto|].
+      apply Rle_trans with (1 := cauchy_schwarz w (v x)).
+      replace (n * V * (n * V)) with (dot w w * (V * V)) by (rewrite <- N; ring).
+      apply Rmult_le_compat_l; auto; apply speed; lra. }
+    assert (E : g u - g t = dot w w) by (unfold g, w, dot, sub; simpl; ring).
+    rewrite E, <- N in M; fold d in M.
+    assert (n <= V * d); [|rewrite <- N; apply Rmult_le_compat; auto].
+    destruct (Req_dec n 0) as [->|NZ]; [apply Rmult_le_pos; lra|].
+    apply Rmult_le_reg_l with n; lra.
   Qed.
 End Speed.

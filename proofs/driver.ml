@@ -32,11 +32,11 @@ let show = function Z0 -> "0" | Zpos p -> bits p | Zneg p -> "-" ^ bits p
 
 (* Trees *)
 
-let inequality () = let kept = list z in let broken = list z in { kept; broken }
+let condition () = let kept = list z in let broken = list z in { kept; broken }
 let region () =
-  let parts = list (fun () -> list inequality) in
-  let bodies = list (fun () -> list (fun () -> list z)) in
-  { parts; bodies }
+  let parts = list (fun () -> list nat) in
+  let covers = list (fun () -> list nat) in
+  { parts; covers }
 
 let mark () =
   match next () with
@@ -46,8 +46,9 @@ let mark () =
 let name = function Must -> "m" | No -> "n" | Cross -> "c" | Open -> "?"
 
 let tree () =
-  let content = region () in
-  match check_region content (list mark) with
+  let shape = region () in
+  let conditions = list condition in
+  match check_region shape conditions (list mark) with
   | None -> "refused"
   | Some leaves ->
       String.concat " "

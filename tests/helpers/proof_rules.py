@@ -13,8 +13,9 @@ from typing import Any
 Formula = tuple[Any, ...]
 State = frozenset[frozenset[Formula]]
 Letter = frozenset[int]
-Inequality = tuple[list[int], list[int]]
-Region = tuple[list[list[Inequality]], list[list[list[int]]]]
+Condition = tuple[list[int], list[int]]
+Region = tuple[list[list[int]], list[list[int]], list[Condition]]
+"""Parts and covers, each by numbers of conditions; of each condition what is kept and what is broken."""
 Robot = tuple[list[Letter], list[tuple[int, int]]]
 Places = tuple[int, ...]
 Move = tuple[Letter | None, Any]
@@ -41,45 +42,35 @@ def comes(row: list[int]) -> bool:
     return all(x <= y for x, y in pairwise(row)) and row[0] < 0 <= row[-1]
 
 
-def broken(part: list[Inequality]) -> bool:
-    return any(all(x > 0 for x in row) for _, row in part)
+def known(condition: Condition) -> str:
+    kept, broken = condition
+    return "broken" if all(x > 0 for x in broken) else "kept" if all(x >= 0 for x in kept) else ""
 
 
-def kept(body: list[list[int]]) -> bool:
-    return all(x >= 0 for row in body for x in row)
-
-
-def crossed(part: list[Inequality], step: int) -> bool:
-    """Tell whether one inequality is crossed, in this order of coefficients, and all others are kept."""
-    rows = [row for row, _ in part]
-    return any(comes(row[::step]) and kept(rows[:i] + rows[i + 1 :]) for i, row in enumerate(rows))
+def says(region: Region, mark: str, found: list[str]) -> bool:
+    parts, covers, _ = region
+    if mark == "m":
+        return any(all(found[k] == "kept" for k in cover) for cover in covers)
+    return all(any(found[k] == "broken" for k in part) for part in parts)
 
 
 def holds(mark: str, region: Region) -> bool:
-    parts, bodies = region
-    if mark == "m":
-        return any(kept(body) for body in bodies)
-    if mark == "n":
-        return all(broken(part) for part in parts)
-    if mark == "c":
-        return any(
-            crossed(part, step) and all(broken(other) for other in parts[:i] + parts[i + 1 :])
-            for i, part in enumerate(parts)
-            for step in (1, -1)
-        )
-    return mark == "?"
+    found = [known(one) for one in region[2]]
+    if mark != "c":
+        return mark == "?" or (mark in "mn" and says(region, mark, found))
+    if found.count("") != 1:
+        return False
+    k = found.index("")
+    kept, broken = ([*found[:k], word, *found[k + 1 :]] for word in ("kept", "broken"))
+    row = region[2][k][0]
+    return says(region, "m", kept) and says(region, "n", broken) and (comes(row) or comes(row[::-1]))
 
 
 def cut(region: Region) -> tuple[Region, Region]:
-    parts, bodies = region
-    first, second = (
-        (
-            [[(halves(row)[side], halves(out)[side]) for row, out in part] for part in parts],
-            [[halves(row)[side] for row in body] for body in bodies],
-        )
-        for side in (0, 1)
-    )
-    return first, second
+    parts, covers, conditions = region
+    pairs = [(halves(kept), halves(broken)) for kept, broken in conditions]
+    first, second = ([(kept[side], broken[side]) for kept, broken in pairs] for side in (0, 1))
+    return (parts, covers, first), (parts, covers, second)
 
 
 def check_tree(region: Region, marks: list[str]) -> str:

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
-from tests.helpers.proof_rules import Invariant, Move, Span, Team, normal
+from tests.helpers.proof_rules import Invariant, Move, Region, Span, Team, normal
 
 PROOFS = Path(__file__).parents[2] / "proofs"
 REALS = {
@@ -72,10 +72,10 @@ def formula(parts: tuple[Any, ...]) -> str:
     return " ".join(formula(part) if isinstance(part, tuple) else str(part) for part in parts)
 
 
-def tree_case(region: Any, marks: list[str]) -> str:
-    parts, bodies = region
-    shown_parts = listed(parts, lambda part: listed(part, lambda one: f"{numbers(one[0])} {numbers(one[1])}"))
-    return f"tree {shown_parts} {listed(bodies, lambda body: listed(body, numbers))} {listed(marks)}"
+def tree_case(region: Region, marks: list[str]) -> str:
+    parts, covers, conditions = region
+    rows = listed(conditions, lambda one: f"{numbers(one[0])} {numbers(one[1])}")
+    return f"tree {listed(parts, numbers)} {listed(covers, numbers)} {rows} {listed(marks)}"
 
 
 def word_case(spec: tuple[Any, ...], word: Iterable[Iterable[int]]) -> str:
