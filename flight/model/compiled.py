@@ -40,6 +40,10 @@ class Compiled:
         """Return what steps so many vehicles."""
         return CompiledFlight(self._step.map(vehicles), (vehicles, self._rows), (vehicles, self._acting))
 
+    def repeated(self, rows: Floats, acting: Floats, count: int) -> Floats:
+        """Return the rows after some steps. Shapes (rows, n) and (acting, n)."""
+        return self.flight(rows.shape[1]).steps(rows, acting, count)[-1]
+
 
 class CompiledFlight:
     """Memory of a compiled step for some vehicles."""
@@ -50,6 +54,12 @@ class CompiledFlight:
         self._buffer.set_arg(0, self._before.data)
         self._buffer.set_arg(1, self._push.data)
         self._buffer.set_res(0, self._after.data)
+
+    def step(self, rows: Floats, acting: Floats) -> Floats:
+        """Return the rows after one step. Shapes (rows, n) and (acting, n)."""
+        self._before[...], self._push[...] = rows.T, acting.T
+        self._trigger()
+        return self._after.T.copy()
 
     def steps(self, rows: Floats, acting: Floats, count: int) -> Floats:
         """Return the rows after each of some steps. Shape (count, rows, n).

@@ -8,6 +8,8 @@ step are the first terms of their series. Rows of arrays as on board, see `fligh
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from flight.model.attitude import Floats, matrix
@@ -20,8 +22,13 @@ ROWS = 91
 """Position in m, velocity in body axes in m/s, attitude, and the covariance of position, velocity and small turns."""
 SENSED = 12
 """Rows of what is sensed: gyroscopes, acceleration along the body's z, position, attitude, and 1 where motion capture saw it."""
+_SETTLING = 100
+"""Steps in which a hovering vehicle's filter settles."""
 _NOISE_STEPS = 10
 """Times that process noise is added between two predictions: once a millisecond."""
+
+Repeated = Callable[[Floats, Floats, int], Floats]
+"""From rows, what is sensed at each step alike, and how many steps, to the rows after them."""
 
 
 class ExtendedKalman:
@@ -35,24 +42,30 @@ class ExtendedKalman:
         self._rough = (_NOISE_STEPS * np.concatenate(parts) ** 2)[:, None]
         self._variances = [noise.position_noise**2] * 3 + [noise.attitude_noise**2] * 3
 
-    def at_first(self, position: Floats, attitude: Floats) -> Floats:
+    def at_first(self, position: Floats, attitude: Floats, repeated: Repeated | None = None) -> Floats:
         """Return the filter of vehicles that hover and have been seen for a while. Shape (ROWS, n).
 
         Args:
             position: m. Shape (3, n).
             attitude: Quaternion w x y z. Shape (4, n).
+            repeated: What `after` does, so many times, where it is known sooner.
         """
         starts, same = np.unique(np.concatenate([position, attitude]), axis=1, return_inverse=True)  # many runs begin alike
-        return np.take(self._settled(starts[:3], starts[3:]), same.reshape(-1), axis=1)
+        settled = self._settled(starts[:3], starts[3:], repeated or self._repeated)
+        return np.take(settled, same.reshape(-1), axis=1)
 
-    def _settled(self, position: Floats, attitude: Floats) -> Floats:
+    def _repeated(self, rows: Floats, sensed: Floats, count: int) -> Floats:
+        for _ in range(count):
+            rows = self.after(rows, sensed)
+        return rows
+
+    def _settled(self, position: Floats, attitude: Floats, repeated: Repeated) -> Floats:
         rows = np.zeros((ROWS, position.shape[1]))
         rows[_POSITION], rows[_ATTITUDE] = position, attitude
         spread = rows[_SPREAD].reshape(9, 9, -1)
         for i, variance in enumerate([self._variances[0]] * 3 + [1e-4] * 3 + [self._variances[3]] * 3):
             spread[i, i] = max(variance, self._noise.least_variance)
-        for _ in range(100):
-            rows = self.after(rows, _still(position, attitude))
+        rows = repeated(rows, _still(position, attitude), _SETTLING).copy()
         rows[_POSITION], rows[_VELOCITY], rows[_ATTITUDE] = position, 0.0, attitude
         return rows
 

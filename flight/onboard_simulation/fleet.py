@@ -6,8 +6,10 @@ steps on that estimate, with gyroscopes of their own.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,10 +20,14 @@ from flight.control.profiles import autopilot_of
 from flight.mixed_fleet import Kind, joined
 from flight.model.airframe import Drag
 from flight.model.attitude import Floats, quaternion_rate, unit
-from flight.model.ekf import SENSED, ExtendedKalman
+from flight.model.ekf import ROWS, SENSED, ExtendedKalman
 from flight.model.timing import FRAME_STEPS, STEP
 from flight.onboard_simulation.commanded import laws_of
 from flight.onboard_simulation.rotor_plant import RotorPlant
+from verify.data.autopilot import FilterNoise
+
+if TYPE_CHECKING:
+    from flight.model.compiled import Compiled
 
 _FRAME = FRAME_STEPS * STEP
 
@@ -176,9 +182,15 @@ class _Estimator:
 
     def __init__(self, plant: RotorPlant, delay: Floats) -> None:
         self._plant, n = plant, len(delay)
-        self._filter = ExtendedKalman(autopilot_of(plant.airframe).ekf, _FRAME)
-        self._few = n <= _FEW
-        self._compiled = None
+        noise = autopilot_of(plant.airframe).ekf
+        self._filter = ExtendedKalman(noise, _FRAME)
+        self._after: Callable[[Floats, Floats], Floats] = self._filter.after
+        self._sensed: Callable[[Floats, Floats], Floats] = _sensed
+        repeated = None
+        if n <= _FEW:
+            filtering, sensing = _compiled_filter(noise), _compiled_sensing()  # pyright: ignore[reportArgumentType]  # frozen models are hashable
+            self._after, self._sensed = filtering.flight(n).step, sensing.flight(n).step
+            repeated = filtering.repeated
         late = delay / STEP
         self._whole = np.floor(late).astype(np.intp)
         self._part = late - self._whole
@@ -186,8 +198,10 @@ class _Estimator:
         state = plant.state
         length = FRAME_STEPS * (2 + int(np.max(self._whole)) // FRAME_STEPS)
         self._past = np.repeat(_pose(state)[None], length, axis=0)
+        self._blank, self._seen = np.zeros((SENSED, n)), np.empty((_SEEN, n))
+        self._seen[14] = self._part
         self._newest = 0
-        self._rows = self._filter.at_first(state[:3], state[6:10])
+        self._rows = self._filter.at_first(state[:3], state[6:10], repeated)
         self.known = self._filter.known(self._rows)
         self._begun = False
 
@@ -203,32 +217,48 @@ class _Estimator:
         if not self._begun:
             self._begun = True  # before anything was flown there is nothing to predict from
             return
-        sensed = np.empty((SENSED, len(self._vehicles)))
+        sensed, seen = self._blank, self._seen
         sensed[:3], sensed[3] = self._plant.sensed(FRAME_STEPS)
+        sensed[11] = sight.seen
         length = len(self._past)
         at = (self._newest - self._whole) % length
-        near = self._past[at, :, self._vehicles].T
-        far = self._past[(at - 1) % length, :, self._vehicles].T
-        pose = near + self._part * (far - near)
-        attitude = unit(pose[3:])
-        sensed[4:7] = pose[:3] + sight.position
-        sensed[7:11] = unit(attitude + quaternion_rate(attitude, sight.attitude))
-        sensed[11] = sight.seen
-        self._rows = self._after(sensed)
+        seen[:7] = self._past[at, :, self._vehicles].T
+        seen[7:14] = self._past[(at - 1) % length, :, self._vehicles].T
+        seen[15:18], seen[18:] = sight.position, sight.attitude
+        self._rows = self._after(self._rows, self._sensed(sensed, seen))
         self.known = self._filter.known(self._rows)
 
-    def _after(self, sensed: Floats) -> Floats:
-        if not self._few:
-            return self._filter.after(self._rows, sensed)
-        if self._compiled is None:
-            from flight.model.compiled import Compiled
 
-            self._compiled = Compiled(self._filter.after, len(self._rows), SENSED).flight(len(self._vehicles))
-        return self._compiled.steps(self._rows, sensed, 1)[0]
-
-
+_SEEN = 21
+"""Rows: poses of motion capture's picture, at the step after it and at the one before, shares of the way between, and its errors."""
 _FEW = 40
 """So many vehicles are estimated sooner one number after the other than as arrays."""
+
+
+def _sensed(sensed: Floats, seen: Floats) -> Floats:
+    """Return what is sensed with motion capture's picture in it. Shapes (SENSED, n) and (_SEEN, n)."""
+    near, far = seen[:7], seen[7:14]
+    pose = near + seen[14] * (far - near)
+    attitude = unit(pose[3:])
+    found = np.empty_like(sensed)
+    found[:4], found[11] = sensed[:4], sensed[11]
+    found[4:7] = pose[:3] + seen[15:18]
+    found[7:11] = unit(attitude + quaternion_rate(attitude, seen[18:]))
+    return found
+
+
+@cache
+def _compiled_filter(noise: FilterNoise) -> Compiled:
+    from flight.model.compiled import Compiled
+
+    return Compiled(ExtendedKalman(noise, _FRAME).after, ROWS, SENSED)
+
+
+@cache
+def _compiled_sensing() -> Compiled:
+    from flight.model.compiled import Compiled
+
+    return Compiled(_sensed, SENSED, _SEEN)
 
 
 def _pose(rows: Floats) -> Floats:
