@@ -58,6 +58,62 @@ def peaks(path: Spline, yaw: Spline | None, limits: Limits, samples: int = SAMPL
     return tuple(found)
 
 
+@dataclass(frozen=True, eq=False, slots=True)
+class Samples:
+    """A flight's derivatives at samples.
+
+    Attributes:
+        motion: Velocity to snap. Shapes (pieces, samples, 3).
+        yaw: Yaw and its first two derivatives. Shapes (pieces, samples).
+    """
+
+    motion: tuple[Floats, ...]
+    yaw: tuple[Floats, ...]
+
+    @classmethod
+    def of(cls, path: Spline, yaw: Spline | None, samples: int = SAMPLES) -> Samples:
+        """Return a flight's derivatives at even samples of each piece.
+
+        Args:
+            path: Three axes.
+            yaw: One axis, same durations; None where yaw is constant.
+            samples: A piece.
+        """
+        at = np.linspace(0.0, 1.0, samples)
+        motion = tuple(path.sample(at, d) for d in (1, 2, 3, 4))
+        still = (np.zeros(motion[0].shape[:2]),) * 3
+        return cls(motion, still if yaw is None else tuple(yaw.sample(at, d)[..., 0] for d in (0, 1, 2)))
+
+    def stretched(self, factor: float) -> Samples:
+        """Return the samples of the same flight, so many times slower."""
+        motion = tuple(values / factor**order for order, values in enumerate(self.motion, start=1))
+        return Samples(motion, tuple(values / factor**order for order, values in enumerate(self.yaw)))
+
+    def shares(self, limits: Limits) -> dict[str, tuple[Floats, float, Floats]]:
+        """Return what `shares_used` does."""
+        velocity, acceleration, jerk, snap = self.motion
+        flat = flat_samples(acceleration, jerk, snap, *self.yaw)
+        result: dict[str, tuple[Floats, float, Floats]] = {}
+
+        def note(name: str, values: Floats, limit: float, rest: float = 0.0) -> None:
+            if np.isfinite(limit):
+                result[name] = (values, limit, (values - rest) / (limit - rest))
+
+        note("speed", np.linalg.norm(velocity, axis=-1), limits.speed)
+        note("acceleration", np.linalg.norm(acceleration, axis=-1), limits.acceleration)
+        note("thrust_max", flat.thrust, limits.thrust_max, GRAVITY)
+        if limits.thrust_min > 0:
+            note("thrust_min", flat.thrust, limits.thrust_min, GRAVITY)
+        note("tilt", flat.tilt, limits.tilt)
+        note("body_rate", np.linalg.norm(flat.rates[..., :2], axis=-1), limits.body_rate)
+        note("yaw_rate", np.abs(flat.rates[..., 2]), limits.yaw_rate)
+        if limits.rotors is not None:
+            thrusts, hover = flat.rotor_thrusts(limits.rotors), limits.rotors.mass * GRAVITY / 4
+            note("rotor_thrust_max", thrusts.max(axis=-1), limits.rotors.most, hover)
+            note("rotor_thrust_min", thrusts.min(axis=-1), limits.rotors.least, hover)
+        return {name: result[name] for name in LIMIT_NAMES if name in result}
+
+
 def shares_used(
     path: Spline, yaw: Spline | None, limits: Limits, samples: int = SAMPLES
 ) -> dict[str, tuple[Floats, float, Floats]]:
@@ -71,29 +127,7 @@ def shares_used(
         limits: Infinite ones are left out.
         samples: A piece.
     """
-    at = np.linspace(0.0, 1.0, samples)
-    velocity, acceleration, jerk, snap = (path.sample(at, d) for d in (1, 2, 3, 4))
-    flat_yaw = [np.zeros(velocity.shape[:2])] * 3 if yaw is None else [yaw.sample(at, d)[..., 0] for d in (0, 1, 2)]
-    flat = flat_samples(acceleration, jerk, snap, *flat_yaw)
-    result: dict[str, tuple[Floats, float, Floats]] = {}
-
-    def note(name: str, values: Floats, limit: float, rest: float = 0.0) -> None:
-        if np.isfinite(limit):
-            result[name] = (values, limit, (values - rest) / (limit - rest))
-
-    note("speed", np.linalg.norm(velocity, axis=-1), limits.speed)
-    note("acceleration", np.linalg.norm(acceleration, axis=-1), limits.acceleration)
-    note("thrust_max", flat.thrust, limits.thrust_max, GRAVITY)
-    if limits.thrust_min > 0:
-        note("thrust_min", flat.thrust, limits.thrust_min, GRAVITY)
-    note("tilt", flat.tilt, limits.tilt)
-    note("body_rate", np.linalg.norm(flat.rates[..., :2], axis=-1), limits.body_rate)
-    note("yaw_rate", np.abs(flat.rates[..., 2]), limits.yaw_rate)
-    if limits.rotors is not None:
-        thrusts, hover = flat.rotor_thrusts(limits.rotors), limits.rotors.mass * GRAVITY / 4
-        note("rotor_thrust_max", thrusts.max(axis=-1), limits.rotors.most, hover)
-        note("rotor_thrust_min", thrusts.min(axis=-1), limits.rotors.least, hover)
-    return {name: result[name] for name in LIMIT_NAMES if name in result}
+    return Samples.of(path, yaw, samples).shares(limits)
 
 
 def worst(found: tuple[Peak, ...]) -> Peak | None:
