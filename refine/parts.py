@@ -6,14 +6,14 @@ A flight that some vehicle cannot hold at once is refined as if all could, and s
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 
 from refine.coordination.team_flights import Together, together
 from refine.feedback import feedback_of
 from refine.rest_to_rest import LONGEST, SHORTEST, TICK, Pieces, Stretch, as_flown, from_rest, waiting
-from refine.single_robot.task import RefinementOptions
+from refine.single_robot.task import RefinementOptions, RobotFlight
 from refine.spline.rounding import quantise
 from refine.spline.spline import Spline
 from refine.team_pauses import resting
@@ -68,10 +68,22 @@ def from_rest_to_rest(
     if all(robot.still for robot in plan.robots.values()):
         return waiting(plan, least)
     team = together(plan, feedback_of(plan, witnesses), options, tell)
+    say_how_found(team[0].values(), options)
     whole = from_rest(plan, team, least)
     if options.too_long == "refuse" or whole.fits({name: options.held(plan.mission, name) for name in plan.robots}):
         return whole
     return in_parts(plan.mission, team, options)
+
+
+def say_how_found(robots: Iterable[RobotFlight], options: RefinementOptions) -> None:
+    """Tell the caller what flights have to say of how they were found, each sentence once.
+
+    Args:
+        robots: The flights.
+        options: Say who listens.
+    """
+    for sentence in dict.fromkeys(robot.note for robot in robots if robot.note):
+        options.note(sentence)
 
 
 def in_parts(mission: Mission, team: Together, options: RefinementOptions) -> Stretch:

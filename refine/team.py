@@ -6,7 +6,7 @@ heading; then the team's departures are chosen so that robots keep their distanc
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from numbers import Integral, Real
 from typing import get_args
 
@@ -15,29 +15,31 @@ import numpy as np
 from refine.coordination.team_flights import together
 from refine.feedback import feedback_of
 from refine.laps import team_laps
-from refine.parts import in_parts, longer_than_held
+from refine.parts import in_parts, longer_than_held, say_how_found
 from refine.rest_to_rest import as_flown
-from refine.single_robot.task import Pace, RefinementOptions, RobotFlight, TooLong
+from refine.single_robot.task import Pace, RefinementOptions, RobotFlight, TooLong, unheard
 from refine.spline.rounding import quantise
 from refine.spline.spline import Spline
 from verify.data import BadInput, DoesNotFit, Infeasible, Plan, Trajectory, Witness, check_plan
 from verify.data.progress import Progress, silent
 from verify.data.trajectory import HOVER
 
+_PACES = ("nominal", "time", "blend")
 _LONGEST = 86400.0
 """s, a day: the longest flight that a plan may ask for."""
 
 
-# seven parameters: what a caller may ask for, each by its keyword
+# eight parameters: what a caller may ask for, each by its keyword
 def refine(
     plan: Plan,
     *,
     witnesses: Iterable[Witness] = (),
     progress: Progress | None = None,
-    pace: Pace = "nominal",
+    pace: Pace | None = None,
     weight: float = 1000.0,
     max_pieces: int | None = None,
     too_long: TooLong = "refuse",
+    note: Callable[[str], None] | None = None,
 ) -> dict[str, Trajectory]:
     """Turn a plan into polynomials that keep its labels, its limits and the team's separation.
 
@@ -46,18 +48,17 @@ def refine(
         witnesses: What the checker refused so far; each is repaired (limits tightened, clearances widened, waits added), starting
             from the plan again. Hand in those of all earlier attempts together.
         progress: Receives a sentence and a share of the work.
-        pace: "nominal": the plan's times, longer where limits ask for it; "time": as fast as limits and labels allow;
-            "blend": least of the integral of |snap|^2 plus `weight` times the duration. In the latter two the points of
-            visits may move within their regions and openings, less margin and radius; where the programme with movable
-            points does not converge within its budget, the answer with the planned points stands. Where that is not found
-            either, it is an error: no other pace is taken in its place. Where stretching the answer for rotor
-            thrusts would cost more than 2 %, "blend" takes them into the programme and "time" gives snap more weight.
+        pace: Instead of `planner.pace` of the mission and its agents: a share of the fastest flight that was found, above 0 up to 1 ("time"
+            is 1); "nominal": the plan's times, longer where limits ask for it; "blend": least of the integral of |snap|^2 plus
+            `weight` times the duration. But for "nominal" the points of visits may move within their regions and openings, less
+            margin and radius.
         weight: For "blend", m^2/s^8.
         max_pieces: Pieces that the target holds for one robot; None for what each robot's vehicle holds. Points that only lead the
             way are left out, where straight legs allow it, until a flight fits.
         too_long: What becomes of a flight that still does not fit: "refuse" it, or let it "rest" and cut it there into parts that fit
             (`Trajectory.cuts`): all robots slow down on their ways and rest at the same instants. Laps rest where they begin and are
             uploaded once.
+        note: Receives a sentence on each flight that was found otherwise than asked, such as one of a programme that failed.
 
     Returns:
         One flight for each robot, in the mission's order, in exact float32 values. For the compressed format, `flight.quantised`
@@ -71,7 +72,9 @@ def refine(
     """
     plan = _checked(plan, pace, weight, max_pieces, too_long)
     most = None if max_pieces is None else int(max_pieces)
-    flights = _flights(plan, tuple(witnesses), RefinementOptions(pace, weight, most, too_long), progress or silent)
+    flights = _flights(
+        plan, tuple(witnesses), RefinementOptions(pace, weight, most, too_long, note or unheard), progress or silent
+    )
     (progress or silent)("refined", 1.0)
     return flights
 
@@ -88,6 +91,7 @@ def _flights(plan: Plan, witnesses: tuple[Witness, ...], options: RefinementOpti
     team = together(plan, feedback_of(plan, witnesses), options, tell)
     tell("rounding to the vehicle's numbers", 0.95)
     robots, starts = team
+    say_how_found(robots.values(), options)
     flights = {name: _assemble(robot, plan.mission.agents[name].yaw, starts[name]) for name, robot in robots.items()}
     long = longer_than_held(plan.mission, flights, options)
     if not long:
@@ -117,9 +121,10 @@ def _checked(plan: object, pace: object, weight: object, max_pieces: object, too
     """Return a sound plan; refuse what is no question: whoever has no type checker gets a sentence as well."""
     if not isinstance(plan, Plan):
         raise BadInput(f"refine takes a Plan, not {type(plan).__name__} (points without a mission: refine.minimum_snap).")
-    for name, value, allowed in (("pace", pace, get_args(Pace)), ("too_long", too_long, get_args(TooLong))):
-        if value not in allowed:
-            raise BadInput(f"{name} is {value!r}; it must be one of {', '.join(map(repr, allowed))}.")
+    if not (pace is None or pace in _PACES or (isinstance(pace, Real) and pace is not True and 0.0 < float(pace) <= 1.0)):
+        raise BadInput(f"pace is {pace!r}; it must be a number above 0 up to 1, or one of {', '.join(map(repr, _PACES))}.")
+    if too_long not in get_args(TooLong):
+        raise BadInput(f"too_long is {too_long!r}; it must be one of {', '.join(map(repr, get_args(TooLong)))}.")
     if not isinstance(weight, Real) or not 0.0 < float(weight) < np.inf:
         raise BadInput(f"weight is {weight!r}; it must be a positive number, in m^2/s^8.")
     if max_pieces is not None and (not isinstance(max_pieces, Integral) or int(max_pieces) < 2):

@@ -10,6 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from refine.coordination.common_clock import Flown, on_faster_clock
 from refine.coordination.conflict_intervals import Mover, mover
 from refine.coordination.departures import DepartureConflict, departures
 from refine.coordination.reciprocal_avoidance import Yielding, avoid_by_rule, avoid_in_pair
@@ -24,6 +25,9 @@ from refine.spline.spline import Spline
 from verify.data import Infeasible, Plan, Witness
 from verify.data.plan import Meeting, Precedence
 from verify.data.validation.spacing import Spacing
+
+Together = tuple[dict[str, RobotFlight], dict[str, float]]
+"""Robots with their paths, and departures in s by robot."""
 
 _CLEARANCE = 0.04
 """m on top of the distance in an encounter: what sampling it in the schedule cannot see."""
@@ -89,8 +93,25 @@ def _encounter(
     problem: Problem, team: dict[str, RobotFlight], names: tuple[str, ...], given: dict[str, float]
 ) -> tuple[dict[str, RobotFlight], dict[str, float]] | None:
     """Return the team where these robots give way to each other, and when they depart so that the given ones are not met."""
-    plan, spacing = problem.plan, problem.spacing
-    group = tuple(team[name] for name in names)
+    for group in _at_times(tuple(team[name] for name in names)):
+        found = _encounter_of(problem, team, group, given)
+        if found is not None:
+            return found
+    return None
+
+
+def _at_times(group: tuple[RobotFlight, ...]) -> Iterator[tuple[RobotFlight, ...]]:
+    """Yield robots as they fly, but first at the plan's own even times where their pace is another: a common clock hurries them after."""
+    if any(robot.planned is not None for robot in group):
+        yield tuple(robot if robot.planned is None else replace(robot, path=robot.planned) for robot in group)
+    yield group
+
+
+def _encounter_of(
+    problem: Problem, team: dict[str, RobotFlight], group: tuple[RobotFlight, ...], given: dict[str, float]
+) -> tuple[dict[str, RobotFlight], dict[str, float]] | None:
+    """Return the team where a group gives way at the times of its flights, and when it departs."""
+    plan, spacing, names = problem.plan, problem.spacing, tuple(robot.name for robot in group)
     starts = departures(
         [flight_of(plan, robot) for robot in group],
         distance=-np.inf,
@@ -105,25 +126,93 @@ def _encounter(
     busy = max((given[name] + team[name].path.duration for name in given), default=0.0)
     known = (*given, *names)
     for paths in _ways(movers, spacing):
-        fitted = tuple(along(plan, robot, path) for robot, path in zip(group, paths, strict=True))
-        factor = max(by for _, by in fitted)
-        trial = {**team, **{robot.name: paced(robot, factor) for robot, _ in fitted}}
-        if any(violations(trial[name].path, plan.mission, name, plan.robots[name]) for name in names):
-            continue
-        flights = [flight_of(plan, trial[name]) for name in known]
-        for late in np.arange(0.0, busy + 1.0):
-            begun = {name: factor * starts[name] + float(late) for name in names}
-            found = departures(
-                flights,
-                distance=spacing.distance,
-                z_scale=spacing.z_scale,
-                skew=spacing.skew,
-                precedences=among(problem, known),
-                given={**given, **begun},
-            )
-            if not isinstance(found, DepartureConflict):
-                return trial, begun
+        for fitted, begins in _timings(problem, group, dict(zip(names, paths, strict=True)), starts):
+            factor = max(by for _, by in fitted)
+            trial = {**team, **{robot.name: paced(robot, factor) for robot, _ in fitted}}
+            if any(violations(trial[name].path, plan.mission, name, plan.robots[name]) for name in names):
+                continue
+            flights = [flight_of(plan, trial[name]) for name in known]
+            for late in np.arange(0.0, busy + 1.0):
+                begun = {name: factor * begins[name] + float(late) for name in names}
+                found = departures(
+                    flights,
+                    distance=spacing.distance,
+                    z_scale=spacing.z_scale,
+                    skew=spacing.skew,
+                    precedences=among(problem, known),
+                    given={**given, **begun},
+                )
+                if not isinstance(found, DepartureConflict):
+                    return trial, begun
     return None
+
+
+def hurried(problem: Problem, robots: dict[str, RobotFlight], starts: dict[str, float]) -> Together | None:
+    """Return a team that is kept apart on a faster common clock; None where none is faster, or where it would not be kept apart.
+
+    Args:
+        problem: What is refined.
+        robots: The team's flights.
+        starts: Their departures, s.
+
+    Raises:
+        Infeasible: No pace keeps a robot's limits.
+    """
+    plan = problem.plan
+    if any(robot.plan.hold > 0.0 or robot.cycle is not None for robot in robots.values()):
+        return None
+    faster = _on_faster_clock(problem, tuple(robots.values()), {name: robot.path for name, robot in robots.items()}, starts)
+    if faster is None:
+        return None
+    fitted, begins = faster
+    factor = max(by for _, by in fitted)
+    team = {robot.name: paced(robot, factor) for robot, _ in fitted}
+    begun = {name: factor * start for name, start in begins.items()}
+    if arrival((team, begun)) >= arrival((robots, starts)):
+        return None
+    if any(violations(robot.path, plan.mission, name, plan.robots[name]) for name, robot in team.items()):
+        return None
+    found = departures_of(problem, team, begun)
+    return None if isinstance(found, DepartureConflict) else (team, begun)
+
+
+def arrival(team: Together) -> float:
+    """Return when the last robot arrives, s."""
+    robots, starts = team
+    return max(starts[name] + robot.path.duration for name, robot in robots.items())
+
+
+_Timed = tuple[list[tuple[RobotFlight, float]], dict[str, float]]
+"""Robots, each with by how much it must be slowed, and their departures before that, s."""
+
+
+def _timings(
+    problem: Problem, group: tuple[RobotFlight, ...], paths: dict[str, Spline], starts: dict[str, float]
+) -> Iterator[_Timed]:
+    """Yield robots on their paths: on a faster clock first, where none flies at the plan's own times."""
+    faster = _on_faster_clock(problem, group, paths, starts)
+    if faster is not None:
+        yield faster
+    yield [along(problem, robot, paths[robot.name]) for robot in group], starts
+
+
+def _on_faster_clock(
+    problem: Problem, group: tuple[RobotFlight, ...], paths: dict[str, Spline], starts: dict[str, float]
+) -> _Timed | None:
+    """Return robots on a common clock that is as fast as limits allow; None where one is nominal, or would fly more pieces than it holds."""
+    mission, options = problem.plan.mission, problem.options
+    shares = {robot.name: options.share(mission, robot.name) for robot in group}
+    team = {
+        robot.name: Flown(paths[robot.name], starts[robot.name], robot.limits, share)
+        for robot in group
+        if (share := shares[robot.name]) is not None
+    }
+    if len(team) < len(group):
+        return None
+    faster = on_faster_clock(team)
+    if any((held := options.held(mission, name)) is not None and len(path) >= held for name, (path, _) in faster.items()):
+        return None
+    return [along(problem, robot, faster[robot.name][0]) for robot in group], {name: at for name, (_, at) in faster.items()}
 
 
 def _ways(movers: tuple[Mover, ...], spacing: Spacing) -> Iterator[tuple[Spline, ...]]:
@@ -181,21 +270,25 @@ def mover_of(plan: Plan, robot: RobotFlight, starts: dict[str, float], until: fl
     return mover(corridor, path, 0.0, NOWHERE)
 
 
-def along(plan: Plan, robot: RobotFlight, path: Spline) -> tuple[RobotFlight, float]:
-    """Return a robot on a path, not slowed yet, and by how much it must be.
+def along(problem: Problem, robot: RobotFlight, path: Spline) -> tuple[RobotFlight, float]:
+    """Return a robot on a path, not slowed yet, and by how much it must be; below 1 where its pace lets it fly faster.
 
     Args:
-        plan: Carries the mission.
+        problem: Carries the mission, and says the robot's pace.
         robot: What it flew before.
         path: What it flies now.
 
     Raises:
         Infeasible: No pace keeps its limits.
     """
-    agent = plan.mission.agents[robot.name]
+    mission, share = problem.plan.mission, problem.options.share(problem.plan.mission, robot.name)
+    agent, own = mission.agents[robot.name], mission.seen_by(robot.name)
     yaw = heading_spline(path, agent.heading, agent.yaw)
-    factor = max(stretch_to_limits(path, yaw, robot.limits), slower_on_ways(plan.mission.seen_by(robot.name), robot.plan, path))
-    return replace(robot, path=path, yaw=yaw, halts={}), factor
+    flown = replace(robot, path=path, yaw=yaw, halts={})
+    if share is None:
+        return flown, max(stretch_to_limits(path, yaw, robot.limits), slower_on_ways(own, robot.plan, path))
+    factor = stretch_to_limits(path, yaw, robot.limits, faster=True)
+    return flown, factor * slower_on_ways(own, robot.plan, path.stretched(factor)) / share
 
 
 def paced(robot: RobotFlight, factor: float) -> RobotFlight:

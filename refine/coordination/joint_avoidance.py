@@ -231,4 +231,4 @@ def _along(problem: Problem, robot: RobotFlight, cut: Mover, points: Floats) -> 
     if kept and np.abs(points - cut.path.nodes).max() <= _UNMOVED:
         return robot, 1.0
     path = fit(replace(cut.corridor, points=points), cut.path.durations, rest=cut.rest)
-    return along(problem.plan, robot, path)
+    return along(problem, robot, path)

@@ -13,7 +13,7 @@ from functools import partial
 
 from refine.alternatives import first_feasible
 from refine.coordination.alternative_ways import ALTERNATIVES, Way, placed, share_places, takes_turns, waits_anywhere
-from refine.coordination.conflict_resolution import departures_of, resolve_encounters, too_near
+from refine.coordination.conflict_resolution import Together, arrival, departures_of, hurried, resolve_encounters, too_near
 from refine.coordination.departures import DepartureConflict
 from refine.coordination.joint_avoidance import avoid_jointly
 from refine.coordination.midway_waits import with_waits
@@ -29,15 +29,14 @@ from verify.data.plan import Precedence
 from verify.data.progress import Progress
 from verify.data.validation.spacing import needed, spacing_of
 
-Together = tuple[dict[str, RobotFlight], dict[str, float]]
-"""Robots with their paths, and departures in s by robot."""
-
 _FEW = 4
 """Robots that depart one after the other where they can: all of their orders are tried."""
 _CROWD = 16
 """Robots above which departures are all that is tried where swerving does not part them, unless they have to wait on the way."""
 _LATE = 1.25
 """How much longer than the longest flight a team that waits for each other may take before swerving is tried instead."""
+_PLANNED = "On their fastest paths robots were not kept apart, or later than at the plan's own times: these are flown."
+_HURRIED = "On their fastest paths robots were not kept apart: they fly those of the plan's own times, hurried on one clock."
 _MEETINGS = 40
 """Times that one robot's path is laid around where another one waits."""
 
@@ -57,8 +56,38 @@ def together(plan: Plan, feedback: Feedback, options: RefinementOptions, tell: P
             tried keeps them apart.
         SolverTimeout: An engine's seconds ran out.
     """
+    shares = [share for name in plan.robots if (share := options.share(plan.mission, name)) is not None]
+    try:
+        found = _in_some_way(plan, feedback, options, tell)
+    except Infeasible:
+        if not shares:
+            raise
+        found = None
+    if found is not None and (not shares or min(shares) * arrival(found) <= _planned_arrival(found)):
+        return found
+    tell("trying the plan's own times", 0.9)
+    planned = _noted(_in_some_way(plan, feedback, replace(options, pace="nominal"), tell), _PLANNED)
+    faster = hurried(Problem(plan, feedback, options, spacing_for(plan, feedback)), *planned)
+    teams = [] if faster is None else [_noted(faster, _HURRIED)]
+    teams += [] if found is None else [found]
+    return min(teams if teams and min(shares) < 1.0 else [*teams, planned], key=arrival)
+
+
+def _noted(team: Together, sentence: str) -> Together:
+    robots, starts = team
+    return {name: replace(robot, note=sentence) for name, robot in robots.items()}, starts
+
+
+def _in_some_way(plan: Plan, feedback: Feedback, options: RefinementOptions, tell: Progress) -> Together:
+    """Return the team at the paces of some options, in the first way to fly that keeps it apart."""
     ways = (way for alternative in ALTERNATIVES for way in alternative(plan, feedback))
     return first_feasible(((way.sentence, partial(_together, plan, feedback, options, tell, way)) for way in ways), tell)
+
+
+def _planned_arrival(team: Together) -> float:
+    """Return when the last robot would arrive at the plan's own times if it had no others to wait for, s."""
+    robots, _ = team
+    return max(robot.plan.hold + (robot.planned or robot.path).duration for robot in robots.values())
 
 
 def _together(plan: Plan, feedback: Feedback, options: RefinementOptions, tell: Progress, way: Way) -> Together:
@@ -117,7 +146,7 @@ def _departing_without_delay(attempt: _Attempt) -> Together | None:
     if not attempt.many or len(attempt.alone) > _CROWD:
         return None
     robots, starts = _departing(attempt.problem, attempt.alone)
-    if isinstance(starts, DepartureConflict) or _arrival((robots, starts)) > _longest(attempt.alone):
+    if isinstance(starts, DepartureConflict) or arrival((robots, starts)) > _longest(attempt.alone):
         return None
     return robots, starts
 
@@ -195,10 +224,10 @@ MEANS = (_departing_without_delay, _swerving, _departing_in_time, _visiting_else
 
 def _sooner(problem: Problem, alone: dict[str, RobotFlight], departing: Together) -> Together:
     """Return a team that departs one after the other, or that swerves where it would take much longer than its longest flight."""
-    if _arrival(departing) <= _LATE * _longest(alone) or problem.plan.meetings or len(alone) > _FEW:
+    if arrival(departing) <= _LATE * _longest(alone) or problem.plan.meetings or len(alone) > _FEW:
         return departing
     swerving = avoid_jointly(problem, alone)
-    if isinstance(swerving, DepartureConflict) or _arrival(swerving) >= _arrival(departing):
+    if isinstance(swerving, DepartureConflict) or arrival(swerving) >= arrival(departing):
         return departing
     return swerving
 
@@ -206,12 +235,6 @@ def _sooner(problem: Problem, alone: dict[str, RobotFlight], departing: Together
 def _longest(alone: dict[str, RobotFlight]) -> float:
     """Return when the last robot would arrive if it had no others to wait for, s: no flights of this team can end sooner."""
     return max(robot.plan.hold + robot.path.duration for robot in alone.values())
-
-
-def _arrival(team: Together) -> float:
-    """Return when the last robot arrives, s."""
-    robots, starts = team
-    return max(starts[name] + robot.path.duration for name, robot in robots.items())
 
 
 def _refuse_what_no_flight_mends(plan: Plan) -> None:

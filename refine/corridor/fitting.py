@@ -97,15 +97,25 @@ def until_kept(corridor: Corridor, rules: Rules, attempt: Callable[[], Spline], 
     """
     for _ in range(ROUNDS):
         path = attempt()
-        fresh = _broken(corridor, path, rules, buffer)
+        fresh = broken_rules(corridor, path, rules, buffer)
         if not fresh:
             return path
         rules.update(fresh)
     raise Infeasible(f"{corridor.robot}: no path kept the corridors within {ROUNDS} rounds.")
 
 
-def _broken(corridor: Corridor, path: Spline, known: Rules, buffer: float) -> Rules:
-    """Return planes for the rules that the path breaks and that are not written down yet."""
+def broken_rules(corridor: Corridor, path: Spline, known: Rules, buffer: float) -> Rules:
+    """Return planes for the rules that the path breaks and that are not written down yet.
+
+    Args:
+        corridor: What is kept.
+        path: One piece a leg, m.
+        known: Planes that are written down.
+        buffer: m by which planes stand off.
+
+    Raises:
+        Infeasible: A straight leg meets an obstacle.
+    """
     fresh: Rules = {}
     points = path.sample(_SAMPLES)
     for index, leg in enumerate(corridor.legs):

@@ -28,23 +28,24 @@ _TURNS = 50
 """Steps towards a plane between two regions."""
 
 
-def leg_speeds(mission: Mission, robot: RobotPlan, corridor: Corridor) -> Floats | None:
-    """Return the limit on speed of each leg; None where there is none of its own.
+def own_limits(mission: Mission, robot: RobotPlan, corridor: Corridor) -> tuple[Floats, Floats]:
+    """Return the limits on speed (m/s) and acceleration (m/s^2) of each leg's own; inf for none. Shapes (legs,).
 
     Args:
         mission: Whose `limits.legs` count.
         robot: Its visits.
         corridor: Its legs.
     """
-    if not mission.limits.legs:
-        return None
-    speeds = np.full(len(corridor), np.inf)
+    speeds, accelerations = np.full((2, len(corridor)), np.inf)
     for visit in range(len(robot.visits)):
         own = mission.limits.legs.get(robot.visits[visit].region)
-        if own is not None and own.speed is not None:
-            legs = _on_the_way(mission, robot, corridor, visit)
-            speeds[legs] = np.minimum(speeds[legs], own.speed)
-    return speeds
+        if own is None:
+            continue
+        legs = _on_the_way(mission, robot, corridor, visit)
+        for least, limit in ((speeds, own.speed), (accelerations, own.acceleration)):
+            if limit is not None:
+                least[legs] = np.minimum(least[legs], limit)
+    return speeds, accelerations
 
 
 def slow_legs(mission: Mission, robot: RobotPlan, corridor: Corridor, path: Spline) -> Floats:

@@ -75,13 +75,16 @@ def _moving(problem: Problem, name: str, limits: Limits, extra: tuple[Ball, ...]
         rest = frozenset(range(len(corridor) + 1))
     task = Task(mission, name, robot, corridor, limits, more, options)
     fitted = showing_visits(task, rest)
-    motion = fitted.motion if options.pace == "nominal" else time_optimised(task, fitted)
+    share = options.share(problem.plan.mission, name)
+    motion = fitted.motion if share is None else time_optimised(task, fitted).stretched(1.0 / share)
     path, yaw, cycle = motion.path, motion.yaw, corridor.cycle
     if hovering:
         cycle = len(path)
         path = Spline(np.append(path.durations, HOVER), np.concatenate([path.states, path.states[-1:]]))
         yaw = None if yaw is None else Spline(path.durations, np.concatenate([yaw.states, yaw.states[-1:]]))
-    return RobotFlight(name, robot, limits, corridor, path, yaw, cycle, halts)
+    planned = None if share is None or hovering else fitted.motion.path
+    note = f"{name}: {motion.note}" if motion.note else ""
+    return RobotFlight(name, robot, limits, corridor, path, yaw, cycle, halts, planned, note)
 
 
 def _hover(point: Floats) -> Spline:

@@ -86,13 +86,14 @@ def _beside(slow: Floats) -> Floats:
     return np.maximum(ends[:-2], ends[2:]) ** _SHARED
 
 
-def slowed(task: Task, path: Spline, rest: frozenset[int]) -> Motion:
+def slowed(task: Task, path: Spline, rest: frozenset[int], *, faster: bool = False) -> Motion:
     """Return the path with its yaw, both slowed until all limits hold.
 
     Args:
         task: The robot's.
         path: Three axes, along the task's corridor.
         rest: Points at which it rests.
+        faster: Whether both may be sped up instead, as far as limits allow.
 
     Raises:
         Infeasible: No pace keeps the limits.
@@ -100,8 +101,8 @@ def slowed(task: Task, path: Spline, rest: frozenset[int]) -> Motion:
     agent, cycle = task.mission.agents[task.name], task.corridor.cycle
     lap = 0 if task.options.closes else cycle
     yaw = heading_spline(path, agent.heading, agent.yaw, cycle=lap, rest=rest)
-    factor = stretch_to_limits(path, yaw, task.limits)
+    factor = stretch_to_limits(path, yaw, task.limits, faster=faster)
     factor *= float(np.max(slow_legs(task.mission, task.robot, task.corridor, path.stretched(factor)), initial=1.0))
     if cycle is None:
         factor *= slower_on_ways(task.mission, task.robot, path.stretched(factor))
-    return Motion(path.stretched(factor), None if yaw is None else yaw.stretched(factor))
+    return Motion(path, yaw).stretched(factor)

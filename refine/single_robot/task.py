@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
@@ -14,11 +15,15 @@ from refine.spline.spline import Spline
 from verify.data import Mission, Plan, RobotPlan, Witness
 from verify.data.validation.spacing import Spacing
 
-Pace = Literal["nominal", "time", "blend"]
+Pace = float | Literal["nominal", "time", "blend"]
 TooLong = Literal["refuse", "rest"]
 
 NOWHERE: frozenset[int] = frozenset()
 """No points, no legs."""
+
+
+def unheard(_sentence: str) -> None:
+    """Receive a note that nobody asked for."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,24 +31,43 @@ class RefinementOptions:
     """Options of the caller.
 
     Attributes:
-        pace: The plan's own times, the shortest ones, or a blend.
+        pace: Instead of the mission's paces: a share of the fastest flight, the plan's own times, or a blend; None for the mission's.
         weight: Of time in a blend, m^2/s^8.
         max_pieces: Pieces that the target holds for one robot; None for what each robot's vehicle holds.
         too_long: What becomes of a flight of more pieces.
+        note: Receives what is to be said of how a flight was found.
         even: Whether other shares of a flight's time are tried where the plan's own would slow it much.
         rests: Whether the flight rests at every point.
         closes: Whether it is a lap, which ends with the heading that it began with.
         lingers: Whether a robot that acts only after others comes to the region first, and rests there.
     """
 
-    pace: Pace
+    pace: Pace | None
     weight: float
     max_pieces: int | None
     too_long: TooLong = "refuse"
+    note: Callable[[str], None] = unheard
     even: bool = True
     rests: bool = False
     closes: bool = False
     lingers: bool = False
+
+    @property
+    def blend(self) -> float | None:
+        """Weight of time against snap where a blend of both is least; None where time alone is."""
+        return self.weight if self.pace == "blend" else None
+
+    def share(self, mission: Mission, name: str) -> float | None:
+        """Return the share of the fastest flight at which a robot flies; None for the plan's own times.
+
+        Args:
+            mission: Says each robot's pace.
+            name: The robot's.
+        """
+        pace = mission.pace_of(name) if self.pace is None else self.pace
+        if pace == "nominal":
+            return None
+        return 1.0 if isinstance(pace, str) else float(pace)
 
     def held(self, mission: Mission, name: str) -> int | None:
         """Return the pieces that a robot's flight may have; None for any number.
@@ -106,10 +130,21 @@ class Task:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Motion:
-    """A path of three axes and its yaw, with the same durations; no yaw where it is constant."""
+    """A path of three axes and its yaw, with the same durations.
+
+    Attributes:
+        path: Three axes.
+        yaw: None where it is constant.
+        note: Sentence for a person where a faster one was looked for and not found; empty where there is nothing to say.
+    """
 
     path: Spline
     yaw: Spline | None
+    note: str = ""
+
+    def stretched(self, factor: float) -> Motion:
+        """Return the same motion, so many times slower."""
+        return Motion(self.path.stretched(factor), None if self.yaw is None else self.yaw.stretched(factor), self.note)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -140,6 +175,8 @@ class RobotFlight:
         yaw: One axis; None where it is constant.
         cycle: Piece at which its lap begins; None for a finite flight.
         halts: Visit: the node at which the robot rests when it sets out for it.
+        planned: The same flight at the plan's own times, where its pace is another.
+        note: Sentence for a person on how it was found; empty where there is nothing to say.
     """
 
     name: str
@@ -150,3 +187,5 @@ class RobotFlight:
     yaw: Spline | None
     cycle: int | None
     halts: dict[int, int]
+    planned: Spline | None = None
+    note: str = ""

@@ -1,82 +1,199 @@
-"""A faster flight in the same corridor: free times first, then the points of visits free in their rooms as well."""
+"""The fastest flight in a corridor: durations and points first, then one programme with free states.
+
+`least_time` finds durations of a minimum-snap spline and the points of visits (L-BFGS); an exact fit keeps its planes; IPOPT, started
+there, frees the states at all nodes. Each answer is slowed until dense samples keep every limit, and stands only where it shows the
+planned visits. The slowest that can be taken is the nominal path, sped up as a whole: one answer there always is.
+"""
 
 from __future__ import annotations
 
+import hashlib
+import pickle
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-from refine.corridor.fitting import Rules, fixed_states, monotone_rules, until_kept
-from refine.corridor.leg_limits import leg_speeds
+from refine.corridor.corridor import Corridor
+from refine.corridor.fitting import ROUNDS, Rules, broken_rules, fixed_states, monotone_rules, rows_of
+from refine.corridor.leg_limits import own_limits
 from refine.limits.limits import Limits
 from refine.limits.stretching import stretch_to_limits
-from refine.obstacles.keep_out_bodies import Ball
+from refine.limits.usage import peaks
+from refine.single_robot.least_time import Guess, least_time, rooms_of
 from refine.single_robot.pacing import slowed
-from refine.single_robot.task import Fitted, Motion, RefinementOptions, Task
-from refine.single_robot.visits_shown import legs_about
+from refine.single_robot.task import Fitted, Motion, Task
+from refine.single_robot.visits_shown import UNSURE, legs_about
 from refine.solvers.nlp import Timing, optimise
-from refine.solvers.programme import Steps
+from refine.solvers.qp import Programme, solve
 from refine.spline.spline import Spline
 from verify.data import Infeasible
 
 Floats = NDArray[np.float64]
 
-_TIME_WEIGHT = 3e4
-"""Weight of time over snap for `pace="time"`, in units of the uniformly stretched path's snap over its duration."""
-_OTHER_WEIGHTS = (0.1, 10.0, 0.01)
-"""Weights of time, in units of the one that is asked for, whose answers are other starts of a programme that did not
-converge from the nominal path."""
-_ROOM = 1.03
-"""Stretch of such an answer, so that the programme starts away from its limits."""
-_INSTANTS = 12
-"""Instants a piece at which these programmes keep the limits: what they miss is stretched away, and the dearer programmes
-of more instants do not end in shorter flights."""
-_STRETCHED = 1.02
-"""Stretch of an answer from which on rotor thrusts, which the first programmes leave out, are worth more programmes."""
-_LIGHTER = (0.1, 0.01)
-"""Shares of the weight of time that these take for `pace="time"`: more regard for snap makes the path a little longer before it
-is stretched and leaves rotors far more room; with rotor thrusts in it, a programme takes several times as long and often does not
-converge."""
-_PROGRAMMES = 24
-"""Programmes that one time-optimised flight may take, each with a budget of iterations of its own."""
+_ROUNDS = 4
+"""How often durations and points are looked for again with the planes that the path before broke."""
+_REPAIRS = 3
+"""How often an answer that shows other visits is looked for again, with legs that never go back."""
+_TIME_WEIGHT = 1e2
+"""Weight of time over snap in the programme where time alone is least, in units of its first guess's snap over its duration: rotors
+and yaw, which the programme leaves out, would stretch greedier answers."""
+_INSTANTS = 10
+"""Instants a piece at which the programme keeps the limits: what they miss is stretched away."""
+_OFTEN_FAR, _REACH = ("thrust_max", "thrust_min", "body_rate"), 0.4
+"""Limits that the programme leaves out where a fitted path uses less than this share of each: it is solved twice as soon, and what an
+answer breaks of them is stretched away. All or none of them, so that few programmes are compiled."""
+_REMEMBERED = 64
+"""Flights that are remembered: teams ask for the same robot's flight again and again while they are kept apart."""
 
 
 def time_optimised(task: Task, fitted: Fitted) -> Motion:
-    """Return a faster motion: free times on the same corridor, then the points of visits free in their rooms.
+    """Return the fastest motion that was found along a corridor, or in a blend the one of least cost.
 
     Args:
         task: The robot's; its options say what is least.
         fitted: What it flies at the plan's own times.
 
     Raises:
-        Infeasible: No start led to a path that keeps the corridor and its labels.
+        Infeasible: No pace keeps the limits.
         SolverTimeout: An engine's seconds ran out before its iterations.
     """
-    options = task.options
-    start = fitted.motion.path.stretched(stretch_to_limits(fitted.motion.path, None, _plain(task.limits), faster=True))
-    weight = options.weight if options.pace == "blend" else _TIME_WEIGHT * start.snap_cost() / start.duration
-    best: Motion | None = None
-    failure: Infeasible | None = None
-    rules = monotone_rules(task.corridor, fitted.monotone)  # what the first path broke, the second would break again
-    for roomy in (False, True) if any(task.corridor.rooms) else (False,):
-        first = start if best is None else best.path.stretched(_ROOM)
+    return _answered(_Question(task, fitted))
+
+
+def forget() -> None:
+    """Drop all answers, so that the next one is looked for (for measurements and tests)."""
+    _answered.cache_clear()
+
+
+class _Question:
+    """A task with what it flies at the plan's own times; equal to another where all is equal that an answer depends on."""
+
+    def __init__(self, task: Task, fitted: Fitted) -> None:
+        self.task, self.fitted = task, fitted
+        self._digest = _digest(task, fitted)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Question) and other._digest == self._digest
+
+    def __hash__(self) -> int:
+        return hash(self._digest)
+
+
+@lru_cache(maxsize=_REMEMBERED)
+def _answered(question: _Question) -> Motion:
+    task, fitted = question.task, question.fitted
+    path = fitted.motion.path
+    best = slowed(task, path, fitted.rest, faster=True)
+    start = path.stretched(stretch_to_limits(path, None, _plain(task.limits), faster=True))  # legs' own limits aside
+    failures: list[str] = []
+    for roomy in (True, False) if rooms_of(task.corridor) else (False,):
+        found, failures = _answers(_Search(task, fitted, start, roomy))
+        best = min((best, *found), key=lambda motion: _cost(task, motion.path))
+        if found:
+            break
+    return replace(best, note=f"a faster flight was looked for and not found: {failures[0]}") if failures else best
+
+
+def _digest(task: Task, fitted: Fitted) -> str:
+    """Return what tells questions apart: all that an answer depends on."""
+    corridor, robot = task.corridor, task.robot
+    asked = (
+        replace(corridor, robot=""),
+        (task.limits, task.clearance, task.options.blend, task.options.closes),
+        (fitted.motion.path.durations, fitted.motion.path.states, sorted(fitted.rest), sorted(fitted.monotone)),
+        (robot.visits, robot.cycle_visit, robot.cycle_waypoint),
+        (task.mission.agents[task.name], task.mission.all_regions, task.mission.margin, task.mission.limits.legs),
+    )
+    return hashlib.sha256(pickle.dumps(asked)).hexdigest()
+
+
+def _cost(task: Task, path: Spline) -> float:
+    weight = task.options.blend
+    return path.duration if weight is None else path.snap_cost() + weight * path.duration
+
+
+class _Search:
+    """What one series of answers shares: the corridor with its visits' present points, and the planes that paths have broken."""
+
+    def __init__(self, task: Task, fitted: Fitted, start: Spline, roomy: bool) -> None:
+        self.task, self.rest, self.roomy = task, fitted.rest, roomy
+        self.guess = Guess(start.durations, start.nodes)
+        self.monotone = fitted.monotone
+        self.rules: Rules = monotone_rules(task.corridor, fitted.monotone)
+        self.first = self.last = start
+
+    @property
+    def corridor(self) -> Corridor:
+        """The corridor through the present points."""
+        return replace(self.task.corridor, points=self.guess.points)
+
+    def timed(self) -> Spline:
+        """Return a minimum-snap path of least time that keeps the planes exactly."""
+        task = self.task
+        for _ in range(_ROUNDS):
+            found = least_time(task, self.rest, self.rules, self.guess, weight=task.options.blend, roomy=self.roomy)
+            self.guess = Guess(found.durations, np.clip(found.points, task.corridor.low, task.corridor.high))
+            self.last = self._fit()
+            fresh = self._broken(self.last)
+            if not fresh:
+                return self.last
+            self.rules.update(fresh)
+        for _ in range(ROUNDS):
+            self.last = self._fit()
+            fresh = self._broken(self.last)
+            if not fresh:
+                return self.last
+            self.rules.update(fresh)
+        raise Infeasible(f"{task.name}: no path through the points of least time kept the corridors within {ROUNDS} rounds.")
+
+    def _broken(self, path: Spline) -> Rules:
+        """Return planes for what a path breaks: beside the straight legs between its points, or beside the plan's where those meet a body."""
         try:
-            found = _kept(_Aim(task, fitted, first, weight, rules, roomy))
-        except Infeasible as error:
-            failure = failure or error
-            continue
-        if best is None or _cost(found.path, options) < _cost(best.path, options):
-            best = found
-    if best is None:
-        assert failure is not None
-        raise Infeasible(
-            f"{task.name}: no flight of pace '{options.pace}' was found ({failure}) The plan's own times can be kept: "
-            "ask for pace 'nominal'.",
-            failure.witness,
-        ) from failure
-    return best
+            return broken_rules(self.corridor, path, self.rules, self.task.buffer)
+        except Infeasible:
+            return broken_rules(self.task.corridor, path, self.rules, self.task.buffer)
+
+    def _fit(self) -> Spline:
+        rows = tuple(row for (_, leg, _), planes in self.rules.items() for plane in planes for row in rows_of(leg, plane))
+        return solve(Programme(self.guess.durations, fixed_states(self.corridor, self.rest), rows, self.task.corridor.cycle))
+
+    def freed(self) -> Spline:
+        """Return the answer of the programme with free states that starts at the last path, and keeps the corridor."""
+        for _ in range(_ROUNDS):
+            found = optimise(self._programme())
+            self.last, self.guess = found, Guess(found.durations, found.nodes)
+            fresh = self._broken(found)
+            if not fresh:
+                return found
+            self.rules.update(fresh)
+        raise Infeasible(f"{self.task.name}: no fastest path kept the corridors within {_ROUNDS} programmes.")
+
+    def _programme(self) -> Timing:
+        task, start = self.task, self.last
+        weight = task.options.blend
+        if weight is None:
+            weight = _TIME_WEIGHT * max(path.snap_cost() / path.duration for path in (start, self.first))
+        fixed, rooms = fixed_states(self.corridor, self.rest), rooms_of(task.corridor) if self.roomy else []
+        for node, _ in rooms:
+            fixed[[node, -1] if node == task.corridor.cycle else node, 0] = np.nan
+        speeds, accelerations = own_limits(task.mission, task.robot, task.corridor)
+        return Timing(
+            start=start,
+            fixed=fixed,
+            limits=_in_reach(start, _plain(task.limits)),
+            objective="blend",
+            weight=weight,
+            within=rooms,
+            planes=[(leg, plane) for (_, leg, _), planes in self.rules.items() for plane in planes],
+            speeds=speeds,
+            accelerations=accelerations,
+            cycle=task.corridor.cycle,
+            instants=_INSTANTS,
+            warm=True,
+        )
 
 
 def _plain(limits: Limits) -> Limits:
@@ -84,153 +201,44 @@ def _plain(limits: Limits) -> Limits:
     return replace(limits, rotors=None, yaw_rate=np.inf)
 
 
-def _cost(path: Spline, options: RefinementOptions) -> float:
-    return path.duration if options.pace == "time" else path.snap_cost() + options.weight * path.duration
+def _in_reach(path: Spline, limits: Limits) -> Limits:
+    """Return the limits that a somewhat faster flight may come to: without those of thrust and body rate where all are far away."""
+    if any(peak.share >= _REACH for peak in peaks(path, None, limits) if peak.name in _OFTEN_FAR):
+        return limits
+    none = Limits()
+    return replace(limits, **{name: getattr(none, name) for name in _OFTEN_FAR})
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class _Aim:
-    """What one series of programmes looks for.
-
-    Attributes:
-        task: The robot's.
-        fitted: What it flies at the plan's own times.
-        start: First guess.
-        weight: Of time, m^2/s^8.
-        rules: Planes that paths have broken so far; grows with each series.
-        roomy: Whether the points of visits may move in their rooms.
-    """
-
-    task: Task
-    fitted: Fitted
-    start: Spline
-    weight: float
-    rules: Rules
-    roomy: bool
+def _answers(search: _Search) -> tuple[list[Motion], list[str]]:
+    """Return the motions of one series that keep corridor, limits and visits, fitted and with free states, and why others do not."""
+    answers = [search.timed]
+    if np.isnan(fixed_states(search.task.corridor, search.rest)[:, 1:]).any():
+        answers.append(search.freed)
+    found: list[Motion] = []
+    failures: list[str] = []
+    for answer in answers:
+        try:
+            found.append(_shown(search, answer))
+        except Infeasible as error:  # another answer stands
+            failures.append(str(error))
+    return found, failures
 
 
-def _kept(aim: _Aim) -> Motion:
-    """Return a motion with free times from one start.
-
-    Where the programme does not converge, it starts from an answer for another weight of time; where its path cuts back into
-    a region that it has just left, the legs concerned never go back.
+def _shown(search: _Search, answer: Callable[[], Spline]) -> Motion:
+    """Return an answer that shows the planned visits, looked for again with legs that never go back.
 
     Raises:
-        Infeasible: The programme did not converge, or its path does not keep the labels.
+        Infeasible: None does, or none keeps the corridor and its limits.
     """
-    task, rest, monotone = aim.task, aim.fitted.rest, aim.fitted.monotone
-    programmes = _Programmes(aim)
-    while True:
-        motion = slowed(task, until_kept(task.corridor, aim.rules, programmes.answer, buffer=task.buffer), rest)
-        found = task.violations(motion.path)
-        if not found:
-            return _within_rotors(aim, programmes, motion)
-        more = monotone | legs_about(motion.path, found[0].time)
-        if more == monotone:
-            raise Infeasible(found[0].sentence, found[0])
-        aim.rules.update(monotone_rules(task.corridor, more - monotone))
-        monotone = more
-
-
-def _within_rotors(aim: _Aim, programmes: _Programmes, motion: Motion) -> Motion:
-    """Return the motion with rotor thrusts considered by further programmes, where that beats stretching it for them."""
-    task, best, last = aim.task, motion, programmes.last
-    if motion.path.duration <= last.duration * _STRETCHED:
-        return best
-    first = last.stretched(_ROOM)
-    runs: list[Callable[[], Spline]] = [
-        lambda: programmes.solved(first, aim.weight, limits=replace(task.limits, yaw_rate=np.inf))
-    ]
-    if task.options.pace == "time":
-        runs = [lambda share=share: programmes.solved(first, share * aim.weight) for share in _LIGHTER]
-    for run in runs:
-        try:
-            other = slowed(task, until_kept(task.corridor, aim.rules, run, buffer=task.buffer), aim.fitted.rest)
-        except Infeasible:
-            continue
-        if other.path.duration < best.path.duration and not task.violations(other.path):
-            best = other
-        if best.path.duration <= last.duration * _STRETCHED:
-            break
-    return best
-
-
-class _Programmes:
-    """The nonlinear programmes of one series: what they share, how many are left, and the last answer."""
-
-    def __init__(self, aim: _Aim) -> None:
-        corridor = aim.task.corridor
-        self._aim, self._left = aim, _PROGRAMMES
-        self._answers: list[Spline] = []
-        self._speeds = leg_speeds(aim.task.mission, aim.task.robot, corridor)
-        self._fixed = fixed_states(corridor, aim.fitted.rest)
-        self._rooms: list[tuple[int, Ball]] = []
-        if aim.roomy:
-            self._rooms = [(node, room) for node, room in enumerate(corridor.rooms) if room is not None]
-            self._fixed[[node for node, _ in self._rooms], 0] = np.nan
-            if corridor.cycle is not None:  # both are free where one is
-                self._fixed[[corridor.cycle, -1], 0] = self._fixed[corridor.cycle, 0] + 0.0 * self._fixed[-1, 0]
-
-    @property
-    def last(self) -> Spline:
-        """The last answer."""
-        return self._answers[-1]
-
-    def answer(self) -> Spline:
-        """Return an answer that keeps the rules so far, from the first start that leads to one.
-
-        Raises:
-            Infeasible: None does.
-            SolverTimeout: An engine's seconds ran out before its iterations.
-        """
-        start, weight = self._aim.start, self._aim.weight
-        tries: list[Callable[[], Spline]] = [lambda: self.solved(self.last.stretched(_ROOM), weight)] if self._answers else []
-        tries += [lambda: self.solved(start, weight), lambda: self.solved(start, weight, "cautious")]
-        if not self._aim.roomy:
-            tries += [lambda share=share: self._by_way_of(share * weight) for share in _OTHER_WEIGHTS]
-        failure: Infeasible | None = None
-        for run in tries:
-            try:
-                self._answers.append(run())
-                return self.last
-            except Infeasible as error:
-                failure = error
-        assert failure is not None
-        raise failure
-
-    def solved(self, first: Spline, weight: float, steps: Steps = "plain", limits: Limits | None = None) -> Spline:
-        """Return one programme's answer.
-
-        Args:
-            first: Where it starts.
-            weight: Of time, m^2/s^8.
-            steps: IPOPT's step in the multipliers.
-            limits: Instead of those without yaw and rotors.
-
-        Raises:
-            Infeasible: It did not converge, or no programme is left.
-            SolverTimeout: An engine's seconds ran out before its iterations.
-        """
-        if not self._left:
-            raise Infeasible(f"{_PROGRAMMES} programmes did not lead to a path that keeps the corridors and labels.")
-        self._left -= 1
-        return optimise(
-            Timing(
-                start=first,
-                fixed=self._fixed,
-                limits=_plain(self._aim.task.limits) if limits is None else limits,
-                objective="blend",
-                weight=weight,
-                within=self._rooms,
-                planes=[(leg, plane) for (_, leg, _), planes in self._aim.rules.items() for plane in planes],
-                speeds=self._speeds,
-                cycle=self._aim.task.corridor.cycle,
-                instants=_INSTANTS,
-                steps=steps,
-                settled=self._aim.roomy,
-            )
-        )
-
-    def _by_way_of(self, weight: float) -> Spline:
-        """Return the answer from the one for another weight of time."""
-        return self.solved(self.solved(self._aim.start, weight).stretched(_ROOM), self._aim.weight)
+    task = search.task
+    for last in (False,) * (_REPAIRS - 1) + (True,):
+        motion = slowed(task, answer(), search.rest, faster=True)
+        violated = task.violations(motion.path, UNSURE + task.clearance)
+        if not violated:
+            return motion
+        more = search.monotone | legs_about(motion.path, violated[0].time)
+        if last or more == search.monotone:
+            raise Infeasible(violated[0].sentence, violated[0])
+        search.rules.update(monotone_rules(task.corridor, more - search.monotone))
+        search.monotone = more
+    raise AssertionError("the last round returns or raises")

@@ -9,7 +9,7 @@ from refine.single_robot.task import NOWHERE, Fitted, Task
 from refine.spline.spline import Spline
 from verify.data import Infeasible
 
-_UNSURE = 5e-4
+UNSURE = 5e-4
 """m of margin, more or less, that must not change which visits a path shows."""
 
 
@@ -28,7 +28,7 @@ def showing_visits(task: Task, halts: frozenset[int]) -> Fitted:
         Infeasible: Not even the polyline shows the plan's visits, or its limits cannot be kept.
         SolverTimeout: An engine's seconds ran out before its iterations.
     """
-    clearance = _UNSURE + task.clearance
+    clearance = UNSURE + task.clearance
     try:
         motion = timed(task, halts)
     except Infeasible:  # the corridors are too tight for a curve; the polyline keeps them

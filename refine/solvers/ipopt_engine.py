@@ -21,19 +21,27 @@ Floats = NDArray[np.float64]
 
 ITERATIONS = 200
 _OUT_OF_TIME = ("Maximum_WallTime_Exceeded", "Maximum_CpuTime_Exceeded")
-_SETTLED = {
-    "ipopt.acceptable_iter": 10,
+_WARM = {
+    "ipopt.mu_strategy": "monotone",
+    "ipopt.mu_init": 1e-3,
+    "ipopt.bound_push": 1e-6,
+    "ipopt.bound_frac": 1e-6,
+    "ipopt.tol": 1e-3,
+    "ipopt.constr_viol_tol": 1e-5,
+    "ipopt.dual_inf_tol": 1e2,
+    "ipopt.max_iter": 100,
+    "ipopt.acceptable_iter": 6,
     "ipopt.acceptable_obj_change_tol": 1e-4,
-    "ipopt.acceptable_constr_viol_tol": 1e-7,
-    "ipopt.acceptable_compl_inf_tol": 1e-2,
+    "ipopt.acceptable_constr_viol_tol": 1e-6,
+    "ipopt.acceptable_compl_inf_tol": 1e-1,
     "ipopt.acceptable_tol": 1e3,  # together with the multipliers, which may be far off
 }
-"""Ten steps in a row that keep the constraints and change the objective by less than a ten-thousandth."""
+"""From nearly an answer: six steps in a row that keep the constraints and change the objective by less than a ten-thousandth end it."""
 
 _NODE = 3 * ORDER
 _LOCAL = 2 * _NODE + 5
 """Unknowns of a piece: the states at its ends, log durations of itself and of the pieces before and after either end."""
-_LIMITS, _PLANE, _PACE = 9, 5, 3
+_LIMITS, _OWN, _PLANE, _PACE = 8, 2, 5, 3
 
 
 def solve(shape: Shape, unknowns: Unknowns, parameters: Floats, *, seconds: float) -> Answer:
@@ -85,9 +93,9 @@ def _compiled(shape: Shape, seconds: float) -> Any:
     nodes, columns = shape.nodes, _columns(shape)
     unknowns = nodes * _NODE + shape.pieces
     x, numbers, weight = ca.MX.sym("x", unknowns), ca.MX.sym("limits", _LIMITS), ca.MX.sym("weight")
-    speeds, paces = ca.MX.sym("speeds", 1, shape.pieces), ca.MX.sym("paces", _PACE, nodes)
+    own, paces = ca.MX.sym("own", _OWN, shape.pieces), ca.MX.sym("paces", _PACE, nodes)
     balls, planes = ca.MX.sym("balls", 12, len(shape.balls)), ca.MX.sym("planes", _PLANE, len(shape.planes))
-    given = ca.veccat(numbers, weight, speeds, paces, balls, planes)
+    given = ca.veccat(numbers, weight, own, paces, balls, planes)
     lam_f, lam_g = ca.MX.sym("lam_f"), ca.MX.sym("lam_g", shape.constraints)
     share = {"time": 0.0, "snap": 1.0, "blend": 1.0 / weight}[shape.objective]
     constant = 0.0 if shape.objective == "snap" else 1.0
@@ -96,7 +104,7 @@ def _compiled(shape: Shape, seconds: float) -> Any:
     local = ca.reshape(x[columns.ravel().tolist()], _LOCAL, shape.pieces)
     ends = [*range(1, nodes), *([] if shape.cycle is None else [shape.cycle])]
     pace = ca.vertcat(paces[:, : shape.pieces], paces[:, ends])
-    data = (pace, ca.repmat(numbers, 1, shape.pieces), speeds)
+    data = (pace, ca.repmat(numbers, 1, shape.pieces), own)
     cost, limits = value(local, *data)
     times = ca.exp(x[nodes * _NODE :])
     total = ca.sum1(times)
@@ -140,10 +148,9 @@ def _options(shape: Shape, seconds: float) -> dict[str, Any]:  # of any type: IP
         "ipopt.max_wall_time": seconds,
         "ipopt.tol": 1e-6,
         "ipopt.constr_viol_tol": 1e-7,
-        "ipopt.mu_strategy": "monotone" if shape.objective == "time" or shape.settled else "adaptive",
-        "ipopt.alpha_for_y": "primal" if shape.steps == "plain" else "safer-min-dual-infeas",
+        "ipopt.mu_strategy": "monotone" if shape.objective == "time" else "adaptive",
     }
-    return {**options, **_SETTLED} if shape.settled else options
+    return {**options, **_WARM} if shape.warm else options
 
 
 class _Rows:
@@ -220,23 +227,23 @@ def _gathered(shape: tuple[int, int], entries: list[tuple[Any, Any, Any]], *, up
 def _piece(limited: tuple[str, ...], instants: int) -> tuple[Any, Any, Any, Any]:
     """Return the functions of one piece.
 
-    They take its unknowns, how the times of its ends go, the limits, and its own speed limit.
+    They take its unknowns, how the times of its ends go, the limits, and its own limits on speed and acceleration.
 
     Returns:
         Its snap cost, and its limits as values that must be <= 0; the cost's gradient, which needs the unknowns only;
         the limits' Jacobian; and the Hessian of cost and limits, summed with multipliers.
     """
     local, pace, coefficients, unit, powers = _unknowns()
-    numbers, speed = ca.SX.sym("limits", _LIMITS), ca.SX.sym("speed")
+    numbers, own = ca.SX.sym("limits", _LIMITS), ca.SX.sym("own", _OWN)
     snap = ca.sum1(ca.sum2(unit * (ca.DM(SNAP) @ unit))) / powers[7]
     values: list[Any] = []
     for at in np.linspace(0.0, 1.0, instants):
         motion = tuple(_derivative(coefficients, powers, float(at), d) for d in (1, 2, 3, 4))
-        values += _limit_rows(limited, motion, numbers, speed)
+        values += _limit_rows(limited, motion, numbers, own)
     rows = ca.vertcat(*values) if values else ca.SX(0, 1)
     weight, multipliers = ca.SX.sym("weight"), ca.SX.sym("multipliers", rows.shape[0])
     hessian, _ = ca.hessian(weight * snap + ca.dot(multipliers, rows), local)
-    given = [local, pace, numbers, speed]
+    given = [local, pace, numbers, own]
     return (
         ca.Function("value", given, [snap, rows]),
         ca.Function("cost_slope", [local, pace], [ca.densify(ca.gradient(snap, local))]),
@@ -289,24 +296,24 @@ def _derivative(coefficients: Any, powers: list[Any], at: float, derivative: int
     return (ca.DM(weights).T @ coefficients).T / powers[derivative]
 
 
-def _limit_rows(limited: tuple[str, ...], motion: tuple[Any, ...], numbers: Any, speed: Any) -> list[Any]:
+def _limit_rows(limited: tuple[str, ...], motion: tuple[Any, ...], numbers: Any, own: Any) -> list[Any]:
     """Return constraints at one instant, each divided by its limit so that all are of the order of one."""
     v, a, j, s = motion  # velocity to snap
     force = a + ca.DM([0.0, 0.0, GRAVITY])
     square = ca.sumsqr(force)
     rows: list[Any] = []
     if "speed" in limited:
-        rows.append(ca.sumsqr(v) / speed**2 - 1)
+        rows.append(ca.sumsqr(v) / own[0] ** 2 - 1)
     if "acceleration" in limited:
-        rows.append(ca.sumsqr(a) / numbers[0] ** 2 - 1)
+        rows.append(ca.sumsqr(a) / own[1] ** 2 - 1)
     if "thrust_max" in limited:
-        rows.append(square / numbers[1] ** 2 - 1)
+        rows.append(square / numbers[0] ** 2 - 1)
     if "thrust_min" in limited:
-        rows.append((numbers[2] ** 2 - square) / GRAVITY**2)
+        rows.append((numbers[1] ** 2 - square) / GRAVITY**2)
     if "tilt" in limited:
-        rows.append(numbers[3] - force[2] / ca.sqrt(square + 1e-12))
+        rows.append(numbers[2] - force[2] / ca.sqrt(square + 1e-12))
     if "body_rate" in limited:
-        rows.append(ca.sumsqr(ca.cross(j, force)) / (numbers[4] ** 2 * square**2 + 1e-12) - 1)
+        rows.append(ca.sumsqr(ca.cross(j, force)) / (numbers[3] ** 2 * square**2 + 1e-12) - 1)
     if "rotors" in limited:
         # Torque about x and y without spin about z: inertia times z x z''; its norm bounds both shares of each rotor.
         size = ca.sqrt(square + 1e-9)
@@ -314,7 +321,7 @@ def _limit_rows(limited: tuple[str, ...], motion: tuple[Any, ...], numbers: Any,
         size_1 = ca.dot(z, j)
         z_1 = (j - size_1 * z) / size
         turning = (ca.cross(z, s) - 2 * size_1 * ca.cross(z, z_1)) / size
-        swing = numbers[7] * ca.sqrt(ca.sumsqr(turning) + 1.0)
-        rows.append((size / 4 + swing) / numbers[6] - 1)
-        rows.append((numbers[5] - size / 4 + swing) / numbers[6])
+        swing = numbers[6] * ca.sqrt(ca.sumsqr(turning) + 1.0)
+        rows.append((size / 4 + swing) / numbers[5] - 1)
+        rows.append((numbers[4] - size / 4 + swing) / numbers[5])
     return rows

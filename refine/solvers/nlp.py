@@ -21,7 +21,7 @@ from refine.limits.limits import Limits
 from refine.obstacles.keep_out_bodies import Ball
 from refine.planes import Plane
 from refine.solvers.ipopt_engine import solve
-from refine.solvers.programme import UNIT, Objective, Shape, Steps, Unknowns
+from refine.solvers.programme import UNIT, Objective, Shape, Unknowns
 from refine.solvers.timeout import SolverTimeout
 from refine.spline.basis import ORDER
 from refine.spline.spline import Spline
@@ -52,12 +52,11 @@ class Timing:
         within: For nodes that may lie anywhere in a body: (node, body).
         planes: (piece, plane): all of the piece is beyond the plane.
         speeds: Limit on speed of single pieces, m/s; inf for none. Shape (pieces,). None for none at all.
+        accelerations: Limit on acceleration of single pieces, m/s^2, likewise.
         cycle: Node whose state the last node repeats, or None.
         instants: A piece.
-        steps: IPOPT's step in the multipliers: "plain" as long as the one in the unknowns, "cautious" as long as lowers the
-            dual infeasibility, which converges on some programmes where the other does not, and the other way round.
-        settled: Whether an answer that keeps all constraints and no longer gets better is enough, even if its multipliers do not
-            come to rest: they may go back and forth for ever where points are free in bodies that they share with limits.
+        warm: Whether `start` is nearly the answer: the barrier then begins small, and an answer that keeps all constraints and no
+            longer gets better is enough, even if its multipliers do not come to rest.
     """
 
     start: Spline
@@ -68,10 +67,10 @@ class Timing:
     within: Sequence[tuple[int, Ball]] = field(default=())
     planes: Sequence[tuple[int, Plane]] = field(default=())
     speeds: Floats | None = None
+    accelerations: Floats | None = None
     cycle: int | None = None
     instants: int = INSTANTS
-    steps: Steps = "plain"
-    settled: bool = False
+    warm: bool = False
 
 
 def optimise(problem: Timing) -> Spline:
@@ -103,7 +102,7 @@ def _shape(problem: Timing) -> Shape:
     limits = problem.limits
     present = {
         "speed": math.isfinite(limits.speed) or problem.speeds is not None,
-        "acceleration": math.isfinite(limits.acceleration),
+        "acceleration": math.isfinite(limits.acceleration) or problem.accelerations is not None,
         "thrust_max": math.isfinite(limits.thrust_max),
         "thrust_min": limits.thrust_min > 0,
         "tilt": math.isfinite(limits.tilt),
@@ -113,9 +112,7 @@ def _shape(problem: Timing) -> Shape:
     limited = tuple(name for name, there in present.items() if there)
     planes = tuple(piece for piece, _ in problem.planes)
     balls = tuple(node for node, _ in _rooms(problem))
-    return Shape(
-        pieces, problem.objective, limited, problem.instants, balls, planes, problem.cycle, problem.steps, problem.settled
-    )
+    return Shape(pieces, problem.objective, limited, problem.instants, balls, planes, problem.cycle, problem.warm)
 
 
 def _nodes(problem: Timing) -> Floats:
@@ -187,7 +184,6 @@ def _parameters(problem: Timing, shape: Shape) -> Floats:
     limits = problem.limits
     rotors = limits.rotors
     numbers = [
-        _finite(limits.acceleration),
         _finite(limits.thrust_max),
         limits.thrust_min,
         math.cos(limits.tilt) if math.isfinite(limits.tilt) else 0.0,
@@ -197,11 +193,15 @@ def _parameters(problem: Timing, shape: Shape) -> Floats:
         0.0 if rotors is None else rotors.inertia[0] / (2 * rotors.arm * rotors.mass),
         problem.start.duration,
     ]
-    speeds = np.full(shape.pieces, limits.speed) if problem.speeds is None else np.minimum(problem.speeds, limits.speed)
+    own = [
+        np.full(shape.pieces, most) if each is None else np.minimum(each, most)
+        for each, most in ((problem.speeds, limits.speed), (problem.accelerations, limits.acceleration))
+    ]
+    pieces = np.stack([np.where(np.isfinite(each), each, 1e3) for each in own], axis=1)
     planes = [[*plane.normal, plane.offset, float(plane.monotone)] for _, plane in problem.planes]
     balls = [np.concatenate([body.root @ body.centre, UNIT * body.root.ravel()]) for _, body in _rooms(problem)]
     nodes = _nodes(problem).ravel()
-    return np.concatenate([numbers, [problem.weight], np.where(np.isfinite(speeds), speeds, 1e3), nodes, *balls, *planes])
+    return np.concatenate([numbers, [problem.weight], pieces.ravel(), nodes, *balls, *planes])
 
 
 def _finite(value: float) -> float:

@@ -13,7 +13,6 @@ from refine.spline.basis import SIZE
 Floats = NDArray[np.float64]
 
 Objective = Literal["time", "snap", "blend"]
-Steps = Literal["plain", "cautious"]
 
 UNIT = 0.3
 """m; with a node's own time it makes all unknowns of the order of one."""
@@ -23,9 +22,9 @@ UNIT = 0.3
 class Shape:
     """Shape that decides the compiled programme; all else is a parameter.
 
-    The parameters in order: limits (greatest acceleration and thrust, least thrust, cosine of the tilt, body rate, least and greatest
-    rotor thrust by mass, torque's share), the total time in s, the weight of time, each piece's speed limit, how each node's time
-    goes (3 numbers), bodies (root times centre, then the root) and planes (normal, offset, whether progress along it is monotone).
+    The parameters in order: limits (greatest thrust, least thrust, cosine of the tilt, body rate, least and greatest rotor thrust by
+    mass, torque's share), the total time in s, the weight of time, each piece's limits on speed and acceleration, how each node's
+    time goes (3 numbers), bodies (root times centre, then the root) and planes (normal, offset, whether progress along it is monotone).
 
     Attributes:
         pieces: How many.
@@ -35,8 +34,7 @@ class Shape:
         balls: The node that each body holds.
         planes: The piece that each plane bounds.
         cycle: Node whose state the last node repeats, or None.
-        steps: As in `nlp.Timing`.
-        settled: As in `nlp.Timing`.
+        warm: As in `nlp.Timing`.
     """
 
     pieces: int
@@ -46,8 +44,7 @@ class Shape:
     balls: tuple[int, ...]
     planes: tuple[int, ...]
     cycle: int | None
-    steps: Steps
-    settled: bool
+    warm: bool
 
     @property
     def nodes(self) -> int:

@@ -81,7 +81,7 @@ def result(case: str) -> dict[str, Any]:
     mission = mission_of(case)
     try:
         made = plan(mission)
-        team = refine.refine(made)
+        team = refine.refine(made, pace="nominal")
     except LtlplanError as error:
         return {"refused": type(error).__name__}
     certificate = verify.judge(made, team)

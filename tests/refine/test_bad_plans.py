@@ -28,7 +28,11 @@ def plan_of(*points: tuple[float, float, float], visit: int = 1, times: tuple[fl
 @pytest.mark.parametrize(
     ("asked", "message"),
     [
-        ({"pace": "fast"}, "pace is 'fast'; it must be one of 'nominal', 'time', 'blend'"),
+        ({"pace": "fast"}, "pace is 'fast'; it must be a number above 0 up to 1, or one of 'nominal', 'time', 'blend'"),
+        ({"pace": 1.5}, r"pace is 1\.5"),
+        ({"pace": 0}, "pace is 0"),
+        ({"pace": float("nan")}, "pace is nan"),
+        ({"pace": True}, "pace is True"),
         ({"too_long": "cut"}, "too_long is 'cut'; it must be one of 'refuse', 'rest'"),
         ({"weight": 0.0}, "weight is 0.0"),
         ({"weight": float("nan")}, "weight is nan"),

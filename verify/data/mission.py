@@ -31,6 +31,7 @@ from verify.data.sections import (
     Environment,
     LegLimits,
     Limits,
+    Pace,
     Planner,
     Robot,
     SoftPart,
@@ -192,6 +193,15 @@ class Mission(Value):
             agent: Its name.
         """
         return self.agents[agent].cost or self.planner.cost
+
+    def pace_of(self, agent: str) -> Pace:
+        """Return one agent's pace: its own, or the planner's.
+
+        Args:
+            agent: Its name.
+        """
+        own = self.agents[agent].pace
+        return self.planner.pace if own is None else own
 
     def leg_limits_of(self, agent: str) -> dict[str, LegLimits]:
         """Return the limits of one agent on the way to some regions, by region.

@@ -10,7 +10,7 @@ import math
 from collections.abc import Collection, Iterable, Sequence
 from typing import Annotated, Literal
 
-from pydantic import AfterValidator, ConfigDict, Discriminator, Field, Tag, model_validator
+from pydantic import AfterValidator, ConfigDict, Discriminator, Field, PlainValidator, Tag, model_validator
 
 from verify.data.shapes.inequalities import Point
 from verify.data.value import Value
@@ -155,6 +155,21 @@ class Limits(Value):
     legs: dict[str, LegLimits] = Field(default_factory=dict, description="region: limits on the way there")
 
 
+def _pace(value: object) -> float | str:
+    """Return a pace as it is kept, or say what would be one."""
+    if value == "nominal":
+        return "nominal"
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 0.0 < value <= 1.0:
+        raise ValueError(f"must be a share of the fastest flight, above 0 up to 1, or `nominal`, not {value!r}")
+    return float(value)
+
+
+Pace = Annotated[
+    float | Literal["nominal"],
+    PlainValidator(_pace, json_schema_input_type=Annotated[float, Field(gt=0, le=1)] | Literal["nominal"]),
+]
+
+
 class Agent(Value):
     """One quadcopter."""
 
@@ -174,6 +189,7 @@ class Agent(Value):
         description="what it flies, instead of the mission's `vehicle`: a shipped profile's name or an inline table",
     )
     limits: Limits | None = Field(default=None, description="tighten its vehicle's limits, beside the mission's `limits`")
+    pace: Pace | None = Field(default=None, description="of its own, instead of the planner's")
     robot: str | None = Field(default=None, description="its kind: name of a table in `robots`, instead of `robot`")
 
     @property
@@ -218,6 +234,10 @@ class Planner(Value):
         description="weights of `length`, `effort`, `time`, `snap`, `energy`, or of terms that other packages bring",
     )
     speed: Positive = Field(default=0.45, description="m/s, nominal speed along the path")
+    pace: Pace = Field(
+        default=0.7,
+        description="share of the fastest flight that limits, tube and labels allow, above 0 up to 1; or `nominal`, the plan's own times",
+    )
     directions: Literal["nearest", "cheapest"] = Field(default="nearest", description="how sides of hoops are chosen")
     samples: Annotated[int, Field(strict=True, ge=2, le=100_000)] = Field(
         default=50, description="cross-entropy: paths a round"

@@ -1,0 +1,164 @@
+"""Pace: a share of the fastest flight, which is judged, never slower than the plan's own times, and the same each time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Literal
+
+import numpy as np
+import pytest
+from hypothesis import strategies as st
+
+import ltlplan
+import verify
+from refine import refine
+from refine.coordination.common_clock import Flown, on_faster_clock
+from refine.corridor.fitting import monotone_rules
+from refine.limits.limits import Limits as FlightLimits
+from refine.limits.stretching import stretch_to_limits
+from refine.single_robot import least_time, time_optimised
+from refine.single_robot.task import Fitted, RefinementOptions, Task
+from refine.single_robot.visits_shown import showing_visits
+from refine.slowing import Dip, slowed_at
+from refine.solvers import ipopt_engine
+from tests.helpers.few import few_of, given_few
+from tests.helpers.plans_by_hand import ball, fire_plan, patrol_plan, room, sequence_plan, straight
+from tests.helpers.random_missions import random_mission
+from verify.data import Plan, Trajectory
+from verify.data.sections import Agent, LegLimits, Limits
+
+
+def assert_holds(plan: Plan, team: dict[str, Trajectory]) -> None:
+    claims = verify.judge(plan, team, largest=False).claims
+    assert [claim.sentence for claim in claims if claim.outcome != "holds"] == []
+
+
+def lasts(team: dict[str, Trajectory]) -> float:
+    return max(flight.duration for flight in team.values())
+
+
+@few_of(1, "make", [sequence_plan, fire_plan])
+def test_a_pace_is_a_share_of_the_fastest_flight(make: Callable[[], Plan]) -> None:
+    plan = make()
+    fastest, half, nominal = (refine(plan, pace=pace) for pace in (1, 0.5, "nominal"))
+    for team in (fastest, half):
+        assert_holds(plan, team)
+    assert lasts(half) == pytest.approx(2.0 * lasts(fastest), rel=1e-3)
+    assert lasts(fastest) < 0.6 * lasts(nominal)
+
+
+def test_the_missions_pace_is_the_default_and_agents_may_have_their_own() -> None:
+    plan = fire_plan()
+    assert lasts(refine(plan)) == pytest.approx(lasts(refine(plan, pace=0.7)))
+    quad2 = plan.mission.agents["quad2"].model_copy(update={"pace": "nominal"})
+    own = plan.changed(mission=plan.mission.changed(agents={**plan.mission.agents, "quad2": quad2}))
+    team, nominal = refine(own), refine(plan, pace="nominal")
+    assert team["quad2"] == nominal["quad2"]
+    assert team["quad0"].duration < nominal["quad0"].duration
+    assert_holds(own, team)
+
+
+def test_the_same_plan_gives_the_same_bytes() -> None:
+    plan = sequence_plan()
+    first = refine(plan, pace=1)
+    time_optimised.forget()
+    ipopt_engine.forget()
+    assert refine(plan, pace=1) == first
+
+
+@given_few(2, 40, st.integers(0, 10_000))
+def test_flights_of_random_teams_are_judged_and_never_slower_than_the_plans_own_times(seed: int) -> None:
+    plan = ltlplan.plan(random_mission(seed, samples=20, rounds=2))
+    fastest = refine(plan, pace=1)
+    assert_holds(plan, fastest)
+    assert lasts(fastest) <= lasts(refine(plan, pace="nominal"))
+
+
+def test_limits_of_a_leg_slow_that_leg_and_not_the_whole() -> None:
+    slow = Limits(legs={"b": LegLimits(speed=0.25, acceleration=0.5)})
+    mission = room({"a": ball(0, 0), "b": ball(1.5, 0)}, {"q": Agent(start=(-1.5, 0.0, 1.0))}, limits=slow)
+    plan = Plan(mission=mission, robots={"q": straight((-1.5, 0, 1), (0, 0, 1), (1.5, 0, 1), visits={1: "a", 2: "b"})})
+    flight = refine(plan, pace=1)
+    assert_holds(plan, flight)
+    everywhere = plan.changed(mission=mission.changed(limits=Limits(speed=0.25, acceleration=0.5)))
+    assert lasts(flight) < 0.6 * lasts(refine(everywhere, pace=1))
+
+
+@pytest.mark.parametrize("heading", ["path", (0.0, 0.0, 1.0)])
+def test_yaw_keeps_its_limits_at_the_greatest_pace(heading: Literal["path"] | tuple[float, float, float]) -> None:
+    agents = {"q": Agent(start=(-1.5, 0.0, 1.0), heading=heading)}
+    mission = room({"a": ball(0, 0.8)}, agents, limits=Limits(yaw_rate_deg=60.0))
+    plan = Plan(mission=mission, robots={"q": straight((-1.5, 0, 1), (0, 0.8, 1), (1.5, 0, 1), visits={1: "a"})})
+    flight = refine(plan, pace=1)
+    assert_holds(plan, flight)
+    assert np.ptp(flight["q"].evaluate(np.linspace(0.0, lasts(flight), 100))[:, 3]) > 0.3
+
+
+def test_a_patrol_has_the_pace_that_is_asked() -> None:
+    plan = patrol_plan()
+    fast, nominal = refine(plan, pace=1), refine(plan, pace="nominal")
+    assert_holds(plan, fast)
+    assert lasts(fast) < 0.6 * lasts(nominal)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["door-puzzle", "wall-swap", "meeting", "office"])
+def test_shipped_teams_are_certified_at_the_greatest_pace(name: str) -> None:
+    plan = ltlplan.plan(name)
+    fastest = refine(plan, pace=1, too_long="rest")
+    assert_holds(plan, fastest)
+    assert lasts(fastest) < 0.75 * lasts(refine(plan, pace="nominal", too_long="rest"))
+
+
+def task_of(plan: Plan) -> tuple[Task, Fitted]:
+    """Return a robot's part of a plan, and its flight at the plan's own times."""
+    from refine.corridor.planned import corridor_of
+
+    (name, robot), *_ = plan.robots.items()
+    limits = FlightLimits.of_mission(plan.mission, name)
+    corridor = corridor_of(plan.mission, name, robot)
+    task = Task(plan.mission, name, robot, corridor, limits, 0.0, RefinementOptions(1.0, 1e3, None))
+    return task, showing_visits(task, frozenset())
+
+
+@pytest.mark.parametrize("weight", [None, 100.0])
+def test_the_gradient_of_the_search_for_least_time_is_that_of_finite_differences(weight: float | None) -> None:
+    task, fitted = task_of(sequence_plan())
+    legs = frozenset(range(len(task.corridor)))
+    start = least_time.Guess(fitted.motion.path.durations, fitted.motion.path.nodes)
+    search = least_time.Search(task, fitted.rest, monotone_rules(task.corridor, legs), start, weight, roomy=True)
+    rng = np.random.default_rng(0)
+    at = search.packed(least_time.Guess(0.4 * start.durations, start.points))
+    at = at + 0.05 * rng.normal(size=at.shape)
+    way, step = rng.normal(size=at.shape), 1e-7
+    found = (search(at + step * way)[0] - search(at - step * way)[0]) / (2 * step)
+    assert found == pytest.approx(float(search(at)[1] @ way), rel=1e-4)
+
+
+def test_a_faster_clock_keeps_limits_and_the_order_of_a_team() -> None:
+    plan = fire_plan()
+    nominal = refine(plan, pace="nominal")
+    limits = {name: FlightLimits.of_mission(plan.mission, name) for name in plan.robots}
+    tasks = {name: task_of(plan.model_copy(update={"robots": {name: plan.robots[name]}})) for name in ("quad0", "quad2")}
+    team = {name: Flown(fitted.motion.path, 0.5, limits[name], 1.0) for name, (_, fitted) in tasks.items()}
+    found = on_faster_clock(team)
+    factor = max(stretch_to_limits(path, None, limits[name], faster=True) for name, (path, _) in found.items())
+    assert factor < 1.2  # what is left of breaches
+    assert factor * max(start + path.duration for path, start in found.values()) < 0.75 * lasts(nominal)
+    for name, (path, start) in found.items():
+        assert start == pytest.approx(next(iter(found.values()))[1])
+        np.testing.assert_allclose(path.nodes[[0, -1]], team[name].path.nodes[[0, -1]])
+
+
+def test_a_team_is_slowed_where_it_strays_and_nowhere_else() -> None:
+    plan = sequence_plan()
+    flight = refine(plan, pace=1)
+    slow = slowed_at(flight, [Dip(3.0, 1.5)])
+    assert_holds(plan, slow)
+    assert 1.02 * lasts(flight) < lasts(slow) < 1.3 * lasts(flight)
+    early = np.linspace(0.0, 0.5, 20)
+    np.testing.assert_allclose(slow["quad0"].evaluate(early), flight["quad0"].evaluate(early), atol=2e-2)
+    laps = refine(patrol_plan(), pace=1)
+    slower = slowed_at(laps, [Dip(1.0, 1.25)])
+    assert lasts(slower) == pytest.approx(1.25 * lasts(laps), rel=1e-3)
+    assert_holds(patrol_plan(), slower)
