@@ -5,7 +5,7 @@ Names are loaded at first use, so that `import ltlplan` and `ltlplan --help` sta
 Read `missions` (files in), `pipeline` (from a mission to a certified flight) and `result` (what it returns). Then `planner`, which calls a
 planning method (`search`, `mtac` or `online_mtac`; their return value is `allocation`) and lays `paths`. These stand on `systems`, `logic` and
 `free_space` (paths among obstacles); `precedences` are the waits that counterexamples require, and `replanning` chooses the next plan after a
-rejected certificate. `online` flies while tasks are reassigned. `transfers` and `live_phases` lead to the starts and to the ground.
+rejected certificate. `following` flies what is certified in simulation, and slows it where it strays. `online` flies while tasks are reassigned. `transfers` and `live_phases` lead to the starts and to the ground.
 `recorded` and `recording_options` check recorded flights. `report` and `output` show and write. `commands`, `cli` and `start` are the command
 line, `service` the same over HTTP.
 """

@@ -14,6 +14,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ltlplan.planner import with_pace
 from ltlplan.replanning.alternatives import candidates, no_flight
 from ltlplan.replanning.checked_plan import Asked, as_mission, plan
 from ltlplan.replanning.cuts import MAX_ROUNDS, Candidate, Certified, Conflict, Cut, Flight
@@ -102,15 +103,21 @@ def _refined(candidate: Candidate, refining: Progress) -> tuple[Plan, dict[str, 
     """Return one trajectory a robot, and the plan with a note on flights that are cut into parts for a vehicle's memory."""
     import refine
 
-    plan, witnesses, pace = candidate.plan, candidate.witnesses, "time" if candidate.hurried else "nominal"
+    plan, witnesses, pace = candidate.plan, candidate.witnesses, candidate.pace
+    notes: list[str] = []
     try:
-        team = refine.refine(plan, witnesses=witnesses, pace=pace, too_long="rest", progress=refining)
-        return _with_parts(plan, team), team
+        team = refine.refine(plan, witnesses=witnesses, pace=pace, too_long="rest", note=notes.append, progress=refining)
+        return _with_parts(_with_notes(plan, *notes), team), team
     except DoesNotFit as error:
         refining("leaving the flight whole, to be streamed", 0.0)
-        team = refine.refine(plan, witnesses=witnesses, pace=pace, max_pieces=MAX_PIECES, progress=refining)
-        said = f"The flight is longer than its vehicles hold, and no parts of it were found: stream it (px4, ros2). {error}"
-        return plan.model_copy(update={"notes": tuple(dict.fromkeys((*plan.notes, said)))}), team
+        notes = [f"The flight is longer than its vehicles hold, and no parts of it were found: stream it (px4, ros2). {error}"]
+        team = refine.refine(plan, witnesses=witnesses, pace=pace, max_pieces=MAX_PIECES, note=notes.append, progress=refining)
+        return _with_notes(plan, *notes), team
+
+
+def _with_notes(made: Plan, *notes: str) -> Plan:
+    """Return a plan with more notes, each once."""
+    return made.model_copy(update={"notes": tuple(dict.fromkeys((*made.notes, *notes)))}) if notes else made
 
 
 def _with_parts(made: Plan, team: Mapping[str, Trajectory]) -> Plan:
@@ -127,7 +134,7 @@ def _with_parts(made: Plan, team: Mapping[str, Trajectory]) -> Plan:
         f"{name} flies {flown} pieces, and its vehicle holds {held}: the flight is uploaded in {parts[name]} parts{again}, one after another, "
         "while all robots rest."
     )
-    return made.model_copy(update={"notes": tuple(dict.fromkeys((*made.notes, said)))})
+    return _with_notes(made, said)
 
 
 def run(
@@ -135,6 +142,7 @@ def run(
     out: str | Path | None = None,
     *,
     seed: int | None = None,
+    pace: float | str | None = None,
     progress: Progress | None = None,
     workers: Workers | None = None,
 ) -> Result:
@@ -144,6 +152,7 @@ def run(
         mission: What is asked: a mission, or the path or name that `load_mission` reads one by.
         out: Folder to write, whole or not at all; what in it is not as an earlier run left it is kept, or refused.
         seed: Source of every draw, instead of the mission's own.
+        pace: Instead of `planner.pace`: a share of the fastest flight, above 0 up to 1, or "nominal".
         progress: Told a sentence and the share done, 0 to 1.
         workers: Who improves robots' paths side by side; None does it here. The bytes do not depend on it.
 
@@ -151,21 +160,20 @@ def run(
         BadInput: There is no such mission, its file is at fault, or its margin is 0, which leaves no tube to fly in.
         LtlplanError: Any of the stages refused; the class says which and the message why.
     """
-    import flight
     from flight.certificate_checks import require_tube
     from flight.conditions import conditions_of
     from flight.storage.folders import check_folder
     from ltlplan import output
+    from ltlplan.following import followed
 
-    mission = as_mission(mission)
+    mission = with_pace(as_mission(mission), pace)
     require_tube(mission.margin)
     conditions = conditions_of(mission)  # whom nobody knows would not be found before the flight
     target = None if out is None else check_folder(out, output.run_files(mission))
     made = plan(mission, seed=seed, progress=part_of(progress, 0.0, 0.25), workers=workers)
     done = certified_team(made, progress=part_of(progress, 0.25, 0.7))
     part_of(progress, 0.7, 0.9)("flying in simulation", 0.0)
-    flying = part_of(progress, 0.7, 0.9)
-    log = flight.fly(done.plan, done.team, done.certificate, seed=made.seed, conditions=conditions, progress=flying)
+    done, log = followed(done, attempted, seed=made.seed, conditions=conditions, progress=part_of(progress, 0.7, 0.9))
     result = Result(done.plan.mission, done.plan, done.team, done.certificate, log, done.rounds)
     if target is None:
         return result

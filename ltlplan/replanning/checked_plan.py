@@ -7,7 +7,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from ltlplan.missions import load_mission
-from ltlplan.planner import SEQUENCE, make_plan, with_seed
+from ltlplan.planner import SEQUENCE, make_plan, with_pace, with_seed
 from ltlplan.replanning.faster_flights import planned_faster
 from verify.data import BadInput, Infeasible, InternalError, Mission, NotCertified, Plan, Unsatisfiable, check_mission
 from verify.data.choices import PLANNING_METHODS
@@ -27,6 +27,7 @@ def plan(
     *,
     method: PlanningMethod | str | None = None,
     seed: int | None = None,
+    pace: float | str | None = None,
     progress: Progress | None = None,
     workers: Workers | None = None,
     known: Known | None = None,
@@ -37,6 +38,7 @@ def plan(
         mission: What is asked: a mission, or the path or name that `load_mission` reads one by.
         method: Planning method, as a function or by its name, instead of the mission's own.
         seed: Source of every draw, instead of the mission's own.
+        pace: Instead of `planner.pace`: a share of the fastest flight, above 0 up to 1, or "nominal".
         progress: Told a sentence and the share done, 0 to 1.
         workers: Who improves robots' paths side by side; None does it here. The plan does not depend on it.
         known: What earlier searches and refinements found, where this is not the first plan that is asked for.
@@ -51,7 +53,7 @@ def plan(
     from verify import check_team, check_word
     from verify.trace_checking.planned_order import check_planned_order
 
-    mission = as_mission(mission)
+    mission = with_pace(as_mission(mission), pace)
     if mission.soft_parts and mission.passages is None:
         from ltlplan.replanning.soft_parts import plan_with_soft_parts
 

@@ -27,7 +27,7 @@ _SEVERAL = 2
 _RELIEFS = 3
 """Soft parts without which a plan is tried that no flight kept."""
 
-CutKind = Literal["waits", "pace", "order", "precedences", "words", "legs", "capacity", "soft part"]
+CutKind = Literal["waits", "pace", "order", "precedences", "words", "legs", "capacity", "soft part", "tracking"]
 _FORBIDS: dict[CutKind, str] = {
     "waits": "flights without the waits that the counterexamples ask for",
     "pace": "flights at the plan's own times",
@@ -37,6 +37,7 @@ _FORBIDS: dict[CutKind, str] = {
     "legs": "words along these legs",
     "capacity": "more robots in one region",
     "soft part": "plans that keep all of these soft parts",
+    "tracking": "flights faster than the plan's own times",
 }
 
 
@@ -126,6 +127,11 @@ class Candidate:
     def hurried(self) -> bool:
         """Whether it is flown as fast as limits allow, for flights at the plan's own times outlast a vehicle's endurance."""
         return bool(self.since("pace"))
+
+    @property
+    def pace(self) -> Literal["time", "nominal"] | None:
+        """Its pace instead of the mission's: as fast as limits allow, or the plan's own times; None for the mission's."""
+        return "nominal" if self.since("tracking") else "time" if self.hurried else None
 
     @property
     def others(self) -> int:

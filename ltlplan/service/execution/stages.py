@@ -173,17 +173,17 @@ def _round_data(certificate: Certificate, *, certified: bool) -> dict[str, Any]:
 
 
 def _flight(certified: Any, progress: Progress) -> Outcome:  # a Certified; the pipeline is loaded by then
-    import flight
     from flight.conditions import conditions_of
+    from ltlplan.following import followed
+    from ltlplan.pipeline import attempted
     from ltlplan.report.summary import flight_sentences, tracking
     from ltlplan.result import Result
 
     say = part_of(progress, _CERTIFIED, _FLOWN)
     say("flying in simulation", 0.0)
+    conditions = conditions_of(certified.plan.mission)
+    certified, log = followed(certified, attempted, seed=certified.plan.seed, conditions=conditions, progress=say)
     plan = certified.plan
-    log = flight.fly(
-        plan, certified.team, certified.certificate, seed=plan.seed, conditions=conditions_of(plan.mission), progress=say
-    )
     result = Result(plan.mission, plan, certified.team, certified.certificate, log, certified.rounds)
     found = {
         "tracking": tracking(result),

@@ -1,0 +1,121 @@
+"""A certified team that its vehicles' controllers can follow: flown in simulation, and slowed where it strays.
+
+A flight may take as much of its limits as its pace allows; what is left is the controller's. Where that does not do, the team flies more
+slowly there (`refine.slowing`), is proved and flown again; at last the plan's own times are taken.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ltlplan.replanning.cuts import Candidate, Certified, Conflict, Cut, Flight
+from verify.data.progress import Progress, part_of, silent
+
+if TYPE_CHECKING:
+    from flight import Conditions
+    from flight.logs.log import FlightLog
+    from refine.slowing import Dip
+
+Attempt = Callable[[Candidate], Flight | Conflict]
+
+RESERVE = 0.2
+"""Share of the margin that a simulated flight leaves unused: other gusts and noise than its own take some of it."""
+_ROUNDS = 3
+"""How often a team is slowed where it strays."""
+_MORE = 1.15
+"""How much more than by its error's share of what is allowed it is slowed there."""
+_GREATEST = 2.0
+"""By how much at most, in one round."""
+_EVERY = 15
+"""Samples of the log between two times at which it is slowed."""
+
+
+def followed(
+    certified: Certified, attempt: Attempt, *, seed: int, conditions: Conditions, progress: Progress | None = None
+) -> tuple[Certified, FlightLog]:
+    """Fly a certified team in simulation, more slowly where it strays too far from its plan, and return what was flown.
+
+    Args:
+        certified: The team.
+        attempt: Refines and checks a candidate, as `pipeline.attempted` does.
+        seed: Of the simulation.
+        conditions: Of the simulation.
+        progress: Receives a sentence and the share done, 0 to 1.
+
+    Raises:
+        BadInput: The team cannot be simulated.
+    """
+    import flight
+
+    say = progress or silent
+
+    def flown(team: Certified, number: int) -> FlightLog:
+        part = part_of(say, number / (_ROUNDS + 2), (number + 1) / (_ROUNDS + 2))
+        return flight.fly(team.plan, team.team, team.certificate, seed=seed, conditions=conditions, progress=part)
+
+    first = best = certified, flown(certified, 0)
+    mission = certified.plan.mission
+    if all(mission.pace_of(name) == "nominal" for name in mission.agents):
+        return best
+    for number in range(1, _ROUNDS + 1):
+        dips = _strays(best[1], mission.margin)
+        if not dips:
+            return best
+        say(f"flying more slowly where robots stray, round {number}", number / (_ROUNDS + 2))
+        slower = _slower(best[0], dips, first[1])
+        if slower is None:
+            break
+        best = slower, flown(slower, number)
+    if not _strays(best[1], mission.margin):
+        return best
+    say("trying the plan's own times", (_ROUNDS + 1) / (_ROUNDS + 2))
+    planned = _planned(certified, attempt, best[1])
+    if planned is None:
+        return best
+    log = flown(planned, _ROUNDS + 1)
+    return (planned, log) if log.worst_error() < best[1].worst_error() else best
+
+
+def _strays(log: FlightLog, margin: float) -> list[Dip]:
+    """Return when a team is to fly more slowly, and how much: where a robot strays further than the reserve allows."""
+    from refine.slowing import Dip
+
+    allowed = (1.0 - RESERVE) * margin
+    worst = log.error.max(axis=1, initial=0.0)
+    found = [
+        Dip(float(log.times[at]), float(np.clip(_MORE * worst[at] / allowed, _MORE, _GREATEST)))
+        for at in np.flatnonzero(worst > allowed)[::_EVERY]
+    ]
+    if not found and log.worst_error() > allowed:  # between two rows of the log
+        found = [Dip(float(log.times[int(np.argmax(worst))]), _MORE)]
+    return found
+
+
+def _slower(certified: Certified, dips: list[Dip], first: FlightLog) -> Certified | None:
+    """Return the team, slower at some times; None where that is not certified."""
+    import verify
+    from refine.slowing import slowed_at
+
+    said = (
+        f"Flown in simulation as fast as planned, a robot strays {1000 * first.worst_error():.1f} mm; {100 * (1 - RESERVE):.0f} % of the "
+        "margin are allowed, so the team flies more slowly there."
+    )
+    plan = certified.plan.model_copy(update={"notes": tuple(dict.fromkeys((*certified.plan.notes, said)))})
+    team = slowed_at(certified.team, dips)
+    certificate = verify.judge(plan, team, margin=certified.certificate.margin)
+    return replace(certified, plan=plan, team=team, certificate=certificate) if certificate.holds else None
+
+
+def _planned(certified: Certified, attempt: Attempt, log: FlightLog) -> Certified | None:
+    """Return the team at the plan's own times; None where that is not certified."""
+    why = f"Even slowed {_ROUNDS} times where it strays, a robot strays {1000 * log.worst_error():.1f} mm in simulation: the plan's own times are flown."
+    cut = Cut("tracking", why, certified.rounds)
+    plan = certified.plan.model_copy(update={"notes": (*certified.plan.notes, why)})
+    found = attempt(Candidate(plan, (cut,), certified.rounds))
+    if not (isinstance(found, Flight) and found.certificate.holds):
+        return None
+    return replace(certified, plan=found.plan, team=found.team, certificate=found.certificate)
