@@ -4,7 +4,7 @@ Read `flights` (one simulated flight), `campaigns` (many, in `batches`) and `reh
 sensors, model, controller) and by `closed_loop`, in which `control` steers what `model` moves. `onboard_simulation` is the software that vehicles
 carry; `simulation_setup` and `random_streams` serve both, and `mixed_fleet` several airframes at once. `monitoring` checks in flight, `logs`
 reads and writes flights, and `comparison` compares recordings with a certificate. `exports` writes files for vehicles, `link` flies live, and
-`frames` turns flights into the laboratory's frame. `certificate_checks` guards each entry point. `pictures` draws (over `shapes`), `processes`
+`frames` turns flights into the laboratory's frame. `certificate_checks` guards each entry point. `pictures` draws (`figures` as plain data, over `shapes`), `processes`
 spreads work, and `storage` writes files and folders.
 """
 

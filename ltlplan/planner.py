@@ -177,9 +177,35 @@ def with_seed(mission: Mission, seed: int | None) -> Mission:
     unlike = isinstance(seed, bool) or not isinstance(seed, SupportsIndex)  # pyright: ignore[reportUnnecessaryIsInstance]  # callers may not check
     if unlike or seed.__index__() < 0:
         raise BadInput(f"A seed is a whole number from 0 on, not {seed!r}.")
-    planner = mission.planner.model_copy(update={"seed": seed.__index__()})
+    return _with_planner(mission, seed=seed.__index__())
+
+
+def with_pace(mission: Mission, pace: float | str | None) -> Mission:
+    """Return a mission that has another `planner.pace`, where one is given; agents with a pace of their own keep it.
+
+    Raises:
+        BadInput: The pace is neither a number above 0 up to 1 nor "nominal".
+    """
+    if pace is None or pace == mission.planner.pace:
+        return mission
+    share = pace if isinstance(pace, int | float) and not isinstance(pace, bool) else 0.0
+    if pace != "nominal" and not 0.0 < share <= 1.0:
+        raise BadInput(f"A pace is a share of the fastest flight, above 0 up to 1, or 'nominal', not {pace!r}.")
+    return _with_planner(mission, pace=float(share) or pace)
+
+
+def pace_of(text: str | None) -> float | str | None:
+    """Return the pace that a text means, for `with_pace`: a number where it is one."""
+    try:
+        return None if text is None else float(text)
+    except ValueError:
+        return text
+
+
+def _with_planner(mission: Mission, **update: object) -> Mission:
+    """Return a mission with other settings of its planner, made anew so that nothing computed from the old ones stays."""
     parts = {name: getattr(mission, name) for name in Mission.model_fields}
-    return Mission.model_validate({**parts, "planner": planner})  # anew, so that nothing computed from the old seed stays
+    return Mission.model_validate({**parts, "planner": mission.planner.model_copy(update=update)})
 
 
 def generators(mission: Mission, rng: np.random.Generator) -> dict[str, np.random.Generator]:

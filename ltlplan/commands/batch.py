@@ -26,11 +26,13 @@ def command(
     ] = None,
     dask: machines.DaskOption = None,
     seed: options.SeedOption = None,
+    pace: options.PaceOption = None,
     json: options.JsonOption = False,
 ) -> None:
     """Run every mission of a folder, each into a folder of its own; unchanged missions that are done already are skipped."""
     from ltlplan.commands.support.progress import progress_bar
     from ltlplan.commands.support.terminal import print_json
+    from ltlplan.planner import pace_of
     from ltlplan.service.execution.batches import exit_code, run_batch
     from ltlplan.service.execution.workers import LocalWorkers
 
@@ -38,7 +40,7 @@ def command(
     with progress_bar(quiet=json) as progress:
         pool = LocalWorkers(workers or processors()) if dask is None else machines.cluster_at(dask, workers)
         with closing(pool):
-            entries = run_batch(folder, target, workers=pool, seed=seed, progress=progress)
+            entries = run_batch(folder, target, workers=pool, seed=seed, pace=pace_of(pace), progress=progress)
     code = exit_code(entries)
     if json:
         print_json({"missions": [_data(entry) for entry in entries], "exit_code": code})

@@ -26,6 +26,7 @@ def command(
     ] = None,
     out: flight_options.OutOption = None,
     seed: options.SeedOption = None,
+    pace: options.PaceOption = None,
     wind: flight_options.WindOption = None,
     noise: flight_options.NoiseOption = None,
     model: flight_options.ModelOption = flight_options.FULL,
@@ -79,7 +80,7 @@ def command(
         follower = None if controller == flight_options.GEOMETRIC else controller
         said = flight_options.Said(wind, noise, model, follower, None, None, None)
         kind = Asked(str(link), tuple(place or ()), tuple(address or ()), inventory, False, tuple(map(str, unchecked or ())))
-        asked = with_seed(options.read_mission(mission), seed)
+        asked = with_seed(options.read_mission(mission, pace=pace), seed)
         online_over_link(
             asked, out, kind, said, Happening(tuple(event or ()), tuple(follow or ()), tuple(standby or ())), json=json
         )
@@ -92,7 +93,7 @@ def command(
 
     conditions = Conditions(wind, noise, model, controller)
     with simulating(out, ONLINE_FILES, quiet=json) as progress:
-        asked = options.read_mission(mission)
+        asked = options.read_mission(mission, pace=pace)
         flown = fly_online(
             asked, seed=seed, certified=certified, events=parse_events(event or []), conditions=conditions, progress=progress
         )

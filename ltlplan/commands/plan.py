@@ -15,6 +15,7 @@ def command(
     mission: options.MissionArgument,
     out: Annotated[Path | None, typer.Option("--out", help="Folder to write; without it nothing is written.")] = None,
     seed: options.SeedOption = None,
+    pace: options.PaceOption = None,
     sequence: options.SequenceOption = None,
     formula: options.FormulaOption = None,
     cost: options.CostOption = None,
@@ -30,7 +31,7 @@ def command(
     from ltlplan.replanning.checked_plan import plan
     from ltlplan.report.summary import plan_lines
 
-    asked = options.read_mission(mission, sequence=sequence, formula=formula, cost=cost)
+    asked = options.read_mission(mission, sequence=sequence, formula=formula, cost=cost, pace=pace)
     if out is not None:
         check_folder(out, PLAN_FILES)
     with progress_bar(quiet=json) as progress:

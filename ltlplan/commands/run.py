@@ -15,6 +15,7 @@ def command(
     mission: options.MissionArgument,
     out: Annotated[Path | None, typer.Option("--out", help="Folder to write (default: out/MISSION).")] = None,
     seed: options.SeedOption = None,
+    pace: options.PaceOption = None,
     sequence: options.SequenceOption = None,
     formula: options.FormulaOption = None,
     cost: options.CostOption = None,
@@ -28,7 +29,7 @@ def command(
     from ltlplan.pipeline import run
     from ltlplan.report.summary import holds, shortfall, summary_data, summary_lines
 
-    asked = options.read_mission(mission, sequence=sequence, formula=formula, cost=cost, margin=margin)
+    asked = options.read_mission(mission, sequence=sequence, formula=formula, cost=cost, margin=margin, pace=pace)
     with processes_for(asked) as workers, progress_bar(quiet=json) as progress:
         result = run(asked, out or Path("out") / asked.name, seed=seed, progress=progress, workers=workers)
     if json:

@@ -75,18 +75,26 @@ class Client:
 
     # The library's names
 
-    def plan(self, mission: Asked, *, seed: int | None = None, progress: Progress | None = None) -> Plan:
+    def plan(
+        self,
+        mission: Asked,
+        *,
+        seed: int | None = None,
+        pace: float | str | None = None,
+        progress: Progress | None = None,
+    ) -> Plan:
         """Plan a mission; as `ltlplan.plan`. The job goes on there, so that `run` finds it.
 
         Args:
             mission: What is asked: a mission, or the path or name that `ltlplan.load_mission` reads one by.
             seed: Source of every draw, instead of the mission's own.
+            pace: Instead of `planner.pace`: a share of the fastest flight, above 0 up to 1, or "nominal".
             progress: Receives a sentence and the share of the whole job done, 0 to 1.
 
         Raises:
             LtlplanError: As `ltlplan.plan`, or what the service refused.
         """
-        return self.submit(mission, seed=seed).plan(progress=progress)
+        return self.submit(mission, seed=seed, pace=pace).plan(progress=progress)
 
     def run(
         self,
@@ -94,6 +102,7 @@ class Client:
         out: str | os.PathLike[str] | None = None,
         *,
         seed: int | None = None,
+        pace: float | str | None = None,
         progress: Progress | None = None,
     ) -> Result:
         """Plan, refine, certify and fly a mission there; as `ltlplan.run`. Everything is proved again here.
@@ -102,12 +111,13 @@ class Client:
             mission: What is asked: a mission, or the path or name that `ltlplan.load_mission` reads one by.
             out: Folder to write, as `ltlplan.run` writes it.
             seed: Source of every draw, instead of the mission's own.
+            pace: Instead of `planner.pace`: a share of the fastest flight, above 0 up to 1, or "nominal".
             progress: Receives a sentence and the share done, 0 to 1.
 
         Raises:
             LtlplanError: As `ltlplan.run`, or what the service refused.
         """
-        return self.submit(mission, seed=seed).result(out, progress=progress)
+        return self.submit(mission, seed=seed, pace=pace).result(out, progress=progress)
 
     def check_word(self, formula: str, word: Letters | str, cycle: Iterable[Iterable[str]] | None = None) -> Verdict:
         """Decide whether a word satisfies a formula; as `verify.check_word`.
@@ -282,12 +292,13 @@ class Client:
 
     # Jobs
 
-    def submit(self, mission: Asked, *, seed: int | None = None) -> Submitted:
+    def submit(self, mission: Asked, *, seed: int | None = None, pace: float | str | None = None) -> Submitted:
         """Submit a mission: when this returns, it will be done, whatever happens to the service meanwhile.
 
         Args:
             mission: What is asked: a mission, or the path or name that `ltlplan.load_mission` reads one by.
             seed: Source of every draw, instead of the mission's own.
+            pace: Instead of `planner.pace`: a share of the fastest flight, above 0 up to 1, or "nominal".
 
         Raises:
             MissionError: All faults of the mission.
@@ -297,20 +308,21 @@ class Client:
             mission = self.load_mission(mission)
         if not isinstance(mission, Mission):  # pyright: ignore[reportUnnecessaryIsInstance]  # callers may not check
             raise BadInput(f"A mission is a Mission, a path, or the name of a shipped mission, not {type(mission).__name__}.")
-        return self.submit_text(mission_to_yaml(mission), seed=seed)
+        return self.submit_text(mission_to_yaml(mission), seed=seed, pace=pace)
 
-    def submit_text(self, text: str, *, seed: int | None = None) -> Submitted:
+    def submit_text(self, text: str, *, seed: int | None = None, pace: float | str | None = None) -> Submitted:
         """Submit a mission's file as it is; faults have its lines.
 
         Args:
             text: YAML or JSON.
             seed: Source of every draw, instead of the mission's own.
+            pace: Instead of `planner.pace`: a share of the fastest flight, above 0 up to 1, or "nominal".
 
         Raises:
             MissionError: All faults of the mission.
             LtlplanError: What else the service refused.
         """
-        given = {} if seed is None else {"seed": seed}
+        given = {name: value for name, value in (("seed", seed), ("pace", pace)) if value is not None}
         told = self._wire.ask("POST", "/api/jobs", content=text.encode(), headers=_YAML, params=given)
         return Submitted(self._wire, job_of(told.content))
 

@@ -26,6 +26,13 @@ MissionArgument = Annotated[
 ]
 FolderArgument = Annotated[Path, typer.Argument(help="A folder that `ltlplan run` wrote.", show_default=False)]
 SeedOption = Annotated[int | None, typer.Option("--seed", min=0, help="Seed, instead of the mission's own.")]
+PaceOption = Annotated[
+    str | None,
+    typer.Option(
+        "--pace",
+        help="Instead of the mission's: a share of the fastest flight, above 0 up to 1 (1 is as fast as limits allow), or 'nominal'.",
+    ),
+]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON document instead of text.")]
 SequenceOption = Annotated[
     str | None, typer.Option("--sequence", help="Hoops to fly, such as 'hoop0F hoop1R', instead of the mission's.")
@@ -42,6 +49,7 @@ def read_mission(
     formula: str | None = None,
     cost: str | None = None,
     margin: float | None = None,
+    pace: str | None = None,
 ) -> Mission:
     """Load a mission and replace what the command line says otherwise; the result is checked like a file.
 
@@ -54,12 +62,14 @@ def read_mission(
         formula: In place of the mission's.
         cost: Weights by term, as in `length=1,effort=0.5`.
         margin: m, in place of the mission's.
+        pace: A share of the fastest flight, or "nominal", in place of `planner.pace`.
 
     Raises:
         BadInput: There is no such mission, its file is at fault, or a replacement does not fit it.
     """
     from ltlplan.missions import load_mission
     from ltlplan.missions.notes import notes_of
+    from ltlplan.planner import pace_of, with_pace
     from verify.data.mission import check_mission
 
     mission = load_mission(source)
@@ -85,4 +95,5 @@ def read_mission(
         changes["planner"] = mission.planner.model_copy(update={"cost": parse_cost(cost)})
     if margin is not None:
         changes["margin"] = margin
-    return check_mission(mission.model_copy(update=changes)) if changes else mission
+    mission = check_mission(mission.model_copy(update=changes)) if changes else mission
+    return with_pace(mission, pace_of(pace))

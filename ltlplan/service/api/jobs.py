@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import AsyncIterator
 from typing import Annotated, Literal
 
@@ -57,13 +58,22 @@ async def submit_job(
     seed: Annotated[
         int | None, Query(description="source of every draw, instead of the mission's own", ge=0, le=2**63 - 1)
     ] = None,
+    pace: Annotated[
+        str | None,
+        Query(
+            description="instead of the mission's: a share of the fastest flight, above 0 up to 1, or `nominal`", max_length=30
+        ),
+    ] = None,
 ) -> Response:
     """Submit a mission: it is planned, refined, proved, flown in simulation, and its files are written.
 
     The same mission, seed and version are computed once: who asks again is given the same job.
     """
+    from ltlplan.planner import pace_of, with_pace
+
     service = service_of(request)
     mission = await service.mission(await read_mission_text(request), who=who_of(request))
+    mission = await asyncio.to_thread(with_pace, mission, pace_of(pace))
     job = await service.jobs.submit(mission, seed=seed, who=who_of(request))
     return _told(job, 200 if job.found else 201)
 

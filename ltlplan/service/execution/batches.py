@@ -20,7 +20,7 @@ from flight.processes import Workers
 from flight.storage.folders import check_folder, put_files, write_folder
 from flight.storage.ownership import read_contents
 from ltlplan.output import run_files
-from ltlplan.planner import with_seed
+from ltlplan.planner import with_pace, with_seed
 from ltlplan.service.execution.clusters import ClusterError
 from ltlplan.service.execution.stages import PLAN, Outcome, mission_bytes, run_stage
 from ltlplan.service.models import ONLY_OF_JOBS
@@ -79,6 +79,7 @@ def run_batch(
     *,
     workers: Workers,
     seed: int | None = None,
+    pace: float | str | None = None,
     progress: Progress | None = None,
 ) -> tuple[Entry, ...]:
     """Run every mission file of a folder and write each one's folder, whole or not at all.
@@ -88,6 +89,7 @@ def run_batch(
         out: Where each mission gets a folder of its file's name.
         workers: Who does the work, a stage of a mission at a time.
         seed: Source of every draw, instead of the missions' own.
+        pace: Instead of the missions' `planner.pace`.
         progress: Receives a sentence and the share done, 0 to 1.
 
     Returns:
@@ -102,7 +104,7 @@ def run_batch(
     files = _mission_files(Path(folder))
     for name, file in files.items():
         try:
-            begun = _prepared(name, file, Path(out) / name, seed)
+            begun = _prepared(name, file, Path(out) / name, seed, pace)
         except LtlplanError as error:
             begun = Entry(name, error.exit_code, str(error))
         if isinstance(begun, Entry):
@@ -147,9 +149,9 @@ def _rooms_of(file: Path) -> tuple[Path, ...]:
         return ()
 
 
-def _prepared(name: str, file: Path, target: Path, seed: int | None) -> _Running | Entry:
+def _prepared(name: str, file: Path, target: Path, seed: int | None, pace: float | str | None) -> _Running | Entry:
     """Return a mission that is to be run, or what became of it before."""
-    mission = with_seed(load_mission_file(file), seed)
+    mission = with_pace(with_seed(load_mission_file(file), seed), pace)
     require_tube(mission.margin)
     key = key_of(mission)
     before = _done_before(name, target, key)

@@ -46,6 +46,13 @@ class _Writing:
                         self.seed = ui.element("input").props("type=number min=0 step=1 inputmode=numeric").classes("seed")
                         self.seed_text = ""
                         self.seed.on("input", self._seed_typed, js_handler="(event) => emit(event.target.value)")
+                    with box(tag="label"):
+                        Words("span", "pace")
+                        self.pace = (
+                            ui.element("input").props('type=text inputmode=decimal placeholder="as written"').classes("seed")
+                        )
+                        self.pace_text = ""
+                        self.pace.on("input", self._pace_typed, js_handler="(event) => emit(event.target.value)")
                     Words("span", "Ctrl-Enter in the editor plans, too.", "soft hint")
             with drafts:
                 self.drafted = Drafted(desk, self.editor, self.show)
@@ -62,6 +69,9 @@ class _Writing:
 
     def _seed_typed(self, event: Any) -> None:  # of any type: NiceGUI's events carry what the browser sends
         self.seed_text = str(event.args).strip()
+
+    def _pace_typed(self, event: Any) -> None:  # of any type: NiceGUI's events carry what the browser sends
+        self.pace_text = str(event.args).strip()
 
     async def start_from(self, name: str) -> None:
         """Begin with a shipped mission, or with a blank one; what was written stays among the drafts."""
@@ -172,11 +182,14 @@ class _Writing:
                 say(error)
 
     async def _submit(self) -> None:
+        from ltlplan.planner import pace_of, with_pace
+
         text, seed = self.editor.text, self.seed_text
         if seed and not seed.isdecimal():
             say(f"A seed is a whole number from 0 on, not '{seed}'.")
             return
         mission = await self.desk.service.mission(text, who=self.desk.who)
+        mission = with_pace(mission, pace_of(self.pace_text or None))
         job = await self.desk.service.jobs.submit(mission, seed=int(seed) if seed else None, who=self.desk.who)
         self.desk.texts[job.id] = text
         await self.drafted.hand_in(job.id, text)

@@ -24,7 +24,7 @@ regions: {a: {center: [0.8, 0, 1], radii: [0.2, 0.2, 0.2]}, b: {center: [0.2, 0.
 agents: {quad0: {start: [-0.3, 0, 1]}}
 vehicle: crazyflie-2.1
 workspace: {min: [-2, -2, 0.2], max: [2, 2, 2]}
-planner: {speed: 0.8}
+planner: {speed: 0.8, pace: nominal}
 """
 
 
