@@ -57,9 +57,16 @@ Section System.
   Definition handed (q : Span) (i j : list configuration) : bool :=
     forallb (fun e => all_covered j (snd e) (enters q (fst e))) i.
 
-  (** An until asks for more than the empty word gives. *)
-  Definition over (c : alternative) : bool :=
-    forallb (fun f => match f with Until _ _ => false | _ => true end) c.
+  (** What the empty word satisfies. *)
+  Fixpoint satisfied_empty (f : formula) : bool :=
+    match f with
+    | Lit _ _ | Until _ _ => false
+    | Const b => b
+    | And g h => satisfied_empty g && satisfied_empty h
+    | Or g h => satisfied_empty g || satisfied_empty h
+    | Release _ _ => true
+    end.
+  Definition over (c : alternative) : bool := forallb satisfied_empty c.
 
   Definition refuted (i : list configuration) : bool :=
     forallb (fun e => negb (final (fst e) && over (snd e))) i.
@@ -89,10 +96,17 @@ Section System.
     exists c; split; [left|]; auto.
   Qed.
 
+  Lemma satisfied_empty_complete : forall f, sat f [] -> satisfied_empty f = true.
+  Proof.
+    induction f; cbn; intros H; auto; try tauto.
+    - apply andb_true_iff; tauto.
+    - apply orb_true_iff; tauto.
+    - apply until_nil in H; tauto.
+  Qed.
+
   Lemma over_empty : forall c, keeps c [] -> over c = true.
   Proof.
-    intros c K; apply forallb_forall; intros f Hf; specialize (K f Hf); destruct f; auto.
-    cbn in K; apply until_nil in K; tauto.
+    intros c K; apply forallb_forall; intros f Hf; apply satisfied_empty_complete, K, Hf.
   Qed.
 
   Lemma all_covered_next : forall i c ms o t s w, all_covered i c ms = true ->

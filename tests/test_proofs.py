@@ -5,17 +5,37 @@ from __future__ import annotations
 import random
 import shutil
 from collections.abc import Callable
+from dataclasses import replace
 from fractions import Fraction
-from itertools import product
+from itertools import pairwise, product
 from math import comb
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
 import verify
 from tests.helpers import proof_rules as rules
-from tests.helpers.proved_checkers import REALS, ask, build_checkers, build_proofs, system_case, team_case, tree_case, word_case
+from tests.helpers.proved_checkers import (
+    REALS,
+    ask,
+    build_checkers,
+    build_proofs,
+    formula,
+    listed,
+    numbers,
+    system_case,
+    team_case,
+    tree_case,
+    word_case,
+)
+from verify.kernel.formulas import Table, conjuncts
+from verify.kernel.labels import Relations, Span, Timeline
+from verify.kernel.refused import Refused
+from verify.kernel.team import Claim, Team
+from verify.kernel.words import Configuration, check_invariant, read_invariant
+from verify.proofs.words import find_formula
 
 pytestmark = [
     pytest.mark.slow,
@@ -289,3 +309,153 @@ def test_both_checkers_refuse_the_same_edits(
     assert ask(checkers, (case.asked() for case in cases)) == expected
     assert ask(checkers, (case.written_out() for case in cases)) == expected
     assert "no" in expected
+
+
+# The kernel's own invariants
+
+
+def as_tree(spec: tuple[Any, ...]) -> list[Any]:
+    operator, *parts = spec
+    if operator == "a":
+        return ["name", NAMES[parts[0]]]
+    signs = {"t": "true", "!": "not", "&": "and", "|": "or", "U": "until", "R": "release"}
+    return [signs[operator], *map(as_tree, parts)]
+
+
+def random_spans(draw: random.Random, duration: int) -> tuple[Span, ...]:
+    """Return spans that may follow each other."""
+    times = [0, *sorted(draw.sample(range(1, duration), draw.randint(0, 3))), duration]
+    mark = draw.choice(["no", "no", "must", "may"])
+    found: list[Span] = []
+    for start, stop in pairwise(times):
+        found.append(Span(Fraction(start), Fraction(stop), mark))
+        ahead = {"no": ["may", "rise"], "must": ["may", "fall"], "rise": ["must"], "fall": ["no"], "may": ["no", "must"]}
+        mark = draw.choice(ahead[mark])
+    if found[-1].mark in ("rise", "fall"):
+        found[-1] = replace(found[-1], mark="may")
+    return tuple(found)
+
+
+def random_claim(draw: random.Random) -> tuple[Any, dict[str, Timeline]]:
+    robots = [f"r{i}" for i in range(draw.randint(1, 3))]
+    nothing = SimpleNamespace(states={"idle": frozenset()})
+    _, spec = random_formula(draw, draw.randint(1, 5))
+    statement = SimpleNamespace(
+        robots=dict.fromkeys(robots, nothing),
+        regions=dict.fromkeys(NAMES),
+        joint=draw.random() < 0.5,
+        lasso=False,
+        clock_error=Fraction(draw.choice([0, 1]), 2),
+        formula=as_tree(spec),
+    )
+    lines = {
+        robot: Timeline(robot, Fraction(8), {name: random_spans(draw, 8) for name in NAMES}, frozenset(), (), None)
+        for robot in robots
+    }
+    return statement, lines
+
+
+def root_of(table: Table) -> tuple[Any, ...]:
+    """Return the negation as nested tuples."""
+    nodes: list[tuple[Any, ...]] = []
+    for sign, parts in table.nodes:
+        inner = [nodes[part] for part in parts] if sign in ("and", "or", "until", "release") else []
+        if sign in ("holds", "fails"):
+            nodes.append(("+" if sign == "holds" else "-", parts[0]))
+        elif sign in ("true", "false"):
+            nodes.append((sign[0],))
+        else:
+            short = {"and": "&", "or": "|", "until": "U", "release": "R"}[sign]
+            whole = inner[-1]
+            for one in inner[-2::-1]:
+                whole = (short, one, whole)
+            nodes.append(whole)
+    return nodes
+
+
+def system_of(team: Team, sets: list[list[Configuration]]) -> str:
+    """Write out all that the kernel's team may do, of the states that an invariant names."""
+    robots = len(team.followed)
+    nodes = root_of(team.claim.table)
+
+    def state(at: tuple[int, ...], read: int) -> str:
+        return listed(range(robots), lambda i: f"{at[i]} {read >> i & 1}")
+
+    def move(step: Any) -> str:
+        letter, at, read = step
+        return f"{'-' if letter is None else f'+ {numbers(sorted(letter))}'} {state(at, read)}"
+
+    def table(states: list[tuple[Any, int]], moves: Any) -> str:
+        return listed(states, lambda one: f"{state(*one)} {listed(moves(*one), move)}")
+
+    def states(span: int) -> list[tuple[Any, int]]:
+        return list(dict.fromkeys((one.at, one.read) for one in sets[span])) if 0 <= span < len(sets) else []
+
+    def span(number: int) -> str:
+        moves = table(states(number), lambda at, read: list(team.moves(number, at, read)))
+        return f"{moves} {table(states(number - 1), lambda at, read: team.handed(number - 1, at, read)[1])}"
+
+    ended = [one for one in states(team.size - 1) if team.may_end(*one)]
+    return " ".join(
+        [
+            "system",
+            formula(nodes[team.claim.table.root]),
+            listed(team.begin(), move),
+            listed(range(team.size), span),
+            listed(ended, lambda one: state(*one)),
+            listed(
+                sets,
+                lambda here: listed(
+                    here, lambda one: f"{state(one.at, one.read)} {listed(one.owed, lambda n: formula(nodes[n]))}"
+                ),
+            ),
+        ]
+    )
+
+
+def kernel_says(team: Team, levels: list[int], sets: list[list[Configuration]]) -> str:
+    try:
+        check_invariant(team, levels, sets)
+    except Refused:
+        return "no"
+    return "yes"
+
+
+def kernel_edited(draw: random.Random, team: Team, sets: list[list[Configuration]]) -> list[list[Configuration]]:
+    """Leave a configuration out, or change who was read or what is owed."""
+    found = [list(here) for here in sets]
+    here = draw.choice([row for row in found if row])
+    one = here.pop(draw.randrange(len(here)))
+    match draw.randrange(2 if team.claim.joint or not team.followed else 3):
+        case 0:
+            pass
+        case 1:
+            here.append(replace(one, owed=frozenset(sorted(one.owed)[1:])))
+        case _:
+            here.append(replace(one, read=one.read ^ 1))
+    return found
+
+
+def test_the_kernel_and_the_proved_checker_agree_on_invariants(checkers: Path) -> None:
+    draw = random.Random(7)
+    cases: list[tuple[Team, list[int], list[list[Configuration]]]] = []
+    found = 0
+    for _ in range(300):
+        statement, lines = random_claim(draw)
+        relations = Relations(frozenset(), frozenset())
+        try:
+            evidence = find_formula(statement, lines, relations)
+        except Refused:
+            continue
+        for number, tree in enumerate(conjuncts(statement.formula)):
+            if f"formula/{number}" not in evidence:
+                continue
+            found += 1
+            team, levels, sets = read_invariant(Claim(statement, lines, relations, tree), evidence[f"formula/{number}"])
+            cases.append((team, levels, sets))
+            cases += [(team, levels, kernel_edited(draw, team, sets)) for _ in range(3) if any(sets)]
+    expected = [kernel_says(*case) for case in cases]
+    verdicts = ask(checkers, (system_of(team, sets) for team, _, sets in cases))
+    assert verdicts == expected
+    assert found > 30
+    assert "no" in verdicts

@@ -228,7 +228,14 @@ def after(letter: Letter | None, alternative: Alternative) -> State:
 
 
 def over(alternative: Alternative) -> bool:
-    return all(f[0] != "U" for f in alternative)
+    """Tell whether the empty word satisfies all that is owed."""
+
+    def empty(f: Formula) -> bool:
+        if f[0] in "&|":
+            return (all if f[0] == "&" else any)(map(empty, f[1:]))
+        return f[0] in "tR"
+
+    return all(map(empty, alternative))
 
 
 def check_invariant(team: Team, spec: Formula, starts: list[Move], spans: list[Span], invariant: Invariant) -> bool:

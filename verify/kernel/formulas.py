@@ -173,6 +173,11 @@ class Table:
     def __len__(self) -> int:
         return len(self._nodes)
 
+    @property
+    def nodes(self) -> tuple[tuple[str, tuple[int, ...]], ...]:
+        """All parts: an operator, and the numbers of its parts, or of a proposition."""
+        return tuple(self._nodes)
+
     def _read(self, tree: Tree) -> int:
         """Read a formula and its negation, parts first; return the negation."""
         pairs: dict[int, tuple[int, int]] = {}
