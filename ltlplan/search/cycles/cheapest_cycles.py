@@ -17,7 +17,7 @@ from ltlplan.search.cycles.cycle_places import CyclePlaces, Limits
 from ltlplan.search.cycles.reading import CycleReading, Terms
 from ltlplan.search.cycles.team_cycles import TeamCycles, are_apart, course_of, may_begin, without_stays
 from ltlplan.search.cycles.team_readers import AnyReader, LetterReader, team_readers
-from ltlplan.search.cycles.team_system import TeamSystem
+from ltlplan.search.cycles.team_system import TeamSystem, resting
 from ltlplan.search.problem import TIES
 from ltlplan.search.team_reading import Found, least_highest
 from ltlplan.systems.transition_systems import TransitionSystem
@@ -57,10 +57,23 @@ class Effort:
 THOROUGH = Effort()
 
 
+@dataclass(frozen=True, slots=True)
+class Below:
+    """What a search for cycles below a limit found.
+
+    Attributes:
+        cycles: The cheapest ones; None where none are known.
+        least: What no cycles at all cost less than; of a single robot alone, whose search leaves none out.
+    """
+
+    cycles: TeamCycles | None
+    least: float | None = None
+
+
 # six parameters: what is planned with which bounds, for less than what, and how
 def cycles_below(
     mission: Mission, each: Sequence[TransitionSystem], asked: Formula, budget: Budget, below: float, effort: Effort = THOROUGH
-) -> TeamCycles | None:
+) -> Below:
     """Return the cheapest cycles of robots that fly one at a time, if they cost less than a limit and are within reach.
 
     Cycles in which one or two robots fly at all come first: few places are within what these pay.
@@ -78,23 +91,30 @@ def cycles_below(
         TooLarge: No cycles were found at all, and the search did not come to its end.
     """
     searches = _Searches(mission, budget, effort)
-    limit, best, ended = below, None, False
+    limit, best, ended, least = below, None, False, None
     for flying in _flying(len(each)):
         some = [own if robot in flying else replace(own, edges=tuple(() for _ in own.edges)) for robot, own in enumerate(each)]
         system = TeamSystem(some)
         readers = team_readers(mission, asked, system.letters, budget)
         answer, reach = searches.within_reach(system, readers, limit)
         ended = answer is not None and answer.found.stopped is None and (bool(answer.found.states) or reach == limit)
+        if answer is not None and len(each) == 1 and not effort.hasty:
+            least = _least(answer.found, reach, below)
         if answer is not None and answer.found.states:
             best, limit = (system, readers, *answer.reading.cycle(answer.found)), answer.found.cost - TIES
     if best is None:
         if ended or below < math.inf:
-            return None
+            return Below(None, least)
         raise searches.too_large(len(each))
     system, readers, prefix, cycle = best
     course = staged(system, readers, course_of(system, prefix, cycle), joint=mission.spec.team == "joint", seams=True)
     prefixes, cycles = (tuple(map(without_stays, zip(*way, strict=True))) for way in (prefix, cycle))
-    return TeamCycles(prefixes, cycles, course, None, ended and not effort.hasty, searches.expanded)
+    return Below(TeamCycles(prefixes, cycles, course, least, ended and not effort.hasty, searches.expanded), least)
+
+
+def _least(found: Found, reach: float, below: float) -> float:
+    """Return what no cycles cost less than, of a search below a limit, or below less than that where this was in reach."""
+    return min(found.bound - TIES, below + TIES if reach == below else reach)
 
 
 def _flying(robots: int) -> Iterator[Sequence[int]]:
@@ -131,10 +151,33 @@ def least_of_all_cycles(
     ):  # those that remember nothing are quick, and often enough
         answer, limit = _Searches(mission, budget, THOROUGH).within_reach(system, some, below)
         if answer is not None:
-            least = max(least or 0.0, min(answer.found.bound - TIES, known if limit == below else limit))
+            least = max(least or 0.0, _least(answer.found, limit, below))
             if least >= known - TIES:
                 break
     return least
+
+
+def cycles_may_exist(
+    mission: Mission, each: Sequence[TransitionSystem], asked: Formula, budget: Budget, *, together: bool = False
+) -> bool:
+    """Tell whether there may be cycles: there are none where places that can be gone round do not show all that is asked.
+
+    Args:
+        mission: Gives the reading.
+        each: What each robot can do.
+        asked: The formula over what they can show, written out.
+        budget: Bounds on the automata, and on the places that are looked at.
+        together: Whether several robots may be on their way at the same time; else one robot flies while the others rest.
+
+    Raises:
+        BadInput: A conjunct is of a form that is not planned.
+        TooLarge: There are more places.
+    """
+    system = TeamSystem(each, together=together)
+    readers = team_readers(mission, asked, system.letters, budget)
+    begins = [[together or rest for rest in resting(own, alone=len(each) == 1)] for own in each]
+    places = CyclePlaces(system, readers, begins, Limits(budget.lasso, math.inf, (0,) * len(each)))
+    return any(places.recurring)
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""Cycles of a team whose formula falls into parts that one robot keeps and parts that every robot keeps, under `own`.
+"""Cycles of a team whose formula falls into parts that one robot keeps and parts that every robot keeps, under `own`; one robot keeps all.
 
 `F p` and `G F p` ask that some robot shows p, `G p` and `F G p` that all do, in whatever order robots are read. So each part of the first
 kind is given to one robot, which flies its own cheapest lasso for what it was given and for what all keep; no product of robots
@@ -18,9 +18,8 @@ from ltlplan.logic.budget import Budget
 from ltlplan.logic.conjunction import conjuncts
 from ltlplan.logic.small_automata import small_automaton
 from ltlplan.search.cycles.lasso import LassoRun, begun_soonest, cheapest_lasso
-from ltlplan.search.cycles.memoryless_automata import closes_at_once
 from ltlplan.search.cycles.team_cycles import TeamCycles, are_apart, may_begin, without_stays
-from ltlplan.search.cycles.team_readers import temporal_operators
+from ltlplan.search.cycles.team_readers import closes_at_once, temporal_operators
 from ltlplan.search.problem import TIES
 from ltlplan.systems.transition_systems import TransitionSystem
 from verify.data import Formula, Infeasible, Mission
@@ -30,6 +29,9 @@ MOST_SHARES = 512
 
 _TURNS = 4_096
 """Combinations of places where cycles may begin that are looked at."""
+
+_Way = tuple[tuple[int, ...], tuple[int, ...]]
+"""The nodes before a cycle, and those of the cycle."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,12 +48,14 @@ class Parts:
 
 
 def parts_of(mission: Mission, asked: Formula) -> Parts | None:
-    """Return a formula in parts, or None where it has others, or too many, or is not read one robot at a time.
+    """Return a formula in parts, or None where it has others, or too many, or is not read one robot at a time; a single robot keeps all.
 
     Args:
         mission: Gives the reading and the robots.
         asked: The formula, written out.
     """
+    if len(mission.agents) == 1:
+        return Parts((), tuple(dict.fromkeys(conjuncts(asked))))
     if mission.spec.team != "own":
         return None
     one: list[Formula] = []
@@ -104,10 +108,21 @@ def share_out(
     if everything not in best:
         return None
     cost, chosen = best[everything]
-    prefixes, cycles = _turned(mission, each, [begun_soonest(run.prefix, run.cycle) for run in chosen])
+    ways = [(run.prefix, run.cycle) for run in chosen]
+    if len(each) > 1:  # all begin their cycles together
+        ways = _turned(mission, each, [begun_soonest(*way) for way in ways])
+    prefixes = tuple(without_stays((*prefix, cycle[0])) for prefix, cycle in ways)
+    cycles = tuple(without_stays((*cycle, cycle[0])) for _, cycle in ways)
     certain = all(run.bound >= run.cost(repeat) - TIES for runs in own for run in runs.values())
-    exact = certain and all(map(closes_at_once, (*one, *every)))
-    return TeamCycles(prefixes, cycles, None, max(0.0, cost - TIES) if exact else None, exact, len(own) << len(one))
+    closing = [automaton for automaton in every if closes_at_once(automaton)]
+    exact = certain and len(closing) == len(every) and all(map(closes_at_once, one))
+    least = cost if exact else None
+    if (
+        len(each) == 1 and closing and not exact
+    ):  # cycles of the word are rounds of these automata, so that a bound on rounds is one on words
+        run = chosen[0] if len(closing) == len(every) else cheapest_lasso(each[0], closing, weight=repeat, budget=budget)
+        least = None if run is None else run.bound
+    return TeamCycles(prefixes, cycles, None, None if least is None else max(0.0, least - TIES), exact, len(own) << len(one))
 
 
 def _of_each_share(lasso: Callable[[int], LassoRun | None], count: int) -> dict[int, LassoRun]:
@@ -121,17 +136,15 @@ def _of_each_share(lasso: Callable[[int], LassoRun | None], count: int) -> dict[
     return dict(reversed(found.items()))
 
 
-def _turned(
-    mission: Mission, each: Sequence[TransitionSystem], runs: Sequence[tuple[list[int], list[int]]]
-) -> tuple[tuple[tuple[int, ...], ...], tuple[tuple[int, ...], ...]]:
+def _turned(mission: Mission, each: Sequence[TransitionSystem], runs: Sequence[_Way]) -> list[_Way]:
     """Return prefixes and cycles that begin where robots rest, apart from each other where that can be."""
     turns = [_turns(mission, system, cycle) for system, (_, cycle) in zip(each, runs, strict=True)]
     some = sorted(itertools.islice(itertools.product(*turns), _TURNS), key=sum)
     places = ([cycle[turn] for (_, cycle), turn in zip(runs, chosen, strict=True)] for chosen in some)
     chosen = next((turn for turn, nodes in zip(some, places, strict=True) if are_apart(mission, each, nodes)), some[0])
-    ways = [(prefix, cycle, turn) for (prefix, cycle), turn in zip(runs, chosen, strict=True)]
-    prefixes = tuple(without_stays((*prefix, *cycle[: turn + 1])) for prefix, cycle, turn in ways)
-    return prefixes, tuple(without_stays((*cycle[turn:], *cycle[: turn + 1])) for _, cycle, turn in ways)
+    return [
+        ((*prefix, *cycle[:turn]), (*cycle[turn:], *cycle[:turn])) for (prefix, cycle), turn in zip(runs, chosen, strict=True)
+    ]
 
 
 def _turns(mission: Mission, system: TransitionSystem, cycle: Sequence[int]) -> list[int]:

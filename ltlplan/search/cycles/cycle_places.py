@@ -135,7 +135,7 @@ class CyclePlaces:
                     self.nodes.append(nodes)
             return numbers[nodes]
 
-        number_of(self._system.nodes(self._system.initial))
+        number_of(self._system.initial)
         for nodes in self.nodes:  # grows while it is walked
             least: dict[int, tuple[int, float]] = {}
             for robot, cost, after in self._system.moves(nodes):

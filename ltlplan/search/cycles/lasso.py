@@ -13,17 +13,15 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import reduce
 from operator import or_
-from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 
+from ltlplan.logic.automaton import Automaton
 from ltlplan.logic.budget import DEFAULT_BUDGET, Budget, TooLarge
 from ltlplan.search.cycles.accepting_cycles import Rounds
 from ltlplan.search.cycles.strong_components import components
-from ltlplan.search.cycles.team_readers import Reader
-from ltlplan.search.cycles.team_system import TeamSystem
 from ltlplan.search.label_setting import BestFirst
 from ltlplan.search.memoization import memoized
 from ltlplan.search.numbering import Numbers
@@ -31,14 +29,8 @@ from ltlplan.systems.transition_systems import TransitionSystem
 from verify.data import Letter
 
 State = tuple[int, ...]
-_Node = TypeVar("_Node")
 
-TIE = 1e-7  # m; less than this are the tiny amounts that break ties, and what they add up to
 _STEP, _HOVER = 1e-10, 1e-11
-
-
-Walkable = TransitionSystem | TeamSystem
-"""One robot's system, or a team's that is made as it is walked."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,7 +65,7 @@ class _Product:
         graph: Costs of all steps.
     """
 
-    def __init__(self, system: Walkable, automata: Sequence[Reader], budget: Budget) -> None:
+    def __init__(self, system: TransitionSystem, automata: Sequence[Automaton], budget: Budget) -> None:
         self._system, self._automata, self._most = system, automata, min(budget.states, budget.lasso)
         self._places: Numbers[tuple[int, State]] = Numbers()
         sources, targets, costs = array("i"), array("i"), array("d")
@@ -150,8 +142,8 @@ class _Product:
 
 
 def cheapest_lasso(
-    system: Walkable,
-    automata: Sequence[Reader],
+    system: TransitionSystem,
+    automata: Sequence[Automaton],
     *,
     weight: float = 1.0,
     budget: Budget = DEFAULT_BUDGET,
@@ -190,28 +182,13 @@ def cheapest_lasso(
     return None if best is None else replace(best, bound=min(bound, best_cost))
 
 
-def begun_soonest(prefix: Sequence[_Node], cycle: Sequence[_Node]) -> tuple[list[_Node], list[_Node]]:
+def begun_soonest(prefix: tuple[int, ...], cycle: tuple[int, ...]) -> tuple[tuple[int, ...], tuple[int, ...]]:
     """Return the same infinite path with its cycle begun as soon as it can be.
 
     Args:
         prefix: Nodes before the cycle.
         cycle: Nodes that are repeated.
     """
-    once, again = list(prefix), list(cycle)
-    while once and once[-1] == again[-1]:
-        again = [once.pop(), *again[:-1]]
-    return once, again
-
-
-def lasso_exists(system: Walkable, automata: Sequence[Reader], *, budget: Budget = DEFAULT_BUDGET) -> bool:
-    """Tell whether there is any lasso that all these Büchi automata accept.
-
-    Args:
-        system: What the robot can do.
-        automata: Büchi automata, one for each conjunct.
-        budget: Bounds on the product's states.
-
-    Raises:
-        TooLarge: The product has more states than the budget allows.
-    """
-    return bool(_Product(system, automata, budget).accepting_components())
+    while prefix and prefix[-1] == cycle[-1]:
+        prefix, cycle = prefix[:-1], (cycle[-1], *cycle[:-1])
+    return prefix, cycle

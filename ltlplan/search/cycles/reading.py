@@ -72,7 +72,8 @@ class CycleReading:
 
     def __init__(self, system: TeamSystem, places: CyclePlaces, terms: Terms) -> None:
         self._systems, self._places, self._terms, self._accounts = system.systems, places, terms, places.limits.accounts
-        self._acting = [bool(own.actions) for own in system.systems]
+        several = len(system.systems) > 1  # a robot alone may begin its cycle with any visit, and act there
+        self._acting = [several and bool(own.actions) for own in system.systems]
         self._shares = CycleShares(system, places, terms.weight)
         self._before = bounds_before(places, terms.weight).tolist()
         self._masks: Numbers[Masks] = Numbers()

@@ -36,14 +36,15 @@ class TeamCycles:
 
 
 def may_begin(mission: Mission, system: TransitionSystem) -> list[bool]:
-    """Tell of each node whether a robot's cycle may begin there: at rest, not in a hoop.
+    """Tell of each node whether a robot's cycle may begin there: at rest, and not in a hoop where others begin theirs at the same time.
 
     Args:
-        mission: Says which regions have rings.
+        mission: Says which regions have rings, and how many robots there are.
         system: The robot's.
     """
-    rests = resting(system)
-    if not system.nodes:
+    alone = len(mission.agents) == 1
+    rests = resting(system, alone=alone)
+    if alone or not system.nodes:
         return rests
     return [rest and not node.regions & mission.hoops.keys() for rest, node in zip(rests, system.nodes, strict=True)]
 
@@ -81,7 +82,7 @@ def course_of(system: TeamSystem, prefix: Sequence[Nodes], cycle: Sequence[Nodes
         prefix: What all robots are at, one move after another, up to where the cycle begins.
         cycle: From where it begins back to there.
     """
-    return Course(system.nodes(system.initial), _moves(system, prefix), _moves(system, cycle))
+    return Course(system.initial, _moves(system, prefix), _moves(system, cycle))
 
 
 def _moves(system: TeamSystem, nodes: Sequence[Nodes]) -> tuple[Stage, ...]:

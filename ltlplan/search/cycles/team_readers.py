@@ -17,7 +17,6 @@ from ltlplan.logic.budget import Budget
 from ltlplan.logic.conjunction import conjuncts
 from ltlplan.logic.small_automata import small_automaton
 from ltlplan.search.counting.counting_propositions import shows
-from ltlplan.search.cycles.memoryless_automata import closes_at_once
 from ltlplan.search.cycles.team_system import SEAM, TeamLetters
 from ltlplan.search.memoization import memoized
 from ltlplan.search.numbering import Numbers
@@ -47,6 +46,15 @@ class Reader(Protocol):
     def successors(self, state: int, letter: Letter) -> Iterable[int]:
         """Return where a letter leads."""
         ...
+
+
+def closes_at_once(automaton: Automaton) -> bool:
+    """Tell whether an automaton forgets all but the last letter, as that of `G F a` does: each letter leads to one state, from wherever.
+
+    Then it is back in its state after every lap of a word, and the product's lassos are all there are.
+    """
+    first = {target: guard for guard, target in automaton.edges[0]}
+    return automaton.deterministic and all({target: guard for guard, target in edges} == first for edges in automaton.edges)
 
 
 class LetterReader:
@@ -171,7 +179,7 @@ def team_readers(
         BadInput: Under `own` a conjunct has to guess what comes.
         TooLarge: A budget did not suffice.
     """
-    known, team = atoms(formula), mission.spec.team
+    known, together = atoms(formula), _together(mission)
     index = {name: robot for robot, name in enumerate(mission.agents)}
 
     def of_team(shown: tuple[Letter, ...]) -> Letter:
@@ -189,7 +197,7 @@ def team_readers(
         operators, condition = _operators(part)
         if condition is None:
             automaton = small_automaton(part, "infinite", budget=budget)
-            if team == "joint":
+            if together:
                 return LetterReader(automaton, letters, of_team)
             if automaton.deterministic:
                 return ReadingsReader(automaton, letters, flying)
@@ -202,7 +210,7 @@ def team_readers(
             asked = Formula("F" if operator == "F" else "G", (asked,))
 
         def cut(shown: tuple[Letter, ...]) -> Letter:
-            if team == "joint":
+            if together:
                 holds = shows(named, of_team(shown))
             else:
                 each = (shows(named, letter) for letter in shown)
@@ -221,7 +229,12 @@ def reads_letters(mission: Mission, asked: Formula) -> bool:
         mission: Gives the reading.
         asked: The formula, written out.
     """
-    return mission.spec.team == "joint" or all(_operators(part)[1] is not None for part in conjuncts(asked))
+    return _together(mission) or all(_operators(part)[1] is not None for part in conjuncts(asked))
+
+
+def _together(mission: Mission) -> bool:
+    """Tell whether what all robots show is read as one letter; of a single robot it is."""
+    return mission.spec.team == "joint" or len(mission.agents) == 1
 
 
 def temporal_operators(formula: Formula) -> str | None:

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from ltlplan.search.numbering import Numbers
 from ltlplan.systems.transition_systems import TransitionSystem
 from verify.data import Letter
 
@@ -53,9 +52,7 @@ class TeamSystem:
     Attributes:
         systems: One for each robot.
         letters: What its labels mean.
-        places: The node of every robot, and who moved last, by number; numbered as it is walked.
-        initial: The number of the first place.
-        labels, edges, final: As of one robot's system; robots may stay where all rest, or anywhere if they fly together.
+        initial: The node of every robot at the start.
 
     Args:
         systems: One for each robot.
@@ -65,16 +62,8 @@ class TeamSystem:
     def __init__(self, systems: Sequence[TransitionSystem], *, together: bool = False) -> None:
         self.systems, self._together = tuple(systems), together
         self.letters = TeamLetters()
-        self._rests = [resting(own) for own in self.systems]
-        self.places: Numbers[tuple[Nodes, int]] = Numbers()
-        self.labels: list[Letter] = []
-        self.final: dict[int, float] = {}
-        self.edges = _Edges(self)
-        self.initial = self.number(tuple(system.initial for system in self.systems), NOBODY)
-
-    def nodes(self, place: int) -> Nodes:
-        """Return the node of every robot at a place of the product."""
-        return self.places.known[place][0]
+        self.initial: Nodes = tuple(system.initial for system in self.systems)
+        self._rests = [resting(own, alone=len(systems) == 1) for own in self.systems]
 
     def letter(self, nodes: Nodes, mover: int) -> Letter:
         """Return the letter of all robots.
@@ -100,40 +89,16 @@ class TeamSystem:
             for target, cost in self.systems[robot].edges[nodes[robot]]:
                 yield robot, cost, (*nodes[:robot], target, *nodes[robot + 1 :])
 
-    def number(self, nodes: Nodes, mover: int) -> int:
-        """Return the number of a place.
 
-        Args:
-            nodes: The node of every robot.
-            mover: Who moved last.
-        """
-        place = self.places[nodes, mover]
-        if place == len(self.labels):
-            self.labels.append(self.letter(nodes, mover))
-            if self._together or all(map(self.rests, range(len(nodes)), nodes)):
-                self.final[place] = 0.0
-        return place
-
-
-class _Edges(dict[int, tuple[tuple[int, float], ...]]):
-    """The edges of a product, made when they are asked for."""
-
-    def __init__(self, system: TeamSystem) -> None:
-        super().__init__()
-        self._system = system
-
-    def __missing__(self, place: int) -> tuple[tuple[int, float], ...]:
-        moves = self._system.moves(self._system.nodes(place))
-        found = self[place] = tuple((self._system.number(after, robot), cost) for robot, cost, after in moves)
-        return found
-
-
-def resting(system: TransitionSystem) -> list[bool]:
+def resting(system: TransitionSystem, *, alone: bool = False) -> list[bool]:
     """Tell of each node whether a robot can wait there; anywhere, where nodes mean nothing.
 
     Args:
         system: The robot's.
+        alone: Whether nobody waits for it: then it may also stay in free flight.
     """
+    if alone:
+        return [system.final is None or node in system.final for node in range(len(system.labels))]
     if not system.nodes:
         return [True] * len(system.labels)
     return [not node.flying or index == system.initial for index, node in enumerate(system.nodes)]

@@ -87,7 +87,7 @@ def agrees(seed: int, team: str, robots: int, most: float, objective: str) -> bo
     drawn_world = drawn(rng, team, robots, objective)
     asked = by(objective, drawn_world.repeat, team, robots)
     try:
-        found = cycles_below(asked, drawn_world.each, drawn_world.formula, DEFAULT_BUDGET, math.inf)
+        found = cycles_below(asked, drawn_world.each, drawn_world.formula, DEFAULT_BUDGET, math.inf).cycles
     except BadInput:  # a conjunct has to guess under `own`
         return False
     if found is None:
@@ -197,7 +197,7 @@ def test_a_robot_that_rests_is_known_to_be_read_in_each_lap():
         TransitionSystem((frozenset(), frozenset("c")), (((1, 1.0),), ())),
     )
     asked = mission("G F b & G(b -> F c)", team="own", robots=2, trace="infinite")
-    found = cycles_below(asked, places, asked.formula, DEFAULT_BUDGET, math.inf)
+    found = cycles_below(asked, places, asked.formula, DEFAULT_BUDGET, math.inf).cycles
     assert found is not None
     assert found.prefixes == ((0, 1), (0, 1))
     assert found.cycles == ((1,), (1,))
@@ -210,11 +210,11 @@ def test_what_is_found_and_proved_among_few_places_is_true(objective: str):
     for seed in range(10):
         there = drawn(Random(f"few places {seed}"), "joint", 3, objective)
         asked = by(objective, there.repeat, "joint", 3)
-        found = cycles_below(asked, there.each, there.formula, DEFAULT_BUDGET, math.inf)
+        found = cycles_below(asked, there.each, there.formula, DEFAULT_BUDGET, math.inf).cycles
         if found is None or (cost := paid(there, found)) == 0.0:
             continue
         few = Budget(lasso=9)
-        some = cycles_below(asked, there.each, there.formula, few, math.inf)
+        some = cycles_below(asked, there.each, there.formula, few, math.inf).cycles
         if some is not None:
             assert paid(there, some) >= cost - 1e-6
             assert not some.exact or paid(there, some) == pytest.approx(cost)

@@ -78,7 +78,7 @@ def cheapest_by_hand(each: list[TransitionSystem], formula: str, longest: int = 
 @given(st.one_of(st.tuples(systems(), systems()), st.tuples(systems(), systems(), systems())), RECURRENCES)
 def test_laps_are_as_cheap_as_the_cheapest_of_all_short_ones(each, formula: str):
     asked = mission(formula, team="joint", robots=len(each), trace="infinite")
-    found = cycles_below(asked, each, asked.formula, DEFAULT_BUDGET, math.inf)
+    found = cycles_below(asked, each, asked.formula, DEFAULT_BUDGET, math.inf).cycles
     by_hand = cheapest_by_hand(list(each), formula, 6 - len(each))
     if found is None:
         assert by_hand is None
@@ -109,7 +109,7 @@ def cost(each, found) -> float:
 def test_every_order_within_a_stage_does_what_is_asked(each, formula: str, team: str, rng: Random):
     asked = mission(formula, team=team, robots=2, trace="infinite")
     try:
-        found = cycles_below(asked, each, asked.formula, DEFAULT_BUDGET, math.inf)
+        found = cycles_below(asked, each, asked.formula, DEFAULT_BUDGET, math.inf).cycles
     except BadInput:  # the conjunct has to guess under `own`
         return
     if found is None or found.course is None:
@@ -151,12 +151,12 @@ TWO_PLACES = TransitionSystem((frozenset({"a"}), frozenset({"b"})), (((1, 1.0),)
 
 def test_robots_wait_only_for_what_the_formula_asks():
     asked = mission("G F q0.b & G F q0.a & G F q1.b & G(!q0.b | !q1.b)", team="joint", robots=2, trace="infinite")
-    found = cycles_below(asked, (TWO_PLACES, TWO_PLACES), asked.formula, DEFAULT_BUDGET, math.inf)
+    found = cycles_below(asked, (TWO_PLACES, TWO_PLACES), asked.formula, DEFAULT_BUDGET, math.inf).cycles
     assert found is not None
     assert found.course is not None
     assert len(found.course.cycle) > 1
     free = mission("G F q0.b & G F q0.a & G F q1.b", team="joint", robots=2, trace="infinite")
-    found = cycles_below(free, (TWO_PLACES, TWO_PLACES), free.formula, DEFAULT_BUDGET, math.inf)
+    found = cycles_below(free, (TWO_PLACES, TWO_PLACES), free.formula, DEFAULT_BUDGET, math.inf).cycles
     assert found is not None
     assert found.course is not None
     assert len(found.course.cycle) == 1
@@ -164,7 +164,7 @@ def test_robots_wait_only_for_what_the_formula_asks():
 
 def test_laps_that_nobody_can_fly_are_none():
     asked = mission("G F c", team="joint", robots=2, trace="infinite")
-    assert cycles_below(asked, (TWO_PLACES, TWO_PLACES), asked.formula, DEFAULT_BUDGET, math.inf) is None
+    assert cycles_below(asked, (TWO_PLACES, TWO_PLACES), asked.formula, DEFAULT_BUDGET, math.inf).cycles is None
 
 
 def test_what_is_too_large_says_for_what_laps_are_planned():
@@ -176,8 +176,8 @@ def test_what_is_too_large_says_for_what_laps_are_planned():
 def test_laps_of_few_robots_stand_where_the_product_of_all_is_too_large():
     asked = mission("G F q0.a & G F q0.b & G F q1.b", team="joint", robots=4, trace="infinite")
     each = (TWO_PLACES,) * 4
-    whole = cycles_below(asked, each, asked.formula, DEFAULT_BUDGET, math.inf)
-    few = cycles_below(asked, each, asked.formula, Budget(lasso=8), math.inf)
+    whole = cycles_below(asked, each, asked.formula, DEFAULT_BUDGET, math.inf).cycles
+    few = cycles_below(asked, each, asked.formula, Budget(lasso=8), math.inf).cycles
     assert whole is not None
     assert whole.exact
     assert few is not None
@@ -244,7 +244,7 @@ def test_a_lap_that_begins_at_once_is_no_dearer_than_its_bound():
         )
     )
     asked = mission("G F a & G F b", team="joint", robots=2, trace="infinite")
-    found = cycles_below(asked, (still, to_and_fro), asked.formula, DEFAULT_BUDGET, math.inf)
+    found = cycles_below(asked, (still, to_and_fro), asked.formula, DEFAULT_BUDGET, math.inf).cycles
     assert cost((still, to_and_fro), found) == pytest.approx(2.0)
     least = least_of_all_cycles(asked, (still, to_and_fro), asked.formula, DEFAULT_BUDGET, 2.0)
     assert least == pytest.approx(2.0, abs=1e-5)
