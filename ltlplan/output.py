@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from flight.storage.folders import PROOF, write_folder
+from flight.storage.folders import PROOF, put_files, write_folder
 from verify.data import Mission, Plan, Trajectory, mission_to_yaml
 from verify.data.files.trajectory_csv import write_csv
 from verify.data.progress import Progress, part_of, silent
@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from ltlplan.result import Result
 
 PLAN_FILES = ("mission.yaml", "plan.json")
+PROOF_FILES = ("statement.json", "proof.json", "check.pyz")
+"""What the kernel reads beside the trajectories, and the kernel."""
 CAMPAIGN_FILES = (*PLAN_FILES, "campaign.json", "campaign.html")
 REHEARSAL_FILES = (*PLAN_FILES, "rehearsal.json", "rehearsal.html")
 LOG_FILES = (*PLAN_FILES, "flight.csv")
@@ -35,14 +37,14 @@ def run_files(mission: Mission) -> tuple[str, ...]:
     tables = tuple(f"{name}.csv" for name in mission.agents)
     robots = flown_robots(mission)
     exported = tuple(f"{_EXPORT}/{name}" for name in file_names(robots)) if robots else ()
-    return (*LOG_FILES, *tables, PROOF, "report.html", *exported)
+    return (*LOG_FILES, *tables, PROOF, *PROOF_FILES, "report.html", *exported)
 
 
 def write_run(result: Result, target: Path) -> tuple[Path, ...]:
     """Write everything that a run makes.
 
-    Files: `mission.yaml` (resolved), `plan.json`, `<robot>.csv`, `certificate.json`, `flight.csv`, `report.html`, a folder
-    `crazyswarm2` ready for that system (of a mixed team, with the Crazyflies among them; left out where their memory does not hold the flight
+    Files: `mission.yaml` (resolved), `plan.json`, `<robot>.csv`, `certificate.json`, `statement.json`, `proof.json`, `check.pyz`,
+    `flight.csv`, `report.html`, a folder `crazyswarm2` ready for that system (of a mixed team, with the Crazyflies among them; left out where their memory does not hold the flight
     or its parts, where crazyswarm2 does not fly by their profiles' controller, and where something does not hold, the simulated flight in its
     tube for instance), and the manifest.
     """
@@ -51,6 +53,7 @@ def write_run(result: Result, target: Path) -> tuple[Path, ...]:
     from flight.logs.large_logs import run_csv
     from ltlplan.report.run_page import report_html
     from ltlplan.report.summary import shortfall
+    from verify.proofs.proof_folder import proof_files
 
     def write(folder: Path) -> None:
         write_plan_files(result.plan, folder)
@@ -61,6 +64,7 @@ def write_run(result: Result, target: Path) -> tuple[Path, ...]:
                 result.team, result.certificate, folder / _EXPORT, format="crazyswarm2", robots=robots, flight=result.log
             )
         (folder / PROOF).write_text(result.certificate.to_json(), encoding="utf-8")
+        put_files(proof_files(result.plan, result.team, result.certificate), folder)
         (folder / "flight.csv").write_text(run_csv(result.log), encoding="utf-8")
         (folder / "report.html").write_text(report_html(result), encoding="utf-8")
 

@@ -160,6 +160,7 @@ def run(
         BadInput: There is no such mission, its file is at fault, or its margin is 0, which leaves no tube to fly in.
         LtlplanError: Any of the stages refused; the class says which and the message why.
     """
+    import verify
     from flight.certificate_checks import require_tube
     from flight.conditions import conditions_of
     from flight.storage.folders import check_folder
@@ -178,4 +179,5 @@ def run(
     if target is None:
         return result
     part_of(progress, 0.9, 1.0)("writing files", 0.0)
-    return replace(result, files=output.write_run(result, target))
+    files = output.write_run(result, target)
+    return replace(result, files=files, proof=verify.check_proof(target))

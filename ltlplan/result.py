@@ -11,7 +11,7 @@ from verify.data import Mission, Plan, Trajectory
 
 if TYPE_CHECKING:
     from flight import FlightLog
-    from verify import Certificate
+    from verify import Certificate, ProofVerdict
     from verify.aborts import AbortVerdict
 
 
@@ -27,6 +27,7 @@ class Result:
         log: The simulated flight.
         rounds: How many times refinement ran until the certificate held.
         files: What was written, if anything.
+        proof: What the kernel says of the files that were written.
     """
 
     mission: Mission
@@ -36,6 +37,7 @@ class Result:
     log: FlightLog
     rounds: int
     files: tuple[Path, ...] = ()
+    proof: ProofVerdict | None = None
     _aborts: list[AbortVerdict] = field(default_factory=list["AbortVerdict"], repr=False, compare=False)
 
     def __repr__(self) -> str:

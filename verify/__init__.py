@@ -6,7 +6,8 @@ Read `certification` (the entry point; `certificate` is the value) and `claims`,
 and `logic` (semantics of formulas), over `arithmetic`. `data` holds missions, plans and trajectories, which all packages share.
 `run_folder` proves a folder again from its files (`certificate_file`). `trace_checking` checks words alone, `recordings` recorded flights, and
 `third_party` flights that other programs planned. `flight_segments` checks flights in changing worlds, `aborts` braking to a hover, and
-`exported_parts` uploaded parts against the flight. `kernel` checks proofs that `proofs` writes. `testing` serves the tests of other projects.
+`exported_parts` uploaded parts against the flight. `proofs` writes down what was proved, and `kernel`, which imports nothing of ours, checks it.
+`testing` serves the tests of other projects.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from verify.claims.soft_claims import SoftClaim
     from verify.data import NotCertified, Trajectory, Witness
     from verify.logic.verdict import TeamVerdict, Verdict
+    from verify.proofs.proof_folder import ProofVerdict, check_proof
     from verify.recordings.flight_log import Samples, load_flight_log
     from verify.recordings.flight_reference import FlightReference, load_reference
     from verify.recordings.flight_verdict import FlightVerdict, check_flight
@@ -41,6 +43,7 @@ __all__ = [
     "FlightReference",
     "FlightVerdict",
     "NotCertified",
+    "ProofVerdict",
     "Samples",
     "SoftClaim",
     "TeamVerdict",
@@ -51,6 +54,7 @@ __all__ = [
     "certify",
     "check_flight",
     "check_ordered",
+    "check_proof",
     "check_recording",
     "check_samples",
     "check_team",
@@ -77,6 +81,7 @@ if not TYPE_CHECKING:  # which know all names from above, so that a misspelt one
             "verify.recordings.flight_log": ("Samples", "load_flight_log"),
             "verify.recordings.flight_verdict": ("FlightVerdict", "check_flight"),
             "verify.recordings.samples": ("check_recording", "check_samples"),
+            "verify.proofs.proof_folder": ("ProofVerdict", "check_proof"),
             "verify.run_folder": ("recheck",),
             "verify.trace_checking.ordered_verdict": ("check_ordered",),
             "verify.trace_checking.team_verdict": ("check_team",),

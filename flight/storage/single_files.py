@@ -20,13 +20,13 @@ _MAX_BYTES = 200_000_000
 _STAMP = "<!-- written by ltlplan; SHA-256 of all above: "
 
 
-def replace_listed(folder: Path, name: str, text: str) -> Path:
+def replace_listed(folder: Path, name: str, text: str | bytes) -> Path:
     """Write a file into a folder, over one that the folder's manifest lists and that is as we left it, and list it there.
 
     Args:
         folder: Where the file and the manifest stand.
         name: Of the file, in the folder.
-        text: Its contents, which are written as UTF-8.
+        text: Its contents; a text is written as UTF-8.
 
     Returns:
         The file's path.
@@ -34,7 +34,7 @@ def replace_listed(folder: Path, name: str, text: str) -> Path:
     Raises:
         BadInput: There is a file of that name that is the user's, or it cannot be written.
     """
-    path, content = folder / name, text.encode()
+    path, content = folder / name, text if isinstance(text, bytes) else text.encode()
     try:
         if path.is_file() and not path.is_symlink() and path.read_bytes() == content:
             return path

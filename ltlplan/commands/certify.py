@@ -88,8 +88,9 @@ def command(
     from flight.storage.single_files import replace_listed
     from ltlplan.commands.support.progress import progress_bar
     from ltlplan.commands.support.terminal import print_json
-    from ltlplan.report.summary import claim_lines, soft_sentences, with_clocks
-    from verify import certify
+    from ltlplan.report.summary import claim_lines, proof_data, soft_sentences, with_clocks
+    from verify import certify, check_proof
+    from verify.proofs.proof_folder import proof_files
     from verify.run_folder import read_folder
 
     plan, team = read_folder(folder)
@@ -97,15 +98,22 @@ def command(
     with progress_bar(quiet=json) as progress:
         progress("proving all claims", 0.0)
         certificate = certify(plan, team, margin=margin, clock_error=error_of_clocks)
+        progress("writing the proof", 0.9)
+        files = proof_files(plan, team, certificate)
     written = replace_listed(folder, PROOF, certificate.to_json())
+    for name, content in files.items():
+        replace_listed(folder, name, content)
+    proof = check_proof(folder)
     if json:
-        print_json(json_text.loads(certificate.to_json()))
+        print_json({**json_text.loads(certificate.to_json()), "proof": proof_data(proof)})
         return
     for line in (*claim_lines(certificate), *soft_sentences(certificate)):
         typer.echo(line)
     typer.echo(
         f"certified at margin {certificate.margin:g} m{below_asked(certificate)}{with_clocks(certificate)}; wrote {written}"
     )
+    for sentence in (*proof.missing, proof.sentence):
+        typer.echo(sentence)
 
 
 def _clock_error_before(folder: Path) -> float | None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from ltlplan.result import Result
-    from verify import Certificate, Claim, FlightVerdict
+    from verify import Certificate, Claim, FlightVerdict, ProofVerdict
     from verify.data import Mission, Plan, RobotPlan
 
 
@@ -137,6 +137,8 @@ def summary_lines(result: Result) -> list[str]:
     lines += [f"wrote     {path}" for path in result.files]
     if result.files and (why := left_out(result.mission)):
         lines.append(f"note      {why}")
+    if result.proof is not None:
+        lines += [f"proof     {sentence}" for sentence in (*result.proof.missing, result.proof.sentence)]
     return lines
 
 
@@ -250,7 +252,17 @@ def summary_data(result: Result) -> dict[str, object]:
         "abort": {"certified": bool(result.abort), "length": result.abort.length, "sentence": result.abort.sentence},
         "rounds": result.rounds,
         "files": [str(path) for path in result.files],
+        **({} if result.proof is None else {"proof": proof_data(result.proof)}),
     }
+
+
+def proof_data(proof: ProofVerdict) -> dict[str, object]:
+    """Return what the kernel says as plain data."""
+    claims = [
+        {"name": c.name, "robots": list(c.robots), "checked": not c.missing, "sentence": c.sentence or c.missing}
+        for c in proof.claims
+    ]
+    return {"kernel": proof.kernel, "checked": proof.checked, "claims": claims}
 
 
 def _row(claim: Claim) -> tuple[str, ...]:

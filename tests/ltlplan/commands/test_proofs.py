@@ -47,10 +47,13 @@ def test_certify_replaces_its_own_certificate_and_no_other(folder: Path) -> None
         assert json.loads(path.read_text())["margin"] == float(margin)
     assert sorted(entry.name for entry in folder.iterdir()) == [
         path.name,
+        "check.pyz",
         "manifest.json",
         "mission.yaml",
         "plan.json",
+        "proof.json",
         "r0.csv",
+        "statement.json",
     ]
 
 

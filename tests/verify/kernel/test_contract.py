@@ -1,0 +1,66 @@
+"""The kernel is small, uses nothing but Python, and runs by itself."""
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+import verify.kernel
+
+FOLDER = Path(verify.kernel.__file__).parent
+SOURCES = sorted(FOLDER.glob("*.py"))
+
+
+def test_it_imports_nothing_but_the_standard_library():
+    for source in SOURCES:
+        for node in ast.walk(ast.parse(source.read_text())):
+            if isinstance(node, ast.Import):
+                names = [name.name for name in node.names]
+            elif isinstance(node, ast.ImportFrom) and not node.level:
+                names = [node.module or ""]
+            else:
+                continue
+            assert all(name.split(".")[0] in sys.stdlib_module_names for name in names), (source.name, names)
+
+
+def test_it_can_be_read_in_an_afternoon():
+    lines = [line for source in SOURCES for line in source.read_text().splitlines() if line.strip()]
+    assert len(lines) <= 3500
+
+
+def test_it_has_no_plugins_and_runs_no_text():
+    for source in SOURCES:
+        names = {node.id for node in ast.walk(ast.parse(source.read_text())) if isinstance(node, ast.Name)}
+        assert names.isdisjoint({"eval", "exec", "compile", "__import__", "globals"}), source.name
+
+
+def test_the_archive_checks_a_folder_by_itself(shipped_folder):
+    folder = shipped_folder("firefighting")
+    done = subprocess.run(
+        [sys.executable, "-I", "-S", str(folder / "check.pyz"), str(folder)],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.splitlines()[-1] == "49 of 49 claims checked by the kernel"
+    for what in (
+        "within 0.05 m",
+        "0.0209 s",
+        "region water",
+        "opening 0.25 m",
+        "speed 1.0",
+        "quad2: starts at (1, 0.5, 0.8) m",
+        "smoke -> carrying",
+    ):
+        assert what in done.stdout or what.replace(".0", "") in done.stdout, what
+
+
+def test_the_archive_refuses_a_folder_without_a_proof(tmp_path, shipped_folder):
+    archive = shipped_folder("firefighting") / "check.pyz"
+    done = subprocess.run(
+        [sys.executable, "-I", "-S", str(archive), str(tmp_path)], capture_output=True, text=True, timeout=60, check=False
+    )
+    assert done.returncode == 2
+    assert done.stdout.startswith("refused: ")

@@ -1,0 +1,59 @@
+"""Check the proof in a folder: `python check.pyz FOLDER`, or `python -m verify.kernel FOLDER`."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+from . import VERSION
+from .checking import Check, Checked
+from .evidence import read_evidence
+from .flights import read_team
+from .refused import Refused
+from .report import claim_lines, statement_lines
+from .statement import Statement, read_statement
+
+MOST_BYTES = 50_000_000
+
+
+def _text(path: Path) -> str:
+    try:
+        if path.stat().st_size > MOST_BYTES:
+            raise Refused(f"{path} is too large.")
+        return path.read_text(encoding="utf-8")
+    except (OSError, ValueError) as error:
+        raise Refused(f"{path} cannot be read: {error}.") from None
+
+
+def check_folder(folder: Path) -> tuple[Statement, list[Checked]]:
+    """Check the proof in a folder that holds statement.json, proof.json and each robot's CSV file.
+
+    Returns:
+        The statement, and each claim that it owes.
+
+    Raises:
+        Refused: A file is missing or cannot be read.
+    """
+    statement = read_statement(_text(folder / "statement.json"))
+    team = read_team(statement, {name: _text(folder / f"{name}.csv") for name in statement.robots})
+    return statement, Check(statement, team, read_evidence(_text(folder / "proof.json"))).claims()
+
+
+def main() -> int:
+    """Print what a folder's statement says and what of it is checked; return 0 where all of it is, 1 where not, 2 without a proof."""
+    if len(sys.argv) != 2:
+        print("usage: check.pyz FOLDER")
+        return 2
+    try:
+        statement, claims = check_folder(Path(sys.argv[1]))
+    except Refused as refused:
+        print(f"refused: {refused}")
+        return 2
+    print(f"Kernel {VERSION}")
+    for line in (*statement_lines(statement), "", *claim_lines(claims)):
+        print(line)
+    return int(any(claim.missing for claim in claims))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
