@@ -27,12 +27,15 @@ MOST_ALTERNATIVES = 500
 MOST_NODES = 20_000
 
 _UNARY = ("not", "eventually", "always")
+_COUNTING = ("robot", "count")
 _BINARY = ("implies", "iff", "xor", "until", "release", "weak", "strong")
-_TEMPORAL = ("eventually", "always", "until", "release", "weak", "strong")
 _SIGNS = {
     "not": "!", "eventually": "F ", "always": "G ", "and": " & ", "or": " | ", "implies": " -> ", "iff": " <-> ", "xor": " xor ",
     "until": " U ", "release": " R ", "weak": " W ", "strong": " M ",
 }  # fmt: skip
+
+Letter = frozenset[int]
+"""Numbers of the propositions that hold."""
 
 Owed = frozenset[int]
 """One alternative: nodes of a table that the rest of a word has to satisfy, all of them."""
@@ -56,15 +59,17 @@ def operands(tree: Tree) -> list[Tree]:
         return []
     if sign == "name" and len(rest) == 1 and isinstance(rest[0], str):
         return []
-    if sign == "robot" and len(rest) == 2 and isinstance(rest[0], str):
-        return []
-    if sign == "count" and len(rest) == 2 and isinstance(rest[0], int) and not isinstance(rest[0], bool):
-        return []
+    if len(rest) == 2 and ((sign == "robot" and isinstance(rest[0], str)) or (sign == "count" and type(rest[0]) is int)):
+        return rest[1:]
     raise Refused(f"a formula's part {sign[:40]!r} is not covered by the kernel")
 
 
-def bottom_up(tree: Tree) -> list[Tree]:
+def bottom_up(tree: Tree, *, counted: bool) -> list[Tree]:
     """Return a formula and all its parts, parts first.
+
+    Args:
+        tree: The formula.
+        counted: Whether to go into what is asked of single robots.
 
     Raises:
         Refused: It is no formula, or too large.
@@ -76,18 +81,18 @@ def bottom_up(tree: Tree) -> list[Tree]:
         found.append(node)
         if len(found) > MOST_NODES:
             raise Refused(f"a formula has more than {MOST_NODES} parts")
-        waiting += operands(node)
+        parts = operands(node)
+        waiting += parts if counted or node[0] not in _COUNTING else []
     return found[::-1]
 
 
 def show(tree: Tree) -> str:
     """Return a formula as text, in the missions' syntax."""
     texts: dict[int, str] = {}
-    for node in bottom_up(tree):
+    for node in bottom_up(tree, counted=True):
         sign, parts = node[0], [texts[id(part)] for part in operands(node)]
-        if sign in ("robot", "count"):
-            counted = show_combination(node[2])
-            texts[id(node)] = f"{node[1]}.{counted}" if sign == "robot" else f"(count({counted}) >= {node[1]})"
+        if sign in _COUNTING:
+            texts[id(node)] = f"{node[1]}.{parts[0]}" if sign == "robot" else f"(count({parts[0]}) >= {node[1]})"
         elif sign in _UNARY:
             texts[id(node)] = f"{_SIGNS[sign]}{parts[0]}"
         elif parts:
@@ -95,17 +100,6 @@ def show(tree: Tree) -> str:
         else:
             texts[id(node)] = node[1] if sign == "name" else sign
     return texts[id(tree)]
-
-
-def show_combination(tree: Tree) -> str:
-    """Return a combination of names as text.
-
-    Raises:
-        Refused: It is none.
-    """
-    if any(node[0] in ("robot", "count", *_TEMPORAL) for node in bottom_up(tree)):
-        raise Refused("what is counted is no combination of names")
-    return show(tree)
 
 
 def conjuncts(tree: Tree) -> list[Tree]:
@@ -124,20 +118,12 @@ def conjuncts(tree: Tree) -> list[Tree]:
     return found
 
 
-def names_of(tree: Tree, regions: Collection[str]) -> frozenset[str]:
-    """Return all names that a formula's letters are asked for."""
-    found: set[str] = set()
-    waiting = [tree]
-    while waiting:
-        for node in bottom_up(waiting.pop()):
-            if node[0] == "name":
-                found.add(node[1])
-            elif node[0] == "free":
-                found.update(regions)
-            elif node[0] in ("robot", "count"):
-                show_combination(node[2])
-                waiting.append(node[2])
-    return frozenset(found)
+_Pair = tuple[int, int]
+"""Nodes of a part and of its negation."""
+
+
+def _opposite(pair: _Pair) -> _Pair:
+    return pair[1], pair[0]
 
 
 @dataclass(frozen=True, slots=True)
@@ -147,6 +133,12 @@ class Proposition:
     robot: str
     least: int
     counted: str
+
+    @property
+    def name(self) -> str:
+        """The name that is all that is asked of a letter; empty where there is more."""
+        sign, *rest = json.loads(self.counted)
+        return rest[0] if sign == "name" else ""
 
 
 class Table:
@@ -158,16 +150,16 @@ class Table:
 
     Attributes:
         root: The negation as a whole.
-        propositions: What letters of the team are asked for; a letter is the set of those that hold, by their numbers.
     """
 
     def __init__(self, tree: Tree, regions: Collection[str]) -> None:
         self._regions = sorted(regions)
         self._nodes: list[tuple[str, tuple[int, ...]]] = []
         self._numbers: dict[tuple[str, tuple[int, ...]], int] = {}
-        self.propositions: list[Proposition] = []
-        self._after: dict[frozenset[int], list[Alternatives]] = {}
-        self._known: dict[tuple[frozenset[int], Owed], Alternatives] = {}
+        self._asked: dict[Proposition, int] = {}
+        self._letters: dict[frozenset[str], Letter] = {}
+        self._after: dict[Letter, list[Alternatives]] = {}
+        self._known: dict[tuple[Letter, Owed], Alternatives] = {}
         self.root = self._read(tree)
 
     def __len__(self) -> int:
@@ -180,60 +172,59 @@ class Table:
 
     def _read(self, tree: Tree) -> int:
         """Read a formula and its negation, parts first; return the negation."""
-        pairs: dict[int, tuple[int, int]] = {}
-        for node in bottom_up(tree):
-            parts = [pairs[id(part)] for part in operands(node)]
-            yes, no = [a for a, _ in parts], [b for _, b in parts]
+        pairs: dict[int, _Pair] = {}
+        true = self._add("true"), self._add("false")
+        for node in bottom_up(tree, counted=False):
+            parts = [] if node[0] in _COUNTING else [pairs[id(part)] for part in operands(node)]
+            against = [_opposite(part) for part in parts]
             match node[0]:
-                case "true":
-                    pair = self._add("true"), self._add("false")
-                case "false":
-                    pair = self._add("false"), self._add("true")
+                case "true" | "false":
+                    pair = true if node[0] == "true" else _opposite(true)
                 case "free":
-                    outside = [self._literals(Proposition("", 1, _text(["name", region]))) for region in self._regions]
-                    pair = self._both("and", [b for _, b in outside]), self._both("or", [a for a, _ in outside])
+                    pair = self._all([_opposite(self._literals("", 1, ["name", region])) for region in self._regions] or [true])
                 case "name":
-                    pair = self._literals(Proposition("", 1, _text(node)))
+                    pair = self._literals("", 1, node)
                 case "robot":
-                    pair = self._literals(Proposition(node[1], 1, _text(node[2])))
+                    pair = self._literals(node[1], 1, node[2])
                 case "count":
-                    pair = self._literals(Proposition("", node[1], _text(node[2])))
+                    pair = self._literals("", node[1], node[2])
                 case "not":
-                    pair = no[0], yes[0]
+                    pair = against[0]
                 case "and":
-                    pair = self._both("and", yes), self._both("or", no)
+                    pair = self._all(parts)
                 case "or":
-                    pair = self._both("or", yes), self._both("and", no)
+                    pair = _opposite(self._all(against))
                 case "implies":
-                    pair = self._both("or", [no[0], yes[1]]), self._both("and", [yes[0], no[1]])
+                    pair = _opposite(self._all([parts[0], against[1]]))
                 case "iff" | "xor":
-                    same = [self._both("and", yes), self._both("and", no)]
-                    other = [self._both("and", [yes[0], no[1]]), self._both("and", [no[0], yes[1]])]
-                    ways = (same, other) if node[0] == "iff" else (other, same)
-                    pair = self._both("or", ways[0]), self._both("or", ways[1])
+                    differ = self._all([_opposite(self._all(parts)), _opposite(self._all(against))])
+                    pair = differ if node[0] == "xor" else _opposite(differ)
                 case "eventually":
-                    pair = self._add("until", self._add("true"), yes[0]), self._add("release", self._add("false"), no[0])
+                    pair = self._until(true, parts[0])
                 case "always":
-                    pair = self._add("release", self._add("false"), yes[0]), self._add("until", self._add("true"), no[0])
+                    pair = _opposite(self._until(true, against[0]))
                 case "until":
-                    pair = self._add("until", *yes), self._add("release", *no)
+                    pair = self._until(parts[0], parts[1])
                 case "release":
-                    pair = self._add("release", *yes), self._add("until", *no)
-                case "weak":
-                    pair = self._add("release", yes[1], self._both("or", yes)), self._add("until", no[1], self._both("and", no))
-                case _:  # strong
-                    pair = self._add("until", yes[1], self._both("and", yes)), self._add("release", no[1], self._both("or", no))
+                    pair = _opposite(self._until(against[0], against[1]))
+                case "strong":
+                    pair = self._until(parts[1], self._all(parts))
+                case _:  # weak
+                    pair = _opposite(self._until(against[1], self._all(against)))
             pairs[id(node)] = pair
         return pairs[id(tree)][1]
 
-    def _literals(self, proposition: Proposition) -> tuple[int, int]:
-        if proposition not in self.propositions:
-            self.propositions.append(proposition)
-        number = self.propositions.index(proposition)
+    def _literals(self, robot: str, least: int, counted: Tree) -> _Pair:
+        proposition = Proposition(robot, least, json.dumps(counted))
+        number = self._asked.setdefault(proposition, len(self._asked))
         return self._add("holds", number), self._add("fails", number)
 
-    def _both(self, sign: str, parts: Iterable[int]) -> int:
-        return self._add(sign, *sorted(set(parts)))
+    def _all(self, parts: Iterable[_Pair]) -> _Pair:
+        parts = sorted(set(parts))
+        return self._add("and", *(a for a, _ in parts)), self._add("or", *(b for _, b in parts))
+
+    def _until(self, one: _Pair, other: _Pair) -> _Pair:
+        return self._add("until", one[0], other[0]), self._add("release", one[1], other[1])
 
     def _add(self, sign: str, *parts: int) -> int:
         if len(parts) == 1 and sign in ("and", "or"):
@@ -243,6 +234,26 @@ class Table:
             self._nodes.append((sign, parts))
         return self._numbers[sign, parts]
 
+    @property
+    def propositions(self) -> tuple[Proposition, ...]:
+        """What letters of the team are asked for; a letter is the set of those that hold, by their numbers."""
+        return tuple(self._asked)
+
+    @property
+    def is_combination(self) -> bool:
+        """Return whether a formula is one of names alone."""
+        return all(one.name for one in self._asked) and not any(sign in ("until", "release") for sign, _ in self._nodes)
+
+    def letter_of(self, shown: frozenset[str]) -> Letter:
+        """Return one robot's letter, of propositions that are names."""
+        if shown not in self._letters:
+            self._letters[shown] = frozenset(number for one, number in self._asked.items() if one.name in shown)
+        return self._letters[shown]
+
+    def is_true(self, shown: frozenset[str]) -> bool:
+        """Return whether one robot's letter satisfies a combination."""
+        return not self.after(self.letter_of(shown), frozenset({self.root}))
+
     def is_until(self, node: int) -> bool:
         """Return whether a node is an until."""
         return self._nodes[node][0] == "until"
@@ -251,7 +262,7 @@ class Table:
         """Return whether the empty word satisfies an alternative."""
         return all(self._nodes[node][0] in ("release", "true") for node in owed)
 
-    def after(self, letter: frozenset[int], owed: Owed) -> Alternatives:
+    def after(self, letter: Letter, owed: Owed) -> Alternatives:
         """Return the alternatives of what is owed after a letter.
 
         Args:
@@ -270,7 +281,7 @@ class Table:
             self._known[letter, owed] = found
         return found
 
-    def _parts_after(self, letter: frozenset[int]) -> list[Alternatives]:
+    def _parts_after(self, letter: Letter) -> list[Alternatives]:
         if letter not in self._after:
             found: list[Alternatives] = []
             for number, (sign, parts) in enumerate(self._nodes):
@@ -311,50 +322,3 @@ def _least(alternatives: Iterable[tuple[Owed, Owed]]) -> Alternatives:
         if not any(a <= owed and b <= off for a, b in kept):
             kept.append((owed, off))
     return tuple(kept)
-
-
-def _text(tree: Tree) -> str:
-    return json.dumps(tree, separators=(",", ":"))
-
-
-class Combination:
-    """A combination of names, which one robot's letter satisfies or does not.
-
-    Args:
-        text: Its tree as JSON.
-        regions: All regions, which `free` speaks of.
-    """
-
-    def __init__(self, text: str, regions: Collection[str]) -> None:
-        self._order: list[Tree] = bottom_up(json.loads(text))
-        self._regions = frozenset(regions)
-
-    def holds(self, letter: frozenset[str]) -> bool:
-        """Return whether a letter satisfies it."""
-        truth: dict[int, bool] = {}
-        for node in self._order:
-            parts = [truth[id(part)] for part in operands(node)]
-            truth[id(node)] = _truth(node, parts, letter, self._regions)
-        return truth[id(self._order[-1])]
-
-
-def _truth(node: Tree, parts: list[bool], letter: frozenset[str], regions: frozenset[str]) -> bool:
-    match node[0]:
-        case "true" | "false":
-            return node[0] == "true"
-        case "name":
-            return node[1] in letter
-        case "free":
-            return not letter & regions
-        case "not":
-            return not parts[0]
-        case "and":
-            return all(parts)
-        case "or":
-            return any(parts)
-        case "implies":
-            return not parts[0] or parts[1]
-        case "iff" | "xor":
-            return (parts[0] == parts[1]) == (node[0] == "iff")
-        case _:
-            raise Refused("what is counted is no combination of names")

@@ -16,13 +16,14 @@ beginning of a window and the next: what is possible in between is possible at t
 
 from __future__ import annotations
 
+import json
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
-from itertools import pairwise, product
+from itertools import accumulate, pairwise, product
 from typing import TypeVar
 
-from .formulas import Combination, Table, Tree, names_of
+from .formulas import Letter, Table, Tree
 from .labels import Relations, Timeline
 from .places import Places, places_of
 from .refused import Refused
@@ -35,7 +36,6 @@ MOST_LETTERS = 64
 """Letters of the team that are possible at one place."""
 
 At = tuple[int, ...]
-Letter = frozenset[int]
 Step = tuple[Letter | None, At, int]
 """What is read, if anything; then where the robots are, and who was read, as bits."""
 
@@ -54,6 +54,8 @@ class Claim:
     Attributes:
         table: Its negation.
         robots: All robots' names.
+        names: Names that it asks of letters.
+        groups: By what is counted, and whose letter it is if not everybody's: numbers of propositions, and how many robots each asks for.
     """
 
     def __init__(self, statement: Statement, timelines: Mapping[str, Timeline], relations: Relations, tree: Tree) -> None:
@@ -62,27 +64,30 @@ class Claim:
         self.robots = tuple(statement.robots)
         self.joint = statement.joint
         self.regions = frozenset(statement.regions)
-        self.names = names_of(tree, self.regions)
         self.table = Table(tree, self.regions)
+        self._counted = {one.counted: Table(json.loads(one.counted), self.regions) for one in self.table.propositions}
+        if not all(one.is_combination for one in self._counted.values()):
+            raise Refused("what is counted is no combination of names")
+        self.names = frozenset(p.name for one in self._counted.values() for p in one.propositions)
         internal = {name for robot in statement.robots.values() for shown in robot.states.values() for name in shown}
         if unknown := self.names - self.regions - internal:
             raise Refused(f"the formula names {min(unknown)[:60]!r}, which no robot shows")
         if strange := {p.robot for p in self.table.propositions} - {"", *self.robots}:
             raise Refused(f"the formula names robot {min(strange)[:60]!r}, which there is not")
-        if not self.joint and any(
-            p.robot or p.least != 1 or not p.counted.startswith('["name",') for p in self.table.propositions
-        ):
+        if not self.joint and any(one.robot or one.least != 1 or not one.name for one in self.table.propositions):
             raise Refused("the formula counts robots that are read one by one")
         if set(timelines) != set(self.robots) or len({(line.duration, line.cycle) for line in timelines.values()}) != 1:
             raise Refused("the robots' flights do not last equally long")
         if any((line.cycle is not None) != statement.lasso for line in timelines.values()):
             raise Refused("the trace is infinite, and flights have no laps, or the other way round")
-        self._counted = {p.counted: Combination(p.counted, self.regions) for p in self.table.propositions}
+        self.groups: dict[tuple[str, str], list[tuple[int, int]]] = {}
+        for number, one in enumerate(self.table.propositions):
+            self.groups.setdefault((one.counted, one.robot), []).append((number, one.least))
         self._places: dict[tuple[str, frozenset[str]], Places] = {}
 
     def satisfies(self, shown: frozenset[str], counted: str) -> bool:
         """Return whether one robot's letter satisfies what a proposition counts."""
-        return self._counted[counted].holds(shown)
+        return self._counted[counted].is_true(shown)
 
     def places(self, robot: str, names: frozenset[str]) -> Places:
         """Return one robot's places, of letters cut down to some names."""
@@ -138,91 +143,48 @@ class Team:
         self._lefts, self._rights = [left for left, _ in spans], [right for _, right in spans]
         self._error = error
         self._when = [[self._spans_of(low, high) for low, high in places.windows] for places in self.followed]
-        self._read: dict[frozenset[str], Letter] = {}
-        self._shown: list[set[Letter]] = []
-        self._numbers: list[dict[str, tuple[int, int]]] = []
-        if claim.joint:
-            self._numbers = self._count(others)
-        else:
-            self._shown = self._show(others)
+        self._shown = [] if claim.joint else self._show(others)
+        self._numbers = [self._count(text, robot, others) for text, robot in claim.groups] if claim.joint else []
 
     def _spans_of(self, low: Fraction, high: Fraction) -> tuple[int, int]:
         """Return the first and the last span in which a window, not yet widened, is open."""
         return bisect_left(self._lefts, low - self._error), bisect_right(self._rights, high + self._error) - 1
 
-    def _letter(self, shown: frozenset[str]) -> Letter:
-        """Return one robot's letter as it is read by itself."""
-        if shown not in self._read:
-            propositions = enumerate(self.claim.table.propositions)
-            self._read[shown] = frozenset(number for number, one in propositions if self.claim.satisfies(shown, one.counted))
-        return self._read[shown]
-
     def _show(self, others: Sequence[Places]) -> list[set[Letter]]:
         """Return for each span what others may show when they are read by themselves."""
         found: list[set[Letter]] = [set() for _ in range(self.size)]
-        always = {self._letter(places.letters[0]) for places in others if len(set(places.letters)) == 1}
-        for here in found:
-            here |= always
         for places in others:
-            if len(set(places.letters)) > 1:
-                for shown, (low, high) in zip(places.letters, places.windows, strict=True):
-                    letter = self._letter(shown)
-                    first, last = self._spans_of(low, high)
-                    for here in found[first : last + 1]:
-                        here.add(letter)
+            for shown, window in zip(places.letters, places.windows, strict=True):
+                first, last = self._spans_of(*window)
+                for here in found[first : last + 1]:
+                    here.add(self.claim.table.letter_of(shown))
         return found
 
-    def _count(self, others: Sequence[Places]) -> list[dict[str, tuple[int, int]]]:
-        """Return for each span how many others must and how many may satisfy each combination; robots that are named, by their names."""
-        steps: dict[str, list[list[int]]] = {}
-        for key, text, robot in self._counts():
-            must, may = [0] * (self.size + 1), [0] * (self.size + 1)
-            for places in others:
-                if robot not in ("", places.robot):
-                    continue
-                for wanted, change, sign in ((True, may, 1), (False, must, -1)):
-                    if not wanted:
-                        must[0] += 1
-                    spans = [
-                        self._spans_of(*window)
-                        for shown, window in zip(places.letters, places.windows, strict=True)
-                        if self.claim.satisfies(shown, text) == wanted
-                    ]
-                    for first, last in _joined(spans):
-                        change[first] += sign
-                        change[last + 1] -= sign
-            steps[key] = [must, may]
-        found: list[dict[str, tuple[int, int]]] = []
-        totals = dict.fromkeys(steps, (0, 0))
-        for index in range(self.size):
-            totals = {key: (totals[key][0] + must[index], totals[key][1] + may[index]) for key, (must, may) in steps.items()}
-            found.append(totals)
-        return found
-
-    def _counts(self) -> Iterator[tuple[str, str, str]]:
-        """Yield what is counted: a key, the combination, and whose letter is asked for if not everybody's."""
-        yield from dict.fromkeys((f"{p.robot}.{p.counted}", p.counted, p.robot) for p in self.claim.table.propositions)
+    def _count(self, text: str, robot: str, others: Sequence[Places]) -> list[tuple[int, int]]:
+        """Return for each span how many others (of one robot, if it is named) must and how many may satisfy a combination."""
+        counted = [places for places in others if robot in ("", places.robot)]
+        must, may = [len(counted), *[0] * self.size], [0] * (self.size + 1)
+        for places in counted:
+            for wanted, change, sign in ((True, may, 1), (False, must, -1)):
+                shown = zip(places.letters, places.windows, strict=True)
+                open_ = [self._spans_of(*window) for letter, window in shown if self.claim.satisfies(letter, text) == wanted]
+                for first, last in _joined(open_):
+                    change[first] += sign
+                    change[last + 1] -= sign
+        return list(zip(accumulate(must), accumulate(may), strict=True))
 
     def _letters(self, span: int, at: At) -> list[Letter]:
         """Return what the team may show together."""
         choices: list[list[Letter]] = []
-        for key, text, robot in self._counts():
-            own = sum(
-                robot in ("", places.robot) and self.claim.satisfies(places.letters[place], text)
-                for places, place in zip(self.followed, at, strict=True)
-            )
-            least, most = self._numbers[span][key]
-            levels = [
-                (number, one.least)
-                for number, one in enumerate(self.claim.table.propositions)
-                if (one.counted, one.robot) == (text, robot)
-            ]
-            totals = range(own + least, own + most + 1)
-            choices.append(list({frozenset(number for number, k in levels if total >= k): None for total in totals}))
-        found = [frozenset[int]().union(*chosen) for chosen in _bounded(choices, MOST_LETTERS)]
-        if not found:
-            raise Refused("the robots' labels contradict each other")
-        return found
+        shown = [(places.robot, places.letters[place]) for places, place in zip(self.followed, at, strict=True)]
+        for ((text, robot), levels), numbers in zip(self.claim.groups.items(), self._numbers, strict=True):
+            own = sum(robot in ("", name) and self.claim.satisfies(letter, text) for name, letter in shown)
+            least, most = numbers[span]
+            if least > most:
+                raise Refused("the robots' labels contradict each other")
+            holding = {frozenset(n for n, k in levels if total >= k): None for total in range(own + least, own + most + 1)}
+            choices.append(list(holding))
+        return [frozenset[int]().union(*chosen) for chosen in _bounded(choices, MOST_LETTERS)]
 
     def _is_open(self, robot: int, place: int, span: int) -> bool:
         """Return whether a robot may be at a place in a span."""
@@ -261,7 +223,7 @@ class Team:
         for letter in self._shown[span]:
             yield letter, at, read
         for robot, (places, place) in enumerate(zip(self.followed, at, strict=True)):
-            yield self._letter(places.letters[place]), at, read | 1 << robot
+            yield self.claim.table.letter_of(places.letters[place]), at, read | 1 << robot
             for target in places.following[place]:
                 changed = places.changed(place, target)
                 if self._is_open(robot, target, span) and (not changed or read >> robot & 1):

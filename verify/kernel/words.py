@@ -24,11 +24,11 @@ from dataclasses import dataclass
 from typing import Any
 
 from .evidence import Evidence
-from .formulas import Owed, conjuncts
+from .formulas import Letter, Owed, conjuncts
 from .labels import Relations, Timeline
 from .refused import Refused
 from .statement import Statement
-from .team import At, Claim, Letter, Step, Team
+from .team import At, Claim, Step, Team
 
 LAP = -1
 

@@ -117,7 +117,7 @@ def test_one_leaves_as_another_one_comes() -> None:
     """Both orders one after the other satisfy it; at one instant a goes and b comes."""
     formula = "F(a & b) | F(!a & !b)"
     leaves, comes = (
-        Timeline("q0", dict.fromkeys("bc", "no") | {"a": "must"}, (Change(at(5), "a", "no"),), Fraction(END)),
+        Timeline("q0", {"a": "must", "b": "no", "c": "no"}, (Change(at(5), "a", "no"),), Fraction(END)),
         (Timeline("q1", dict.fromkeys("abc", "no"), (Change(at(5), "b", "must"),), Fraction(END))),
     )
     lines = {"q0": leaves, "q1": comes}
@@ -231,7 +231,7 @@ def test_what_is_left_of_a_formula_is_what_the_rest_of_a_word_has_to_do(seed: in
         word = [frozenset(n for n in ("a", "b", "c", "water") if rng.random() < 0.4) for _ in range(rng.randint(1, 5))]
         owed = {frozenset({table.root})}
         for letter in word:
-            seen = frozenset(k for k, one in enumerate(table.propositions) if json.loads(one.counted)[1] in letter)
+            seen = table.letter_of(letter)
             owed = {then for one in owed for then, _ in table.after(seen, one)}
         broken = any(map(table.empty_word_keeps, owed))
         assert broken != holds(formula, [{"": letter} for letter in word]), (str(formula), word)
