@@ -14,6 +14,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ltlplan.paths.costs import with_flown_times
 from ltlplan.planner import with_pace
 from ltlplan.replanning.alternatives import candidates, no_flight
 from ltlplan.replanning.checked_plan import Asked, as_mission, plan
@@ -107,12 +108,12 @@ def _refined(candidate: Candidate, refining: Progress) -> tuple[Plan, dict[str, 
     notes: list[str] = []
     try:
         team = refine.refine(plan, witnesses=witnesses, pace=pace, too_long="rest", note=notes.append, progress=refining)
-        return _with_parts(_with_notes(plan, *notes), team), team
+        return _with_parts(with_flown_times(_with_notes(plan, *notes), team), team), team
     except DoesNotFit as error:
         refining("leaving the flight whole, to be streamed", 0.0)
         notes = [f"The flight is longer than its vehicles hold, and no parts of it were found: stream it (px4, ros2). {error}"]
         team = refine.refine(plan, witnesses=witnesses, pace=pace, max_pieces=MAX_PIECES, note=notes.append, progress=refining)
-        return _with_notes(plan, *notes), team
+        return with_flown_times(_with_notes(plan, *notes), team), team
 
 
 def _with_notes(made: Plan, *notes: str) -> Plan:

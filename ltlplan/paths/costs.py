@@ -16,7 +16,8 @@ from numpy.typing import ArrayLike
 
 from ltlplan.paths.sampling.least_snap_spline import LeastSnapSpline
 from ltlplan.search.memoization import memoized
-from verify.data import BadInput, RobotPlan
+from ltlplan.systems.objective import flown_weights
+from verify.data import BadInput, Plan, RobotPlan, Trajectory
 from verify.data.arrays import Floats
 from verify.data.choices import COST_TERMS
 from verify.data.mission import Mission
@@ -221,12 +222,32 @@ def parse_cost(text: str) -> Costs:
 
 def cost_of(mission: Mission, robot: str) -> WeightedCost:
     """Return a robot's own cost function, or the planner's."""
-    return WeightedCost(mission.weights_of(robot))
+    return WeightedCost(flown_weights(mission, robot))
 
 
 def team_cost(mission: Mission, costs: Collection[float]) -> float:
     """Return the objective: the sum of the robots' costs, or that of the dearest one."""
     return max(costs) if mission.planner.objective == "longest" else sum(costs)
+
+
+def with_flown_times(plan: Plan, team: Mapping[str, Trajectory]) -> Plan:
+    """Return a plan whose costs weigh the time that is flown, waits included, in place of the time that was expected.
+
+    Args:
+        plan: As it was made.
+        team: One flight a robot; of laps the first counts.
+    """
+    robots = dict(plan.robots)
+    for name, robot in robots.items():
+        weight, expected = plan.mission.weights_of(name).get("time", 0.0), flown_weights(plan.mission, name).get("time", 0.0)
+        if weight and not robot.still:
+            cost = robot.cost + weight * team[name].duration - expected * float(robot.times[-1])
+            robots[name] = robot.model_copy(update={"cost": cost})
+    if robots == plan.robots:
+        return plan
+    return plan.model_copy(
+        update={"robots": robots, "cost": team_cost(plan.mission, [robot.cost for robot in robots.values()])}
+    )
 
 
 def plan_cost(plan: RobotPlan, cost: Cost) -> float:

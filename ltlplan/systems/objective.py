@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from verify.data import Mission
+from verify.data.sections import Costs
 
 BY_LEGS = frozenset({"length", "time"})
 """Terms of which the sum over straight legs is what a search minimises exactly."""
@@ -34,3 +35,20 @@ def objective_text(mission: Mission) -> str | None:
     each = next(iter(said.values())) if alike else "; ".join(f"{robot}: {terms}" for robot, terms in said.items())
     what = "the robot that costs most" if longest else "the robots' sum" if len(own) > 1 else "the path"
     return f"{what}, {each}"
+
+
+def flown_weights(mission: Mission, robot: str) -> Costs:
+    """Return the weights of a robot's path at the nominal speed, with its time weighed as at the greatest speed of its pace.
+
+    What a path costs by them is about what its flight costs, and no straight leg costs more than is flown of it. At the pace `nominal` they
+    are the mission's own.
+
+    Args:
+        mission: Gives weights, speeds and paces.
+        robot: Whose path.
+    """
+    weights, pace = mission.weights_of(robot), mission.pace_of(robot)
+    if isinstance(pace, str) or not weights.get("time"):
+        return weights
+    ratio = mission.seen_by(robot).planner.speed / (pace * mission.limits_of(robot).speed)
+    return {**weights, "time": weights["time"] * ratio}

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Mapping
 
+from ltlplan.systems.objective import flown_weights
 from ltlplan.systems.region_graph import RegionGraph, RestPoint, Transition
 from ltlplan.systems.region_labels import Layout, Location
 from ltlplan.systems.shared_walls import Walls
@@ -259,7 +260,7 @@ class Systems:
 
 
 def metre_costs(mission: Mission) -> dict[str, float]:
-    """Return what a metre costs each robot: its weight of length, and of time over its nominal speed.
+    """Return what a metre costs each robot: its weight of length, and of time over its speed, the nominal one or the greatest at its pace.
 
     It is 1 for all where it is the same for all, and where some robot's weights name neither length nor time: then all are
     compared by metres.
@@ -273,14 +274,14 @@ def metre_costs(mission: Mission) -> dict[str, float]:
 
 
 def weighted_metres(mission: Mission) -> dict[str, float]:
-    """Return each robot's weight of length, and of time over its nominal speed: what a metre costs it by the mission's weights.
+    """Return each robot's weight of length, and of time over its speed: what a metre costs it by the mission's weights.
 
     Args:
         mission: Gives weights and speeds.
     """
     found: dict[str, float] = {}
     for robot in mission.agents:
-        weights = mission.weights_of(robot)
+        weights = flown_weights(mission, robot)
         found[robot] = weights.get("length", 0.0) + weights.get("time", 0.0) / mission.seen_by(robot).planner.speed
     return found
 
@@ -291,7 +292,7 @@ def interchangeable(mission: Mission) -> dict[str, str]:
     Args:
         mission: Gives robots and their weights.
     """
-    return {robot: f"{mission.alike_as(robot)} {sorted(mission.weights_of(robot).items())}" for robot in mission.agents}
+    return {robot: f"{mission.alike_as(robot)} {sorted(flown_weights(mission, robot).items())}" for robot in mission.agents}
 
 
 def unit_cost(mission: Mission) -> float:

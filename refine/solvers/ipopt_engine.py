@@ -20,6 +20,8 @@ from verify.data import GRAVITY
 Floats = NDArray[np.float64]
 
 ITERATIONS = 200
+_INTERRUPTED = ("NonIpopt_Exception_Thrown", "User_Requested_Stop")
+"""Statuses after Ctrl-C, which CasADi takes for itself: nothing else throws in a programme that calls no Python."""
 _OUT_OF_TIME = ("Maximum_WallTime_Exceeded", "Maximum_CpuTime_Exceeded")
 _WARM = {
     "ipopt.mu_strategy": "monotone",
@@ -59,6 +61,8 @@ def solve(shape: Shape, unknowns: Unknowns, parameters: Floats, *, seconds: floa
     stats = solver.stats()
     x, g = np.asarray(answer["x"]).ravel(), np.asarray(answer["g"]).ravel()
     status = str(stats["return_status"])
+    if status in _INTERRUPTED:
+        raise KeyboardInterrupt
     return Answer(
         values=x,
         broken=float(np.max(np.maximum(low - g, g - high), initial=0.0)),

@@ -64,7 +64,7 @@ def cheapest(mission: Mission, flight: float = math.inf) -> float:
     def cost(robot: str, order: tuple[str, ...]) -> float:
         agent = mission.agents[robot]
         weights = mission.planner.cost
-        metre = weights.get("length", 0.0) + weights.get("time", 0.0) / agent.limits.speed
+        metre = weights.get("length", 0.0) + weights.get("time", 0.0) / (mission.planner.pace * agent.limits.speed)
         points = [agent.start, *(mission.regions[name].center for name in order)]
         if any(mission.regions[n].only is not None and agent.robot not in mission.regions[n].only for n in order):
             return math.inf
