@@ -236,7 +236,7 @@ class Table:
 
     @property
     def propositions(self) -> tuple[Proposition, ...]:
-        """What letters of the team are asked for; a letter is the set of those that hold, by their numbers."""
+        """All that letters of the team are asked for; a letter is the set of those that hold, by their numbers."""
         return tuple(self._asked)
 
     @property
