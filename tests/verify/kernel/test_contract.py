@@ -47,14 +47,13 @@ def test_the_archive_checks_a_folder_by_itself(shipped_folder):
     assert done.stdout.splitlines()[-1] == "49 of 49 claims checked by the kernel"
     for what in (
         "within 0.05 m",
-        "0.0209 s",
         "region water",
         "opening 0.25 m",
-        "speed 1.0",
+        "speed 1,",
         "quad2: starts at (1, 0.5, 0.8) m",
         "smoke -> carrying",
     ):
-        assert what in done.stdout or what.replace(".0", "") in done.stdout, what
+        assert what in done.stdout, what
 
 
 def test_the_archive_refuses_a_folder_without_a_proof(tmp_path, shipped_folder):
