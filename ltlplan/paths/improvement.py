@@ -51,7 +51,7 @@ def improved_path(
         CostError: A cost term returns no number for a path.
     """
     found = _improved(mission.seen_by(robot), robot, nominal, draws, watch)
-    return replace(found, plan=nominal) if lasts_too_long(mission, found.plan) else found
+    return replace(found, plan=nominal) if lasts_too_long(mission, robot, found.plan) else found
 
 
 def _improved(
@@ -133,7 +133,9 @@ def without_swings(mission: Mission, robot: str, nominal: RobotPlan) -> RobotPla
         return nominal
     function = cost_of(mission, robot)
     priced = [(plan_cost(other, function), other) for other in (_ramped(nominal, ramp) for ramp in _LONG_RAMPS)]
-    cheaper = [(cost, other) for cost, other in priced if nominal.cost > _SWINGS * cost and not lasts_too_long(mission, other)]
+    cheaper = [
+        (cost, other) for cost, other in priced if nominal.cost > _SWINGS * cost and not lasts_too_long(mission, robot, other)
+    ]
     if not cheaper:
         return nominal
     problem = path_problem(mission.seen_by(robot), nominal, function)

@@ -13,8 +13,10 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 
 from ltlplan.precedences import with_planned_waits
+from ltlplan.replanning.checked_plan import plan_or_none
 from ltlplan.replanning.conflict_alternatives import fewer_in_a_region, no_other_words, without_a_leg_in_conflict
 from ltlplan.replanning.cuts import Candidate, Conflict, Flight
+from ltlplan.replanning.faster_flights import at_nominal_times
 from ltlplan.replanning.refusals import Reason, Refusal
 from ltlplan.replanning.soft_alternatives import (
     fewer_soft_parts,
@@ -63,8 +65,23 @@ def no_flight(last: Candidate, found: Flight | Conflict) -> LtlplanError:
 
 
 def _as_fast_as_may_be(refusal: Refusal) -> Candidate | None:
-    note = "Flown as fast as the limits allow: at the planned speeds the flight would outlast a vehicle's endurance."
+    """Return the same plan at pace 1; None where it was flown so."""
+    mission = refusal.plan.mission
+    if refusal.tried.hurried or all(mission.pace_of(name) == 1.0 for name in mission.agents):
+        return None
+    note = "Flown as fast as the limits allow: at the mission's pace the flight would outlast a vehicle's endurance."
     return refusal.answered("pace", refusal.plan.model_copy(update={"notes": (*refusal.plan.notes, note)}))
+
+
+def _shared_by_nominal_times(refusal: Refusal) -> Candidate | None:
+    """Return other words, which keep endurances at nominal times too: planning counted on faster flights than were found."""
+    made = refusal.plan
+    if refusal.tried.since("sharing"):
+        return None
+    other = plan_or_none(at_nominal_times(made.mission), method=made.method)
+    if other is None or other.words == made.words:
+        return None
+    return refusal.answered("sharing", other.model_copy(update={"mission": made.mission}), anew=True)
 
 
 def _more_waits(refusal: Refusal) -> Candidate | None:
@@ -100,7 +117,7 @@ _OTHER_WORDS: tuple[Alternative, ...] = (
 )
 _ALTERNATIVES: dict[Reason, tuple[Alternative, ...]] = {
     "certified": (),
-    "endurance": (_as_fast_as_may_be,),
+    "endurance": (_as_fast_as_may_be, _shared_by_nominal_times, *_OTHER_WORDS),
     "claims": (_more_waits, _planned_order, _same_waits, *_OTHER_WORDS),
     "no flight": _OTHER_WORDS,
     "soft parts": (waits_for_soft_parts, same_words_under_precedences, other_words, without_a_leg),

@@ -27,10 +27,10 @@ _SEVERAL = 2
 _RELIEFS = 3
 """Soft parts without which a plan is tried that no flight kept."""
 
-CutKind = Literal["waits", "pace", "order", "precedences", "words", "legs", "capacity", "soft part", "tracking"]
+CutKind = Literal["waits", "pace", "order", "precedences", "words", "legs", "capacity", "soft part", "tracking", "sharing"]
 _FORBIDS: dict[CutKind, str] = {
     "waits": "flights without the waits that the counterexamples ask for",
-    "pace": "flights at the plan's own times",
+    "pace": "flights at the mission's own pace",
     "order": "flights in every order of the robots",
     "precedences": "flights of these words without precedences",
     "words": "words that hold in every order of the robots",
@@ -38,6 +38,7 @@ _FORBIDS: dict[CutKind, str] = {
     "capacity": "more robots in one region",
     "soft part": "plans that keep all of these soft parts",
     "tracking": "flights faster than the plan's own times",
+    "sharing": "words that outlast a vehicle's endurance at nominal times",
 }
 
 
@@ -46,7 +47,7 @@ class Cut:
     """What a refused flight forbids of the plans to come.
 
     Attributes:
-        kind: What is forbidden: flights without waits, at the plan's own times, or in every order; the same words without precedences; words that need none; words along
+        kind: What is forbidden: flights without waits, at the mission's pace, or in every order; the same words without precedences; words that need none; words along
             legs; more robots in a region; plans that keep all soft parts.
         why: What was said of the flight.
         rounds: How many times refinement had run by then.
@@ -125,8 +126,8 @@ class Candidate:
 
     @property
     def hurried(self) -> bool:
-        """Whether it is flown as fast as limits allow, for flights at the plan's own times outlast a vehicle's endurance."""
-        return bool(self.since("pace"))
+        """Whether it is flown as fast as limits allow, for flights of its words at the mission's pace outlast a vehicle's endurance."""
+        return any(cut.kind == "pace" for cut in self.since("pace", "sharing")[-1:])
 
     @property
     def pace(self) -> Literal["time", "nominal"] | None:

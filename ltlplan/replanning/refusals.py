@@ -65,7 +65,7 @@ class Refusal:
         if isinstance(self.found, Conflict):
             return "no flight"
         if self._too_long:
-            return "no flight" if self.tried.hurried else "endurance"
+            return "endurance"
         return "no flight" if spent else "claims"
 
     @property

@@ -1,7 +1,7 @@
 """Endurance as a limit on who does what: nobody may fly longer than the robot that has to land first can stay in the air.
 
 All robots are in the air until the last one has finished, so the least endurance binds them all. Times are the lengths of ways over
-each robot's nominal speed; what rests, waits and turns add is known when paths are laid, and proved in the certificate.
+the speed that each robot may come to; what rests, waits and turns add is known when paths are laid, and proved in the certificate.
 """
 
 from __future__ import annotations
@@ -43,13 +43,13 @@ def over_endurance(mission: Mission, systems: Systems, robots: Mapping[str, Itin
     limits = {name: mission.limits_of(name).endurance for name in mission.agents}
     first = min((name for name in limits if limits[name] is not None), key=lambda name: limits[name] or 0.0)
     allowed = mission.longest_flight or 0.0
-    times = {name: systems.metres(name, does.cost) / systems.nominal_speed(name) for name, does in robots.items()}
+    times = {name: systems.metres(name, does.cost) / systems.flown_speed(name) for name, does in robots.items()}
     slowest = max(times, key=lambda name: times[name])
     visits = ", ".join(visit.region for visit in robots[slowest].visits)
     sentence = (
         f"{first}'s endurance of {limits[first]:g} s leaves {allowed:g} s for the flight ({CLIMB_AND_LANDING:g} s are for climb, the way to "
         f"the start and landing), and all are in the air until the last one has finished. No way to share the mission was found that lasts "
-        f"no longer: the cheapest lets {slowest} fly {times[slowest]:.4g} s at {systems.nominal_speed(slowest):g} m/s ({visits}). Plan more "
+        f"no longer: the cheapest lets {slowest} fly {times[slowest]:.4g} s at {systems.flown_speed(slowest):g} m/s ({visits}). Plan more "
         "robots, or vehicles of longer endurance."
     )
     witness = Witness(claim="limits.endurance", sentence=sentence, robot=slowest, bound=times[slowest], limit=allowed)

@@ -77,6 +77,14 @@ class Systems:
         """
         return self.mission.seen_by(robot).planner.speed
 
+    def flown_speed(self, robot: str) -> float:
+        """Return how fast a robot may come to fly, m/s.
+
+        Args:
+            robot: Its name.
+        """
+        return flown_speed(self.mission, robot)
+
     def metres(self, robot: str, cost: float) -> float:
         """Return how many metres a robot flies for a cost.
 
@@ -91,7 +99,7 @@ class Systems:
         allowed = self.mission.longest_flight
         if allowed is None or not self._only_metres:
             return None
-        return [allowed * self.nominal_speed(robot) * self._metre[robot] for robot in self.mission.agents]
+        return [allowed * self.flown_speed(robot) * self._metre[robot] for robot in self.mission.agents]
 
     def of(self, robot: str) -> TransitionSystem:
         """Return A of one robot.
@@ -257,6 +265,19 @@ class Systems:
         """Return how far it is from a node to where a robot should end, m; infinite where there is no way."""
         here = self.layout.middles[node.place] if node.position is None else self.layout.at(node.position)
         return graph.length(RestPoint(node.place, node.entered, here, node.position, node.sides[0]), end)
+
+
+def flown_speed(mission: Mission, robot: str) -> float:
+    """Return the speed by which planning counts a robot's time in the air, m/s: its nominal one, or its pace's share of its limit.
+
+    Flights keep their speed limit nearly all the time at best, so few are refused in vain; the certificate has the last word on endurance.
+
+    Args:
+        mission: Gives speeds and paces.
+        robot: Its name.
+    """
+    pace = mission.pace_of(robot)
+    return mission.seen_by(robot).planner.speed if isinstance(pace, str) else pace * mission.limits_of(robot).speed
 
 
 def metre_costs(mission: Mission) -> dict[str, float]:

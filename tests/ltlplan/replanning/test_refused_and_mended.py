@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 import ltlplan
+from ltlplan.pipeline import certified_team
 from verify.data import Infeasible, NotCertified, Unsatisfiable, parse_mission
 
 HEAD = "format: 1\nname: asked\nvehicle: crazyflie-2.1\n"
@@ -66,10 +67,43 @@ def test_a_region_inside_a_forbidden_one_cannot_be_reached() -> None:
 
 
 def test_a_faster_plan_is_tried_where_endurance_is_short() -> None:
-    made = ltlplan.plan(parse_mission(SITES))
+    made = ltlplan.plan(parse_mission(SITES), pace="nominal")
     assert made.mission.planner.speed == 0.45
     assert any("instead of 0.45 m/s" in note for note in made.notes)
     assert max(robot.times[-1] for robot in made.robots.values()) <= 21.0
+
+
+def test_endurance_counts_flights_at_their_pace() -> None:
+    """Alone b would fly 35 s at nominal speed, 23 s at the limit and 30 s at seven tenths of that."""
+    enough, faster = parse_mission(SITES.replace("endurance: 32", "endurance: 45")), parse_mission(SITES)
+    without = parse_mission(SITES.replace(", endurance: 32", ""))
+    assert ltlplan.plan(enough).words == ltlplan.plan(without).words
+    assert ltlplan.plan(enough, pace="nominal").words != ltlplan.plan(without).words
+    assert not any("Planned at" in note for made in (ltlplan.plan(enough), ltlplan.plan(faster)) for note in made.notes)
+    slow = ltlplan.plan(faster, pace=0.3)
+    assert slow.mission.planner.pace == 0.3
+    assert any("Planned at pace 1 instead of 0.3" in note for note in slow.notes)
+
+
+@pytest.mark.slow
+def test_a_flight_whose_nominal_times_outlast_the_endurance_is_certified_at_its_pace() -> None:
+    made = ltlplan.plan(parse_mission(SITES.replace("endurance: 32", "endurance: 45")))
+    assert max(robot.times[-1] for robot in made.robots.values()) > 34.0
+    found = certified_team(made)
+    assert (found.certificate.holds, found.rounds) == (True, 1)
+    assert found.plan.words == made.words
+    assert not any("as fast as the limits allow" in note for note in found.plan.notes)
+
+
+@pytest.mark.slow
+def test_words_that_take_longer_than_planning_counted_on_are_shared_further() -> None:
+    mission = parse_mission(SITES)
+    made = ltlplan.plan(mission, pace=1.0)
+    found = certified_team(made)
+    assert found.certificate.holds
+    assert found.plan.words != made.words
+    assert found.plan.mission == made.mission
+    assert max(flight.duration for flight in found.team.values()) <= 21.0
 
 
 def test_the_least_time_is_said_where_no_speed_keeps_the_endurance() -> None:
@@ -79,7 +113,7 @@ def test_the_least_time_is_said_where_no_speed_keeps_the_endurance() -> None:
 
 @pytest.mark.slow
 def test_flights_within_a_short_endurance_are_certified_as_fast_as_limits_allow() -> None:
-    run = ltlplan.run(parse_mission(SITES))
+    run = ltlplan.run(parse_mission(SITES), pace="nominal")
     assert run.certificate.holds
     assert max(flight.duration for flight in run.team.values()) <= 21.0
 

@@ -47,7 +47,7 @@ agents:
 {agents}
 vehicle: crazyflie-2.1
 workspace: {{min: [-5, -5, 0.2], max: [5, 5, 2.0]}}
-planner: {{objective: {objective}, cost: {cost}, speed: 2.0}}
+planner: {{objective: {objective}, cost: {cost}, speed: 2.0, pace: nominal}}
 """.replace("[-5, -5, 0.2]", "[-5.0, -5.0, 0.2]").replace("[5, 5, 2.0]", "[5.0, 5.0, 2.0]")
     )
 
@@ -134,7 +134,7 @@ def test_endurance_is_kept_as_trying_everything_keeps_it(objective, team):
 def test_endurance_makes_robots_share(method, team):
     """Alone one of them would do it all for less."""
     text = (
-        mixed_text("F smoke & F desk", method=method)
+        mixed_text("F smoke & F desk", method=method, planner=", pace: nominal")
         .replace("spec: {", f"spec: {{team: {team}, ")
         .replace("start: [-1.9, 0.8, 1.0]", "start: [-0.9, 1.3, 1.0]")
     )
