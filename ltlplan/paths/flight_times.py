@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ltlplan.systems.robot_systems import flown_speed
+from ltlplan.systems.objective import flown_speed
 from verify.data import Infeasible, Mission, RobotPlan, Witness
 from verify.data.vehicle import CLIMB_AND_LANDING
 

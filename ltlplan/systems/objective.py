@@ -37,6 +37,19 @@ def objective_text(mission: Mission) -> str | None:
     return f"{what}, {each}"
 
 
+def flown_speed(mission: Mission, robot: str) -> float:
+    """Return the speed by which planning counts a robot's time in the air, m/s: its nominal one, or its pace's share of its limit.
+
+    Flights keep their speed limit nearly all the time at best, so few are refused in vain; the certificate has the last word on endurance.
+
+    Args:
+        mission: Gives speeds and paces.
+        robot: Its name.
+    """
+    pace = mission.pace_of(robot)
+    return mission.seen_by(robot).planner.speed if isinstance(pace, str) else pace * mission.limits_of(robot).speed
+
+
 def flown_weights(mission: Mission, robot: str) -> Costs:
     """Return the weights of a robot's path at the nominal speed, with its time weighed as at the greatest speed of its pace.
 
@@ -47,8 +60,7 @@ def flown_weights(mission: Mission, robot: str) -> Costs:
         mission: Gives weights, speeds and paces.
         robot: Whose path.
     """
-    weights, pace = mission.weights_of(robot), mission.pace_of(robot)
-    if isinstance(pace, str) or not weights.get("time"):
+    weights = mission.weights_of(robot)
+    if mission.pace_of(robot) == "nominal" or not weights.get("time"):
         return weights
-    ratio = mission.seen_by(robot).planner.speed / (pace * mission.limits_of(robot).speed)
-    return {**weights, "time": weights["time"] * ratio}
+    return {**weights, "time": weights["time"] * mission.seen_by(robot).planner.speed / flown_speed(mission, robot)}

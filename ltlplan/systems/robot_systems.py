@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Mapping
 
-from ltlplan.systems.objective import flown_weights
+from ltlplan.systems.objective import flown_speed, flown_weights
 from ltlplan.systems.region_graph import RegionGraph, RestPoint, Transition
 from ltlplan.systems.region_labels import Layout, Location
 from ltlplan.systems.shared_walls import Walls
@@ -267,19 +267,6 @@ class Systems:
         return graph.length(RestPoint(node.place, node.entered, here, node.position, node.sides[0]), end)
 
 
-def flown_speed(mission: Mission, robot: str) -> float:
-    """Return the speed by which planning counts a robot's time in the air, m/s: its nominal one, or its pace's share of its limit.
-
-    Flights keep their speed limit nearly all the time at best, so few are refused in vain; the certificate has the last word on endurance.
-
-    Args:
-        mission: Gives speeds and paces.
-        robot: Its name.
-    """
-    pace = mission.pace_of(robot)
-    return mission.seen_by(robot).planner.speed if isinstance(pace, str) else pace * mission.limits_of(robot).speed
-
-
 def metre_costs(mission: Mission) -> dict[str, float]:
     """Return what a metre costs each robot: its weight of length, and of time over its speed, the nominal one or the greatest at its pace.
 
@@ -313,7 +300,10 @@ def interchangeable(mission: Mission) -> dict[str, str]:
     Args:
         mission: Gives robots and their weights.
     """
-    return {robot: f"{mission.alike_as(robot)} {sorted(flown_weights(mission, robot).items())}" for robot in mission.agents}
+    return {
+        robot: f"{mission.alike_as(robot)} {mission.pace_of(robot)} {sorted(mission.weights_of(robot).items())}"
+        for robot in mission.agents
+    }
 
 
 def unit_cost(mission: Mission) -> float:

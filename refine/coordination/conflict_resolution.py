@@ -154,9 +154,6 @@ def hurried(problem: Problem, robots: dict[str, RobotFlight], starts: dict[str, 
         problem: What is refined.
         robots: The team's flights.
         starts: Their departures, s.
-
-    Raises:
-        Infeasible: No pace keeps a robot's limits.
     """
     plan = problem.plan
     if any(robot.plan.hold > 0.0 or robot.cycle is not None for robot in robots.values()):
@@ -199,7 +196,7 @@ def _timings(
 def _on_faster_clock(
     problem: Problem, group: tuple[RobotFlight, ...], paths: dict[str, Spline], starts: dict[str, float]
 ) -> _Timed | None:
-    """Return robots on a common clock that is as fast as limits allow; None where one is nominal, or would fly more pieces than it holds."""
+    """Return robots on a clock as fast as limits allow; None where one is nominal, has no pace on it, or would fly more pieces than it holds."""
     mission, options = problem.plan.mission, problem.options
     shares = {robot.name: options.share(mission, robot.name) for robot in group}
     team = {
@@ -212,7 +209,10 @@ def _on_faster_clock(
     faster = on_faster_clock(team)
     if any((held := options.held(mission, name)) is not None and len(path) >= held for name, (path, _) in faster.items()):
         return None
-    return [along(problem, robot, faster[robot.name][0]) for robot in group], {name: at for name, (_, at) in faster.items()}
+    try:
+        return [along(problem, robot, faster[robot.name][0]) for robot in group], {name: at for name, (_, at) in faster.items()}
+    except Infeasible:  # the times that there are stand
+        return None
 
 
 def _ways(movers: tuple[Mover, ...], spacing: Spacing) -> Iterator[tuple[Spline, ...]]:

@@ -101,7 +101,7 @@ def _digest(task: Task, fitted: Fitted) -> str:
     """Return what tells questions apart: all that an answer depends on."""
     corridor, robot = task.corridor, task.robot
     asked = (
-        replace(corridor, robot=""),
+        corridor,
         (task.limits, task.clearance, task.options.blend, task.options.closes),
         (fitted.motion.path.durations, fitted.motion.path.states, sorted(fitted.rest), sorted(fitted.monotone)),
         (robot.visits, robot.cycle_visit, robot.cycle_waypoint),

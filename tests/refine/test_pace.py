@@ -12,19 +12,24 @@ from hypothesis import strategies as st
 import ltlplan
 import verify
 from refine import refine
+from refine.coordination import conflict_resolution
 from refine.coordination.common_clock import Flown, on_faster_clock
+from refine.coordination.spacing import spacing_for
+from refine.coordination.team_flights import together
 from refine.corridor.fitting import monotone_rules
+from refine.feedback import feedback_of
 from refine.limits.limits import Limits as FlightLimits
 from refine.limits.stretching import stretch_to_limits
 from refine.single_robot import least_time, time_optimised
-from refine.single_robot.task import Fitted, RefinementOptions, Task
+from refine.single_robot.task import Fitted, Problem, RefinementOptions, Task
 from refine.single_robot.visits_shown import showing_visits
 from refine.slowing import Dip, slowed_at
 from refine.solvers import ipopt_engine
 from tests.helpers.few import few_of, given_few
 from tests.helpers.plans_by_hand import ball, fire_plan, patrol_plan, room, sequence_plan, straight
 from tests.helpers.random_missions import random_mission
-from verify.data import Plan, Trajectory
+from verify.data import Infeasible, Plan, Trajectory
+from verify.data.progress import silent
 from verify.data.sections import Agent, LegLimits, Limits
 
 
@@ -64,6 +69,31 @@ def test_the_same_plan_gives_the_same_bytes() -> None:
     time_optimised.forget()
     ipopt_engine.forget()
     assert refine(plan, pace=1) == first
+
+
+def test_what_is_remembered_of_a_flight_names_no_other_robot(monkeypatch: pytest.MonkeyPatch) -> None:
+    def lost(task: Task, *_: object, **__: object) -> least_time.Guess:
+        raise Infeasible(f"{task.name}: no points.")
+
+    monkeypatch.setattr(time_optimised, "least_time", lost)
+    said: list[str] = []
+    for name in ("one", "other"):
+        mission = room({"a": ball(0, 0)}, {name: Agent(start=(-1.5, 0.0, 1.0))})
+        plan = Plan(mission=mission, robots={name: straight((-1.5, 0, 1), (0, 0, 1), (1.5, 0, 1), visits={1: "a"})})
+        assert_holds(plan, refine(plan, pace=1, note=said.append))
+    assert said == [f"{name}: a faster flight was looked for and not found: {name}: no points." for name in ("one", "other")]
+
+
+def test_a_team_that_no_faster_clock_suits_stays_as_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
+    def never(*_: object) -> None:
+        raise Infeasible("No pace keeps the limits.")
+
+    plan = fire_plan()
+    feedback, options = feedback_of(plan, ()), RefinementOptions(1.0, 1e3, None)
+    problem = Problem(plan, feedback, options, spacing_for(plan, feedback))
+    team = together(plan, feedback, options, silent)
+    monkeypatch.setattr(conflict_resolution, "along", never)
+    assert conflict_resolution.hurried(problem, *team) is None
 
 
 @given_few(2, 40, st.integers(0, 10_000))
