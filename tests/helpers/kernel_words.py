@@ -63,6 +63,8 @@ def kernel_statement(mission: Mission, clock_error: Fraction) -> Statement:
             clock_error=clock_error,
             regions=dict.fromkeys(mission.all_regions),
             robots={name: _robot(mission, name) for name in mission.agents},
+            words={},
+            waits=(),
         ),
     )
 

@@ -19,6 +19,7 @@ from .flights import Path, Team
 from .formulas import show
 from .hoops import Frame, Opening, Passage, Rim
 from .labels import Relations, Row, Timeline
+from .planned import check_ordered
 from .refused import Refused
 from .relations import check_relations
 from .statement import Statement, Wait
@@ -101,6 +102,8 @@ class Check:
                         yield Owed(f"limits.legs.{name}", (path.name,), partial(self._leg, path, number, name))
         for one, other in combinations(paths, 2):
             yield Owed("separation", (one.name, other.name), partial(self._separation, one, other))
+        if statement.words:
+            yield Owed("ordered", (), self._ordered)
         for wait in statement.waits:
             yield Owed("precedences", (wait.first[0], wait.then[0]), partial(self._wait, wait))
 
@@ -180,6 +183,10 @@ class Check:
     def _formula(self) -> str:
         check_formula(self.statement, self.timelines(), self.relations(), self.evidence)
         return f"Every word of the team satisfies {show(self.statement.formula)}."
+
+    def _ordered(self) -> str:
+        check_ordered(self.statement, self.evidence)
+        return "The planned words satisfy the formula in every order that keeps the waits."
 
     def _transitions(self, path: Path) -> str:
         check_transitions(self.statement, path.name, self._once(self._find_timeline, path), self.relations())

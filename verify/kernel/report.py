@@ -86,6 +86,8 @@ def statement_lines(statement: Statement) -> Iterator[str]:
     yield from _shapes("obstacle", dict(statement.obstacles))
     for name, robot in statement.robots.items():
         yield from _robot(name, robot)
+    for name, word in statement.words.items():
+        yield f"  {name} is to show {' '.join('{' + ', '.join(sorted(letter)) + '}' for letter in word)}"
     for wait in statement.waits:
         (first, visit), (then, other) = wait.first, wait.then
         yield f"  {first} has {wait.done} at its visit {visit} before {then} {wait.due} at its visit {other}"

@@ -104,7 +104,17 @@ class Claim:
         """
         error = self.statement.clock_error if len(self.robots) > 1 else Fraction(0)
         places = {robot: self.places(robot, self.names | more) for robot in self.robots}
-        return Team(self, [places[robot] for robot in followed], [p for r, p in places.items() if r not in followed], error)
+        return self.made([places[robot] for robot in followed], [p for r, p in places.items() if r not in followed], error)
+
+    def made(self, followed: Sequence[Places], others: Sequence[Places], error: Fraction) -> Team:
+        """Return the moves of a team.
+
+        Args:
+            followed: Places of robots that are followed.
+            others: Places of all others.
+            error: How far two clocks may be apart, s.
+        """
+        return Team(self, followed, others, error)
 
 
 class Team:

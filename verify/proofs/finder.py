@@ -20,7 +20,7 @@ from verify.kernel.statement import read_statement
 from verify.proofs.half_space_sums import half_space_sums
 from verify.proofs.search import Search, proof_text
 from verify.proofs.statement import statement_of
-from verify.proofs.words import find_formula
+from verify.proofs.words import find_formula, find_ordered
 
 _ROOM = 1.005
 """Share of a proved speed that is asked of the kernel: the nearer to the greatest speed, the more a proof has to say."""
@@ -65,6 +65,8 @@ def prove(plan: Plan, team: Mapping[str, Trajectory], certificate: Certificate) 
     check = Check(statement, flown, search)
     with suppress(Refused):  # without timelines there is nothing to say of words
         search.give(find_formula(statement, check.timelines(), check.relations()))
+    with suppress(Refused):
+        search.give(find_ordered(statement))
     claims: list[Checked] = []
     for owed in check.owed():
         claim = owed.judge()

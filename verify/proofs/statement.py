@@ -11,7 +11,6 @@ from collections.abc import Mapping
 from typing import Any
 
 from verify.certificate import Certificate
-from verify.data.language.word import Word
 from verify.data.mission import Mission
 from verify.data.plan import Plan
 from verify.data.shapes.inequalities import Inequality
@@ -53,7 +52,7 @@ def statement_of(plan: Plan, certificate: Certificate) -> str:
         "order": list(mission.agents),
         "robots": {name: _robot(plan, certificate, name) for name in mission.agents},
         "waits": _waits(plan),
-        "words": {name: _word(robot.word) for name, robot in plan.robots.items()},
+        "words": _words(plan) if any(claim.name == "ordered" for claim in certificate.claims) else {},
     }
     return json.dumps(_plain(table), sort_keys=True, allow_nan=False, separators=(",", ":")) + "\n"
 
@@ -152,6 +151,5 @@ def _waits(plan: Plan) -> list[Table]:
     ]
 
 
-def _word(word: Word) -> list[Any]:  # of any type: JSON nests
-    prefix, cycle = ([sorted(letter) for letter in part or ()] for part in (word.prefix, word.cycle))
-    return [prefix, cycle or None]
+def _words(plan: Plan) -> dict[str, list[list[str]]]:
+    return {name: [sorted(letter) for letter in robot.word.prefix] for name, robot in plan.robots.items()}

@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import itertools
 from collections import deque
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 from verify.kernel.formulas import Owed, conjuncts
 from verify.kernel.labels import Relations, Timeline
+from verify.kernel.planned import PlannedClaim
 from verify.kernel.refused import Refused
 from verify.kernel.statement import Statement
 from verify.kernel.team import Claim, Step, Team
@@ -39,12 +40,20 @@ def find_formula(
         timelines: One for each robot.
         relations: Letters that they exclude are left out.
     """
-    found: dict[str, str | list[Any]] = {}
-    for number, tree in enumerate(conjuncts(statement.formula)):
-        invariant = _invariant(Claim(statement, timelines, relations, tree))
-        if invariant is not None:
-            found[f"formula/{number}"] = invariant
-    return found
+    trees = conjuncts(statement.formula)
+    return _found("formula", (Claim(statement, timelines, relations, tree) for tree in trees))
+
+
+def find_ordered(statement: Statement) -> dict[str, str | list[Any]]:  # of any type: JSON nests
+    """Return evidence for each conjunct that planned words satisfy it under their waits, as far as some is found."""
+    return _found(
+        "ordered", (PlannedClaim(statement, tree) for tree in conjuncts(statement.formula)) if statement.words else ()
+    )
+
+
+def _found(key: str, claims: Iterable[Claim]) -> dict[str, str | list[Any]]:
+    found = {f"{key}/{number}": _invariant(claim) for number, claim in enumerate(claims)}
+    return {name: invariant for name, invariant in found.items() if invariant is not None}
 
 
 def _invariant(claim: Claim) -> list[Any] | None:
