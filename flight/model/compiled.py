@@ -41,7 +41,13 @@ class Compiled:
         return CompiledFlight(self._step.map(vehicles), (vehicles, self._rows), (vehicles, self._acting))
 
     def repeated(self, rows: Floats, acting: Floats, count: int) -> Floats:
-        """Return the rows after some steps. Shapes (rows, n) and (acting, n)."""
+        """Return the rows after some steps. Shape (rows, n).
+
+        Args:
+            rows: Before the first. Shape (rows, n).
+            acting: On all of them alike. Shape (acting, n).
+            count: How many steps.
+        """
         return self.flight(rows.shape[1]).steps(rows, acting, count)[-1]
 
 
