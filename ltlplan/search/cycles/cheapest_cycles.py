@@ -16,7 +16,7 @@ from ltlplan.search.cycles.concurrent_cycle_steps import staged
 from ltlplan.search.cycles.cycle_places import CyclePlaces, Limits
 from ltlplan.search.cycles.reading import CycleReading, Terms
 from ltlplan.search.cycles.team_cycles import TeamCycles, are_apart, course_of, may_begin, without_stays
-from ltlplan.search.cycles.team_readers import AnyReader, LetterReader, team_readers
+from ltlplan.search.cycles.team_readers import LetterReader, Reader, team_readers
 from ltlplan.search.cycles.team_system import TeamSystem, resting
 from ltlplan.search.problem import TIES
 from ltlplan.search.team_reading import Found, least_highest
@@ -95,7 +95,7 @@ def cycles_below(
     for flying in _flying(len(each)):
         some = [own if robot in flying else replace(own, edges=tuple(() for _ in own.edges)) for robot, own in enumerate(each)]
         system = TeamSystem(some)
-        readers = team_readers(mission, asked, system.letters, budget)
+        readers = team_readers(mission, asked, budget)
         answer, reach = searches.within_reach(system, readers, limit)
         ended = answer is not None and answer.found.stopped is None and (bool(answer.found.states) or reach == limit)
         if answer is not None and len(each) == 1 and not effort.hasty:
@@ -142,7 +142,7 @@ def least_of_all_cycles(
         BadInput: A conjunct is of a form that is not planned.
     """
     system = TeamSystem(each, together=True)
-    readers = team_readers(mission, asked, system.letters, budget)
+    readers = team_readers(mission, asked, budget)
     plain = [reader for reader in readers if reader.closes or (isinstance(reader, LetterReader) and reader.stays)]
     below = known - TIES
     least: float | None = None
@@ -174,7 +174,7 @@ def cycles_may_exist(
         TooLarge: There are more places.
     """
     system = TeamSystem(each, together=together)
-    readers = team_readers(mission, asked, system.letters, budget)
+    readers = team_readers(mission, asked, budget)
     begins = [[together or rest for rest in resting(own, alone=len(each) == 1)] for own in each]
     places = CyclePlaces(system, readers, begins, Limits(budget.lasso, math.inf, (0,) * len(each)))
     return any(places.recurring)
@@ -201,7 +201,7 @@ class _Searches:
         self._most = min(MOST_WAYS, budget.states) if effort.hasty else min(MOST_WAYS, budget.states // 50)
         self.expanded = 0
 
-    def within_reach(self, system: TeamSystem, readers: Sequence[AnyReader], below: float) -> tuple[_Answer | None, float]:
+    def within_reach(self, system: TeamSystem, readers: Sequence[Reader], below: float) -> tuple[_Answer | None, float]:
         """Return what was found below a limit, and that; where there are too many places, below the greatest share of it that can be searched."""
         answer, limit = self._below(system, readers, below), below
         if answer is not None or below == math.inf:
@@ -223,7 +223,7 @@ class _Searches:
         )
         return TooLarge("The infinite trace's product of robots and automata has", self.expanded, "states", self._places, hint)
 
-    def _below(self, system: TeamSystem, readers: Sequence[AnyReader], below: float) -> _Answer | None:
+    def _below(self, system: TeamSystem, readers: Sequence[Reader], below: float) -> _Answer | None:
         """Return what was found below a limit; None where there are too many places."""
         mission, robots = self._mission, len(system.systems)
         begins = [may_begin(mission, own) for own in system.systems]

@@ -11,10 +11,9 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 from ltlplan.search.cycles.strong_components import components, graph_of
-from ltlplan.search.cycles.team_readers import AnyReader, LetterReader
-from ltlplan.search.cycles.team_system import NOBODY, SEAM, Nodes, TeamSystem
+from ltlplan.search.cycles.team_readers import LetterReader, Reader
+from ltlplan.search.cycles.team_system import NOBODY, SEAM, Nodes, TeamLetter, TeamSystem
 from ltlplan.search.numbering import Numbers
-from verify.data import Letter
 
 MOST_PLACES = 20_000
 """Places that are looked at to tell whether every order will do."""
@@ -51,7 +50,7 @@ class Course:
     cycle: tuple[Stage, ...]
 
 
-def staged(system: TeamSystem, readers: Sequence[AnyReader], course: Course, *, joint: bool, seams: bool = False) -> Course:
+def staged(system: TeamSystem, readers: Sequence[Reader], course: Course, *, joint: bool, seams: bool = False) -> Course:
     """Return the course with as many moves at the same time as were found to do what is asked.
 
     Args:
@@ -93,12 +92,12 @@ _Place = tuple[int, tuple[int, ...], Nodes, int, tuple[int, ...]]
 """Stage, how far each robot is in it, the robots' nodes, who moved last, and the conjuncts' states."""
 
 
-def _every_order(system: TeamSystem, readers: Sequence[AnyReader], course: Course, *, joint: bool, seams: bool) -> bool:
+def _every_order(system: TeamSystem, readers: Sequence[Reader], course: Course, *, joint: bool, seams: bool) -> bool:
     """Tell whether every order of a stage's letters, cycle by cycle, does what is asked."""
     stages = [_ways(stage, len(course.begin)) for stage in (*course.prefix, *course.cycle)]
     first = len(course.prefix)
 
-    def read(states: tuple[int, ...], letter: Letter) -> tuple[int, ...] | None:
+    def read(states: tuple[int, ...], letter: TeamLetter) -> tuple[int, ...] | None:
         after: list[int] = []
         for reader, state in zip(readers, states, strict=True):
             if isinstance(reader, LetterReader) and reader.stays:
@@ -133,7 +132,7 @@ def _every_order(system: TeamSystem, readers: Sequence[AnyReader], course: Cours
     return all(_comes_again(reader, k, places.known, edges) for k, reader in enumerate(readers))
 
 
-def _comes_again(reader: AnyReader, k: int, order: Sequence[_Place], edges: Sequence[Sequence[int]]) -> bool:
+def _comes_again(reader: Reader, k: int, order: Sequence[_Place], edges: Sequence[Sequence[int]]) -> bool:
     """Tell whether one conjunct accepts on every way that goes on for ever."""
     if isinstance(reader, LetterReader) and reader.stays:
         return all(order[place][4][k] for part in components(graph_of(edges)) for place in part)

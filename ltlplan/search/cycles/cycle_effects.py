@@ -6,13 +6,14 @@ judged by where it leads from each state, and by whether it passes an accepting 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from typing import Protocol
+from collections.abc import Callable, Iterable, Sequence
+from functools import cache, reduce
+from operator import or_
 
 from ltlplan.search.cycles.team_readers import Reader
+from ltlplan.search.cycles.team_system import TeamLetter
 from ltlplan.search.memoization import memoized
 from ltlplan.search.numbering import Numbers
-from verify.data import Letter
 
 Row = Sequence[tuple[int, int]]
 """For each state: where a cycle can lead, as bits, and where passing an accepting state, as bits."""
@@ -27,12 +28,8 @@ _Effect = tuple[
 ]  # for each conjunct and state: where a way leads, and where by an accepting state
 
 
-class Steps(Protocol):
-    """For each state where a letter leads, as bits."""
-
-    def __getitem__(self, state: int, /) -> int:
-        """Return where a letter leads from one state, as bits."""
-        ...
+Steps = Callable[[int], int]
+"""Where a letter, or a cycle, leads from one state, as bits."""
 
 
 def image(mask: int, steps: Steps) -> int:
@@ -45,7 +42,7 @@ def image(mask: int, steps: Steps) -> int:
     result = 0
     while mask:
         low = mask & -mask
-        result |= steps[low.bit_length() - 1]
+        result |= steps(low.bit_length() - 1)
         mask ^= low
     return result
 
@@ -67,7 +64,7 @@ def goes_round(mask: int, row: Row) -> bool:
 
 def _closure(mask: int, reach: Sequence[int]) -> int:
     while True:
-        more = mask | image(mask, reach)
+        more = mask | image(mask, reach.__getitem__)
         if more == mask:
             return mask
         mask = more
@@ -91,27 +88,16 @@ class Followers:
         return tuple(1 << reader.initial for reader in self.readers)
 
     @memoized
-    def after(self, masks: Masks, letter: Letter) -> Masks | None:
+    def after(self, masks: Masks, letter: TeamLetter) -> Masks | None:
         """Return the states after some states and a letter of the team; None where a conjunct is lost."""
         found = tuple(image(mask, self.steps(k, letter)) for k, mask in enumerate(masks))
         return found if all(found) else None
 
     @memoized
-    def steps(self, k: int, letter: Letter) -> Steps:
+    def steps(self, k: int, letter: TeamLetter) -> Steps:
         """Return where a letter leads from each state of one conjunct, by its number."""
-        return _Steps(self.readers[k], letter)
-
-
-class _Steps(dict[int, int]):
-    """Where a letter leads from each state, as bits; found out as it is asked for."""
-
-    def __init__(self, reader: Reader, letter: Letter) -> None:
-        super().__init__()
-        self._reader, self._letter = reader, letter
-
-    def __missing__(self, state: int) -> int:
-        found = self[state] = sum(1 << target for target in set(self._reader.successors(state, self._letter)))
-        return found
+        reader = self.readers[k]
+        return cache(lambda state: sum(1 << target for target in set(reader.successors(state, letter))))
 
 
 class CycleEffects:
@@ -131,7 +117,7 @@ class CycleEffects:
         self._effects = Numbers([tuple(tuple((1 << s, 0) for s in own) for own in self._domain)])
 
     @memoized
-    def after(self, effect: int, letter: Letter) -> int:
+    def after(self, effect: int, letter: TeamLetter) -> int:
         """Return the effect of a way that was gone on with: of its own and the next letter of the team.
 
         Args:
@@ -142,7 +128,8 @@ class CycleEffects:
         for k, row in enumerate(self._effects.known[effect]):
             steps, accepting = self._followers.steps(k, letter), self._followers.readers[k].accepting
             moved = [(image(reach, steps), image(marked, steps)) for reach, marked in row]
-            final = sum(1 << s for s in _bits(moved) if s in accepting)
+            every = reduce(or_, (reach for reach, _ in moved))
+            final = sum(1 << s for s in range(every.bit_length()) if every >> s & 1 and s in accepting)
             rows = (*rows, tuple((reach, marked | reach & final) for reach, marked in moved))
         return self._effects[rows]
 
@@ -159,10 +146,3 @@ class CycleEffects:
             if not goes_round(mask, [every.get(s, (0, 0)) for s in range(size)]):
                 return False
         return True
-
-
-def _bits(moved: Sequence[tuple[int, int]]) -> Iterable[int]:
-    every = 0
-    for reach, _ in moved:
-        every |= reach
-    return (s for s in range(every.bit_length()) if every >> s & 1)

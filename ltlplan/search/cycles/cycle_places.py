@@ -16,12 +16,11 @@ from ltlplan.logic.budget import TooLarge
 from ltlplan.search.bounds.set_orders import needed
 from ltlplan.search.cycles.cycle_effects import Followers, Masks
 from ltlplan.search.cycles.strong_components import components, graph_of
-from ltlplan.search.cycles.team_readers import AnyReader, LetterReader
-from ltlplan.search.cycles.team_system import NOBODY, SEAM, Nodes, TeamSystem
+from ltlplan.search.cycles.team_readers import LetterReader, Reader
+from ltlplan.search.cycles.team_system import NOBODY, SEAM, Nodes, TeamLetter, TeamSystem
 from ltlplan.search.label_setting import distances
 from ltlplan.search.memoization import memoized
 from ltlplan.search.numbering import Numbers
-from verify.data import Letter
 
 Place = tuple[int, Masks]
 """The number of the nodes of all robots, and what the conjuncts remember."""
@@ -75,9 +74,7 @@ class CyclePlaces:
         TooLarge: There are more than these.
     """
 
-    def __init__(
-        self, system: TeamSystem, readers: Sequence[AnyReader], begins: Sequence[Sequence[bool]], limits: Limits
-    ) -> None:
+    def __init__(self, system: TeamSystem, readers: Sequence[Reader], begins: Sequence[Sequence[bool]], limits: Limits) -> None:
         self._system, self.limits = system, limits
         self._away = [distances([own.initial], lambda node, edges=own.edges: edges[node]) for own in system.systems]
         self._plain = [reader for reader in readers if reader.closes]
@@ -112,7 +109,7 @@ class CyclePlaces:
         return self._remembered[home]
 
     @memoized
-    def letter(self, at: int, mover: int) -> Letter:
+    def letter(self, at: int, mover: int) -> TeamLetter:
         """Return the team's letter where robots are, of which one has moved last.
 
         Args:

@@ -8,9 +8,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from ltlplan.allocation import Itinerary
 from ltlplan.search.cycles.concurrent_cycle_steps import Stage
 from ltlplan.search.cycles.team_cycles import TeamCycles
+from ltlplan.search.itineraries import itinerary, path_cost
 from ltlplan.systems.transition_systems import TransitionSystem
-from ltlplan.systems.visit_log import VisitLog
-from verify.data import Infeasible, Visit, Word
+from verify.data import Infeasible, Word
 from verify.data.language.word import stutter_free
 from verify.data.plan import Meeting
 
@@ -28,7 +28,7 @@ def team_itineraries(each: Sequence[TransitionSystem], team: TeamCycles, repeat:
     """
     found: dict[str, Itinerary] = {}
     for system, prefix, cycle in zip(each, team.prefixes, team.cycles, strict=True):
-        before, after = _visits(system, prefix), _visits(system, cycle)
+        before, after = itinerary(system, prefix).visits, itinerary(system, cycle).visits
         begun = len(system.nodes[cycle[0]].regions)
         if any(visit.actions for visit in after[:begun]):
             raise Infeasible(
@@ -37,7 +37,7 @@ def team_itineraries(each: Sequence[TransitionSystem], team: TeamCycles, repeat:
             )
         once, again = (stutter_free(system.labels[node] for node in way) for way in (prefix, cycle))
         word = Word(once, again[1:]) if len(again) > 1 else Word(once[:-1], once[-1:])
-        cost = _cost(system, prefix) + repeat * _cost(system, cycle)
+        cost = path_cost(system, prefix) + repeat * path_cost(system, cycle)
         found[system.robot] = Itinerary((*before, *after[begun:]), word, len(before), cost)
     return found
 
@@ -54,7 +54,7 @@ def team_meetings(each: Sequence[TransitionSystem], team: TeamCycles) -> list[Me
     """
     if team.course is None:
         return []
-    prefixes = [len(_visits(system, prefix)) for system, prefix in zip(each, team.prefixes, strict=True)]
+    prefixes = [len(itinerary(system, prefix).visits) for system, prefix in zip(each, team.prefixes, strict=True)]
     begun = [len(system.nodes[cycle[0]].regions) for system, cycle in zip(each, team.cycles, strict=True)]
     found = [
         *_meetings(each, team.course.prefix, [prefix[0] for prefix in team.prefixes], [0] * len(each)),
@@ -71,10 +71,10 @@ def _meetings(
     ways = [[node] for node in begin]
     spans: list[Mapping[int, tuple[int, int]]] = []  # of each stage: robot, how many visits it has made before and after
     for stage in stages:
-        before = [len(_visits(system, way)) for system, way in zip(each, ways, strict=True)]
+        before = [len(itinerary(system, tuple(way)).visits) for system, way in zip(each, ways, strict=True)]
         for move in stage:
             ways[move.robot].extend(move.way[1:])
-        after = [len(_visits(system, way)) for system, way in zip(each, ways, strict=True)]
+        after = [len(itinerary(system, tuple(way)).visits) for system, way in zip(each, ways, strict=True)]
         spans.append({move.robot: (before[move.robot], after[move.robot]) for move in stage})
     for earlier, later in itertools.pairwise(spans):
         for robot, (setting_out, _) in sorted(later.items()):
@@ -94,20 +94,3 @@ _NOTHING = (
     "The formula asks that {name} does something before or after another robot sets out without coming to a region: such waits are not "
     "planned. Give the place or the action a region of its own."
 )
-
-
-def _visits(system: TransitionSystem, way: Sequence[int]) -> tuple[Visit, ...]:
-    """Return the visits that a way makes, with their actions."""
-    log = VisitLog()
-    for index, number in enumerate(way):
-        node = system.nodes[number]
-        log.enter(node.regions)
-        before = system.nodes[way[index - 1]].internal if index else node.internal
-        if before != node.internal:
-            change = (before, node.internal)
-            log.act(next(a for a in system.actions if (a.source, a.target) == change and a.at in node.regions))
-    return log.visits
-
-
-def _cost(system: TransitionSystem, way: Sequence[int]) -> float:
-    return sum(min(cost for node, cost in system.edges[source] if node == target) for source, target in itertools.pairwise(way))

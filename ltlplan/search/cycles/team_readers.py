@@ -9,15 +9,14 @@ finite automata on omega-words", Theoretical Computer Science 32, 1984).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container, Iterable
-from typing import Protocol
+from collections.abc import Callable, Iterable
 
 from ltlplan.logic.automaton import Automaton
 from ltlplan.logic.budget import Budget
 from ltlplan.logic.conjunction import conjuncts
 from ltlplan.logic.small_automata import small_automaton
 from ltlplan.search.counting.counting_propositions import shows
-from ltlplan.search.cycles.team_system import SEAM, TeamLetters
+from ltlplan.search.cycles.team_system import SEAM, TeamLetter
 from ltlplan.search.memoization import memoized
 from ltlplan.search.numbering import Numbers
 from verify.data import BadInput, Formula, Letter, Mission
@@ -28,24 +27,6 @@ Cut = Callable[[tuple[Letter, ...]], Letter]
 
 _TEMPORAL = ("F", "G", "U", "R", "W", "M", "X", "X[!]")
 _HELD = Formula("name", (), "held")
-
-
-class Reader(Protocol):
-    """What a search asks of an automaton."""
-
-    @property
-    def initial(self) -> int:
-        """The state before the first letter."""
-        ...
-
-    @property
-    def accepting(self) -> Container[int]:
-        """States that must come again and again."""
-        ...
-
-    def successors(self, state: int, letter: Letter) -> Iterable[int]:
-        """Return where a letter leads."""
-        ...
 
 
 def closes_at_once(automaton: Automaton) -> bool:
@@ -67,18 +48,18 @@ class LetterReader:
         closes: Whether it is back in its state after every cycle.
     """
 
-    def __init__(self, automaton: Automaton, letters: TeamLetters, cut: Cut, *, stays: bool = False) -> None:
-        self._automaton, self._letters, self._cut = automaton, letters, cut
+    def __init__(self, automaton: Automaton, cut: Cut, *, stays: bool = False) -> None:
+        self._automaton, self._cut = automaton, cut
         self.initial, self.accepting, self.stays = automaton.initial, automaton.accepting, stays
         self.guesses = not stays and not automaton.deterministic
         self.closes = closes_at_once(automaton)
 
     @memoized
-    def seen(self, letter: Letter) -> Letter:
+    def seen(self, letter: TeamLetter) -> Letter:
         """Return what the conjunct sees of a letter of the team."""
-        return self._cut(self._letters.read(letter)[0])
+        return self._cut(letter[0])
 
-    def successors(self, state: int, letter: Letter) -> Iterable[int]:
+    def successors(self, state: int, letter: TeamLetter) -> Iterable[int]:
         """Return where a letter leads."""
         return self._automaton.successors(state, self.seen(letter))
 
@@ -98,8 +79,8 @@ class ReadingsReader:
 
     stays = guesses = closes = False
 
-    def __init__(self, automaton: Automaton, letters: TeamLetters, flying: Container[int] | None = None) -> None:
-        self._automaton, self._letters, self._flying = automaton, letters, flying
+    def __init__(self, automaton: Automaton) -> None:
+        self._automaton = automaton
         self._states: Numbers[tuple[_Runs, _Runs, tuple[Letter, ...] | None]] = Numbers()
         self.accepting: set[int] = set()
         self.initial = self._number(frozenset({(automaton.initial, 0)}), frozenset(), None)
@@ -110,9 +91,9 @@ class ReadingsReader:
             self.accepting.add(number)
         return number
 
-    def successors(self, state: int, letter: Letter) -> Iterable[int]:
+    def successors(self, state: int, letter: TeamLetter) -> Iterable[int]:
         """Return where the letters of all robots lead, after those that they held so far were read; nowhere where a run dies."""
-        now, mover = self._letters.read(letter)
+        now, mover = letter
         runs, owing, held = self._states.known[state]
         if held is None:
             return (self._number(runs, runs, now),)
@@ -121,7 +102,7 @@ class ReadingsReader:
         if every is None or left is None:
             return ()
         if mover == SEAM:
-            due = sum(1 << robot for robot in range(len(now)) if self._is_read(robot))
+            due = (1 << len(now)) - 1
             every, left = (frozenset((q, 0) for q, b in some if b == due) for some in (every, left))
         elif mover >= 0 and now[mover] != held[mover]:
             every, left = (frozenset((q, b & ~(1 << mover)) for q, b in some if b >> mover & 1) for some in (every, left))
@@ -137,15 +118,11 @@ class ReadingsReader:
                 target = self._successor(q, letter)
                 if target is None:
                     return None
-                key = (target, bits | 1 << robot if self._is_read(robot) else bits)
+                key = (target, bits | 1 << robot)
                 if key not in found and not (owing and target in self._automaton.accepting):
                     found.add(key)
                     stack.append(key)
         return _freest(found)
-
-    def _is_read(self, robot: int) -> bool:
-        """Tell whether it counts that a robot is read: whoever stays shows one letter for ever."""
-        return self._flying is None or robot in self._flying
 
     @memoized
     def _successor(self, state: int, letter: Letter) -> int | None:
@@ -160,20 +137,16 @@ def _freest(runs: set[tuple[int, int]]) -> _Runs:
     return frozenset((q, a) for q, some in read.items() for a in some if not any(a != b and a & b == a for b in some))
 
 
-AnyReader = LetterReader | ReadingsReader
+Reader = LetterReader | ReadingsReader
 
 
-def team_readers(
-    mission: Mission, formula: Formula, letters: TeamLetters, budget: Budget, flying: Container[int] | None = None
-) -> list[AnyReader]:
+def team_readers(mission: Mission, formula: Formula, budget: Budget) -> list[Reader]:
     """Return how each conjunct of a formula reads a team.
 
     Args:
         mission: Gives the robots, and whether they are read one at a time or together.
         formula: Written out for the team.
-        letters: What the product's labels mean.
         budget: Bounds on each automaton.
-        flying: The robots that ever fly, by number; all where None.
 
     Raises:
         BadInput: Under `own` a conjunct has to guess what comes.
@@ -193,14 +166,14 @@ def team_readers(
                 found.add(text)
         return frozenset(found)
 
-    def reader(part: Formula) -> AnyReader:
+    def reader(part: Formula) -> Reader:
         operators, condition = _operators(part)
         if condition is None:
             automaton = small_automaton(part, "infinite", budget=budget)
             if together:
-                return LetterReader(automaton, letters, of_team)
+                return LetterReader(automaton, of_team)
             if automaton.deterministic:
-                return ReadingsReader(automaton, letters, flying)
+                return ReadingsReader(automaton)
             raise BadInput(
                 f"`{part}` is not planned for a team's laps under `own`: its automaton has to guess what comes, and no robot knows what "
                 "others are read to show. Write it as parts that need no guess, or under `team: joint`."
@@ -217,7 +190,7 @@ def team_readers(
                 holds = any(each) if operators.endswith("F") else all(each)
             return frozenset({"held"}) if holds else frozenset()
 
-        return LetterReader(small_automaton(asked, "infinite", budget=budget), letters, cut, stays=operators == "FG")
+        return LetterReader(small_automaton(asked, "infinite", budget=budget), cut, stays=operators == "FG")
 
     return [reader(part) for part in dict.fromkeys(conjuncts(formula))]
 

@@ -19,31 +19,8 @@ SEAM = -2
 """Instead of a robot: a cycle ends, in which each is read at least once, and the next begins."""
 
 
-class TeamLetters:
-    """Letters of all robots at one time, with who moved last, as one letter of a product."""
-
-    def __init__(self) -> None:
-        """Begin without letters."""
-        self._meant: dict[Letter, tuple[tuple[Letter, ...], int]] = {}
-
-    def written(self, letters: Sequence[Letter], mover: int) -> Letter:
-        """Return one letter for what all robots show.
-
-        Args:
-            letters: Each robot's.
-            mover: Who moved last.
-        """
-        found = frozenset({f"{robot}.{name}" for robot, letter in enumerate(letters) for name in letter} | {f"{mover}"})
-        self._meant.setdefault(found, (tuple(letters), mover))
-        return found
-
-    def read(self, letter: Letter) -> tuple[tuple[Letter, ...], int]:
-        """Return each robot's letter and who moved last.
-
-        Args:
-            letter: One that was written.
-        """
-        return self._meant[letter]
+TeamLetter = tuple[tuple[Letter, ...], int]
+"""What all robots show, and who moved last."""
 
 
 class TeamSystem:
@@ -51,7 +28,6 @@ class TeamSystem:
 
     Attributes:
         systems: One for each robot.
-        letters: What its labels mean.
         initial: The node of every robot at the start.
 
     Args:
@@ -61,18 +37,17 @@ class TeamSystem:
 
     def __init__(self, systems: Sequence[TransitionSystem], *, together: bool = False) -> None:
         self.systems, self._together = tuple(systems), together
-        self.letters = TeamLetters()
         self.initial: Nodes = tuple(system.initial for system in self.systems)
         self._rests = [resting(own, alone=len(systems) == 1) for own in self.systems]
 
-    def letter(self, nodes: Nodes, mover: int) -> Letter:
+    def letter(self, nodes: Nodes, mover: int) -> TeamLetter:
         """Return the letter of all robots.
 
         Args:
             nodes: The node of every robot.
             mover: Who moved last.
         """
-        return self.letters.written([own.labels[node] for own, node in zip(self.systems, nodes, strict=True)], mover)
+        return tuple(own.labels[node] for own, node in zip(self.systems, nodes, strict=True)), mover
 
     def rests(self, robot: int, node: int) -> bool:
         """Tell whether a robot at this node can wait for others."""
