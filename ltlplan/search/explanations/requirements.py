@@ -8,6 +8,7 @@ from ltlplan.logic.automaton import DEAD
 from ltlplan.logic.budget import Budget
 from ltlplan.logic.conjunction import conjunct_automata
 from ltlplan.logic.product_automaton import Task
+from ltlplan.search.label_setting import BestFirst
 from verify.data import Formula, Letter
 
 BUDGET = Budget(states=200_000)
@@ -16,16 +17,13 @@ BUDGET = Budget(states=200_000)
 def satisfiable(parts: Sequence[Formula], letters: Sequence[Letter]) -> bool:
     """Tell whether some finite word over these letters satisfies all parts, as far as the budget goes."""
     task = Task(conjunct_automata(all_of(parts), "finite"), letters)
-    waiting, seen = [task.initial], {task.initial}
-    for state in waiting:  # grows while it is walked
-        if task.is_accepting(state):
-            return True
-        for after in task.row(state):
-            if after != DEAD and after not in seen:
-                if len(seen) > BUDGET.states:
-                    return True  # not known to be impossible
-                seen.add(after)
-                waiting.append(after)
+
+    def onwards(state: int) -> list[tuple[int, float]]:
+        return [(after, 1.0) for after in task.row(state) if after != DEAD]
+
+    for seen, (state, _, _) in enumerate(BestFirst([task.initial], onwards, ties="first")):
+        if task.is_accepting(state) or seen > BUDGET.states:
+            return True  # the latter is not known to be impossible
     return False
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
+from ltlplan.search.label_setting import distances
 from ltlplan.search.orders.state_sets import Shown
 from ltlplan.systems.transition_systems import TransitionSystem
 
@@ -23,12 +24,7 @@ def alike_merged(
         shown: For each node what the formula sees there.
         is_idle: Whether it makes no difference that something is read again.
     """
-    reached = [system.initial]
-    seen = {system.initial}
-    for node in reached:  # grows while it is walked
-        fresh = [target for target, _ in system.edges[node] if target not in seen]
-        seen.update(fresh)
-        reached += dict.fromkeys(fresh)
+    reached = distances([system.initial], lambda node: [(target, 1.0) for target, _ in system.edges[node]])
     order = list(dict.fromkeys(shown[node] for node in reached))
     number = {own: 2 * i for i, own in enumerate(order)}
     edges: list[dict[int, float]] = [{} for _ in range(2 * len(order))]
@@ -49,7 +45,7 @@ def alike_merged(
     ends: dict[int, float] | None = None
     if system.final is not None:
         ends = {}
-        for node in seen & system.final.keys():
+        for node in reached.keys() & system.final.keys():
             ends |= {number[shown[node]] + twin: 0.0 for twin in (0, 1)}
     labels = tuple(frozenset({f"{i}"}) for i in range(2 * len(order)))
     merged = replace(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -11,6 +10,7 @@ from ltlplan.logic.automaton import DEAD
 from ltlplan.logic.budget import TooLarge
 from ltlplan.search.counting.counting_propositions import Marks
 from ltlplan.search.joint.conjuncts import JointConjunct
+from ltlplan.search.label_setting import Label, ParetoSearch
 from ltlplan.search.orders.state_sets import Reading, Shown
 
 Event = tuple[int, int]
@@ -75,25 +75,24 @@ class Linearisations:
         return next((word for word in found if word is not None), None)
 
     def _broken(self, index: int, part: JointConjunct, before: Mapping[Event, Sequence[Event]]) -> BreakingWord | None:
-        start, readers = (0,) * len(self.words), 1 if self.joint else len(self.words)
-        first = start, part.initial, (1 << readers) - 1
-        came: dict[_Node, tuple[_Node, int | None] | None] = {first: None}
-        queue = deque([first])
-        steps = 0
-        while queue:
-            node = queue.popleft()
-            at, state, unread = node
+        readers = 1 if self.joint else len(self.words)
+        first: _Node = (0,) * len(self.words), part.initial, (1 << readers) - 1
+
+        def successors(label: Label[_Node]) -> Iterator[Label[_Node]]:
+            assert label.state is not None
+            for reader, node in () if part.finished(label.state[1]) else self._following(part, label.state, before):
+                yield Label(node, (), 0.0, (), label, reader)
+
+        search = ParetoSearch(
+            [Label(first, (), 0.0, ())], successors
+        )  # nothing is paid: each node comes once, the shortest way to it
+        for label in search:
+            assert label.state is not None
+            at, state, unread = label.state
             if state == DEAD or (at == self.ends and not unread and not part.accepting(state)):
-                return _word(index, came, node)
-            if part.finished(state):
-                continue
-            for reader, following in self._following(part, node, before):
-                steps += 1
-                if following not in came:
-                    came[following] = node, reader
-                    queue.append(following)
-            if steps > MOST_STEPS:
-                raise TooLarge("Trying all orders of some robots' events takes", steps, "steps", MOST_STEPS)
+                return _word(index, label.path())
+            if search.reached > MOST_STEPS:
+                raise TooLarge("Trying all orders of some robots' events takes", search.reached, "steps", MOST_STEPS)
         return None
 
     def _following(
@@ -123,13 +122,8 @@ class Linearisations:
                 yield None, (tuple(moved), state, 1)
 
 
-def _word(part: int, came: Mapping[_Node, tuple[_Node, int | None] | None], node: _Node) -> BreakingWord:
-    """Return the word that has led to a node."""
-    way, reader = [node[0]], None
-    at = node
-    while (step := came[at]) is not None:
-        reader = step[1] if reader is None else reader
-        at = step[0]
-        if way[-1] != at[0]:
-            way.append(at[0])
-    return BreakingWord(part, tuple(reversed(way)), reader or 0)
+def _word(part: int, path: Sequence[Label[_Node]]) -> BreakingWord:
+    """Return the word along a path."""
+    way = tuple(at for at, _ in itertools.groupby(label.state[0] for label in path if label.state is not None))
+    readers = [label.step for label in path if isinstance(label.step, int)]
+    return BreakingWord(part, way, readers[-1] if readers else 0)

@@ -10,11 +10,12 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 from ltlplan.logic.automaton import DEAD
 from ltlplan.search.counting.counting_propositions import Marks, Sums
 from ltlplan.search.joint.conjuncts import JointConjunct
+from ltlplan.search.label_setting import BestFirst
 from ltlplan.search.memoization import memoized
 from ltlplan.search.numbering import Numbers
 from ltlplan.systems.transition_systems import TransitionSystem
@@ -102,17 +103,17 @@ class Reading:
             return True
         teams = itertools.product(*distinct) if self.joint else ((each,) for own in distinct for each in own)
         letters = {letter for team in teams for own in self.letters(team) for letter in own}
-        first = tuple(part.initial for part in self.marks.parts)
-        found, waiting = {first}, [first]
-        for states in waiting:  # grows while it is walked
+
+        def onwards(states: tuple[int, ...]) -> Iterator[tuple[tuple[int, ...], float]]:
             for letter in letters:
                 after = tuple(part.step(state, letter) for part, state in zip(self.marks.parts, states, strict=True))
-                if DEAD in after or after in found:
-                    continue
-                if self.marks.accepting(after) or len(found) > _MOST_LETTERS:
-                    return True
-                found.add(after)
-                waiting.append(after)
+                if DEAD not in after:
+                    yield after, 1.0
+
+        first = dict(onwards(tuple(part.initial for part in self.marks.parts)))
+        for seen, (states, _, _) in enumerate(BestFirst(first, onwards, ties="first")):
+            if self.marks.accepting(states) or seen > _MOST_LETTERS:
+                return True
         return False
 
     def is_idle(self, shown: Shown) -> bool:
