@@ -95,9 +95,10 @@ def precedences_of(systems: Sequence[TransitionSystem], plan: CountedPlan) -> li
     for (robot, before, _), others in _handovers(plan):
         for other, _, arrived in others:
             pair = (other, letters[other][arrived - 1]), (robot, letters[robot][before - 1] + 1)
-            if names.price(pair) is None:
+            precedence = names.precedence(pair)
+            if precedence is None:
                 return None
-            found[names.precedence(pair)] = None
+            found[precedence] = None
     return list(found)
 
 

@@ -197,12 +197,9 @@ def _no_cycles(problem: Problem) -> Unsatisfiable | Infeasible:
     def possible(parts: Sequence[Formula], worlds: Sequence[TransitionSystem]) -> bool:
         if len(worlds) < len(each) and any(part.counts for part in parts):
             return False  # what is said of all robots says nothing of some of them
-        try:
-            if (shared := parts_of(mission, all_of(parts))) is not None:
-                return share_out(mission, worlds, shared, replace(budget, rounds=1), longest=False) is not None
-            return cycles_may_exist(mission, worlds, all_of(parts), budget)
-        except (TooLarge, Infeasible):
-            return True  # not known to be impossible
+        if (shared := parts_of(mission, all_of(parts))) is not None:
+            return share_out(mission, worlds, shared, replace(budget, rounds=1), longest=False) is not None
+        return cycles_may_exist(mission, worlds, all_of(parts), budget)
 
     waits = False
     if parts_of(mission, problem.asked) is None:
@@ -218,4 +215,4 @@ def _no_cycles(problem: Problem) -> Unsatisfiable | Infeasible:
             "in which robots hover outside all regions for one another, or are read in a lap where they only rest: these are not planned. Give such "
             "a place a region of its own, or let the formula come true in flight."
         )
-    return relaxed(mission, explain(mission, problem.systems, each, feasible=possible), problem.cheapest)
+    return relaxed(mission, explain(mission, problem.systems, each, possible), problem.cheapest)

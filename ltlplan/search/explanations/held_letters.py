@@ -1,17 +1,24 @@
-"""Why no precedences help where single interleavings would do: a letter that a robot holds may be read at any time."""
+"""Why no precedences help where single interleavings would do: a letter that a robot holds may be read at any time.
+
+In a single team word of `own` each letter is read when it helps, so that this is what an interleaving can do at best. That is a sentence for a
+person, and no plan: a robot cannot choose when a letter that it holds is looked at.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import itertools
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 
-from ltlplan.logic.automaton import Automaton
+from ltlplan.logic.automaton import DEAD, Automaton
 from ltlplan.logic.budget import TooLarge
 from ltlplan.logic.conjunction import conjunct_automata, conjuncts
 from ltlplan.search.counting.counting_propositions import Marks
+from ltlplan.search.numbering import Numbers
 from ltlplan.search.orders.linearisations import Linearisations
 from ltlplan.search.orders.planning import words_and_order
-from ltlplan.search.orders.reading import Course
-from ltlplan.search.orders.single_words import SingleWord, single_word
+from ltlplan.search.orders.reading import Course, Nodes, is_event, shown_by, steps_along
+from ltlplan.search.team_reading import Step, complete, least_sum
 from ltlplan.systems.transition_systems import TransitionSystem
 from verify.data import Formula, Mission
 from verify.data.language.word import show_letter
@@ -43,7 +50,7 @@ def held_letter(
         owner += [index] * len(own)
     marks = Marks(automata, {})
     try:
-        word = single_word(systems, marks, _STATES)
+        word = _single_word(systems, marks, _STATES)
         if word is None:
             return []
         words, order = words_and_order(marks, systems, word.course)
@@ -74,10 +81,87 @@ def _letters(systems: Sequence[TransitionSystem], course: Course) -> list[list[f
     return found
 
 
-def _shown(systems: Sequence[TransitionSystem], word: SingleWord) -> str:
+def _shown(systems: Sequence[TransitionSystem], word: _SingleWord) -> str:
     said: list[str] = []
     for robot, node in word.readings:
         text = f"{systems[robot].robot} {show_letter(systems[robot].labels[node])}"
         if not said or said[-1] != text:
             said.append(text)
     return ", ".join(said)
+
+
+_Place = tuple[Nodes, tuple[int, ...], int]
+"""Where robots are, the conjuncts' states, and the robots not yet read, as bits."""
+
+
+@dataclass(frozen=True, slots=True)
+class _SingleWord:
+    """One team word.
+
+    Attributes:
+        course: The steps of the robots, in order.
+        readings: (robot, node) of each letter that is read.
+    """
+
+    course: Course
+    readings: tuple[tuple[int, int], ...]
+
+
+def _single_word(systems: Sequence[TransitionSystem], marks: Marks, most: int) -> _SingleWord | None:
+    """Return a shortest team word of `own` that satisfies the formula, or None where there is none.
+
+    Args:
+        systems: One for each robot.
+        marks: What the formula sees.
+        most: States that may be expanded.
+
+    Raises:
+        TooLarge: More would have to be.
+    """
+    letters = _LetterReading(systems, marks)
+    found = least_sum(letters, most)
+    if found.stopped is not None:
+        raise TooLarge("Looking for a single interleaving takes", found.explored, "states", most)
+    if not found.states:
+        return None
+    path = [letters.places.known[state] for state in found.states]
+    readings: list[tuple[int, int]] = []
+    for (nodes, _, unread), (_, _, left) in itertools.pairwise(path):
+        if read := unread & ~left:
+            readings.append((read.bit_length() - 1, nodes[read.bit_length() - 1]))
+    return _SingleWord(Course(steps_along([nodes for nodes, _, _ in path]), 0.0, found.reached), tuple(readings))
+
+
+class _LetterReading:
+    """Words whose letters are read one by one: steps of robots, and readings of what one of them shows, of which each counts 1."""
+
+    def __init__(self, systems: Sequence[TransitionSystem], marks: Marks) -> None:
+        self._systems, self._marks = systems, marks
+        self._letters = [[marks.letter(own[0]) for own in each] for each in shown_by(marks, systems)]
+        self.places: Numbers[_Place] = Numbers()
+
+    def begin(self) -> int:
+        initial = tuple(system.initial for system in self._systems)
+        return self.places[initial, tuple(part.initial for part in self._marks.parts), (1 << len(initial)) - 1]
+
+    def steps(self, state: int) -> Iterator[Step]:
+        nodes, states, unread = self.places.known[state]
+        ends = all(s.final is None or n in s.final for s, n in zip(self._systems, nodes, strict=True))
+        if not unread and ends and self._marks.accepting(states):
+            yield complete(state), 0.0, None
+        for robot, system in enumerate(self._systems):
+            bit, letter = 1 << robot, self._letters[robot][nodes[robot]]
+            after = tuple(part.step(at, letter) for part, at in zip(self._marks.parts, states, strict=True))
+            if DEAD not in after:
+                yield self.places[nodes, after, unread & ~bit], 1.0, None
+            for target, _ in system.edges[nodes[robot]]:
+                event = is_event(system, nodes[robot], target)
+                if not (event and unread & bit):
+                    moved = (*nodes[:robot], target, *nodes[robot + 1 :])
+                    yield self.places[moved, states, unread | bit if event else unread], 1.0, None
+
+    def left(self, _: int) -> float:
+        return 0.0
+
+    def holds(self, _: int) -> bool:
+        return True

@@ -6,10 +6,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
+from ltlplan.logic.budget import TooLarge
 from ltlplan.logic.conjunction import conjuncts
 from ltlplan.search.explanations.remedies import Worlds
 from ltlplan.systems.robot_systems import Systems
-from verify.data import Formula, Mission
+from verify.data import Formula, Infeasible, Mission
 from verify.data.language.counting import written_out
 from verify.data.language.formula import FREE
 from verify.data.language.free import in_no_region
@@ -27,13 +28,20 @@ class Inquiry:
         mission: Whose formula cannot be met.
         systems: What its robots can do.
         worlds: One system for each robot.
-        feasible: Whether some requirements can be met in some worlds.
+        possible: Whether some requirements can be met in some worlds; it may raise where it cannot tell.
     """
 
     mission: Mission
     systems: Systems
     worlds: Worlds
-    feasible: Feasible
+    possible: Feasible
+
+    def feasible(self, parts: Sequence[Formula], worlds: Worlds) -> bool:
+        """Tell whether some requirements may be met in some worlds; nothing is said of what is not known to be impossible."""
+        try:
+            return self.possible(parts, worlds)
+        except (TooLarge, Infeasible):
+            return True
 
     @cached_property
     def robots(self) -> list[Robot]:

@@ -9,16 +9,14 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
+from functools import partial
 
-from ltlplan.logic.budget import TooLarge
-from ltlplan.logic.conjunction import conjunct_automata, conjuncts
+from ltlplan.logic.conjunction import conjuncts
 from ltlplan.search.explanations import remedies
 from ltlplan.search.explanations.inquiry import Feasible, Inquiry, listed
 from ltlplan.search.explanations.reasons import reasons_against
 from ltlplan.search.explanations.remedies import Worlds
-from ltlplan.search.explanations.requirements import BUDGET, all_of, eventually
-from ltlplan.search.own.planning import own_task
-from ltlplan.search.team_planning import least_in_one_order
+from ltlplan.search.explanations.requirements import eventually
 from ltlplan.systems.robot_systems import Systems
 from ltlplan.systems.unreachable import why_unreachable
 from verify.data import Formula, Mission, Unsatisfiable, Word
@@ -60,25 +58,21 @@ def _offer(left_out: Sequence[str], *, least: bool) -> str:
     return f"{which} leaves out {listed([f'`{part}`' for part in left_out])} (weight {len(left_out)}): the rest can be planned."
 
 
-def explain(mission: Mission, systems: Systems, worlds: Worlds, *, feasible: Feasible | None = None) -> NoPlan:
+def explain(mission: Mission, systems: Systems, worlds: Worlds, possible: Feasible) -> NoPlan:
     """Return the error that says why a mission has no plan.
 
     Args:
         mission: Whose formula cannot be met.
         systems: What its robots can do.
         worlds: One system for each robot.
-        feasible: Whether some requirements can be met in some worlds; by default on finite words, each robot's letters
-            by themselves.
+        possible: Whether some requirements can be met in some worlds; it may raise where it cannot tell.
     """
-    inquiry = Inquiry(mission, systems, worlds, feasible or in_one_order)
+    inquiry = Inquiry(mission, systems, worlds, possible)
     core = _core(inquiry)
     robots = [world.robot for world in worlds]
-
-    def possible(altered: Worlds) -> bool:
-        return inquiry.feasible(core, altered)
-
-    opened = remedies.opened(mission, possible, robots)
-    edges = [] if opened else remedies.missing_edges(mission, possible, robots)
+    in_worlds = partial(inquiry.feasible, core)
+    opened = remedies.opened(mission, in_worlds, robots)
+    edges = [] if opened else remedies.missing_edges(mission, in_worlds, robots)
     reasons = [
         *reasons_against(inquiry, core),
         *_shut(inquiry, core),
@@ -102,19 +96,6 @@ def refused_in_some_order(mission: Mission, order: Sequence[tuple[str, Word]]) -
         f"The cheapest one fails, for instance, when they are read one after another as {shown}."
     )
     return NoPlan([mission.spec.formula or "true"], [reason])
-
-
-def in_one_order(parts: Sequence[Formula], worlds: Worlds) -> bool:
-    """Tell whether some requirements can be met, each robot's letters by themselves, where robots fly one after another.
-
-    Args:
-        parts: The requirements.
-        worlds: One system for each robot, in the order in which they fly.
-    """
-    try:
-        return least_in_one_order(own_task(worlds, conjunct_automata(all_of(parts), "finite")), BUDGET) is not None
-    except TooLarge:
-        return True  # not known to be impossible, so nothing is said of it
 
 
 def _core(inquiry: Inquiry) -> list[Formula]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from ltlplan.search.orders.linearisations import Event, Pair
+from ltlplan.search.orders.linearisations import Pair
 from ltlplan.systems.transition_systems import TransitionSystem
 from ltlplan.systems.visit_log import VisitLog
 from verify.data.plan import Done, Due, Precedence
@@ -75,24 +75,16 @@ class Names:
         self._robots = [system.robot for system in systems]
         self._names = [event_names(system, path) for system, path in zip(systems, paths, strict=True)]
 
-    def price(self, pair: Pair) -> tuple[int, ...] | None:
-        """Return how unlike a precedence is to the plainest one, that one robot enters when another has left; None where there is no name for it."""
-        found = self._plainest(pair)
-        return None if found is None else (_DONE[found.done] + _DUE[found.due], _DUE[found.due])
-
-    def precedence(self, pair: Pair) -> Precedence:
-        """Return the precedence as a plan says it; it has a price."""
-        found = self._plainest(pair)
-        assert found is not None
-        return found
-
-    def _plainest(self, pair: Pair) -> Precedence | None:
-        first, then = pair
-        done, due = self._named(first).done, self._named(then).due
+    def precedence(self, pair: Pair) -> Precedence | None:
+        """Return a precedence as a plan says it, in the plainest way; None where there is no name for it."""
+        (robot, event), (other, waiting) = pair
+        done, due = self._names[robot][event - 1].done, self._names[other][waiting - 1].due
         if not done or not due:
             return None
-        (what, visit), (waits, other) = min(done, key=lambda d: _DONE[d[0]]), min(due, key=lambda d: _DUE[d[0]])
-        return Precedence(first=(self._robots[first[0]], visit), then=(self._robots[then[0]], other), done=what, due=waits)
+        (what, visit), (waits, later) = min(done, key=lambda d: _DONE[d[0]]), min(due, key=lambda d: _DUE[d[0]])
+        return Precedence(first=(self._robots[robot], visit), then=(self._robots[other], later), done=what, due=waits)
 
-    def _named(self, event: Event) -> EventName:
-        return self._names[event[0]][event[1] - 1]
+
+def unlikeness(precedence: Precedence) -> tuple[int, int]:
+    """Return how unlike a precedence is to the plainest one, that one robot enters when another has left."""
+    return _DONE[precedence.done] + _DUE[precedence.due], _DUE[precedence.due]

@@ -7,45 +7,39 @@ not, the one that is easiest to fly and asks least. Then each that can be done w
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
+from ltlplan.search.orders.event_names import Names, unlikeness
 from ltlplan.search.orders.linearisations import At, Event, Linearisations, Pair
-
-Price = Callable[[Pair], tuple[int, ...] | None]
-"""How dear it is to keep a precedence; None where it cannot be said in a plan."""
+from verify.data.plan import Precedence
 
 
-def needed_orders(words: Linearisations, order: Sequence[Event], price: Price) -> list[Pair] | None:
-    """Return precedences that suffice, or None where those that a plan can say do not.
+def needed_orders(words: Linearisations, order: Sequence[Event], names: Names) -> dict[Pair, Precedence] | None:
+    """Return precedences that suffice, as plans say them, or None where those that a plan can say do not.
 
     Args:
         words: The robots' words, and the formula.
         order: All events in an order all of whose team words satisfy the formula.
-        price: Prefers some precedences to others.
+        names: What plans say of events.
 
     Raises:
         TooLarge: There are too many team words.
     """
     place = {event: index for index, event in enumerate(order)}
-    offered = [
-        (cost, place[first] - place[then], (first, then))
-        for first in order
-        for then in order
-        if first[0] != then[0] and place[first] < place[then] and (cost := price((first, then))) is not None
-    ]
-    offered.sort()
+    said = {pair: names.precedence(pair) for pair in itertools.combinations(order, 2) if pair[0][0] != pair[1][0]}
+    named = {pair: precedence for pair, precedence in said.items() if precedence is not None}
+    offered = sorted(named, key=lambda pair: (unlikeness(named[pair]), place[pair[0]] - place[pair[1]], pair))
     pairs: list[Pair] = []
     while (broken := words.broken(pairs)) is not None:
-        missing = next((pair for _, _, pair in offered if _breaks(broken.way, pair)), None)
+        missing = next((pair for pair in offered if _breaks(broken.way, pair)), None)
         if missing is None:
             return None
         pairs.append(missing)
-    dear = {pair: rank for rank, (_, _, pair) in enumerate(offered)}
-    for pair in sorted(pairs, key=lambda each: -dear[each]):
+    for pair in sorted(pairs, key=offered.index, reverse=True):
         others = [other for other in pairs if other != pair]
         if words.broken(others) is None:
             pairs = others
-    return sorted(pairs, key=lambda each: (place[each[1]], place[each[0]]))
+    return {pair: named[pair] for pair in sorted(pairs, key=lambda each: (place[each[1]], place[each[0]]))}
 
 
 def _breaks(way: Sequence[At], pair: Pair) -> bool:

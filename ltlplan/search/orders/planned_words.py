@@ -7,8 +7,9 @@ from collections.abc import Iterator
 
 from ltlplan.logic.budget import TooLarge
 from ltlplan.logic.conjunction import conjunct_automata
+from ltlplan.search.counting.counting_propositions import Marks
 from ltlplan.search.orders.event_names import event_names
-from ltlplan.search.orders.planning import plan_ordered
+from ltlplan.search.orders.planning import MOST_STATES, OrderedTeam
 from ltlplan.systems.transition_systems import Node, TransitionSystem
 from ltlplan.systems.visit_log import VisitLog
 from verify.data import Infeasible, Letter, Plan, RobotPlan, Unsatisfiable
@@ -31,9 +32,8 @@ def precedences_for(plan: Plan) -> tuple[Precedence, ...] | None:
         return None
     formula = plan.mission.formula
     try:
-        found = plan_ordered(
-            known, conjunct_automata(formula, "finite"), atoms(formula), joint=plan.mission.spec.team == "joint"
-        )
+        marks = Marks(conjunct_automata(formula, "finite"), atoms(formula))
+        found = OrderedTeam(known, marks, joint=plan.mission.spec.team == "joint").cheapest(MOST_STATES)
     except (TooLarge, Infeasible):
         return None
     if found is None:

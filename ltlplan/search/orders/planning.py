@@ -10,7 +10,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from ltlplan.allocation import Allocation
-from ltlplan.logic.automaton import Automaton
 from ltlplan.logic.budget import TooLarge
 from ltlplan.search.counting.counting_propositions import Marks
 from ltlplan.search.orders.abstraction import alike_merged
@@ -22,7 +21,6 @@ from ltlplan.search.orders.state_sets import Reading, Shown, shown_at
 from ltlplan.search.problem import TIES, Problem
 from ltlplan.systems.transition_systems import TransitionSystem
 from verify.data import Infeasible
-from verify.data.language.counting import Atom
 from verify.data.plan import Precedence
 
 MOST_STATES = 10_000
@@ -55,7 +53,7 @@ def plan(problem: Problem) -> Allocation | None:
     """
     budget = problem.budget
     most = min(MOST_STATES, budget.states // 50 if budget.courses is None else budget.courses)
-    team = _Team(problem.each, Marks(problem.automata, problem.known), joint=problem.mission.spec.team == "joint")
+    team = OrderedTeam(problem.each, Marks(problem.automata, problem.known), joint=problem.mission.spec.team == "joint")
     found = team.cheapest(most)
     if found is None:
         return None
@@ -82,60 +80,32 @@ def plan(problem: Problem) -> Allocation | None:
     )
 
 
-def plan_ordered(
-    systems: Sequence[TransitionSystem],
-    automata: Sequence[Automaton],
-    atoms: dict[str, Atom],
-    *,
-    joint: bool,
-    most: int = MOST_STATES,
-) -> OrderedPlan | None:
-    """Return a plan with the least sum whose team words all satisfy the formula under some precedences; None where there are none.
+class OrderedTeam:
+    """Robots, and how the formula reads their events. Each search says how many states may be expanded.
 
     Args:
         systems: One for each robot.
-        automata: One for each conjunct.
-        atoms: The formula's propositions of the whole team, where it counts.
+        marks: What the formula sees.
         joint: Whether it reads the letter of the whole team.
-        most: States that may be expanded.
-
-    Raises:
-        TooLarge: The budget was used up; nothing is known.
-        Infeasible: There is such a plan, but its precedences cannot be said of visits and their actions.
     """
-    return _Team(systems, Marks(automata, atoms), joint=joint).cheapest(most)
-
-
-def ordered_possible(
-    systems: Sequence[TransitionSystem], automata: Sequence[Automaton], *, joint: bool, most: int = MOST_STATES
-) -> bool:
-    """Tell whether there are words whose team words all satisfy a formula without counts under some precedences.
-
-    Args:
-        systems: One for each robot.
-        automata: One for each conjunct.
-        joint: Whether it reads the letter of the whole team.
-        most: States that may be expanded.
-
-    Raises:
-        TooLarge: The budget was used up; nothing is known.
-    """
-    team = _Team(systems, Marks(automata, {}), joint=joint)
-    return team.may_be_possible(most) and team.events(systems).cheapest(most) is not None
-
-
-class _Team:
-    """Robots, and how the formula reads their events."""
 
     def __init__(self, systems: Sequence[TransitionSystem], marks: Marks, *, joint: bool) -> None:
         self._systems, self._marks, self._reading = systems, marks, Reading(marks, joint=joint)
         self._shown = shown_by(marks, systems)
 
-    def events(self, systems: Sequence[TransitionSystem]) -> EventReading:
+    def is_possible(self, most: int) -> bool:
+        """Tell whether there are words all of whose team words satisfy the formula under some precedences.
+
+        Raises:
+            TooLarge: The budget was used up; nothing is known.
+        """
+        return self._may_be_possible(most) and self._events(self._systems).cheapest(most) is not None
+
+    def _events(self, systems: Sequence[TransitionSystem]) -> EventReading:
         """Return the reading of these robots, or of ones that may end in fewer places."""
         return EventReading(systems, self._shown, self._reading)
 
-    def may_be_possible(self, most: int) -> bool:
+    def _may_be_possible(self, most: int) -> bool:
         """Tell whether smaller systems that can do more can do it; True where that takes too long to find out."""
         merged = [alike_merged(s, own, self._reading.is_idle) for s, own in zip(self._systems, self._shown, strict=True)]
         small, shown = [system for system, _ in merged], [own for _, own in merged]
@@ -147,14 +117,19 @@ class _Team:
             return True
 
     def cheapest(self, most: int) -> OrderedPlan | None:
-        """Return a plan with the least sum; None where there is none."""
-        if not self.may_be_possible(most):
+        """Return a plan with the least sum whose team words all satisfy the formula under some precedences; None where there is none.
+
+        Raises:
+            TooLarge: The budget was used up; nothing is known.
+            Infeasible: There is such a plan, but its precedences cannot be said of visits and their actions.
+        """
+        if not self._may_be_possible(most):
             return None
-        course = self.events(self._systems).cheapest(most)
+        course = self._events(self._systems).cheapest(most)
         found = course and self._ordered(course)
         if course is None or found is not None:
             return found
-        course = self.events([_leaving_after_actions(system) for system in self._systems]).cheapest(most)
+        course = self._events([_leaving_after_actions(system) for system in self._systems]).cheapest(most)
         found = course and self._ordered(course)
         if found is None:
             raise Infeasible(
@@ -165,7 +140,7 @@ class _Team:
 
     def of_least_highest(self, most: int, below: float) -> tuple[OrderedPlan | None, float]:
         """Return a plan whose robot with the highest cost pays less than a limit, if one is found, and what that is at the least in all."""
-        course, bound = self.events(self._systems).of_least_highest(most, below)
+        course, bound = self._events(self._systems).of_least_highest(most, below)
         return course and self._ordered(course), min(bound, below)
 
     def _ordered(self, course: Course) -> OrderedPlan | None:
@@ -175,10 +150,10 @@ class _Team:
         for robot, node in course.steps:
             paths[robot].append(node)
         names = Names(self._systems, paths)
-        pairs = needed_orders(Linearisations(self._marks, words, joint=self._reading.joint), order, names.price)
+        pairs = needed_orders(Linearisations(self._marks, words, joint=self._reading.joint), order, names)
         if pairs is None:
             return None
-        kept = tuple(dict.fromkeys(map(names.precedence, pairs)))
+        kept = tuple(dict.fromkeys(pairs.values()))
         return OrderedPlan(tuple(map(tuple, paths)), kept, course.cost, course.reached)
 
 

@@ -8,7 +8,8 @@ import ltlplan
 from ltlplan.logic.budget import TooLarge
 from ltlplan.logic.conjunction import conjunct_automata
 from ltlplan.pipeline import certified_team
-from ltlplan.search.orders.planning import plan_ordered
+from ltlplan.search.counting.counting_propositions import Marks
+from ltlplan.search.orders.planning import OrderedTeam
 from ltlplan.systems.robot_systems import Systems
 from tests.helpers.few import few_of
 from tests.helpers.own_places import own_places
@@ -95,9 +96,9 @@ def test_what_takes_too_many_states_is_not_called_impossible() -> None:
     mission = own_places("F b & (!b U a)", {"quad0": "a", "quad1": "b"})
     systems = Systems(mission)
     with pytest.raises(TooLarge, match="precedences"):
-        plan_ordered(
-            [systems.of(name) for name in mission.agents], conjunct_automata(mission.formula, "finite"), {}, joint=False, most=5
-        )
+        OrderedTeam(
+            [systems.of(name) for name in mission.agents], Marks(conjunct_automata(mission.formula, "finite"), {}), joint=False
+        ).cheapest(5)
 
 
 @few_of(1, "team", ["own", "joint"])
