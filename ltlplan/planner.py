@@ -9,6 +9,7 @@ shares only plain data with the checker; whether the plan keeps its word is chec
 from __future__ import annotations
 
 from collections.abc import Mapping
+from numbers import Real
 from typing import TYPE_CHECKING, SupportsIndex
 
 import numpy as np
@@ -186,12 +187,21 @@ def with_pace(mission: Mission, pace: float | str | None) -> Mission:
     Raises:
         BadInput: The pace is neither a number above 0 up to 1 nor "nominal".
     """
-    if pace is None or pace == mission.planner.pace:
-        return mission
-    share = pace if isinstance(pace, int | float) and not isinstance(pace, bool) else 0.0
-    if pace != "nominal" and not 0.0 < share <= 1.0:
+    asked = mission.planner.pace if pace is None else checked_pace(pace)
+    return mission if asked == mission.planner.pace else _with_planner(mission, pace=asked)
+
+
+def checked_pace(pace: object) -> float | str:
+    """Return a pace as missions keep it.
+
+    Raises:
+        BadInput: It is neither a number above 0 up to 1 nor "nominal".
+    """
+    if isinstance(pace, str) and pace == "nominal":
+        return pace
+    if isinstance(pace, bool) or not isinstance(pace, Real) or not 0.0 < float(pace) <= 1.0:
         raise BadInput(f"A pace is a share of the fastest flight, above 0 up to 1, or 'nominal', not {pace!r}.")
-    return _with_planner(mission, pace=float(share) or pace)
+    return float(pace)
 
 
 def pace_of(text: str | None) -> float | str | None:

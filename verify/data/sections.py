@@ -157,8 +157,8 @@ class Limits(Value):
 
 def _pace(value: object) -> float | str:
     """Return a pace as it is kept, or say what would be one."""
-    if value == "nominal":
-        return "nominal"
+    if isinstance(value, str) and value == "nominal":
+        return value
     if isinstance(value, bool) or not isinstance(value, int | float) or not 0.0 < value <= 1.0:
         raise ValueError(f"must be a share of the fastest flight, above 0 up to 1, or `nominal`, not {value!r}")
     return float(value)

@@ -20,7 +20,7 @@ from flight.processes import Workers
 from flight.storage.folders import check_folder, put_files, write_folder
 from flight.storage.ownership import read_contents
 from ltlplan.output import run_files
-from ltlplan.planner import with_pace, with_seed
+from ltlplan.planner import checked_pace, with_pace, with_seed
 from ltlplan.service.execution.clusters import ClusterError
 from ltlplan.service.execution.stages import PLAN, Outcome, mission_bytes, run_stage
 from ltlplan.service.models import ONLY_OF_JOBS
@@ -96,12 +96,13 @@ def run_batch(
         What became of each, sorted by name.
 
     Raises:
-        BadInput: There is no such folder, it has no mission files, or two of them would have one folder.
+        BadInput: There is no such folder, it has no mission files, or two of them would have one folder; or the pace is none.
         ClusterError: The cluster that did the work has gone; what was done by then is kept.
     """
     entries: dict[str, Entry] = {}
     todo: list[_Running] = []
     files = _mission_files(Path(folder))
+    pace = None if pace is None else checked_pace(pace)
     for name, file in files.items():
         try:
             begun = _prepared(name, file, Path(out) / name, seed, pace)

@@ -153,6 +153,17 @@ def test_jobs_are_listed_cancelled_and_deleted(client: Client, done: Submitted) 
         client.cancel(job)
 
 
+def test_jobs_have_the_pace_that_is_asked(client: Client) -> None:
+    plan = client.plan(ltlplan.parse_mission(ONE_HOOP), seed=4713, pace=1)
+    assert plan.mission.planner.pace == 1.0
+    job = client.submit_text(ONE_HOOP, seed=4713, pace="nominal")
+    client.cancel(job)
+    for wrong in (0, 1.5, True, float("nan"), "fast"):
+        for door in (client.submit, client.plan, client.run):
+            with pytest.raises(BadInput, match="A pace is a share of the fastest flight"):
+                door(ltlplan.parse_mission(ONE_HOOP), pace=wrong)
+
+
 def test_a_service_that_is_not_there() -> None:
     with Client("http://127.0.0.1:9") as client, pytest.raises(Unreachable, match="`ltlplan serve` starts a service"):
         client.health()

@@ -255,6 +255,24 @@ def test_a_job_is_cancelled_and_deleted(http: httpx.Client) -> None:
     assert_refused(http.get(f"/api/jobs/{job['id']}"), 404, "not-found")
 
 
+def test_a_job_has_the_pace_that_is_asked(http: httpx.Client) -> None:
+    def asked(text: str, **params: object) -> dict[str, object]:
+        job = http.post("/api/jobs", content=text, headers=YAML, params={"seed": 988, **params}).json()
+        http.post(f"/api/jobs/{job['id']}/cancel")
+        return job
+
+    fast, written = asked(ONE_HOOP, pace="1"), asked(ONE_HOOP + "planner: {pace: 1}\n")
+    assert fast["id"].split("-")[0] == written["id"].split("-")[0]
+    assert fast["id"].split("-")[0] != asked(ONE_HOOP)["id"].split("-")[0]
+    assert asked(ONE_HOOP, pace="nominal")["state"] == "queued"
+
+
+@pytest.mark.parametrize("pace", ["0", "2", "nan", "fast", "true", ""])
+def test_a_job_of_what_is_no_pace_is_refused(pace: str, http: httpx.Client) -> None:
+    told = http.post("/api/jobs", content=ONE_HOOP, headers=YAML, params={"pace": pace})
+    assert "A pace is a share of the fastest flight" in str(assert_refused(told, 422, "bad-input")["detail"])
+
+
 def test_a_formula_that_cannot_be_met_is_told_as_the_command_line_tells_it(http: httpx.Client) -> None:
     text = ONE_HOOP.replace("F hoop0", "F hoop0 & G !hoop0")
     job = http.post("/api/jobs", content=text, headers=YAML).json()

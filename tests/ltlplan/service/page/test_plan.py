@@ -19,6 +19,9 @@ from ltlplan.service.page.certificate_tab import trust_tab  # noqa: E402
 from ltlplan.service.page.elements import Part, Words  # noqa: E402
 from ltlplan.service.page.plan import plan_tab  # noqa: E402
 from ltlplan.service.page.session_state import Desk  # noqa: E402
+from ltlplan.service.page.write import _Writing  # noqa: E402  # pyright: ignore[reportPrivateUsage]
+from tests.helpers.services import ONE_HOOP  # noqa: E402
+from verify.data import Mission, parse_mission  # noqa: E402
 
 QUEUED = Job(id="a-1", mission="firefighting", submitted="2026-01-01T00:00:00+00:00")
 RUNNING = QUEUED.model_copy(update={"state": "running", "started": "2026-01-01T00:00:01+00:00"})
@@ -67,6 +70,33 @@ def buttons(client: Client) -> dict[str, Element]:
 
 def inside(place: Element) -> list[str]:
     return [made.text for made in place.descendants() if isinstance(made, Words)]
+
+
+@pytest.mark.parametrize(("typed", "pace"), [("", 0.7), (" 1 ", 1.0), ("nominal", "nominal"), ("2", None), ("fast", None)])
+def test_the_pace_that_is_typed_is_the_submitted_missions(typed: str, pace: float | str | None, client: Client) -> None:
+    handed_in: list[Mission] = []
+
+    async def mission(text: str, who: str) -> Mission:
+        del who
+        return parse_mission(text)
+
+    async def submit(mission: Mission, seed: int | None, who: str) -> Job:
+        del seed, who
+        handed_in.append(mission)
+        return QUEUED
+
+    async def nothing(*_: object) -> None:
+        return None
+
+    service: Any = SimpleNamespace(jobs=SimpleNamespace(submit=submit), mission=mission, questions=SimpleNamespace(ask=None))
+    desk = Desk(service, client)
+    vars(desk)["open"] = nothing
+    writing = _Writing(desk)
+    vars(writing.drafted)["hand_in"] = nothing
+    vars(writing.editor)["text"] = ONE_HOOP
+    writing._pace_typed(SimpleNamespace(args=typed))  # pyright: ignore[reportPrivateUsage]
+    asyncio.run(writing.submit())
+    assert [mission.planner.pace for mission in handed_in] == ([] if pace is None else [pace])
 
 
 def test_a_part_is_drawn_anew_only_when_it_shows_something_else(client: Client) -> None:
