@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -158,7 +158,7 @@ def hurried(problem: Problem, robots: dict[str, RobotFlight], starts: dict[str, 
     plan = problem.plan
     if any(robot.plan.hold > 0.0 or robot.cycle is not None for robot in robots.values()):
         return None
-    faster = _on_faster_clock(problem, tuple(robots.values()), {name: robot.path for name, robot in robots.items()}, starts)
+    faster = timed_faster(problem, tuple(robots.values()), {name: robot.path for name, robot in robots.items()}, starts)
     if faster is None:
         return None
     fitted, begins = faster
@@ -179,24 +179,36 @@ def arrival(team: Together) -> float:
     return max(starts[name] + robot.path.duration for name, robot in robots.items())
 
 
-_Timed = tuple[list[tuple[RobotFlight, float]], dict[str, float]]
+Timed = tuple[list[tuple[RobotFlight, float]], dict[str, float]]
 """Robots, each with by how much it must be slowed, and their departures before that, s."""
 
 
 def _timings(
     problem: Problem, group: tuple[RobotFlight, ...], paths: dict[str, Spline], starts: dict[str, float]
-) -> Iterator[_Timed]:
+) -> Iterator[Timed]:
     """Yield robots on their paths: on a faster clock first, where none flies at the plan's own times."""
-    faster = _on_faster_clock(problem, group, paths, starts)
+    faster = timed_faster(problem, group, paths, starts)
     if faster is not None:
         yield faster
     yield [along(problem, robot, paths[robot.name]) for robot in group], starts
 
 
-def _on_faster_clock(
-    problem: Problem, group: tuple[RobotFlight, ...], paths: dict[str, Spline], starts: dict[str, float]
-) -> _Timed | None:
-    """Return robots on a clock as fast as limits allow; None where one is nominal, has no pace on it, or would fly more pieces than it holds."""
+def timed_faster(
+    problem: Problem, group: Collection[RobotFlight], paths: dict[str, Spline], starts: dict[str, float]
+) -> Timed | None:
+    """Return robots on a common clock that is as fast as limits allow.
+
+    It is None where one is nominal, has no pace on that clock, or would fly more pieces than it holds.
+
+    Args:
+        problem: What is refined.
+        group: The robots, kept apart.
+        paths: What each flies.
+        starts: When each departs, s.
+
+    Raises:
+        Infeasible: No pace keeps a robot's limits.
+    """
     mission, options = problem.plan.mission, problem.options
     shares = {robot.name: options.share(mission, robot.name) for robot in group}
     team = {

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refine.coordination.conflict_intervals import Mover, cut_legs
-from refine.coordination.conflict_resolution import along, among, mover_of, paced
+from refine.coordination.conflict_resolution import along, among, mover_of, paced, timed_faster
 from refine.coordination.departures import DepartureConflict, departures
 from refine.coordination.joint_bending import Beginning, bend_apart
 from refine.coordination.spacing import flight_of
@@ -175,17 +175,19 @@ def _parted(problem: Problem, robots: dict[str, RobotFlight], starts: dict[str, 
             continue
         try:
             flown = [_along(problem, *each) for each in zip(robots.values(), movers, bent.points, strict=True)]
+            faster = timed_faster(problem, robots.values(), {robot.name: robot.path for robot, _ in flown}, starts)
         except Infeasible:
             continue  # bodies are in the way of these paths
-        factor = max(by for _, by in flown)
-        team = {robot.name: paced(robot, factor) for robot, _ in flown}
-        if any(violations(each.path, problem.plan.mission, name, each.plan) for name, each in team.items()):
-            continue
-        begun = {name: factor * start for name, start in starts.items()}
-        met = _meetings(problem, team, begun)
-        if not met:
-            return (team, begun), evaluations
-        conflict = met[0]
+        for fitted, begins in (*filter(None, (faster,)), (flown, starts)):
+            factor = max(by for _, by in fitted)
+            team = {robot.name: paced(robot, factor) for robot, _ in fitted}
+            if any(violations(each.path, problem.plan.mission, name, each.plan) for name, each in team.items()):
+                continue
+            begun = {name: factor * start for name, start in begins.items()}
+            met = _meetings(problem, team, begun)
+            if not met:
+                return (team, begun), evaluations
+            conflict = met[0]
     return conflict, evaluations
 
 

@@ -37,6 +37,8 @@ _LATE = 1.25
 """How much longer than the longest flight a team that waits for each other may take before swerving is tried instead."""
 _PLANNED = "On their fastest paths robots were not kept apart, or later than at the plan's own times: these are flown."
 _HURRIED = "On their fastest paths robots were not kept apart: they fly those of the plan's own times, hurried on one clock."
+_LATER = 1.5
+"""The same for a team that swerves before others of its robots give way to each other."""
 _MEETINGS = 40
 """Times that one robot's path is laid around where another one waits."""
 
@@ -195,12 +197,26 @@ def _giving_way(attempt: _Attempt) -> Together | None:
     if attempt.way.gives_way == "to pass" and takes_turns(planned) and share_places(planned, problem.spacing):
         raise too_near(attempt.met[0][1], problem.spacing.distance)
     attempt.tell("letting robots give way", 0.8)
+    swerving = None if attempt.many else _swerving_fast(attempt)
+    if swerving is not None and arrival(swerving) <= _LATER * _longest(attempt.alone):
+        return swerving
     for robots, conflict in attempt.met:
         try:
-            return resolve_encounters(problem, robots, conflict)
+            found = resolve_encounters(problem, robots, conflict)
         except Infeasible as error:
             attempt.refused.append(error)
-    return None
+            continue
+        return found if swerving is None else min((swerving, found), key=arrival)
+    return swerving
+
+
+def _swerving_fast(attempt: _Attempt) -> Together | None:
+    """Let few robots swerve, too, where they are hurried on one clock after; at the plan's own times they give way in turns."""
+    problem = attempt.problem
+    if any(problem.options.share(problem.plan.mission, name) is None for name in attempt.alone) or problem.plan.meetings:
+        return None
+    found = avoid_jointly(problem, attempt.alone)
+    return None if isinstance(found, DepartureConflict) else found
 
 
 def _waiting_on_the_way(attempt: _Attempt) -> Together | None:
