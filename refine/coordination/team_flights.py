@@ -127,6 +127,7 @@ class _Attempt:
         tell: Told a sentence and a share of the work.
         met: Teams that no departures keep apart, with who meets.
         refused: Why they cannot give way to each other.
+        late: Teams that swerve, and arrive later than others might.
     """
 
     problem: Problem
@@ -136,6 +137,7 @@ class _Attempt:
     tell: Progress
     met: list[tuple[dict[str, RobotFlight], DepartureConflict]] = field(default_factory=list)
     refused: list[Infeasible] = field(default_factory=list)
+    late: list[Together] = field(default_factory=list)
 
     @property
     def many(self) -> bool:
@@ -187,6 +189,22 @@ def _departing_in_time(attempt: _Attempt) -> Together | None:
     return None
 
 
+def _swerving_fast(attempt: _Attempt) -> Together | None:
+    """Swerve, of few robots too, where all are hurried on one clock after; at the plan's own times they give way in turns."""
+    problem = attempt.problem
+    nominal = any(problem.options.share(problem.plan.mission, name) is None for name in attempt.alone)
+    if nominal or attempt.many or problem.plan.meetings or attempt.way.gives_way == "never":
+        return None
+    attempt.tell("letting robots swerve together", 0.72)
+    found = avoid_jointly(problem, attempt.alone)
+    if isinstance(found, DepartureConflict):
+        return None
+    if arrival(found) <= _LATER * _longest(attempt.alone):
+        return found
+    attempt.late.append(found)
+    return None
+
+
 def _visiting_elsewhere(attempt: _Attempt) -> Together | None:
     attempt.tell("trying other places for visits", 0.75)
     return with_visits_relocated(attempt.problem, attempt.alone)
@@ -197,26 +215,14 @@ def _giving_way(attempt: _Attempt) -> Together | None:
     if attempt.way.gives_way == "to pass" and takes_turns(planned) and share_places(planned, problem.spacing):
         raise too_near(attempt.met[0][1], problem.spacing.distance)
     attempt.tell("letting robots give way", 0.8)
-    swerving = None if attempt.many else _swerving_fast(attempt)
-    if swerving is not None and arrival(swerving) <= _LATER * _longest(attempt.alone):
-        return swerving
     for robots, conflict in attempt.met:
         try:
             found = resolve_encounters(problem, robots, conflict)
         except Infeasible as error:
             attempt.refused.append(error)
             continue
-        return found if swerving is None else min((swerving, found), key=arrival)
-    return swerving
-
-
-def _swerving_fast(attempt: _Attempt) -> Together | None:
-    """Let few robots swerve, too, where they are hurried on one clock after; at the plan's own times they give way in turns."""
-    problem = attempt.problem
-    if any(problem.options.share(problem.plan.mission, name) is None for name in attempt.alone) or problem.plan.meetings:
-        return None
-    found = avoid_jointly(problem, attempt.alone)
-    return None if isinstance(found, DepartureConflict) else found
+        return min((found, *attempt.late), key=arrival)
+    return attempt.late[0] if attempt.late else None
 
 
 def _waiting_on_the_way(attempt: _Attempt) -> Together | None:
@@ -234,7 +240,15 @@ def _waiting_on_the_way(attempt: _Attempt) -> Together | None:
     return None
 
 
-MEANS = (_departing_without_delay, _swerving, _departing_in_time, _visiting_elsewhere, _giving_way, _waiting_on_the_way)
+MEANS = (
+    _departing_without_delay,
+    _swerving,
+    _departing_in_time,
+    _swerving_fast,
+    _visiting_elsewhere,
+    _giving_way,
+    _waiting_on_the_way,
+)
 """What keeps robots apart, tried in this order; each returns None where it does not apply or does not do."""
 
 

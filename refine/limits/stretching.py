@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from refine.limits.limits import Limits
-from refine.limits.usage import Peak, Samples, peaks, worst
+from refine.limits.usage import Peak, Samples, peaks, peaks_of, shares_used, worst
 from refine.spline.spline import Spline
 from verify.data import Infeasible, Witness
 
@@ -16,6 +16,8 @@ _ROUNDS = 60
 _LEAST, _MOST = 1e-2, 1e3
 _FINE = 801
 _CLOSER = 10
+_NEARLY = 0.9
+"""Share of the greatest use of a limit from which on a piece is looked at closely."""
 
 
 def stretch_to_limits(
@@ -99,13 +101,26 @@ def _fastest(samples: Samples, limits: Limits, safety: float) -> float | None:
 
 
 def _between_samples(path: Spline, yaw: Spline | None, limits: Limits, factor: float, safety: float) -> float:
-    """Return the factor, raised a little where samples set much closer see more: extremes can be narrow."""
+    """Return the factor, raised a little where samples set much closer see more: extremes can be narrow.
+
+    Only pieces that use nearly as much of a limit as any are looked at closely.
+    """
+    used = [share.max(axis=1) for _, _, share in shares_used(path.stretched(factor), _slower(yaw, factor), limits).values()]
+    if not used:
+        return factor
+    most = np.max(used, axis=0)
+    near = np.flatnonzero(most >= _NEARLY * most.max())
     for _ in range(_CLOSER):
-        peak = worst(peaks(path.stretched(factor), None if yaw is None else yaw.stretched(factor), limits, _FINE))
+        samples = Samples.of(path.stretched(factor), _slower(yaw, factor), _FINE, near)
+        peak = worst(peaks_of(samples.shares(limits)))
         if peak is None or peak.share <= 1.0 - safety:
             break
         factor *= min(peak.share / (1.0 - safety), 1.01) + 1e-7
     return factor
+
+
+def _slower(yaw: Spline | None, factor: float) -> Spline | None:
+    return None if yaw is None else yaw.stretched(factor)
 
 
 def _cannot(peak: Peak) -> Infeasible:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from refine.limits.flatness import flat_samples
 from refine.limits.limits import LIMIT_NAMES, Limits
+from refine.spline.basis import values
 from refine.spline.spline import Spline
 from verify.data import GRAVITY
 
@@ -49,12 +50,22 @@ def peaks(path: Spline, yaw: Spline | None, limits: Limits, samples: int = SAMPL
         limits: Infinite ones are left out.
         samples: A piece.
     """
-    uses = shares_used(path, yaw, limits, samples)
     times = (path.knots[:-1, None] + path.durations[:, None] * np.linspace(0, 1, samples)).ravel()
+    return peaks_of(shares_used(path, yaw, limits, samples), times)
+
+
+def peaks_of(uses: dict[str, tuple[Floats, float, Floats]], times: Floats | None = None) -> tuple[Peak, ...]:
+    """Return the extreme of every limited quantity among samples.
+
+    Args:
+        uses: As `shares_used` returns them.
+        times: Of the samples, s; 0 where left out. Shape (pieces * samples,).
+    """
     found = []
-    for name, (values, limit, share) in uses.items():
+    for name, (used, limit, share) in uses.items():
         index = int(np.argmax(share))
-        found.append(Peak(name, float(values.flat[index]), limit, float(times[index]), float(share.flat[index])))
+        at = 0.0 if times is None else float(times[index])
+        found.append(Peak(name, float(used.flat[index]), limit, at, float(share.flat[index])))
     return tuple(found)
 
 
@@ -71,18 +82,19 @@ class Samples:
     yaw: tuple[Floats, ...]
 
     @classmethod
-    def of(cls, path: Spline, yaw: Spline | None, samples: int = SAMPLES) -> Samples:
+    def of(cls, path: Spline, yaw: Spline | None, samples: int = SAMPLES, pieces: NDArray[np.intp] | None = None) -> Samples:
         """Return a flight's derivatives at even samples of each piece.
 
         Args:
             path: Three axes.
             yaw: One axis, same durations; None where yaw is constant.
             samples: A piece.
+            pieces: Those that are sampled; all where None.
         """
-        at = np.linspace(0.0, 1.0, samples)
-        motion = tuple(path.sample(at, d) for d in (1, 2, 3, 4))
+        at, kept = np.linspace(0.0, 1.0, samples), slice(None) if pieces is None else pieces
+        motion = tuple(_sampled(path, at, d, kept) for d in (1, 2, 3, 4))
         still = (np.zeros(motion[0].shape[:2]),) * 3
-        return cls(motion, still if yaw is None else tuple(yaw.sample(at, d)[..., 0] for d in (0, 1, 2)))
+        return cls(motion, still if yaw is None else tuple(_sampled(yaw, at, d, kept)[..., 0] for d in (0, 1, 2)))
 
     def stretched(self, factor: float) -> Samples:
         """Return the samples of the same flight, so many times slower."""
@@ -112,6 +124,10 @@ class Samples:
             note("rotor_thrust_max", thrusts.max(axis=-1), limits.rotors.most, hover)
             note("rotor_thrust_min", thrusts.min(axis=-1), limits.rotors.least, hover)
         return {name: result[name] for name in LIMIT_NAMES if name in result}
+
+
+def _sampled(path: Spline, at: Floats, derivative: int, pieces: slice | NDArray[np.intp]) -> Floats:
+    return values(path.coefficients[pieces], path.durations[pieces, None] * at, derivative)
 
 
 def shares_used(
