@@ -205,9 +205,6 @@ def timed_faster(
         group: The robots, kept apart.
         paths: What each flies.
         starts: When each departs, s.
-
-    Raises:
-        Infeasible: No pace keeps a robot's limits.
     """
     mission, options = problem.plan.mission, problem.options
     shares = {robot.name: options.share(mission, robot.name) for robot in group}
