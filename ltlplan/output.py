@@ -23,7 +23,9 @@ if TYPE_CHECKING:
 
 PLAN_FILES = ("mission.yaml", "plan.json")
 PROOF_FILES = ("statement.json", "proof.json", "check.pyz")
-"""What the kernel reads beside the trajectories, and the kernel."""
+"""Files that the kernel reads beside the trajectories, and the kernel."""
+PROOF_FOLDER = "proof"
+"""Folder of an export that holds the proof, with the trajectories that it is of: what an export writes for a vehicle may be in other forms."""
 CAMPAIGN_FILES = (*PLAN_FILES, "campaign.json", "campaign.html")
 REHEARSAL_FILES = (*PLAN_FILES, "rehearsal.json", "rehearsal.html")
 LOG_FILES = (*PLAN_FILES, "flight.csv")
@@ -36,7 +38,8 @@ def run_files(mission: Mission) -> tuple[str, ...]:
 
     tables = tuple(f"{name}.csv" for name in mission.agents)
     robots = flown_robots(mission)
-    exported = tuple(f"{_EXPORT}/{name}" for name in file_names(robots)) if robots else ()
+    beside = (f"{PROOF_FOLDER}/{name}" for name in (*PROOF_FILES, *tables))
+    exported = tuple(f"{_EXPORT}/{name}" for name in (*file_names(robots), *beside)) if robots else ()
     return (*LOG_FILES, *tables, PROOF, *PROOF_FILES, "report.html", *exported)
 
 
@@ -44,9 +47,9 @@ def write_run(result: Result, target: Path) -> tuple[Path, ...]:
     """Write everything that a run makes.
 
     Files: `mission.yaml` (resolved), `plan.json`, `<robot>.csv`, `certificate.json`, `statement.json`, `proof.json`, `check.pyz`,
-    `flight.csv`, `report.html`, a folder `crazyswarm2` ready for that system (of a mixed team, with the Crazyflies among them; left out where their memory does not hold the flight
-    or its parts, where crazyswarm2 does not fly by their profiles' controller, and where something does not hold, the simulated flight in its
-    tube for instance), and the manifest.
+    `flight.csv`, `report.html`, a folder `crazyswarm2` ready for that system, and the manifest. `crazyswarm2` is of a mixed team's Crazyflies;
+    it is left out where their memory does not hold the flight or its parts, where crazyswarm2 does not fly by their profiles' controller, and
+    where something does not hold, the simulated flight in its tube for instance.
     """
     import flight
     from flight.exports.crazyflies.crazyswarm import flown_robots
@@ -55,20 +58,29 @@ def write_run(result: Result, target: Path) -> tuple[Path, ...]:
     from ltlplan.report.summary import shortfall
     from verify.proofs.proof_folder import proof_files
 
+    proof = proof_files(result.plan, result.team, result.certificate)
+
     def write(folder: Path) -> None:
         write_plan_files(result.plan, folder)
         write_trajectories(result.plan, result.team, folder)
         robots = () if shortfall(result) else flown_robots(result.mission)
         if robots and not any(_too_long(result.mission, name, result.team[name]) for name in robots):
             flight.export(
-                result.team, result.certificate, folder / _EXPORT, format="crazyswarm2", robots=robots, flight=result.log
-            )
+                result.team, result.certificate, folder / _EXPORT, format="crazyswarm2", robots=robots, flight=result.log,
+                beside=_beside(proof, result.plan, result.team),
+            )  # fmt: skip
         (folder / PROOF).write_text(result.certificate.to_json(), encoding="utf-8")
-        put_files(proof_files(result.plan, result.team, result.certificate), folder)
+        put_files(proof, folder)
         (folder / "flight.csv").write_text(run_csv(result.log), encoding="utf-8")
         (folder / "report.html").write_text(report_html(result), encoding="utf-8")
 
     return write_folder(target, write)
+
+
+def _beside(proof: Mapping[str, bytes], plan: Plan, team: Mapping[str, Trajectory]) -> dict[str, bytes]:
+    """Return the files of a proof with the trajectories that it is of, by their names in an export."""
+    texts = {name: text.encode() for name, text in trajectory_files(plan, team).items()}
+    return {f"{PROOF_FOLDER}/{name}": content for name, content in {**proof, **texts}.items()}
 
 
 def _too_long(mission: Mission, name: str, path: Trajectory) -> bool:
@@ -208,6 +220,7 @@ def make_export(
     from flight.exports.writer import make_product
     from flight.flights import fly
     from verify import certify, recheck
+    from verify.proofs.proof_folder import proof_files
     from verify.run_folder import read_folder
 
     say, target = progress or silent, EXPORT_TARGETS.resolve(format)
@@ -227,7 +240,7 @@ def make_export(
         certificate = certify(plan, team, margin=certificate.margin, clock_error=certificate.clock_error)
     say("writing files", 0.7)
     product = make_product(team, certificate, target, vehicle=vehicle, robots=robots, force=force, **(options or {}))
-    files = dict(product.files)
+    files = {**product.files, **_beside(proof_files(plan, team, certificate), plan, team)}
     if anew:
         texts = {**_plan_texts(plan, team), PROOF: certificate.to_json()}
         files |= {name: text.encode() for name, text in texts.items()}
@@ -273,4 +286,5 @@ def _names_of(folder: Path, target: ExportTarget, robots: Collection[str] | None
         names = names_of(team, plan.mission, target, robots=robots, **options)
     except LtlplanError:
         return frozenset()
+    names = {*names, *(f"{PROOF_FOLDER}/{name}" for name in (*PROOF_FILES, *trajectory_files(plan, team)))}
     return frozenset(names) if team == given else frozenset(names) | {*_plan_texts(plan, team), PROOF}

@@ -61,6 +61,7 @@ def export(
     robots: Collection[str] | None = None,
     flight: FlightLog | None = None,
     force: bool = False,
+    beside: Mapping[str, bytes] | None = None,
     **options: Any,  # of any type that the target reads
 ) -> Exported:
     """Write a certified team's trajectories for real vehicles.
@@ -75,6 +76,7 @@ def export(
         flight: A simulated flight under this certificate, which must have stayed in its tube by the profiles' controllers
             (`flight.fly` with `conditions=flight.conditions_of(mission)`); the target's vehicles must run these.
         force: Write without such a flight, with a warning in every file that has room for words.
+        beside: More files to write there, such as a proof, by their names.
         options: As the target's `options` say: `uris` (crazyswarm2: robot to radio address), `trajectory_ids` and `offset`
             (crazyflie: robot to id, bytes), `rate` (px4, ros2: points a second), `origin` (px4: m, the local frame's origin in ours).
 
@@ -93,7 +95,7 @@ def export(
     product = make_product(team, cert, target, vehicle=vehicle, robots=robots, force=force, **options)
     if not force:
         require_flight(flight, cert, certified_mission(cert), robots or team, target)
-    written = write_files(out, product.files)
+    written = write_files(out, {**product.files, **(beside or {})})
     note = Path(out) / NOTE
     files = (*(path for path in written if path != note), note)
     return Exported(target.name, Path(out), files, cert.digest(), product.notes)

@@ -2,6 +2,7 @@
 
 import json
 import random
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -69,7 +70,7 @@ FALSE = [
     ({"robots__quad0__limits__rotor_thrust_max": 0.081}, {"limits.rotor_thrust_max"}),
     ({"robots__quad0__limits__rotor_thrust_min": 0.0809}, {"limits.rotor_thrust_min"}),
     ({"robots__quad0__torque_to_thrust": 1e-9}, {"limits.rotor_thrust_max"}),
-    ({"robots__quad0__limits__endurance": 19.0}, {"limits.endurance"}),
+    ({"robots__quad0__limits__endurance": 12.0}, {"limits.endurance"}),
     ({"robots__quad0__start": [1.001, -0.5, 0.8]}, {"continuity"}),
     ({"robots__quad0__yaw": 0.01}, {"continuity"}),
     ({"robots__quad0__end": [0.0, 0.0, 1.0]}, {"continuity"}),
@@ -142,17 +143,15 @@ def test_what_is_no_flight_is_refused(proved, edit):
         checked(proof.statement, proof.evidence, {**files, "quad0": edit(files["quad0"])})
 
 
-def test_every_kind_of_evidence_is_needed(proved):
-    for name in MISSIONS:
-        plan, team, _certificate, proof = proved[name]
-        table = json.loads(proof.evidence)
-        for key, value in table["evidence"].items():
-            less = {**table, "evidence": {k: v for k, v in table["evidence"].items() if k != key}}
-            if value in ("", []) or set(str(value)) <= set("0123456789mn"):
-                other = {**table, "evidence": {**table["evidence"], key: 7}}  # boxes may do without it
-                checked(proof.statement, json.dumps(other), tables(plan, team))
-            if value:
-                assert missing(checked(proof.statement, json.dumps(less), tables(plan, team))), key
+@pytest.mark.parametrize("name", ["firefighting", "meeting"])
+def test_every_kind_of_evidence_is_needed(proved, name):
+    plan, team, _certificate, proof = proved[name]
+    table = json.loads(proof.evidence)
+    kinds = {key.split("/")[0]: key for key, value in table["evidence"].items() if value}  # boxes may do without marks
+    for key in kinds.values():
+        for value in (None, 7, "", []):
+            other = {**table, "evidence": {**table["evidence"], key: value}}
+            assert missing(checked(proof.statement, json.dumps(other), tables(plan, team))), key
 
 
 def edited_team(team, rng):
@@ -187,7 +186,7 @@ def edited_text(text, rng):
 def test_edited_flights_are_checked_no_further_than_they_are_judged(proved, name):
     plan, team, _certificate, proof = proved[name]
     rng, counted = random.Random(name), 0
-    for _ in range(12):
+    for _ in range(4):
         other = edited_team(team, rng)
         try:
             certificate = judge(plan, other, largest=False)
@@ -201,36 +200,30 @@ def test_edited_flights_are_checked_no_further_than_they_are_judged(proved, name
                 continue
             assert untrue(claims, certificate) == []
             counted += sum(not claim.missing for claim in claims)
-    assert counted > 100
+    assert counted > 30
 
 
 def test_edited_proofs_are_refused_or_true(proved):
     rng = random.Random(5)
-    for name in MISSIONS:
-        plan, team, _certificate, proof = proved[name]
-        files = tables(plan, team)
-        false = changed(proof.statement, margin=0.3, separation=2.0, clock_error=1.0)
-        for _ in range(40):
-            evidence = edited_text(proof.evidence, rng)
-            for statement in (proof.statement, false):
-                try:
-                    claims = checked(statement, evidence, files)
-                except Refused:
-                    continue
-                if statement is false:
-                    assert {"visits"} <= missing(claims)
+    plan, team, _certificate, proof = proved["firefighting"]
+    files = tables(plan, team)
+    false = changed(proof.statement, margin=0.3, separation=2.0, clock_error=1.0, robots__quad0__limits__speed=0.1)
+    for _ in range(40):
+        with suppress(Refused):
+            claims = checked(false, edited_text(proof.evidence, rng), files)
+            assert {"visits", "separation", "limits.speed"} <= missing(claims)
 
 
 def test_edited_statements_are_refused_or_read(proved):
     rng = random.Random(6)
-    plan, team, _certificate, proof = proved["meeting"]
+    plan, team, _certificate, proof = proved["hoops-ltl"]
     files, refused = tables(plan, team), 0
-    for _ in range(200):
+    for _ in range(60):
         try:
             checked(edited_text(proof.statement, rng), proof.evidence, files)
         except Refused:
             refused += 1
-    assert refused > 20
+    assert refused > 10
 
 
 def test_clocks_that_differ_by_more_than_a_lap_are_refused(proved):
