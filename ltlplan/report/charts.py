@@ -1,4 +1,4 @@
-"""The charts over time: labels and sub-formulas as bars, tracking error and rotor thrusts as lines."""
+"""The charts over time: labels and sub-formulas as bars, tracking error, rotor thrusts and shares of limits as lines."""
 
 from __future__ import annotations
 
@@ -12,15 +12,20 @@ from flight.pictures import MANY, robot_colour
 from flight.shapes import Floats
 from ltlplan.report.bars import Bar, bars_html
 from ltlplan.report.history import LetterInterval, ReadLetter, truth_intervals
-from ltlplan.report.over_time import MARK, Line, over_time
+from ltlplan.report.over_time import MARK, Line, over_time, stacked
+from verify.data import GRAVITY
 
 if TYPE_CHECKING:
     from ltlplan.result import Result
     from verify import Certificate
-    from verify.data import Formula, Mission
+    from verify.data import Formula, Mission, Trajectory
 
 WORST = 10
 """Robots that a chart of very many draws by themselves."""
+
+_STEP = 0.05
+"""s between samples of shares of limits, of flights that are not so long that fewer must do."""
+_SAMPLES = 1000
 
 _INTERNAL = "#6b7280"
 _TRUE = "#2f8d57"
@@ -155,6 +160,32 @@ def rotor_chart(result: Result, rotors: Floats) -> Figure:
     whose = {limit: "" if result.mission.of_one_kind else f", {' and '.join(names)}" for limit, names in kinds.items()}
     marks = {f"{word}: {value:g} N{whose[word, value]}": value for word, value in kinds}
     return over_time(lines, "thrust of one rotor (N)", marks)
+
+
+def limit_chart(result: Result) -> Figure:
+    """Draw which share of their limits each robot's speed, acceleration and thrust take; of very many those that take most, and the most of all."""
+    mission = result.mission
+    flown = {name: path.flattened(mission.spec.repeat) for name, path in result.team.items()}
+    names, end = list(flown), max(path.duration for path in flown.values())
+    times = np.linspace(0.0, end, min(_SAMPLES, max(2, int(np.ceil(end / _STEP)) + 1)))
+    shares = np.stack([_shares(mission, name, path, times) for name, path in flown.items()])
+    shown = _worst(shares.max(axis=(1, 2)))
+    panels: dict[str, dict[str, Line]] = {}
+    for quantity, title in enumerate(("speed", "acceleration", "thrust")):
+        lines = {names[i]: Line(times, shares[i, quantity], robot_colour(i)) for i in shown}
+        if len(shown) < len(names):
+            lines[f"most of {len(names)}"] = Line(times, shares[:, quantity].max(axis=0), MARK)
+        panels[title] = lines
+    return stacked(panels, 1.0, "limit")
+
+
+def _shares(mission: Mission, name: str, path: Trajectory, times: Floats) -> Floats:
+    """Return a robot's speed, acceleration and collective thrust over their limits; hovering takes its share of thrust. Shape (3, times)."""
+    limits, mass = mission.limits_of(name), mission.vehicle_of(name).mass
+    velocity, acceleration = (path.evaluate(times, order)[:, :3] for order in (1, 2))
+    thrust = mass * np.linalg.norm(acceleration + np.array([0.0, 0.0, GRAVITY]), axis=1)
+    speed, bent = np.linalg.norm(velocity, axis=1), np.linalg.norm(acceleration, axis=1)
+    return np.stack([speed / limits.speed, bent / limits.acceleration, thrust / limits.thrust_max])
 
 
 def _worst(values: Floats) -> list[int]:

@@ -29,6 +29,8 @@ NO_LIMITS: Mapping[str, float] = MappingProxyType({})
 _STRIP = (0.86, 1.0)
 _BELOW = (0.0, 0.78)
 """Shares of a chart's height: what lies above the break of the axis, and below it."""
+_GAP = 0.12
+"""Share of a panel's height that is left free below it."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -91,6 +93,35 @@ def over_time(lines: Mapping[str, Line], title: str, limits: Mapping[str, float]
         _limit(figure, name, value, end, "y2" if name in far else "y")
     if far:
         _break(figure, greatest, sorted(far.values()))
+    return figure
+
+
+def stacked(panels: Mapping[str, Mapping[str, Line]], limit: float, name: str) -> Figure:
+    """Draw quantities above each other over one mission time, each with the same limit.
+
+    Args:
+        panels: By axis label: lines by name. A line's name stands for the same thing in each panel, and once in the legend.
+        limit: Horizontal line in every panel, in the unit of all values.
+        name: The limit's.
+    """
+    figure = Figure()
+    for index, (title, lines) in enumerate(panels.items()):
+        axis, drawn = f"y{index + 1 if index else ''}", over_time(lines, title)
+        if not index:
+            figure.update_layout(drawn.layout)
+        for each in drawn.data:
+            figure.add_trace({**each, "yaxis": axis, "showlegend": each["showlegend"] and not index})
+        _limit(figure, name, limit, drawn.layout["xaxis"]["range"][1], axis)
+        greatest = max((float(np.nanmax(line.values)) for line in lines.values()), default=0.0)
+        domain = [1.0 - (index + 1 - _GAP) / len(panels), 1.0 - index / len(panels)]
+        words = {
+            "title": {"text": title, "font": {"size": 11}},
+            "domain": domain,
+            "range": [0, max(1.25 * limit, 1.1 * greatest)],
+            "tickvals": [0, limit / 2, limit],
+        }
+        figure.update_layout({f"yaxis{axis[1:]}": {**drawn.layout["yaxis"], **words}})
+    figure.layout["xaxis"]["anchor"] = f"y{len(panels)}"
     return figure
 
 

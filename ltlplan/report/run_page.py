@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from flight.figures import Figure
 from flight.pictures import MANY, Floats, scene
-from ltlplan.report.charts import WORST, error_chart, label_chart, rotor_chart, truth_chart
+from ltlplan.report.charts import WORST, error_chart, label_chart, limit_chart, rotor_chart, truth_chart
 from ltlplan.report.crowds import CROWD, lightened
 from ltlplan.report.page import figure_place, folded, listed, page_html, section, table, warning
 from ltlplan.report.player import player_data, player_section
@@ -55,6 +55,10 @@ _ERRORS = (
     + _FEWER
 )
 _ROTORS = "Greatest (line) and least (dots) rotor of each robot, against the limits." + _FEWER
+_LIMITS = (
+    "Share of its limit that each robot's certified flight takes: at most 1, for all times by the certificate. Hovering takes a share of thrust. "
+    "Limits of single legs are not drawn." + _FEWER.replace("extremes", "most")
+)
 _SCENE = (
     "Line: certified path; tube around it: the margin; dots: flown in simulation; diamonds: waypoints. Drag to turn, scroll to "
     "zoom; a click on a name hides that robot, or shows it again."
@@ -67,7 +71,7 @@ def report_html(result: Result) -> str:
     replay = replay_of(result.plan, result.team, certificate)
     playing, end = replay.playing, replay.end
     drawn, note = _scene(result, playing.paths)
-    figures: dict[str, Figure] = {"scene": drawn, "errors": error_chart(result)}
+    figures: dict[str, Figure] = {"scene": drawn, "errors": error_chart(result), "limits": limit_chart(result)}
     label = f"Moving 3-D picture of the hoops and of the paths of {', '.join(mission.agents)}; the plan's table says the same."
     sections = [
         player_section(playing, label, note),
@@ -78,6 +82,7 @@ def report_html(result: Result) -> str:
             section("Sub-formulas over time", truth_chart(mission.formula, replay.readings, end, replay.cycle), note=_TRUTH)
         )
     sections.append(_chart("Tracking error", "errors", _ERRORS))
+    sections.append(_chart("Shares of limits", "limits", _LIMITS))
     if mission.obstacles:
         seen = views_html(mission, playing.paths) + listed(clearance_sentences(mission))
         sections.insert(1, section("From above and from two sides", seen, note=VIEWS))

@@ -20,8 +20,9 @@ from flight.flights import fly
 from flight.pictures import COLOURS, REGION_COLOURS
 from ltlplan.report.bars import Bar, bars_html, tick_step
 from ltlplan.report.campaign import campaign_html
+from ltlplan.report.charts import limit_chart
 from ltlplan.report.inline import packed, script_data, stepped
-from ltlplan.report.over_time import Line, over_time
+from ltlplan.report.over_time import Line, over_time, stacked
 from ltlplan.report.pictures import pictures_html
 from ltlplan.report.run_page import report_html
 from tests.helpers.pages import MOST_BYTES, bars_of, carried, data_of, read_rows
@@ -117,6 +118,36 @@ def test_an_axis_is_broken_only_where_a_limit_would_flatten_the_curve() -> None:
     assert drawn == {"margin": ("y2", 50.0), "least": ("y", 0.1)}
     still = over_time({"quad0": Line(times, 0 * times)}, "error (mm)", {"margin": 50.0})
     assert "yaxis2" not in still.layout, "where nothing moves there is nothing to flatten"
+
+
+def test_panels_have_one_legend_one_time_and_the_limit_each() -> None:
+    times = np.linspace(0, 2, 21)
+    lines = {name: Line(times, np.abs(np.sin(times))) for name in ("quad0", "quad1")}
+    figure = stacked({"speed": lines, "thrust": {"quad0": Line(times, 3.0 + times)}}, 1.0, "limit").plotly()
+    drawn = [(trace.name, trace.yaxis, trace.showlegend) for trace in figure.data]
+    assert drawn == [
+        ("quad0", "y", True), ("quad1", "y", True), ("limit", "y", False), ("quad0", "y2", False), ("limit", "y2", False),
+    ]  # fmt: skip
+    upper, lower = figure.layout.yaxis, figure.layout.yaxis2
+    assert (upper.title.text, lower.title.text) == ("speed", "thrust")
+    assert upper.domain[0] > lower.domain[1]
+    assert upper.range[1] > 1.0
+    assert lower.range[1] > 5.0, "what exceeds its limit is seen"
+    assert figure.layout.xaxis.anchor == "y2"
+    assert [(note.text, note.y, note.yref) for note in figure.layout.annotations] == [("limit", 1, "y"), ("limit", 1, "y2")]
+
+
+def test_shares_of_limits_are_those_of_the_certificate(shipped_run) -> None:
+    run = shipped_run("firefighting")
+    shares = {(trace["name"], trace["yaxis"]): max(trace["y"]) for trace in limit_chart(run).data if trace["name"] in run.team}
+    for axis, limit in (("y", "speed"), ("y2", "acceleration"), ("y3", "thrust_max")):
+        for name in run.team:
+            (claim,) = (each for each in run.certificate.claims if (each.name, each.robot) == (f"limits.{limit}", name))
+            assert claim.bound is not None
+            assert claim.limit is not None
+            assert 0.98 * claim.bound / claim.limit <= shares[name, axis] + 1e-3
+            assert shares[name, axis] <= claim.bound / claim.limit + 1e-3
+            assert shares[name, axis] <= 1.0
 
 
 @pytest.mark.slow
