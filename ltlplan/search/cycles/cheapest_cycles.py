@@ -91,30 +91,25 @@ def cycles_below(
         TooLarge: No cycles were found at all, and the search did not come to its end.
     """
     searches = _Searches(mission, budget, effort)
+    readers, joint = team_readers(mission, asked, budget), mission.spec.team == "joint"
     limit, best, ended, least = below, None, False, None
     for flying in _flying(len(each)):
         some = [own if robot in flying else replace(own, edges=tuple(() for _ in own.edges)) for robot, own in enumerate(each)]
         system = TeamSystem(some)
-        readers = team_readers(mission, asked, budget)
-        answer, reach = searches.within_reach(system, readers, limit)
-        ended = answer is not None and answer.found.stopped is None and (bool(answer.found.states) or reach == limit)
+        answer = searches.within_reach(system, readers, limit)
+        ended = answer is not None and answer.found.stopped is None and (bool(answer.found.states) or answer.below == limit)
         if answer is not None and len(each) == 1 and not effort.hasty:
-            least = _least(answer.found, reach, below)
+            least = answer.least(below)
         if answer is not None and answer.found.states:
-            best, limit = (system, readers, *answer.reading.cycle(answer.found)), answer.found.cost - TIES
+            best, limit = (system, *answer.reading.cycle(answer.found)), answer.found.cost - TIES
     if best is None:
         if ended or below < math.inf:
             return Below(None, least)
         raise searches.too_large(len(each))
-    system, readers, prefix, cycle = best
-    course = staged(system, readers, course_of(system, prefix, cycle), joint=mission.spec.team == "joint", seams=True)
+    system, prefix, cycle = best
+    course = staged(system, readers, course_of(system, prefix, cycle), joint=joint)
     prefixes, cycles = (tuple(map(without_stays, zip(*way, strict=True))) for way in (prefix, cycle))
     return Below(TeamCycles(prefixes, cycles, course, least, ended and not effort.hasty, searches.expanded), least)
-
-
-def _least(found: Found, reach: float, below: float) -> float:
-    """Return what no cycles cost less than, of a search below a limit, or below less than that where this was in reach."""
-    return min(found.bound - TIES, below + TIES if reach == below else reach)
 
 
 def _flying(robots: int) -> Iterator[Sequence[int]]:
@@ -144,14 +139,13 @@ def least_of_all_cycles(
     system = TeamSystem(each, together=True)
     readers = team_readers(mission, asked, budget)
     plain = [reader for reader in readers if reader.closes or (isinstance(reader, LetterReader) and reader.stays)]
-    below = known - TIES
     least: float | None = None
     for some in (
         (plain, readers) if len(plain) < len(readers) else (readers,)
     ):  # those that remember nothing are quick, and often enough
-        answer, limit = _Searches(mission, budget, THOROUGH).within_reach(system, some, below)
+        answer = _Searches(mission, budget, THOROUGH).within_reach(system, some, known - TIES)
         if answer is not None:
-            least = max(least or 0.0, _least(answer.found, limit, below))
+            least = max(least or 0.0, answer.least(known - TIES))
             if least >= known - TIES:
                 break
     return least
@@ -182,10 +176,15 @@ def cycles_may_exist(
 
 @dataclass(frozen=True, slots=True)
 class _Answer:
-    """What a search found, and the reading that it went through."""
+    """What a search found below a limit, and the reading that it went through."""
 
     found: Found
     reading: CycleReading
+    below: float
+
+    def least(self, below: float) -> float:
+        """Return what no cycles cost less than, where those below a limit were asked for, of which this search may have looked at a part."""
+        return min(self.found.bound - TIES, below + TIES if self.below == below else self.below)
 
 
 class _Searches:
@@ -201,19 +200,17 @@ class _Searches:
         self._most = min(MOST_WAYS, budget.states) if effort.hasty else min(MOST_WAYS, budget.states // 50)
         self.expanded = 0
 
-    def within_reach(self, system: TeamSystem, readers: Sequence[Reader], below: float) -> tuple[_Answer | None, float]:
-        """Return what was found below a limit, and that; where there are too many places, below the greatest share of it that can be searched."""
-        answer, limit = self._below(system, readers, below), below
-        if answer is not None or below == math.inf:
-            return answer, limit
-        for share in _SHARES:
+    def within_reach(self, system: TeamSystem, readers: Sequence[Reader], below: float) -> _Answer | None:
+        """Return what was found below a limit; where there are too many places, below the greatest share of it that can be searched."""
+        answer = self._below(system, readers, below)
+        for share in _SHARES if answer is None and below < math.inf else ():
             more = self._below(system, readers, share * below)
             if more is None:
                 break
-            answer, limit = more, share * below
+            answer = more
             if more.found.states or more.found.stopped is not None:
                 break
-        return answer, limit
+        return answer
 
     def too_large(self, robots: int) -> TooLarge:
         """Return the error that says for what cycles are planned."""
@@ -238,4 +235,4 @@ class _Searches:
         reading = CycleReading(system, places, terms)
         found = least_highest(reading, self._most - self.expanded, below=below, rounding=_ROUNDING)
         self.expanded += found.explored
-        return _Answer(found, reading)
+        return _Answer(found, reading, below)

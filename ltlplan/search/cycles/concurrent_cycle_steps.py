@@ -50,7 +50,7 @@ class Course:
     cycle: tuple[Stage, ...]
 
 
-def staged(system: TeamSystem, readers: Sequence[Reader], course: Course, *, joint: bool, seams: bool = False) -> Course:
+def staged(system: TeamSystem, readers: Sequence[Reader], course: Course, *, joint: bool) -> Course:
     """Return the course with as many moves at the same time as were found to do what is asked.
 
     Args:
@@ -58,13 +58,12 @@ def staged(system: TeamSystem, readers: Sequence[Reader], course: Course, *, joi
         readers: The formula's conjuncts.
         course: One move a stage.
         joint: Whether changes at one instant show as one.
-        seams: Whether the course does what is asked because every robot is read in each cycle, those that rest, too.
     """
     if any(reader.guesses for reader in readers):
         return course
 
     def will_do(prefix: Sequence[Stage], cycle: Sequence[Stage]) -> bool:
-        return _every_order(system, readers, Course(course.begin, tuple(prefix), tuple(cycle)), joint=joint, seams=seams)
+        return _every_order(system, readers, Course(course.begin, tuple(prefix), tuple(cycle)), joint=joint)
 
     if will_do(_all_at_once(course.prefix), _all_at_once(course.cycle)):
         return Course(course.begin, _all_at_once(course.prefix), _all_at_once(course.cycle))
@@ -92,7 +91,7 @@ _Place = tuple[int, tuple[int, ...], Nodes, int, tuple[int, ...]]
 """Stage, how far each robot is in it, the robots' nodes, who moved last, and the conjuncts' states."""
 
 
-def _every_order(system: TeamSystem, readers: Sequence[Reader], course: Course, *, joint: bool, seams: bool) -> bool:
+def _every_order(system: TeamSystem, readers: Sequence[Reader], course: Course, *, joint: bool) -> bool:
     """Tell whether every order of a stage's letters, cycle by cycle, does what is asked."""
     stages = [_ways(stage, len(course.begin)) for stage in (*course.prefix, *course.cycle)]
     first = len(course.prefix)
@@ -119,10 +118,10 @@ def _every_order(system: TeamSystem, readers: Sequence[Reader], course: Course, 
         found: list[int] = []
         for after in _following(stages, stage, done, nodes, mover, first, joint=joint):
             to, far, now, who = after
-            if seams and (now, who) == (nodes, mover) and to <= stage:
-                further = read(states, system.letter(now, SEAM))
-            else:
-                further = states if (now, who) == (nodes, mover) and stage != to else read(states, system.letter(now, who))
+            if (now, who) != (nodes, mover):
+                further = read(states, system.letter(now, who))
+            else:  # nobody moves: the next stage begins, or the next cycle, in each of which all are read, those that rest, too
+                further = states if to > stage else read(states, system.letter(now, SEAM))
             if further is None:
                 return False
             found.append(places[to, far, now, who, further])

@@ -8,6 +8,8 @@ costs one round, in whichever order is shorter.
 
 from __future__ import annotations
 
+import itertools
+import math
 from array import array
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -114,12 +116,9 @@ class _Product:
 
     @memoized
     def _read_letter(self, state: State, letter: Letter) -> tuple[State, ...]:
-        states: list[State] = [()]
-        for index, at in enumerate(state):
-            targets = self._successors(index, at, letter)
-            self._check(len(states) * len(targets))
-            states = [(*s, t) for s in states for t in targets]
-        return tuple(states)
+        targets = [self._successors(index, at, letter) for index, at in enumerate(state)]
+        self._check(math.prod(map(len, targets)))
+        return tuple(itertools.product(*targets))
 
     @memoized
     def _successors(self, index: int, at: int, letter: Letter) -> list[int]:
