@@ -8,7 +8,7 @@ Bacchus 2011). Where searches or sets are too many, parts are added one by one, 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from ltlplan.logic.budget import TooLarge
@@ -60,7 +60,6 @@ class MostWeight:
         self._known: dict[Parts, float | None] = {}
         self._too_large: set[Parts] = set()
         self._cores: list[Parts] = []
-        self._doubts = False
 
     def choose(self, forced: Parts = frozenset()) -> Kept | None:
         """Return the best choice that keeps some parts in any case; None where these cannot be kept.
@@ -68,7 +67,6 @@ class MostWeight:
         Args:
             forced: The indices of parts that must be kept.
         """
-        self._doubts = False
         try:
             return self._exactly(forced)
         except _Spent:
@@ -84,18 +82,16 @@ class MostWeight:
 
     def _exactly(self, forced: Parts) -> Kept | None:
         best: Kept | None = None
-        least = Fraction(0)  # weight left out by the best
+        least, certain = Fraction(0), True  # weight left out by the best
         for left_out, kept in self._by_weight(forced):
             if best is not None and left_out > least:
                 break
             cost = self._search(kept)
-            if cost is not None and (best is None or cost < best.cost - _SLACK):
+            if cost is None:
+                certain = certain and kept in self._known
+            elif best is None or cost < best.cost - _SLACK:
                 best, least = Kept(kept, cost, certain=True), left_out
-            elif cost is None and kept not in self._known:
-                self._doubts = True
-        if best is None:
-            return None
-        return Kept(best.parts, best.cost, certain=not self._doubts)
+        return best and replace(best, certain=certain)
 
     def _by_weight(self, forced: Parts) -> Iterator[tuple[Fraction, Parts]]:
         """Yield sets to keep that hold no core, those first that leave out least weight, with that weight."""

@@ -174,13 +174,11 @@ class _Possibilities:
     def _all_idle(self, letters: Sequence[int]) -> bool:
         return all(map(self.is_idle, letters))
 
+    @memoized
     def is_idle(self, letter: int) -> bool:
         """Tell whether reading a letter never changes anything."""
-        return self._is_idle(letter & self.part.mask)
-
-    @memoized
-    def _is_idle(self, letter: int) -> bool:
-        return all(self.part.step(state, letter) == state for state in {*self.part.domain, self.part.initial})
+        cut = letter & self.part.mask
+        return all(self.part.step(state, cut) == state for state in {*self.part.domain, self.part.initial})
 
     def _read(self, possible: set[tuple[int, int]], letters: _Letters) -> int | None:
         """Return the number of what is possible after any readings of held letters; None where some lose the task."""
