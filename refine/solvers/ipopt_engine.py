@@ -54,6 +54,9 @@ def solve(shape: Shape, unknowns: Unknowns, parameters: Floats, *, seconds: floa
         unknowns: A first guess, and bounds.
         parameters: What `Shape` says of them. Shape (parameters,).
         seconds: After which the clock ends it.
+
+    Raises:
+        KeyboardInterrupt: Ctrl-C came meanwhile.
     """
     solver = _compiled(shape, seconds)
     low, high = _constraint_bounds(shape)
