@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ltlplan.paths.costs import with_expected_times, with_flown_times
+from ltlplan.replanning.alternatives import candidates
 from ltlplan.replanning.cuts import Candidate, Certified, Conflict, Cut, Flight
 from verify.data.progress import Progress, part_of, silent
 
@@ -19,6 +21,7 @@ if TYPE_CHECKING:
     from flight import Conditions
     from flight.logs.log import FlightLog
     from refine.slowing import Dip
+    from verify.data import Plan
 
 Attempt = Callable[[Candidate], Flight | Conflict]
 
@@ -57,27 +60,28 @@ def followed(
         part = part_of(say, number / (_ROUNDS + 2), (number + 1) / (_ROUNDS + 2))
         return flight.fly(team.plan, team.team, team.certificate, seed=seed, conditions=conditions, progress=part)
 
-    first = best = certified, flown(certified, 0)
+    first = certified, flown(certified, 0)
     mission = certified.plan.mission
-    if all(mission.pace_of(name) == "nominal" for name in mission.agents):
-        return best
+    if all(mission.pace_of(name) == "nominal" for name in mission.agents) or not _strays(first[1], mission.margin):
+        return first
+    tried = [first]
     for number in range(1, _ROUNDS + 1):
-        dips = _strays(best[1], mission.margin)
-        if not dips:
-            return best
         say(f"flying more slowly where robots stray, round {number}", number / (_ROUNDS + 2))
-        slower = _slower(best[0], dips, first[1])
+        slower = _slower(tried[-1], first[1])
         if slower is None:
             break
-        best = slower, flown(slower, number)
-    if not _strays(best[1], mission.margin):
-        return best
+        tried.append((slower, flown(slower, number)))
+        if not _strays(tried[-1][1], mission.margin):
+            return tried[-1]
     say("trying the plan's own times", (_ROUNDS + 1) / (_ROUNDS + 2))
-    planned = _planned(certified, attempt, best[1])
-    if planned is None:
-        return best
-    log = flown(planned, _ROUNDS + 1)
-    return (planned, log) if log.worst_error() < best[1].worst_error() else best
+    planned = _planned(certified, attempt, tried[-1][1])
+    if planned is not None:
+        tried.append((planned, flown(planned, _ROUNDS + 1)))
+    return min(tried, key=_worst)
+
+
+def _worst(tried: tuple[Certified, FlightLog]) -> float:
+    return tried[1].worst_error()
 
 
 def _strays(log: FlightLog, margin: float) -> list[Dip]:
@@ -95,27 +99,37 @@ def _strays(log: FlightLog, margin: float) -> list[Dip]:
     return found
 
 
-def _slower(certified: Certified, dips: list[Dip], first: FlightLog) -> Certified | None:
-    """Return the team, slower at some times; None where that is not certified."""
+def _slower(flown: tuple[Certified, FlightLog], first: FlightLog) -> Certified | None:
+    """Return a team, slower where it strays; None where that is not certified."""
     import verify
     from refine.slowing import slowed_at
 
+    certified, log = flown
     said = (
         f"Flown in simulation as fast as planned, a robot strays {1000 * first.worst_error():.1f} mm; {100 * (1 - RESERVE):.0f} % of the "
         "margin are allowed, so the team flies more slowly there."
     )
-    plan = certified.plan.model_copy(update={"notes": tuple(dict.fromkeys((*certified.plan.notes, said)))})
-    team = slowed_at(certified.team, dips)
+    team = slowed_at(certified.team, _strays(log, certified.plan.mission.margin))
+    plan = _noted(with_flown_times(certified.plan, team, certified.team), said)
     certificate = verify.judge(plan, team, margin=certified.certificate.margin)
     return replace(certified, plan=plan, team=team, certificate=certificate) if certificate.holds else None
 
 
 def _planned(certified: Certified, attempt: Attempt, log: FlightLog) -> Certified | None:
     """Return the team at the plan's own times; None where that is not certified."""
-    why = f"Even slowed {_ROUNDS} times where it strays, a robot strays {1000 * log.worst_error():.1f} mm in simulation: the plan's own times are flown."
-    cut = Cut("tracking", why, certified.rounds)
-    plan = certified.plan.model_copy(update={"notes": (*certified.plan.notes, why)})
-    found = attempt(Candidate(plan, (cut,), certified.rounds))
-    if not (isinstance(found, Flight) and found.certificate.holds):
-        return None
-    return replace(certified, plan=found.plan, team=found.team, certificate=found.certificate)
+    why = f"Slowed where it strays, a robot still strays {1000 * log.worst_error():.1f} mm in simulation: the plan's own times are flown."
+    plan = _noted(with_expected_times(certified.plan, certified.team), why)
+    refused: list[Flight | Conflict] = []
+    for candidate in candidates(Candidate(plan, (Cut("tracking", why, 0),)), refused):
+        if candidate.plan.words != plan.words:
+            return None
+        found = attempt(candidate)
+        if isinstance(found, Flight) and found.certificate.holds:
+            rounds = certified.rounds + candidate.rounds + 1
+            return replace(certified, plan=found.plan, team=found.team, certificate=found.certificate, rounds=rounds)
+        refused.append(found)
+    return None
+
+
+def _noted(plan: Plan, sentence: str) -> Plan:
+    return plan.model_copy(update={"notes": tuple(dict.fromkeys((*plan.notes, sentence)))})

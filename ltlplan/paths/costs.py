@@ -230,20 +230,45 @@ def team_cost(mission: Mission, costs: Collection[float]) -> float:
     return max(costs) if mission.planner.objective == "longest" else sum(costs)
 
 
-def with_flown_times(plan: Plan, team: Mapping[str, Trajectory]) -> Plan:
+def with_flown_times(plan: Plan, team: Mapping[str, Trajectory], before: Mapping[str, Trajectory] | None = None) -> Plan:
     """Return a plan whose costs weigh the time that is flown, waits included, in place of the time that was expected.
 
     Args:
-        plan: As it was made.
+        plan: As it was made, or as it was flown before.
         team: One flight a robot; of laps the first counts.
+        before: The flights whose times its costs weigh already; None where they are the expected ones.
     """
-    robots = dict(plan.robots)
-    for name, robot in robots.items():
-        weight, expected = plan.mission.weights_of(name).get("time", 0.0), flown_weights(plan.mission, name).get("time", 0.0)
-        if weight and not robot.still:
-            cost = robot.cost + weight * team[name].duration - expected * float(robot.times[-1])
-            robots[name] = robot.model_copy(update={"cost": cost})
-    if robots == plan.robots:
+    known = _expected_times(plan) if before is None else _flown_times(plan, before)
+    return _with_times(plan, known, _flown_times(plan, team))
+
+
+def with_expected_times(plan: Plan, team: Mapping[str, Trajectory]) -> Plan:
+    """Return a plan whose costs weigh the expected time again, in place of a flight's.
+
+    Args:
+        plan: As it was flown.
+        team: The flights whose times its costs weigh.
+    """
+    return _with_times(plan, _flown_times(plan, team), _expected_times(plan))
+
+
+def _expected_times(plan: Plan) -> dict[str, float]:
+    """Return what robots' times cost as planning expects them."""
+    mission = plan.mission
+    return {name: flown_weights(mission, name).get("time", 0.0) * float(robot.times[-1]) for name, robot in plan.robots.items()}
+
+
+def _flown_times(plan: Plan, team: Mapping[str, Trajectory]) -> dict[str, float]:
+    """Return what robots' times cost as they are flown."""
+    return {name: plan.mission.weights_of(name).get("time", 0.0) * team[name].duration for name in plan.robots}
+
+
+def _with_times(plan: Plan, before: Mapping[str, float], after: Mapping[str, float]) -> Plan:
+    robots = {
+        name: robot if robot.still else robot.model_copy(update={"cost": robot.cost + after[name] - before[name]})
+        for name, robot in plan.robots.items()
+    }
+    if all(before[name] == after[name] for name in plan.robots):
         return plan
     return plan.model_copy(
         update={"robots": robots, "cost": team_cost(plan.mission, [robot.cost for robot in robots.values()])}

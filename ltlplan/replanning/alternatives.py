@@ -67,7 +67,7 @@ def no_flight(last: Candidate, found: Flight | Conflict) -> LtlplanError:
 def _as_fast_as_may_be(refusal: Refusal) -> Candidate | None:
     """Return the same plan at pace 1; None where it was flown so."""
     mission = refusal.plan.mission
-    if refusal.tried.hurried or all(mission.pace_of(name) == 1.0 for name in mission.agents):
+    if refusal.tried.pace is not None or all(mission.pace_of(name) == 1.0 for name in mission.agents):
         return None
     note = "Flown as fast as the limits allow: at the mission's pace the flight would outlast a vehicle's endurance."
     return refusal.answered("pace", refusal.plan.model_copy(update={"notes": (*refusal.plan.notes, note)}))

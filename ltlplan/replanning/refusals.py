@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Literal
 
+from ltlplan.paths.costs import with_expected_times
 from ltlplan.precedences import hold_under_precedences, with_waits
 from ltlplan.replanning.cuts import Candidate, Conflict, Cut, CutKind, Flight
 from verify.data import Infeasible, LtlplanError, NotCertified, Plan, Witness
@@ -41,7 +42,7 @@ class Refusal:
             candidate: What was refined.
             found: Its flight, or the conflict that left none.
         """
-        plan = found.plan if isinstance(found, Flight) else candidate.plan
+        plan = with_expected_times(found.plan, found.team) if isinstance(found, Flight) else candidate.plan
         return cls(replace(candidate, plan=plan, rounds=candidate.rounds + 1), found)
 
     @property

@@ -5,7 +5,9 @@ from __future__ import annotations
 import pytest
 
 import ltlplan
-from ltlplan.pipeline import certified_team
+from ltlplan.pipeline import attempted, certified_team
+from ltlplan.replanning.cuts import Candidate, Flight
+from ltlplan.replanning.refusals import Refusal
 from verify.data import Infeasible, NotCertified, Unsatisfiable, parse_mission
 
 HEAD = "format: 1\nname: asked\nvehicle: crazyflie-2.1\n"
@@ -123,3 +125,16 @@ def test_a_refusal_under_own_names_the_letter_and_the_reading_that_has_a_plan() 
     with pytest.raises(NotCertified, match=r"r\d's letter \{.*\} breaks `F .*Under `team: joint`.*a plan exists") as caught:
         ltlplan.run(parse_mission(DELIVERIES))
     assert "Whatever robots wait for" in str(caught.value)
+
+
+def test_costs_weigh_the_flown_time_once_however_many_rounds_it_takes() -> None:
+    """A plan whose flight was refused is priced as it was made when it is refined again."""
+    made = ltlplan.plan(parse_mission(SITES + "planner: {cost: {time: 1}, objective: longest}\n"))
+    found = attempted(Candidate(made))
+    assert isinstance(found, Flight)
+    assert found.plan.cost == pytest.approx(max(flight.duration for flight in found.team.values()))
+    again = Refusal.of(Candidate(made), found).plan
+    assert again.cost == pytest.approx(made.cost)
+    assert {name: robot.cost for name, robot in again.robots.items()} == pytest.approx(
+        {name: robot.cost for name, robot in made.robots.items()}
+    )
