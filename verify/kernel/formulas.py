@@ -25,6 +25,7 @@ Tree = Any  # of any type: JSON nests
 
 MOST_ALTERNATIVES = 500
 MOST_NODES = 20_000
+DEEPEST = 400
 
 _UNARY = ("not", "eventually", "always")
 _COUNTING = ("robot", "count")
@@ -75,14 +76,14 @@ def bottom_up(tree: Tree, *, counted: bool) -> list[Tree]:
         Refused: It is no formula, or too large.
     """
     found: list[Tree] = []
-    waiting = [tree]
+    waiting = [(tree, 0)]
     while waiting:
-        node = waiting.pop()
+        node, depth = waiting.pop()
         found.append(node)
-        if len(found) > MOST_NODES:
-            raise Refused(f"a formula has more than {MOST_NODES} parts")
+        if len(found) > MOST_NODES or depth > DEEPEST:
+            raise Refused(f"not covered by the kernel: a formula of more than {MOST_NODES} parts, or {DEEPEST} in one another")
         parts = operands(node)
-        waiting += parts if counted or node[0] not in _COUNTING else []
+        waiting += [(part, depth + 1) for part in parts] if counted or node[0] not in _COUNTING else []
     return found[::-1]
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
+from itertools import combinations
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,6 +59,5 @@ class Relations:
 
     def allow(self, inside: frozenset[str], known: frozenset[str]) -> bool:
         """Return whether a point can lie in exactly these of the regions that are known."""
-        return not any(a in inside and b in inside for a, b in self.disjoint) and not any(
-            inner in inside and outer in known and outer not in inside for inner, outer in self.nested
-        )
+        apart = any(pair in self.disjoint for pair in combinations(sorted(inside), 2))
+        return not apart and not any((inner, outer) in self.nested for inner in inside for outer in known - inside)

@@ -18,8 +18,11 @@ from itertools import combinations, pairwise
 from .labels import Relations, Row, Timeline
 from .refused import Refused
 
-MOST_OPEN = 8
-"""Regions that are open at one time: 2 to this power letters are followed."""
+MOST_OPEN = 10
+"""Regions that are open at one time: 2 to this power letters are looked at."""
+
+MOST_LETTERS = 64
+"""Letters that are possible in one slot."""
 
 Letter = frozenset[str]
 
@@ -242,7 +245,10 @@ def _letters(slot: Slot, followed: tuple[str, ...], relations: Relations) -> lis
         raise Refused(f"not covered by the kernel: more than {MOST_OPEN} regions are open at one time")
     choices = [held.union(some) for size in range(len(free) + 1) for some in combinations(free, size)]
     known = frozenset(followed)
-    return [letter for letter in choices if relations.allow(letter, known)]
+    found = [letter for letter in choices if relations.allow(letter, known)]
+    if len(found) > MOST_LETTERS:
+        raise Refused(f"not covered by the kernel: more than {MOST_LETTERS} letters are possible at one time")
+    return found
 
 
 def _may_change(before: Letter, after: Letter, slots: tuple[Slot, ...], followed: tuple[str, ...]) -> bool:

@@ -71,7 +71,13 @@ class PlannedClaim(Claim):
         )  # fmt: skip
 
     def made(self, followed: Sequence[Places], others: Sequence[Places], error: Fraction) -> Team:
-        """Return the team's moves, which keep the waits."""
+        """Return the team's moves, which keep the waits.
+
+        Args:
+            followed: Words of robots that are followed.
+            others: Words of all others.
+            error: None counts here: there are no times.
+        """
         return _PlannedTeam(self, followed, others, error)
 
 

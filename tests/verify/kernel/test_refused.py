@@ -107,7 +107,7 @@ UNREADABLE = [
     {"regions__smoke__parts": []}, {"regions__smoke__parts__0": []}, {"robots__quad0__visits__0__region": "nowhere"},
     {"robots__quad0__visits__0__direction": "L"}, {"robots__quad0__initial": "flying"}, {"robots__quad0__changes__0__visit": 7},
     {"regions__smoke__parts__0__0__quadratic": [[1, 2, 0], [0, 1, 0], [0, 0, 1]]}, {"regions__smoke__ring__normal": [0, 0, 0]},
-    {"waits": [{"first": ["quad0", 9], "then": ["quad2", 0], "done": "left", "due": "enters"}]}, {"words": {}}, {"robots": []},
+    {"waits": [{"first": ["quad0", 9], "then": ["quad2", 0], "done": "left", "due": "enters"}]}, {"words": {"quad9": [[]]}}, {"robots": []},
 ]  # fmt: skip
 
 
