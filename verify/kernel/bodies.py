@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import lru_cache
 from itertools import chain
 
 from .bounds import root
@@ -104,14 +105,20 @@ def body_of(shape: Shape, margin: Fraction, bridges: Iterable[Sequence[int]] = (
     parts = [tuple(every.index(one) for one in part) for part in shape.parts]
     covers = list(parts)
     for one, other, a, b in bridges:
-        if max(one, other) >= len(covers) or a not in covers[one] or b not in covers[other] or not _meet(every[a], every[b]):
+        if max(one, other) >= len(covers) or a not in covers[one] or b not in covers[other] or not meet(every[a], every[b]):
             raise Refused("a bridge joins bodies that do not meet")
-        # a point that keeps all other inequalities of both is in the one body or in the other
-        covers.append(tuple(dict.fromkeys(k for k in (*covers[one], *covers[other]) if k not in (a, b))))
+        # a point that keeps all others of both keeps a, and is in the one, or is beyond it, and so keeps b and is in the other
+        rest = [*(k for k in covers[one] if k != a), *(k for k in covers[other] if k != b)]
+        covers.append(tuple(k for k in dict.fromkeys(rest) if not any(holds(every[j], every[k]) for j in rest)))
     return Body([condition(one, shape.center, margin) for one in every], parts, covers)
 
 
-def _meet(one: Inequality, other: Inequality) -> bool:
+def holds(one: Inequality, other: Inequality) -> bool:
+    """Return whether one half-space lies strictly within another of the same normal, which it makes needless."""
+    return one.linear == other.linear and one.quadratic == other.quadratic and one.bound < other.bound
+
+
+def meet(one: Inequality, other: Inequality) -> bool:
     """Return whether all points beyond the one half-space are within the other."""
     first, second = one.linear or (ZERO,) * 3, other.linear or (ZERO,) * 3
     share = next((-b / a for a, b in zip(first, second, strict=True) if a), ZERO)
@@ -119,6 +126,7 @@ def _meet(one: Inequality, other: Inequality) -> bool:
     return not one.quadratic and not other.quadratic and share > 0 and opposite and other.bound >= -share * one.bound
 
 
+@lru_cache(maxsize=4096)
 def condition(one: Inequality, center: Vector, margin: Fraction) -> Condition:
     """Return an inequality at a margin.
 

@@ -15,7 +15,7 @@ from functools import cached_property
 from itertools import pairwise
 from typing import NamedTuple
 
-from .polynomials import Bernstein, Polynomial
+from .polynomials import Bernstein, Polynomial, square
 from .refused import Refused
 from .statement import Robot, Statement, Vector
 
@@ -47,6 +47,11 @@ class Piece:
         """F = r'' + g e3, m/s^2: the thrust is m |f|."""
         x, y, z, _ = self.derivatives[2]
         return x, y, z + Polynomial.of([GRAVITY])
+
+    @cached_property
+    def size(self) -> Polynomial:
+        """|f|^2."""
+        return square(self.force)
 
     def bernstein(self, polynomial: Polynomial) -> Bernstein:
         """Return a polynomial of the piece's time in Bernstein form."""

@@ -32,18 +32,18 @@ def motion_row(piece: Piece, name: str, limit: Fraction, part: Window | None = N
     """
     low, high = part or (ZERO, piece.length)
     squared = square(piece.derivatives[1 if name == "speed" else 2][:3])
-    return (-squared).moved(low).stretched(high - low).bernstein(), -limit * limit
+    return (-squared.moved(low) if low else -squared).stretched(high - low).bernstein(), -limit * limit
 
 
 def _rows(path: Path, piece: Piece, name: str) -> list[Row]:
     """Return what keeps a limit on a piece."""
-    limits, mass, f = path.robot.limits, path.robot.mass, piece.force
+    limits, mass = path.robot.limits, path.robot.mass
     limit: Fraction = getattr(limits, name)
-    size = square(f)
-    thrust = size.times(mass * mass)
-    enough = piece.bernstein(thrust), limits.thrust_min**2  # so that f has a direction
     if name in ("speed", "acceleration"):
         return [motion_row(piece, name, limit)]
+    f, size = piece.force, piece.size
+    thrust = size.times(mass * mass)
+    enough = piece.bernstein(thrust), limits.thrust_min**2  # so that f has a direction
     if name == "thrust_max":
         return [(piece.bernstein(-thrust), -limit * limit)]
     if name == "thrust_min":

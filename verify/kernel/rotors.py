@@ -19,7 +19,6 @@ from fractions import Fraction
 
 from .bounds import Interval, cosine_and_sine
 from .flights import Path, Piece
-from .polynomials import square
 from .refused import Refused
 from .statement import Robot
 from .trees import Cell, Marks, Rows, require
@@ -83,7 +82,7 @@ def turning(robot: Robot, piece: Piece) -> Cell:
         except Refused:
             return False  # a divisor may be zero
 
-    return Cell([piece.bernstein(row) for row in (*f, *j, *s, *headings, square(f), along)], claims)
+    return Cell([piece.bernstein(row) for row in (*f, *j, *s, *headings, piece.size, along)], claims)
 
 
 def check_turning(path: Path, marks: Marks) -> None:

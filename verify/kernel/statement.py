@@ -13,6 +13,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, is_dataclass, replace
 from fractions import Fraction
+from functools import lru_cache
 from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
 
 from .refused import Refused
@@ -205,6 +206,11 @@ def read_json(text: str, what: str) -> Any:
         raise Refused(f"{what} cannot be read: {str(error)[:200]}.") from None
 
 
+@lru_cache(maxsize=64)
+def _hints(kind: type) -> dict[str, Any]:
+    return get_type_hints(kind, include_extras=True)
+
+
 def _read(kind: Any, value: Any, where: str) -> Any:
     """Return a value of some type; how deep this goes is given by the type."""
     origin, args = get_origin(kind), get_args(kind)
@@ -233,7 +239,7 @@ def _read(kind: Any, value: Any, where: str) -> Any:
     if origin is collections.abc.Mapping and isinstance(value, dict) and all(len(key) < 1000 for key in value):
         return {key: _read(args[1], entry, f"{where}, {key[:60]}") for key, entry in value.items()}
     if is_dataclass(kind) and isinstance(value, dict):
-        hints = get_type_hints(kind, include_extras=True)
+        hints = _hints(kind)
         for key in {one.name for one in fields(kind)} ^ set(value):
             if key not in hints or type(None) not in get_args(hints[key]):
                 raise Refused(f"{where} has no {key[:60]}, or should have none.")

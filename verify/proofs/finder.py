@@ -17,6 +17,7 @@ from verify.kernel.checking import Check, Checked
 from verify.kernel.flights import read_team
 from verify.kernel.refused import Refused
 from verify.kernel.statement import read_statement
+from verify.proofs.bridges import bridges
 from verify.proofs.half_space_sums import half_space_sums
 from verify.proofs.search import Search, proof_text
 from verify.proofs.statement import statement_of
@@ -60,7 +61,7 @@ def prove(plan: Plan, team: Mapping[str, Trajectory], certificate: Certificate) 
     text = statement_of(plan, certificate)
     statement = read_statement(text)
     flown = read_team(statement, {name: write_csv(path, plan.mission.spec.repeat) for name, path in team.items()})
-    given: dict[str, Any] = {**_speeds(certificate), **half_space_sums(statement, flown)}
+    given: dict[str, Any] = {**_speeds(certificate), **half_space_sums(statement, flown), **bridges(statement)}
     search = Search(given)
     check = Check(statement, flown, search)
     with suppress(Refused):  # without timelines there is nothing to say of words
