@@ -22,7 +22,9 @@ def tables(plan: Plan, team: Mapping[str, Trajectory]) -> dict[str, str]:
 def checked(statement: str, evidence: str, files: Mapping[str, str]) -> list[Checked]:
     """Have the kernel check texts."""
     read = read_statement(statement)
-    return Check(read, read_team(read, files), read_evidence(evidence)).claims()
+    claims = Check(read, read_team(read, files), read_evidence(evidence)).claims()
+    assert not any("cannot follow" in claim.missing for claim in claims)
+    return claims
 
 
 def missing(claims: list[Checked]) -> set[str]:

@@ -102,7 +102,8 @@ def body_of(shape: Shape, margin: Fraction, bridges: Iterable[Sequence[int]] = (
         Refused: An inequality is none that is understood, or a bridge is none.
     """
     every = list(dict.fromkeys(chain.from_iterable(shape.parts)))
-    parts = [tuple(every.index(one) for one in part) for part in shape.parts]
+    number = {one: k for k, one in enumerate(every)}
+    parts = [tuple(number[one] for one in part) for part in shape.parts]
     covers = list(parts)
     for one, other, a, b in bridges:
         if max(one, other) >= len(covers) or a not in covers[one] or b not in covers[other] or not meet(every[a], every[b]):

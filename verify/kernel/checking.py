@@ -62,6 +62,8 @@ class Owed(NamedTuple):
             return Checked(self.name, self.robots, self.check(), "")
         except Refused as refused:
             return Checked(self.name, self.robots, "", str(refused))
+        except (ArithmeticError, LookupError, TypeError, ValueError) as error:  # a fault of the kernel's own proves nothing
+            return Checked(self.name, self.robots, "", f"the kernel cannot follow it: {type(error).__name__}")
 
 
 class Check:

@@ -179,7 +179,7 @@ def read_pieces(text: str, name: str) -> list[Piece]:
 def _float32(cell: str, name: str) -> Fraction:
     """Return the float32 that a vehicle reads, exactly."""
     try:
-        if not cell or not set(cell) <= set("0123456789+-.eE"):
+        if not 0 < len(cell) <= 60 or not set(cell) <= set("0123456789+-.eE"):
             raise ValueError
         (value,) = struct.unpack("<f", struct.pack("<f", float(cell)))
         exact = Fraction(value)

@@ -189,7 +189,7 @@ def same_words(prefix: Word, cycle: Word, other: Word, its_cycle: Word | None) -
     """
     again = its_cycle or ()
     most = max(len(prefix), len(other)) + len(cycle) + len(again)
-    long = [(*first, *(tuple(then) * most)) for first, then in ((prefix, cycle), (other, again))]
+    long = [(*first, *(tuple(then) * (most // max(len(then), 1) + 1))) for first, then in ((prefix, cycle), (other, again))]
     return bool(cycle) == bool(again) and long[0][: most or None] == long[1][: most or None]
 
 

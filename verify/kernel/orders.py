@@ -55,7 +55,7 @@ class Events:
             Refused: It may never be.
         """
         if what == "entered":
-            return max(stay.must[0].start + later for stay, later in self._stays(visit, lap))
+            return max(stay.sure[0].start + later for stay, later in self._stays(visit, lap))
         stay, later = self._stays(visit, lap)[0]
         times = [deed.time + later for deed in self.path.robot.changes if deed.visit == visit]
         if what == "left" and stay.stop < self.end + self._length:
@@ -86,7 +86,7 @@ class Events:
     def _leaves(self, stay: Stay | None, later: Fraction) -> Fraction | None:
         if stay is None:
             return None
-        begins = stay.must[0].stop if stay.must else stay.start
+        begins = stay.sure[0].stop
         return None if begins >= self.end + self._length else begins + later
 
     def _sets_out(self, visit: int, lap: int) -> Fraction | None:
@@ -161,13 +161,13 @@ def windows(made: Visits, visit: int, nominal: Row, knot: Fraction | None) -> li
 def _windows(stays: Sequence[Stay], visit: int, nominal: Row) -> list[Window]:
     stay = stays[visit]
     before = next((earlier for earlier in reversed(stays[:visit]) if earlier.stop < stay.start), None)
-    found = gaps(stay.must)
+    found = gaps(stay.sure)
     found += (
-        [(ZERO, stay.must[0].start)] if before is None else [*gaps(before.must), (before.must[-1].stop, stay.must[0].start)]
+        [(ZERO, stay.sure[0].start)] if before is None else [*gaps(before.sure), (before.sure[-1].stop, stay.sure[0].start)]
     )
-    left = [span for span in nominal if span.stop > stay.must[-1].stop and span.start < stay.stop]
+    left = [span for span in nominal if span.stop > stay.sure[-1].stop and span.start < stay.stop]
     while left and left[-1].mark in ("no", "fall"):
         left.pop()
     if out := [span for span in left if span.mark != "must"]:
-        found.append((max(out[0].start, stay.must[-1].stop), min(left[-1].stop, stay.stop)))
+        found.append((max(out[0].start, stay.sure[-1].stop), min(left[-1].stop, stay.stop)))
     return [(low, high) for low, high in found if low < high]

@@ -196,7 +196,7 @@ def read_json(text: str, what: str) -> Any:
         return dict(pairs)
 
     def exact(number: str) -> Fraction:
-        if not math.isfinite(value := float(number)):
+        if len(number) > 60 or not math.isfinite(value := float(number)):
             raise ValueError(f"{number[:40]} is no number")
         return Fraction(value)
 

@@ -29,6 +29,17 @@ class Stay:
     stop: Fraction
     must: list[Span]
 
+    @property
+    def sure(self) -> list[Span]:
+        """Spans in which it is in the region for sure.
+
+        Raises:
+            Refused: There is none.
+        """
+        if not self.must:
+            raise Refused(f"a stay in {self.region} may miss the region")
+        return self.must
+
 
 def spans(path: Path, body: Body, marks: Marks) -> Row:
     """Return a region's spans along a path, as its trees say.
