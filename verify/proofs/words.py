@@ -9,6 +9,7 @@ from __future__ import annotations
 import itertools
 from collections import deque
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -58,14 +59,13 @@ def _found(key: str, claims: Iterable[Claim]) -> dict[str, str | list[Any]]:
 
 def _invariant(claim: Claim) -> list[Any] | None:
     """Return an invariant of the first team that has one."""
-    for followed, more in itertools.islice(_choices(claim), MOST_TEAMS):
-        try:
-            team = claim.team(followed, more)
-            found = _finite(team) if team.back is None else _Laps(team).run()
-        except Refused:
-            continue
-        if found is not None:
-            return _written(team, followed, more, *found)
+    with suppress(Refused):
+        for followed, more in itertools.islice(_choices(claim), MOST_TEAMS):
+            with suppress(Refused):
+                team = claim.team(followed, more)
+                found = _finite(team) if team.back is None else _Laps(team).run()
+                if found is not None:
+                    return _written(team, followed, more, *found)
     return None
 
 

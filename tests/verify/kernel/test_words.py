@@ -222,6 +222,33 @@ def test_edited_proofs_are_refused_or_still_prove(seed: int, number: int) -> Non
             assert is_so, (str(formula), reading, error, lines, changed)
 
 
+@pytest.mark.parametrize(("seed", "number"), [(1, 3), pytest.param(2, 150, marks=pytest.mark.slow)])
+def test_edited_proofs_of_laps_are_refused_or_still_prove(seed: int, number: int) -> None:
+    """Levels, untils and places of laps as well; held against the same flight, and against another one."""
+    rng = Random(seed)
+    while number > 0:
+        robots = ("q0", "q1")[: rng.choice([1, 1, 2])]
+        formula, reading = asked(rng, robots, 6)
+        given = mission(str(formula), team=reading, robots=len(robots), trace="infinite")
+        flown, other = ({robot: lap_timeline(rng, robot) for robot in robots} for _ in range(2))
+        statement, _, relations, evidence = proof_of(given, flown)
+        if len(evidence) == 0:
+            continue
+        number -= 1
+        for lines in (flown, other):
+            (verdict,) = judge_formula(given, lines, Relations(), detail="answer")
+            own = {name: kernel_timeline(line) for name, line in lines.items()}
+            for _ in range(80):
+                changed = edited(rng, evidence)
+                for _ in range(rng.choice([0, 0, 1, 3])):
+                    changed = edited(rng, changed)
+                try:
+                    check_formula(statement, own, relations, Evidence(changed if isinstance(changed, dict) else {}))
+                except Refused:
+                    continue
+                assert verdict.outcome == "holds", (str(formula), reading, lines, changed)
+
+
 @pytest.mark.parametrize(("seed", "number"), [(1, 200), pytest.param(2, 5000, marks=pytest.mark.slow)])
 def test_what_is_left_of_a_formula_is_what_the_rest_of_a_word_has_to_do(seed: int, number: int) -> None:
     rng = Random(seed)
