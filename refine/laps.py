@@ -101,10 +101,14 @@ def _prefix(plan: Plan) -> Plan:
     robots: dict[str, RobotPlan] = {}
     for name, robot in plan.robots.items():
         at, begins = robot.cycle_waypoint or 0, robot.cycle_visit or 0
+        waypoints = (
+            w if w.visit is None or w.visit < begins else w.model_copy(update={"role": "via", "region": None, "visit": None})
+            for w in robot.waypoints[: at + 1]  # a lap of one robot may begin on its way into a region
+        )
         robots[name] = robot.model_copy(
             update={
                 "visits": robot.visits[:begins],
-                "waypoints": robot.waypoints[: at + 1],
+                "waypoints": tuple(waypoints),
                 "times": robot.times[: at + 1],
                 "cycle_visit": None,
                 "cycle_waypoint": None,

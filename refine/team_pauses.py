@@ -28,6 +28,8 @@ _LENGTHS = (1.0, 1.5, 2.0, 3.0, 4.0, 6.0)
 """s that slowing down takes, as they are tried: the first at which all limits hold is taken."""
 _SLOWER = (1.05, 1.1, 1.2)
 """How much slower the whole flight is tried, where it uses all of a limit while it slows down."""
+_MUCH_SLOWER = (1.5, 2.0, 3.0, 4.0)
+"""The same where so many pieces are flown while it slows down that vehicles do not hold them."""
 _FOLLOWED = 2e-4
 """m (and rad) by which pieces may leave the slowed motion between their nodes."""
 _NEAR = 0.1
@@ -130,13 +132,23 @@ def resting(
         DoesNotFit: Vehicles hold too few pieces, or no slowing that was tried keeps all limits.
     """
     allowed = {name: max(1.0 - SAFETY, _used(path, limits[name])) for name, path in paths.items()}
-    for slower, length in (*((1.0, length) for length in _LENGTHS), *((slower, _LENGTHS[-1]) for slower in _SLOWER)):
+    full: DoesNotFit | None = None
+    ways = (
+        *((1.0, length) for length in _LENGTHS),
+        *((slower, _LENGTHS[-1]) for slower in _SLOWER),
+        *((slower, _LENGTHS[0]) for slower in _MUCH_SLOWER),
+    )
+    for slower, length in ways:
         stretched = {name: path.stretched(slower) for name, path in paths.items()}
-        rests = _rests(stretched, mission, held, length)
+        try:
+            rests = _rests(stretched, mission, held, length)
+        except DoesNotFit as error:
+            full = full or error
+            continue
         found = _slowed(stretched, Clock(rests, length))
         if all(_used(path, limits[name]) <= allowed[name] for name, path in found.paths.items()):
             return found
-    raise DoesNotFit(
+    raise full or DoesNotFit(
         f"The flight is longer than its vehicles hold, and robots that slow down to rest within {_LENGTHS[-1]:g} s on their ways, so that it is "
         "uploaded in parts, do not keep their limits. Stream it, or fly a vehicle that holds more (`pieces` of its profile)."
     )

@@ -86,7 +86,7 @@ class _Question:
 def _answered(question: _Question) -> Motion:
     task, fitted = question.task, question.fitted
     path = fitted.motion.path
-    best = slowed(task, path, fitted.rest, faster=True)
+    best = min((fitted.motion, *_sped_up(task, fitted)), key=lambda motion: _cost(task, motion.path))
     start = path.stretched(stretch_to_limits(path, None, _plain(task.limits), faster=True))  # legs' own limits aside
     failures: list[str] = []
     for roomy in (True, False) if rooms_of(task.corridor) else (False,):
@@ -97,13 +97,27 @@ def _answered(question: _Question) -> Motion:
     return replace(best, note=f"a faster flight was looked for and not found: {failures[0]}") if failures else best
 
 
+def _sped_up(task: Task, fitted: Fitted) -> tuple[Motion, ...]:
+    """Return the motion at the plan's own times, sped up as a whole with a heading of its own; none where no pace keeps the limits with that."""
+    try:
+        return (slowed(task, fitted.motion.path, fitted.rest, faster=True),)
+    except Infeasible:
+        return ()
+
+
 def _digest(task: Task, fitted: Fitted) -> str:
     """Return what tells questions apart: all that an answer depends on."""
-    corridor, robot = task.corridor, task.robot
+    corridor, robot, yaw = task.corridor, task.robot, fitted.motion.yaw
     asked = (
         corridor,
         (task.limits, task.clearance, task.options.blend, task.options.closes),
-        (fitted.motion.path.durations, fitted.motion.path.states, sorted(fitted.rest), sorted(fitted.monotone)),
+        (
+            fitted.motion.path.durations,
+            fitted.motion.path.states,
+            yaw and yaw.states,
+            sorted(fitted.rest),
+            sorted(fitted.monotone),
+        ),
         (robot.visits, robot.cycle_visit, robot.cycle_waypoint),
         (task.mission.agents[task.name], task.mission.all_regions, task.mission.margin, task.mission.limits.legs),
     )

@@ -131,6 +131,39 @@ def test_a_patrol_has_the_pace_that_is_asked() -> None:
     assert lasts(fast) < 0.6 * lasts(nominal)
 
 
+LAPS = """
+format: 1
+name: laps
+vehicle: crazyflie-2.1
+workspace: {min: [-3, -3, 0.2], max: [3, 3, 2.2]}
+regions:
+  a: {center: [1.5, 1.2, 1.0], radii: [0.3, 0.3, 0.3]}
+  b: {center: [-1.5, 1.2, 1.0], radii: [0.3, 0.3, 0.3]}
+  d: {center: [-1.5, -1.4, 1.2], radii: [0.3, 0.3, 0.3]}
+"""
+
+
+def test_a_flight_that_its_heading_slows_down_is_no_slower_than_its_nominal_times() -> None:
+    text = LAPS + "agents: {q: {start: [0, 0, 1], heading: path}}\nspec: {formula: G F a & G F d, trace: infinite, repeat: 3}\n"
+    plan, said = ltlplan.plan(ltlplan.parse_mission(text)), list[str]()
+    nominal, fastest = refine(plan, pace="nominal"), refine(plan, pace=1, note=said.append)
+    assert_holds(plan, fastest)
+    assert not said
+    assert lasts(fastest) <= lasts(nominal)
+    assert lasts(refine(plan, pace=0.5)) <= 2.0 * lasts(nominal) * (1.0 + 1e-6)
+
+
+def test_a_fast_flight_is_cut_into_parts_where_a_nominal_one_is() -> None:
+    """Within the second in which it would slow down it flies more pieces than its vehicle holds."""
+    text = LAPS + "agents: {q: {start: [0, 0, 1]}}\nlimits: {pieces: 6}\n"
+    text += "spec: {formula: G F a & G F b & G F d, trace: infinite, repeat: 3}\n"
+    plan = ltlplan.plan(ltlplan.parse_mission(text))
+    nominal, fastest = refine(plan, pace="nominal", too_long="rest"), refine(plan, pace=1, too_long="rest")
+    assert_holds(plan, fastest)
+    assert fastest["q"].cuts
+    assert lasts(fastest) < lasts(nominal)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["door-puzzle", "wall-swap", "meeting", "office"])
 def test_shipped_teams_are_certified_at_the_greatest_pace(name: str) -> None:
