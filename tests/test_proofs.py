@@ -355,8 +355,8 @@ def random_claim(draw: random.Random) -> tuple[Any, dict[str, Timeline]]:
     return statement, lines
 
 
-def root_of(table: Table) -> tuple[Any, ...]:
-    """Return the negation as nested tuples."""
+def root_of(table: Table) -> list[tuple[Any, ...]]:
+    """Return each part of the negation as nested tuples."""
     nodes: list[tuple[Any, ...]] = []
     for sign, parts in table.nodes:
         inner = [nodes[part] for part in parts] if sign in ("and", "or", "until", "release") else []
