@@ -74,7 +74,7 @@ def test_a_passage_between_two_approach_corridors_that_meet() -> None:
     mission = room({"goal": ball(2.0, 0.5)}, {"q": Agent(start=start)}, hoops=gates, margin=0.007)
     plan = Plan(mission=mission, robots={"q": through(mission, "q", [("middle", "F")])})
     assert [len(leg.approaches) for leg in corridor_of(mission, "q", plan.robots["q"]).legs] == [2, 1]
-    path = refine(plan)["q"].evaluate(np.linspace(0.0, 3.0, 999))[:, :3]
+    path = refine(plan, pace="nominal")["q"].evaluate(np.linspace(0.0, 3.0, 999))[:, :3]  # else its end may move
     assert np.linalg.norm(path[:, 1:] - start[1:], axis=1).max() < 1e-3
     assert (path[0, 0], path[-1, 0]) == pytest.approx((0.06, 0.18), abs=1e-3)
 
