@@ -2,7 +2,8 @@
 
 Regions entered one after another must be joined by an edge (coming back to the region just left is allowed), and the
 internal state may change only by the mission's actions, inside the region that permits each. A word on which two
-regions are entered at one instant is read in an order that the regions allow.
+regions are entered at one instant is read in each order that the regions allow, and in every order where they allow none, as of two
+regions that are one.
 """
 
 from __future__ import annotations
@@ -139,18 +140,38 @@ class _Search:
         for target in self.robot.following[node]:
             entered = self.regions[target] - self.regions[node]
             done = 0 if (node, target) in self.robot.laps else self.robot.actions[target] - self.robot.actions[node]
-            if len(entered) + done > 1:
-                continue  # the same in single steps is followed as well
-            fault: _Fault | None = None
-            after = (target, vertices | self._gone_back(state, target), internal)
+            if (entered and done) or done > 1 or (len(entered) > 1 and self._is_walked_in_steps(node, target)):
+                continue  # the same in smaller steps is followed as well
             if entered:
-                region = next(iter(entered))
-                fault = self._entry(state, region)
-                after = (target, frozenset({region}), internal)
+                for fault, region in self._entries(node, vertices, entered):
+                    yield fault, (target, frozenset({region}), internal)
             elif done:
                 fault, reached = self._action(self.robot.actions[node], node, target, internal)
-                after = (target, vertices, reached)
-            yield fault, after
+                yield fault, (target, vertices, reached)
+            else:
+                yield None, (target, vertices | self._gone_back(state, target), internal)
+
+    def _is_walked_in_steps(self, node: int, target: int) -> bool:
+        """Return whether the regions that are entered between two nodes can be entered in an order, too: relations may leave out all of them."""
+        before, after = self.regions[node], self.regions[target]
+        return any(
+            before < self.regions[between] < after and target in self.robot.following[between]
+            for between in self.robot.following[node]
+        )
+
+    def _entries(self, node: int, vertices: frozenset[str], entered: frozenset[str]) -> Iterator[tuple[_Fault | None, str]]:
+        """Yield how regions are entered one after another at one instant, in every order: what breaks it, and the region entered last."""
+        begun = (frozenset[str](), vertices)
+        queue, seen = deque([begun]), {begun}
+        while queue:
+            over, came = queue.popleft()
+            for region in sorted(entered - over):
+                fault, after = self._entry(node, came, region), (over | {region}, frozenset({region}))
+                if fault is not None or after[0] == entered:
+                    yield fault, region
+                elif after not in seen:
+                    seen.add(after)
+                    queue.append(after)
 
     def _gone_back(self, state: _State, target: int) -> frozenset[str]:
         """Return the regions that a robot still is in and has gone back to along an edge, by leaving the region that it came to last."""
@@ -160,8 +181,7 @@ class _Search:
             return frozenset()
         return frozenset(region for region in self.regions[target] for vertex in left if region in self.edges.get(vertex, ()))
 
-    def _entry(self, state: _State, region: str) -> _Fault | None:
-        node, vertices, _ = state
+    def _entry(self, node: int, vertices: frozenset[str], region: str) -> _Fault | None:
         if region in self.closed:
             only = " and ".join(self.mission.all_regions[region].only or ())
             return _Fault(f"{self.robot.robot} can enter {region}, which is open to {only} only", region)

@@ -5,6 +5,7 @@ import pytest
 
 from tests.helpers.timelines import APART, END, at, fill, mission, timeline
 from verify.model_checking.timeline import Change, InternalChange, Relations, Timeline
+from verify.model_checking.transitions import no_word_is_a_trace
 from verify.model_checking.word_claims import judge_transitions
 
 WORLD = {"start": "home", "edges": (("home", "a"), ("a", "b"), ("b", "c"))}
@@ -79,6 +80,31 @@ def test_nested_regions_are_entered_from_outside_in():
     )
     assert judged(both, relations=nested)
     assert judged(both, {"start": "home", "edges": (("home", "b"), ("b", "c"))}, nested).outcome == "fails"
+
+
+def test_regions_that_are_one_are_entered_along_the_edges_of_both_orders():
+    """Letters with one of them alone are none, so single steps do not show what is entered."""
+    one = Relations(nested=frozenset({("a", "b"), ("b", "a")}))
+    both = Timeline("q0", dict.fromkeys("abc", "no"), (Change(at(2), "a", "must"), Change(at(2), "b", "must")), Fraction(END))
+    verdict = judged(both, relations=one)
+    assert (verdict.outcome, verdict.region, verdict.time) == ("fails", "b", 2.0)
+    joined = {"start": "home", "edges": (("home", "a"), ("home", "b"), ("a", "b"))}
+    assert judged(both, joined, one)
+    assert judged(both, {**joined, "directed": True}, one).outcome == "fails"  # from b to a
+    assert judged(both, None, one)
+    asked = mission("true", environment=WORLD)
+    assert not no_word_is_a_trace(asked, both, one)  # a, then b
+    assert no_word_is_a_trace(mission("true", environment={**WORLD, "edges": (("home", "c"),)}), both, one)
+
+
+def test_a_region_that_is_closed_is_not_entered_beside_one_that_is_the_same():
+    one = Relations(nested=frozenset({("a", "b"), ("b", "a")}))
+    both = Timeline("q0", dict.fromkeys("abc", "no"), (Change(at(2), "a", "must"), Change(at(2), "b", "must")), Fraction(END))
+    shut = mission("true")
+    shut = shut.model_copy(update={"regions": {**shut.regions, "b": shut.regions["b"].model_copy(update={"only": ("truck",)})}})
+    (verdict,) = judge_transitions(shut, {"q0": both}, one)
+    assert verdict.outcome == "fails"
+    assert "can enter b, which is open to truck only" in verdict.sentence
 
 
 def test_a_room_next_door_is_left_again_by_going_back():
