@@ -58,16 +58,33 @@ def with_visits_relocated(
         for at in itertools.islice(_combined(choices), 1, _LOOKED_AT)
         if all(parted(one, at[one], other, at[other]) for one, other in pairs)
     )
+    fastest: dict[tuple[str, int], RobotFlight] = {(name, 0): robot for name, robot in robots.items()}
     for at in itertools.islice(worth_trying, _COMBINATIONS):
         team = {name: choices[name][index] for name, index in at.items()}
+        if isinstance(departures_of(problem, team), DepartureConflict):
+            continue
+        for name, index in at.items():
+            if (name, index) not in fastest:
+                fastest[name, index] = _at_best(problem, choices[name][index])
+            team[name] = fastest[name, index]
         found = departures_of(problem, team)
         if not isinstance(found, DepartureConflict):
             return team, found
     return None
 
 
+def _at_best(problem: Problem, tried: RobotFlight) -> RobotFlight:
+    """Return the fastest flight to the places of one that was tried quickly; that one itself where it flies as planned."""
+    plan, name = problem.plan, tried.name
+    if problem.options.share(plan.mission, name) is None:
+        return tried
+    changed = plan.model_copy(update={"robots": {**plan.robots, name: tried.plan}})
+    return robot_flight(replace(problem, plan=changed), name, idle_others(problem, name))
+
+
 def _relocated(problem: Problem, name: str) -> list[RobotFlight]:
-    """Return flights of one robot whose visits are made at other places of their regions."""
+    """Return flights of one robot whose visits are made at other places of their regions, found quickly."""
+    problem = replace(problem, options=replace(problem.options, quick=True))
     plan, idle = problem.plan, idle_others(problem, name)
     ways = [place for other in plan.robots if other != name for place in _passages(plan, other, problem.spacing)]
     flights = []

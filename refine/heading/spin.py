@@ -106,7 +106,7 @@ def _spin(motion: tuple[Floats, ...], yaw: Floats, rate: Floats) -> Floats:
     shape = motion[0].shape[:2]
     acceleration, jerk, snap = motion
     flat = flat_samples(acceleration, jerk, snap, yaw.reshape(shape), rate.reshape(shape), np.zeros(shape))
-    return flat.rates[..., 2].ravel()
+    return flat.rates[2].ravel()
 
 
 def _planned(path: Spline, at: Floats) -> Floats:

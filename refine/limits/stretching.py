@@ -18,6 +18,8 @@ _FINE = 801
 _CLOSER = 10
 _NEARLY = 0.9
 """Share of the greatest use of a limit from which on a piece is looked at closely."""
+_WORTH = 0.5
+"""Share of the greatest use of a limit from which on a sample may decide a flight's pace."""
 
 
 def stretch_to_limits(
@@ -66,8 +68,12 @@ def stretch_to_limits(
 def _fastest(samples: Samples, limits: Limits, safety: float) -> float | None:
     """Return the least factor at which the samples keep all limits, above or below 1; None where none up to 1000 does.
 
-    Shares are nearly powers of the factor, so that regula falsi on logarithms (the Illinois rule) takes a handful of looks.
+    Shares are nearly powers of the factor, so that regula falsi on logarithms (the Illinois rule) takes a handful of looks, and
+    samples that use little of each limit as it is flown use little of it at any pace: they are looked at once.
     """
+    every = [share for _, _, share in samples.shares(limits).values()]
+    if every:
+        samples = samples.where(np.any([share >= _WORTH * share.max() for share in every], axis=0))
 
     def over(log_factor: float) -> float:
         shares = samples.stretched(float(np.exp(log_factor))).shares(limits)

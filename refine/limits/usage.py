@@ -74,8 +74,8 @@ class Samples:
     """A flight's derivatives at samples.
 
     Attributes:
-        motion: Velocity to snap. Shapes (pieces, samples, 3).
-        yaw: Yaw and its first two derivatives. Shapes (pieces, samples).
+        motion: Velocity to snap. Shapes (pieces, samples, 3), or of some samples (number, 3).
+        yaw: Yaw and its first two derivatives. Shapes (pieces, samples), or (number,).
     """
 
     motion: tuple[Floats, ...]
@@ -101,6 +101,14 @@ class Samples:
         motion = tuple(values / factor**order for order, values in enumerate(self.motion, start=1))
         return Samples(motion, tuple(values / factor**order for order, values in enumerate(self.yaw)))
 
+    def where(self, kept: NDArray[np.bool_]) -> Samples:
+        """Return some of the samples, in one row.
+
+        Args:
+            kept: Whether each is one of them. Shape (pieces, samples).
+        """
+        return Samples(tuple(values[kept] for values in self.motion), tuple(values[kept] for values in self.yaw))
+
     def shares(self, limits: Limits) -> dict[str, tuple[Floats, float, Floats]]:
         """Return what `shares_used` does."""
         velocity, acceleration, jerk, snap = self.motion
@@ -117,8 +125,8 @@ class Samples:
         if limits.thrust_min > 0:
             note("thrust_min", flat.thrust, limits.thrust_min, GRAVITY)
         note("tilt", flat.tilt, limits.tilt)
-        note("body_rate", np.linalg.norm(flat.rates[..., :2], axis=-1), limits.body_rate)
-        note("yaw_rate", np.abs(flat.rates[..., 2]), limits.yaw_rate)
+        note("body_rate", np.sqrt(flat.rates[0] ** 2 + flat.rates[1] ** 2), limits.body_rate)
+        note("yaw_rate", np.abs(flat.rates[2]), limits.yaw_rate)
         if limits.rotors is not None:
             thrusts, hover = flat.rotor_thrusts(limits.rotors), limits.rotors.mass * GRAVITY / 4
             note("rotor_thrust_max", thrusts.max(axis=-1), limits.rotors.most, hover)

@@ -14,10 +14,11 @@ from refine.corridor.relocation import moved_into_the_clear
 from refine.limits.limits import Limits
 from refine.obstacles.keep_out_bodies import Ball
 from refine.single_robot.task import NOWHERE, Problem, RobotFlight, Task
-from refine.single_robot.time_optimised import time_optimised
+from refine.single_robot.time_optimised import sped_up, time_optimised
 from refine.single_robot.visits_shown import showing_visits
 from refine.spline.spline import Spline
 from verify.data import Infeasible
+from verify.data.shapes.inequalities import Point
 from verify.data.trajectory import HOVER, PIECES
 
 Floats = NDArray[np.float64]
@@ -62,6 +63,8 @@ def _moving(problem: Problem, name: str, limits: Limits, extra: tuple[Ball, ...]
     corridor = corridor_of(mission, name, robot, clearance=CLEARANCE + more, extra=extra)
     most = options.held(problem.plan.mission, name)
     corridor = thinned(corridor, (most or PIECES) - 1, mission.spec.repeat)
+    if corridor.rooms[-1] is not None and _ends_beside_others(problem, name):
+        corridor = replace(corridor, rooms=(*corridor.rooms[:-1], None))
     hovering = corridor.cycle is not None and corridor.cycle == len(corridor)
     if hovering:
         corridor = replace(corridor, cycle=None)
@@ -76,7 +79,8 @@ def _moving(problem: Problem, name: str, limits: Limits, extra: tuple[Ball, ...]
     task = Task(mission, name, robot, corridor, limits, more, options)
     fitted = showing_visits(task, rest)
     share = options.share(problem.plan.mission, name)
-    motion = fitted.motion if share is None else time_optimised(task, fitted).stretched(1.0 / share)
+    fastest = sped_up if options.quick else time_optimised
+    motion = fitted.motion if share is None else fastest(task, fitted).stretched(1.0 / share)
     path, yaw, cycle = motion.path, motion.yaw, corridor.cycle
     if hovering:
         cycle = len(path)
@@ -85,6 +89,17 @@ def _moving(problem: Problem, name: str, limits: Limits, extra: tuple[Ball, ...]
     planned = None if share is None or hovering else fitted.motion.path
     note = f"{name}: {motion.note}" if motion.note else ""
     return RobotFlight(name, robot, limits, corridor, path, yaw, cycle, halts, planned, note)
+
+
+def _ends_beside_others(problem: Problem, name: str) -> bool:
+    """Return whether another robot may end so near this one's last region that the plan's places for both are to be kept."""
+    regions, spacing = problem.plan.mission.all_regions, problem.spacing
+    ends: dict[str, tuple[Point, float]] = {}
+    for who, robot in problem.plan.robots.items():
+        region = regions.get(robot.visits[-1].region) if robot.visits else None
+        ends[who] = (robot.waypoints[-1].position, 0.0) if region is None else (region.center, region.outer_radius)
+    (centre, radius), widest = ends.pop(name), max(1.0, spacing.z_scale)
+    return any(spacing.between(centre, other) < widest * (radius + reach) + spacing.distance for other, reach in ends.values())
 
 
 def _hover(point: Floats) -> Spline:

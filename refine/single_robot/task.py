@@ -40,6 +40,7 @@ class RefinementOptions:
         rests: Whether the flight rests at every point.
         closes: Whether it is a lap, which ends with the heading that it began with.
         lingers: Whether a robot that acts only after others comes to the region first, and rests there.
+        quick: Whether the plan's own times, sped up as a whole, stand for the fastest flight: places are only tried.
     """
 
     pace: Pace | None
@@ -51,6 +52,7 @@ class RefinementOptions:
     rests: bool = False
     closes: bool = False
     lingers: bool = False
+    quick: bool = False
 
     @property
     def blend(self) -> float | None:

@@ -28,6 +28,7 @@ from refine.single_robot.task import Fitted, Motion, Task
 from refine.single_robot.visits_shown import UNSURE, legs_about
 from refine.solvers.nlp import Timing, optimise
 from refine.solvers.qp import Programme, solve
+from refine.solvers.timeout import SolverTimeout
 from refine.spline.spline import Spline
 from verify.data import Infeasible
 
@@ -56,9 +57,8 @@ def time_optimised(task: Task, fitted: Fitted) -> Motion:
         task: The robot's; its options say what is least.
         fitted: What it flies at the plan's own times.
 
-    Raises:
-        Infeasible: No pace keeps the limits.
-        SolverTimeout: An engine's seconds ran out before its iterations.
+    Returns:
+        Its note says so where a programme failed, or an engine's seconds ran out: the best of the other answers stands.
     """
     return _answered(_Question(task, fitted))
 
@@ -66,6 +66,20 @@ def time_optimised(task: Task, fitted: Fitted) -> Motion:
 def forget() -> None:
     """Drop all answers, so that the next one is looked for (for measurements and tests)."""
     _answered.cache_clear()
+
+
+def sped_up(task: Task, fitted: Fitted) -> Motion:
+    """Return the motion at the plan's own times, sped up as a whole with a heading of its own where that is better.
+
+    Args:
+        task: The robot's; its options say what is least.
+        fitted: What it flies at the plan's own times.
+    """
+    try:
+        faster = slowed(task, fitted.motion.path, fitted.rest, faster=True)
+    except Infeasible:  # no pace keeps the limits with that heading
+        return fitted.motion
+    return min((fitted.motion, faster), key=lambda motion: _cost(task, motion.path))
 
 
 class _Question:
@@ -86,7 +100,7 @@ class _Question:
 def _answered(question: _Question) -> Motion:
     task, fitted = question.task, question.fitted
     path = fitted.motion.path
-    best = min((fitted.motion, *_sped_up(task, fitted)), key=lambda motion: _cost(task, motion.path))
+    best = sped_up(task, fitted)
     start = path.stretched(stretch_to_limits(path, None, _plain(task.limits), faster=True))  # legs' own limits aside
     failures: list[str] = []
     for roomy in (True, False) if rooms_of(task.corridor) else (False,):
@@ -95,14 +109,6 @@ def _answered(question: _Question) -> Motion:
         if found:
             break
     return replace(best, note=f"a faster flight was looked for and not found: {failures[0]}") if failures else best
-
-
-def _sped_up(task: Task, fitted: Fitted) -> tuple[Motion, ...]:
-    """Return the motion at the plan's own times, sped up as a whole with a heading of its own; none where no pace keeps the limits with that."""
-    try:
-        return (slowed(task, fitted.motion.path, fitted.rest, faster=True),)
-    except Infeasible:
-        return ()
 
 
 def _digest(task: Task, fitted: Fitted) -> str:
@@ -233,7 +239,7 @@ def _answers(search: _Search) -> tuple[list[Motion], list[str]]:
     for answer in answers:
         try:
             found.append(_shown(search, answer))
-        except Infeasible as error:  # another answer stands
+        except (Infeasible, SolverTimeout) as error:  # another answer stands
             failures.append(str(error))
     return found, failures
 

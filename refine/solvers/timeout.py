@@ -1,4 +1,4 @@
-"""Engines' clocks: they only ever end a run with an error, so that a slow machine gives the same answer or none.
+"""Engines' clocks: they end a run with an error, but where a flight that holds is there already: that one stands, with a note.
 
 Budgets of iterations may shape an answer, since they run out at the same place everywhere. A time-out is no kind of `Infeasible`:
 whoever goes on after an engine that found nothing lets it pass.

@@ -31,6 +31,7 @@ from tests.helpers.random_missions import random_mission
 from verify.data import Infeasible, Plan, Trajectory
 from verify.data.progress import silent
 from verify.data.sections import Agent, LegLimits, Limits
+from verify.data.shapes.region import Region
 
 
 def assert_holds(plan: Plan, team: dict[str, Trajectory]) -> None:
@@ -162,6 +163,22 @@ def test_a_fast_flight_is_cut_into_parts_where_a_nominal_one_is() -> None:
     assert_holds(plan, fastest)
     assert fastest["q"].cuts
     assert lasts(fastest) < lasts(nominal)
+
+
+def test_robots_that_end_in_one_region_end_where_the_plan_has_them_apart() -> None:
+    """From two sides both would stop at the near edge, where the nearer one of them is in the other's way."""
+    wide = Region(center=(1.0, 0.0, 1.0), radii=(0.8, 0.8, 0.3))
+    agents = {name: Agent(start=(-1.5, y, 1)) for name, y in (("q0", 0.5), ("q1", -0.5))}
+    mission = room({"wide": wide}, agents, separation=0.3)
+    ends = {name: (1.0, y, 1.0) for name, y in (("q0", 0.35), ("q1", -0.35))}
+    robots = {name: straight(agents[name].start, ends[name], visits={1: "wide"}) for name in agents}
+    plan = Plan(mission=mission, robots=robots)
+    team = refine(plan, pace=1)
+    assert_holds(plan, team)
+    for name, flight in team.items():
+        np.testing.assert_allclose(flight.evaluate(np.array([flight.duration]))[0, :3], ends[name], atol=1e-4)
+    alone = refine(plan.model_copy(update={"robots": {"q0": robots["q0"]}}), pace=1)
+    assert lasts(alone) < lasts(team)
 
 
 @pytest.mark.slow

@@ -43,14 +43,14 @@ def test_rates_and_accelerations_are_derivatives_of_the_attitude(seed: int) -> N
     h = 1e-5
     here, before, after = at(0.1), at(0.1 - h), at(0.1 + h)
     if (
-        abs(here.axes[1] @ [-np.sin(turn @ [1, 0.1, 0.01, 0.001]), np.cos(turn @ [1, 0.1, 0.01, 0.001]), 0]) < 0.2
+        abs(np.dot(here.axes[1], [-np.sin(turn @ [1, 0.1, 0.01, 0.001]), np.cos(turn @ [1, 0.1, 0.01, 0.001]), 0])) < 0.2
         or here.thrust < 2
     ):
         return  # near the singularity of the heading, differences say little
-    attitude = here.axes.T
-    rate = attitude.T @ (after.axes.T - before.axes.T) / (2 * h)
+    attitude = np.array(here.axes).T
+    rate = attitude.T @ (np.array(after.axes).T - np.array(before.axes).T) / (2 * h)
     np.testing.assert_allclose([rate[2, 1], rate[0, 2], rate[1, 0]], here.rates, rtol=1e-4, atol=1e-4)
-    np.testing.assert_allclose((after.rates - before.rates) / (2 * h), here.accelerations, rtol=1e-3, atol=1e-3)
+    np.testing.assert_allclose(np.subtract(after.rates, before.rates) / (2 * h), here.accelerations, rtol=1e-3, atol=1e-3)
 
 
 @given(st.integers(0, 2**32 - 1))
@@ -60,13 +60,14 @@ def test_the_controllers_flatness_was_derived_apart_and_agrees(seed: int) -> Non
     acceleration, jerk, snap = rng.normal(size=(3, 20, 3)) * np.array([3.0, 10.0, 40.0])[:, None, None]
     yaw = rng.normal(size=(3, 20))
     ours, theirs = flat_samples(acceleration, jerk, snap, *yaw), feed_forward(lifted(acceleration.T), jerk.T, snap.T, *yaw)
+    axes, rates, accelerations = np.moveaxis(np.array(ours.axes), 2, 0), np.array(ours.rates).T, np.array(ours.accelerations).T
     clear = (ours.thrust > 2.0) & (
-        np.abs(np.sum(ours.axes[:, 1] * np.stack([-np.sin(yaw[0]), np.cos(yaw[0]), 0 * yaw[0]], 1), 1)) > 0.2
+        np.abs(np.sum(axes[:, 1] * np.stack([-np.sin(yaw[0]), np.cos(yaw[0]), 0 * yaw[0]], 1), 1)) > 0.2
     )
     np.testing.assert_allclose(theirs.thrust[clear], ours.thrust[clear], rtol=1e-12)
-    np.testing.assert_allclose(theirs.turn.transpose(2, 1, 0)[clear], ours.axes[clear], rtol=1e-9, atol=1e-12)
-    np.testing.assert_allclose(theirs.rates.T[clear], ours.rates[clear], rtol=1e-9, atol=1e-9)
-    np.testing.assert_allclose(theirs.rates_change.T[clear], ours.accelerations[clear], rtol=1e-8, atol=1e-7)
+    np.testing.assert_allclose(theirs.turn.transpose(2, 1, 0)[clear], axes[clear], rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(theirs.rates.T[clear], rates[clear], rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(theirs.rates_change.T[clear], accelerations[clear], rtol=1e-8, atol=1e-7)
 
 
 def test_hovering_needs_a_quarter_of_the_weight_from_each_rotor() -> None:
