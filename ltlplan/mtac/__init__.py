@@ -3,6 +3,6 @@
 Read `offline`, then `beam_search` (the walk over the team automaton), `agent_states` (where each robot is), `agent_moves` (its
 visits over the graph of regions on which the exact search stands as well), `robot_tasks` (the visits that it is given),
 `decomposable_task` (the formula as robots read it), `admissible_heuristic` (what is surely left to fly) and `optimality_gap` (how near to
-the best, by straight lines). What
-paths cost is in `priced_paths`. Many tasks are shared in the room `tours`; formulas that count robots are planned in `counting`.
+the best, by straight lines). What paths cost is in `priced_paths`. `many_tasks` shares many tasks in tours of the exact search; formulas
+that count robots are planned in `counting`.
 """

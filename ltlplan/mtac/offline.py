@@ -14,7 +14,7 @@ What the printed algorithm leaves open is decided like this.
 * Def. 4.7 hands over to robot r + 1 only. Here to any robot that has not flown: the order is part of the search.
 * Pairwise decomposition does not make three tasks decompose, so a finished walk counts only if the words of all robots,
   idle ones too, hold in every order.
-* Sets of tasks are as many as 2^n. From `many_tasks.MANY` tasks on tours are shared instead (`many_tasks`), by the same costs.
+* Sets of tasks are as many as 2^n. From `many_tasks.MANY` tasks on tours are shared instead (`ltlplan.search.tours`), by the same costs.
 * With `every_robot` all robots are optimised again at each state, as the paper does. Otherwise a choice whose lower bound
   is above a known cost is not optimised; that changes no result.
 """
@@ -33,10 +33,10 @@ from ltlplan.mtac.agent_moves import World
 from ltlplan.mtac.beam_search import BeamSearch, Options
 from ltlplan.mtac.counting.tasks import is_shared_at_once, share_counted
 from ltlplan.mtac.decomposable_task import Reader
+from ltlplan.mtac.many_tasks import many_tasks, share_many
 from ltlplan.mtac.optimality_gap import BestKnown, best_known, straight_cost, straight_line_costs
 from ltlplan.mtac.priced_paths import PricedPaths
 from ltlplan.mtac.robot_tasks import RobotTask
-from ltlplan.mtac.tours.many_tasks import many_tasks, share_many
 from ltlplan.paths.costs import team_cost
 from ltlplan.paths.cross_entropy.cross_entropy import Improvement
 from ltlplan.search.problem import TIES
@@ -186,7 +186,7 @@ def share_tasks(
         if shared is not None:
             order = tuple(robot for robot, does in shared.robots.items() if does.visits)
             return _shared(mission, paths, shared.robots, order, least=shared.least)
-        if len(many.task.parts) > MOST_WALKED:
+        if len(many.own.task.parts) > MOST_WALKED:
             return None
     world = World(mission)
     starts = {robot: world.start(robot) for robot in mission.agents}

@@ -4,10 +4,9 @@ Read `exact` (the door, which lists what is tried for a `problem` and answers wi
 `label_setting`, and `team_reading` (what it asks of each reading of a team, whose states `numbering` numbers, and whose answers `memoization` keeps); `lawler` goes on to the next
 cheapest answers. Each reading has a folder, with `planning` and `reading` in it:
 `own` (each robot's word by itself) and `joint` (all robots together) follow robots one after another (`sequential_reading`) and look for
-plans that hold in every order of them (`team_planning`); where the highest cost counts, `insertion` shares many tasks by what they cost
-single robots (`task_paths`). `counting` counts robots, `orders` puts events in order, and `cycles` are
+plans that hold in every order of them (`team_planning`); where the highest cost counts, many tasks are shared in `tours`. `counting` counts robots, `orders` puts events in order, and `cycles` are
 infinite words. `bounds` lead the searches. They walk over a `reduced_graph`, with only the places that matter, made of the
 `relevant_places` (what a formula may gain by: `polarities`). `endurance` is a limit on plans, `explanations` says why there is none, and which parts to keep. `method` offers all this as
-a planning method. `robot_paths` searches the paths of one robot, `least_cost_matching` assigns tasks to robots, and `shared_walls` tells what
+a planning method. `robot_paths` searches the paths of one robot, for tours, `least_cost_matching` assigns tasks to robots, and `shared_walls` tells what
 may be shown at a wall that two rooms share.
 """

@@ -49,7 +49,7 @@ def assign(
         Infeasible: No way to share it brings all back before a vehicle's endurance ends.
         TooLarge: A budget was used up before an answer was found.
     """
-    problem = Problem(mission, budget, _cheapest, _no_plan, cost, metre, capacities)
+    problem = Problem(mission, budget, cost, metre, capacities, _cheapest, _no_plan)
     nothing: NoWords | None = None
     for plan in _tries(problem):
         try:
@@ -77,7 +77,7 @@ def assign_under_precedences(mission: Mission, *, cost: Cost | None = None, budg
     """
     from ltlplan.search.orders import planning as orders
 
-    problem = Problem(mission, budget, _cheapest, _no_plan, cost)
+    problem = Problem(mission, budget, cost)
     found = orders.plan(problem)
     if found is None:
         raise Unsatisfiable(_NO_PRECEDENCES)

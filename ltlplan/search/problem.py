@@ -8,7 +8,7 @@ from functools import cached_property
 
 from ltlplan.allocation import Itinerary
 from ltlplan.logic.automaton import Automaton
-from ltlplan.logic.budget import Budget, TooLarge
+from ltlplan.logic.budget import DEFAULT_BUDGET, Budget, TooLarge
 from ltlplan.logic.conjunction import conjunct_automata
 from ltlplan.search.itineraries import itinerary
 from ltlplan.search.relevant_places import FEW, places_that_matter
@@ -45,20 +45,22 @@ class Problem:
     Attributes:
         mission: With its formula, regions, environment, internal states and agents.
         budget: Bounds on the search.
-        cheapest: Prices missions that ask for less, where there is no plan.
-        explain: Says why there is no plan; gets the order of the robots, with words, that breaks the cheapest plan of a fixed order.
         cost: Cost of a leg; None for straight lines by the mission's weights.
         metre: What a metre costs each robot on the way to its end, where `cost` counts more than metres.
         capacities: Robots that regions hold, where refinement found no places for more.
+        cheapest: Prices missions that ask for less, where there is no plan.
+        explain: Says why there is no plan; gets the order of the robots, with words, that breaks the cheapest plan of a fixed order.
     """
 
     mission: Mission
-    budget: Budget
-    cheapest: Cheapest
-    explain: Callable[[Problem, Sequence[tuple[str, Word]]], Unsatisfiable]
+    budget: Budget = DEFAULT_BUDGET
     cost: Cost | None = None
     metre: Mapping[str, float] | None = None
     capacities: Mapping[str, int] = field(default_factory=dict[str, int])
+    cheapest: Cheapest = lambda _: None
+    explain: Callable[[Problem, Sequence[tuple[str, Word]]], Unsatisfiable] = lambda *_: Unsatisfiable(
+        "No plan satisfies the formula."
+    )
 
     @cached_property
     def systems(self) -> Systems:
@@ -84,12 +86,20 @@ class Problem:
 
     @cached_property
     def asked(self) -> Formula:
-        """The formula over what these systems can show.
+        """The formula over what these systems can show: what nobody ever shows is false. With few regions it is the mission's own.
 
         Raises:
             TooLarge: It speaks of more names than conditions on letters can be made of.
         """
-        return asked_of(self.mission, self.each)
+        mission = self.mission
+        if len(mission.all_regions) <= FEW:
+            return mission.formula
+        shown = {name for system in self.each for label in system.labels for name in label}
+        asked = mission.formula.substitute(dict.fromkeys(mission.all_regions.keys() - shown, FALSE))
+        if (used := len(asked.names())) > MOST_NAMES:
+            hint = "`!free` speaks of all regions at once; name those that are meant instead."
+            raise TooLarge("The formula speaks of", used, "regions and propositions", MOST_NAMES, hint)
+        return asked
 
     @cached_property
     def known(self) -> dict[str, Atom]:
@@ -109,21 +119,3 @@ class Problem:
         """Return what each robot does along a path of its system."""
         robots = zip(self.mission.agents, self.each, paths, strict=True)
         return {name: itinerary(system, path) for name, system, path in robots}
-
-
-def asked_of(mission: Mission, systems: Sequence[TransitionSystem]) -> Formula:
-    """Return the formula over what these systems can show: what nobody ever shows is false.
-
-    With few regions that is the mission's own formula, whatever is shown.
-
-    Raises:
-        TooLarge: It speaks of more names than conditions on letters can be made of.
-    """
-    if len(mission.all_regions) <= FEW:
-        return mission.formula
-    shown = {name for system in systems for label in system.labels for name in label}
-    asked = mission.formula.substitute(dict.fromkeys(mission.all_regions.keys() - shown, FALSE))
-    if (used := len(asked.names())) > MOST_NAMES:
-        hint = "`!free` speaks of all regions at once; name those that are meant instead."
-        raise TooLarge("The formula speaks of", used, "regions and propositions", MOST_NAMES, hint)
-    return asked

@@ -105,7 +105,7 @@ def plan_team(task: TeamTask, budget: Budget, objective: Objective = Objective()
     """Return the best plan that keeps the task in every order of the robots.
 
     Where the highest cost counts, a tenth of the budget of states is spent on a search; what does not suffice for that is left to
-    tasks shared by insertion, or else to the plan with the least sum, if it is within the limits.
+    tasks shared in tours, or else to the plan with the least sum, if it is within the limits.
 
     Args:
         task: What is to be done.

@@ -27,8 +27,7 @@ from ltlplan.logic.budget import Budget, TooLarge
 from ltlplan.logic.conjunction import conjunct_automaton, conjuncts
 from ltlplan.mtac.counting.move_sequences import CountedCourses, Course
 from ltlplan.mtac.counting.role_assignment import taken_by_the_cheapest
-from ltlplan.mtac.tours.many_tasks import MANY
-from ltlplan.mtac.tours.shared_tours import Objective
+from ltlplan.mtac.many_tasks import MANY
 from ltlplan.paths.costs import team_cost
 from ltlplan.paths.improvement import without_swings
 from ltlplan.paths.nominal import lay_path
@@ -41,11 +40,10 @@ from ltlplan.search.counting.symmetry_classes import CountedTeam, Rooms, TeamCla
 from ltlplan.search.counting.synchronisation import HoversOutside, waits_of
 from ltlplan.search.endurance import require_endurance
 from ltlplan.search.itineraries import itinerary
-from ltlplan.search.problem import asked_of
-from ltlplan.search.relevant_places import places_that_matter
+from ltlplan.search.problem import TIES, Problem
+from ltlplan.search.tours.shared_tours import Objective
 from ltlplan.systems.objective import is_counted_by_legs
-from ltlplan.systems.region_labels import Layout
-from ltlplan.systems.robot_systems import Systems, interchangeable, unit_cost
+from ltlplan.systems.robot_systems import interchangeable, unit_cost
 from verify.data import Formula, Infeasible, Letter, Mission
 from verify.data.language.counting import atoms
 
@@ -57,8 +55,6 @@ _STATES_AT_ONCE = 4_000
 
 _ROUNDS = 30
 """In which tasks are taken out of a course and put in anew."""
-
-_TIES = 1e-6
 
 _TRIED = 200
 """Places for one visit that are held against the formula, cheapest first."""
@@ -101,11 +97,9 @@ class _Counted:
     """A mission's robots, and its conjuncts."""
 
     def __init__(self, mission: Mission, capacities: Mapping[str, int]) -> None:
-        layout = Layout(mission)
-        self.mission = mission
-        self._systems = Systems(mission, places=places_that_matter(mission, layout), layout=layout)
-        self.systems = [self._systems.of(name) for name in mission.agents]
-        self._asked = tuple(dict.fromkeys(conjuncts(asked_of(mission, self.systems))))
+        problem = Problem(mission)
+        self.mission, self._systems, self.systems = mission, problem.systems, problem.each
+        self._asked = tuple(dict.fromkeys(conjuncts(problem.asked)))
         self._atoms = {text: atom for part in self._asked for text, atom in atoms(part).items()}
         self._alike = tuple(interchangeable(mission).values())
         named = {atom.robot for atom in self._atoms.values()}  # robots of one key may take each other's parts
@@ -169,7 +163,7 @@ class _Counted:
         team = CountedTeam(tuple(self.systems), self._alike, self._marks(self._asked), Rooms({}, passing=False), skips=True)
         classes = TeamClasses(team, stays=True, apart=True).made()
         found = self._least / (len(self.systems) if self.longest else 1)
-        return max(0.0, found - _TIES, CourseSearch(classes).least(longest=self.longest) - _TIES)
+        return max(0.0, found - TIES, CourseSearch(classes).least(longest=self.longest) - TIES)
 
     def allocation(self, plan: CountedPlan) -> Allocation | None:
         """Return an allocation with who waits for whom; None where a robot would have to hover outside regions, or flies too long."""

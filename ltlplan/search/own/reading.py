@@ -13,12 +13,14 @@ from ltlplan.logic.transition_monoid import Element, OrderCheck, TransitionMonoi
 from ltlplan.search.bounds.conjunct_bounds import ConjunctBounds
 from ltlplan.search.bounds.conjunct_graph import ConjunctGraph
 from ltlplan.search.bounds.order_bounds import OrderBounds
-from ltlplan.search.insertion import share_by_insertion
 from ltlplan.search.memoization import memoized
 from ltlplan.search.reduced_graph import MAX_TABLE, ReducedGraph
 from ltlplan.search.sequential_reading import SLACK, Objective, SequentialReading
-from ltlplan.search.team_planning import PlanningOutcome
+from ltlplan.search.team_planning import PlanningOutcome, TeamRun
 from ltlplan.search.team_reading import UNREACHABLE
+from ltlplan.search.tours.shared_tours import least_highest
+from ltlplan.search.tours.task_kinds import TaskKinds
+from ltlplan.search.tours.task_tours import Tours
 
 Progress = tuple[int, Element, tuple[Element, ...]]
 """The state of the task; for the tracked conjuncts, what the word of the robot that flies does so far, and what the words before it do."""
@@ -89,20 +91,49 @@ class OwnTask:
         return self.bounds(self.task.state(state))
 
     def shared_out(self, objective: Objective, states: int) -> PlanningOutcome | None:
-        """Return the plan that tasks shared by insertion make, with a bound on its highest cost; None where it does not hold in every order.
+        """Return the plan that tasks shared in tours make, with a bound on its highest cost; None where it does not hold in every order.
 
         Args:
             objective: Limits on robots.
             states: How many states may be looked at.
         """
-        shared = share_by_insertion(self.graph, self.task, objective.allows, states)
-        if shared is None or self.failing_orders(shared[0].paths):
+        graph, kinds = self.graph, self.kinds()
+        most = None if objective.most is None else [limit + SLACK for limit in objective.most]
+        tours = Tours(graph, self.task, kinds, most, states)
+        flown = least_highest(tours) if kinds.free else None
+        cost = max((tour.cost for tour in flown or ()), default=UNREACHABLE)
+        if flown is None or cost == UNREACHABLE:
             return None
-        run, bound = shared
+        run = TeamRun(
+            tuple(graph.expand(robot, tour.nodes) for robot, tour in enumerate(flown)), cost, states - tours.states_left
+        )
+        if self.failing_orders(run.paths):
+            return None
+        free = None if kinds.own or kinds.kept else tours
+        return PlanningOutcome(run, run, 1, bound=self.least(longest=True, free=free) - SLACK)
+
+    def kinds(self, lost: frozenset[int] = frozenset()) -> TaskKinds:
+        """Return the conjuncts by what robots have to do about them.
+
+        Args:
+            lost: Those that are not to be free: some order of the robots was seen to break them.
+        """
+        return TaskKinds(self.task, [self.graph.label[robot][node] for robot, node in enumerate(self.graph.start)], lost=lost)
+
+    def least(self, *, longest: bool, free: Tours | None = None) -> float:
+        """Return what no plan costs less than, in sum or by the robot with the highest cost, as far as it is known without a search.
+
+        Args:
+            longest: Whether the highest cost counts.
+            free: Tours of the free tasks alone, where there are some already.
+        """
         reading = self.reading()
         begin = reading.begin()
-        spread = 0.0 if begin is None else reading.left(begin) / len(self.graph.start) - SLACK
-        return PlanningOutcome(run, run, 1, bound=max(bound, spread))
+        total = 0.0 if begin is None else reading.left(begin)
+        if not longest:
+            return total
+        free = free or Tours(self.graph, self.task, self.kinds().free_alone())
+        return max(total / len(self.graph.start), free.dearest_alone())
 
 
 class OwnReading(SequentialReading[Progress]):

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from ltlplan.mtac.beam_search import Options
+from ltlplan.mtac.many_tasks import many_tasks
 from ltlplan.mtac.offline import mtac_e, share_tasks
 from ltlplan.mtac.optimality_gap import best_known, straight_cost
-from ltlplan.mtac.tours.many_tasks import many_tasks
 from ltlplan.planner import make_plan
 from ltlplan.search.exact import assign
 from tests.helpers.few import few_of
@@ -43,9 +43,9 @@ def test_tours_are_near_the_exact_assignment(kind, seed, objective):
 
 def test_conjuncts_are_sorted_by_what_others_can_do_to_them():
     asked = many_tasks(mission_of_many_tasks(0, "F a & F b & F c & F d & F e & F(f & F g) & (!b U a) & (!d W c) & G !h"))
-    kinds = asked.kinds()
+    kinds = asked.own.kinds()
     assert (len(kinds.free), len(kinds.own), len(kinds.kept)) == (6, 1, 2)
-    assert set(asked.kinds(frozenset({kinds.free[0]})).own) == {kinds.free[0], *kinds.own}
+    assert set(asked.own.kinds(frozenset({kinds.free[0]})).own) == {kinds.free[0], *kinds.own}
 
 
 def test_an_order_that_others_can_lose_is_left_to_one_robot():

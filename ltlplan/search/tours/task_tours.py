@@ -14,16 +14,16 @@ from dataclasses import dataclass
 from ltlplan.logic.automaton import DEAD
 from ltlplan.logic.conjunct_automata import Part
 from ltlplan.logic.product_automaton import Task
-from ltlplan.mtac.tours.task_kinds import TaskKinds
 from ltlplan.search.memoization import memoized
 from ltlplan.search.reduced_graph import ReducedGraph
 from ltlplan.search.robot_paths import is_done, path_search
+from ltlplan.search.tours.task_kinds import TaskKinds
 
 MOST_SEARCHED = 8
 """Tasks of one robot up to which the cheapest order is searched."""
 
 STATES = 40_000
-"""That the search for such orders may look at, of all robots."""
+"""That the search for such orders looks at, of all robots, where nothing else is asked."""
 
 _STATES_OF_ONE = 3_000
 _EPSILON = 1e-9
@@ -83,7 +83,9 @@ class Tours:
         states_left: How many states the search for flights may still look at.
     """
 
-    def __init__(self, graph: ReducedGraph, task: Task, kinds: TaskKinds, most: Sequence[float] | None = None) -> None:
+    def __init__(
+        self, graph: ReducedGraph, task: Task, kinds: TaskKinds, most: Sequence[float] | None = None, states: int = STATES
+    ) -> None:
         """Prepare tours; legs are found when they are asked for.
 
         Args:
@@ -91,6 +93,7 @@ class Tours:
             task: What is to be done.
             kinds: Its conjuncts by kind.
             most: What each robot may cost at most, if anything.
+            states: That the search for flights may look at, of all robots.
         """
         self.kinds, self._graph, self._parts = kinds, graph, task.parts
         self._most = most or [math.inf] * len(graph.start)
@@ -106,7 +109,7 @@ class Tours:
         self._slow = frozenset(self.tasks).difference(one_letter, self._own)
         first = tuple(kinds.begun(index) for index in self._watched)
         self._begin = [self._read(first, letter) for letter in starts]
-        self.states_left = STATES
+        self.states_left = states
 
     def __len__(self) -> int:
         return len(self._graph.start)

@@ -10,7 +10,7 @@ are tasks and robots.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 
 from numpy.random import Generator
@@ -18,21 +18,15 @@ from numpy.random import Generator
 from ltlplan.allocation import Itinerary
 from ltlplan.logic.budget import TooLarge
 from ltlplan.logic.conjunction import conjunct_automata
-from ltlplan.logic.product_automaton import Task
-from ltlplan.logic.transition_monoid import OrderCheck, TransitionMonoid
 from ltlplan.mtac.priced_paths import PricedPaths
-from ltlplan.mtac.tours.shared_tours import Objective, Share, Sharing
-from ltlplan.mtac.tours.task_kinds import TaskKinds
-from ltlplan.mtac.tours.task_tours import Tours
 from ltlplan.paths.costs import team_cost
 from ltlplan.search.itineraries import itinerary
+from ltlplan.search.own.planning import own_task
 from ltlplan.search.own.reading import OwnTask
-from ltlplan.search.problem import asked_of
-from ltlplan.search.reduced_graph import ReducedGraph, Team, letter_classes
-from ltlplan.search.relevant_places import places_that_matter
-from ltlplan.systems.region_labels import Layout
-from ltlplan.systems.robot_systems import Systems, unit_cost
-from ltlplan.systems.transition_systems import TransitionSystem
+from ltlplan.search.problem import TIES, Problem
+from ltlplan.search.tours.shared_tours import Objective, Share, Sharing
+from ltlplan.search.tours.task_tours import Tours
+from ltlplan.systems.robot_systems import unit_cost
 from verify.data import Mission
 from verify.data.progress import Progress
 
@@ -42,40 +36,23 @@ MANY = 6
 MANY_FOR_LONGEST = 2
 """The walk's bound on the dearest robot's cost spreads what is left evenly over all robots, and says little from two tasks on."""
 
-_TIES = 1e-6
-
 
 @dataclass(frozen=True, slots=True)
 class ManyTasks:
-    """A mission's tasks, the graph that they are done on, and what they cost at the least.
+    """A mission's tasks, and the graph that they are done on.
 
     Attributes:
-        mission: Whose.
-        systems: One for each robot.
-        graph: Of the team.
-        task: What is to be done.
-        most: What each robot may cost at most, if anything.
+        problem: The mission, and what its robots can do.
+        own: The same as the exact search reads it.
     """
 
-    mission: Mission
-    systems: tuple[TransitionSystem, ...]
-    graph: ReducedGraph
-    task: Task
-    most: tuple[float, ...] | None
-
-    def kinds(self, lost: frozenset[int] = frozenset()) -> TaskKinds:
-        """Return the conjuncts by kind.
-
-        Args:
-            lost: Those that are not to be free: some order of the robots was seen to break them.
-        """
-        starts = [self.graph.label[robot][node] for robot, node in enumerate(self.graph.start)]
-        return TaskKinds(self.task, starts, lost=lost)
+    problem: Problem
+    own: OwnTask
 
     @property
     def longest(self) -> bool:
         """Whether the dearest robot counts, not the sum."""
-        return self.mission.planner.objective == "longest"
+        return self.problem.mission.planner.objective == "longest"
 
     def itinerary(self, robot: int, nodes: tuple[int, ...]) -> Itinerary:
         """Return what a robot does on a tour.
@@ -84,28 +61,11 @@ class ManyTasks:
             robot: Which one.
             nodes: That matter.
         """
-        return itinerary(self.systems[robot], self.graph.expand(robot, nodes))
-
-    def keeps_every_order(self, paths: list[tuple[int, ...]]) -> tuple[int, ...]:
-        """Return the conjuncts that some order of the robots breaks; none where the words keep all of them.
-
-        Args:
-            paths: Nodes that matter, of each robot.
-        """
-        whole = [self.graph.expand(robot, nodes) for robot, nodes in enumerate(paths)]
-        monoid = TransitionMonoid(self.task)
-        elements = [monoid.of(letters) for letters in self.graph.team.letters_of(whole)]
-        return tuple(OrderCheck(self.task).failing_orders(elements))
+        return itinerary(self.problem.each[robot], self.own.graph.expand(robot, nodes))
 
     def least(self) -> float:
         """Return what no share costs less than, by the same ways."""
-        reading = OwnTask(self.graph, self.task).reading()
-        begin = reading.begin()
-        total = 0.0 if begin is None else reading.left(begin)
-        if self.longest:
-            free = Tours(self.graph, self.task, self.kinds().free_alone())
-            total = max(total / len(self.systems), free.dearest_alone())
-        return max(0.0, total - _TIES) * unit_cost(self.mission)
+        return max(0.0, self.own.least(longest=self.longest) - TIES) * unit_cost(self.problem.mission)
 
 
 def many_tasks(mission: Mission) -> ManyTasks | None:
@@ -117,19 +77,14 @@ def many_tasks(mission: Mission) -> ManyTasks | None:
     if mission.spec.team != "own" or mission.spec.trace == "infinite":
         return None
     many = MANY_FOR_LONGEST if mission.planner.objective == "longest" and len(mission.agents) > 1 else MANY
+    problem = Problem(mission)
     try:
         if len(conjunct_automata(mission.formula, "finite")) < many:
             return None
-        layout = Layout(mission)
-        systems = Systems(mission, places=places_that_matter(mission, layout), layout=layout)
-        each = tuple(systems.of(robot) for robot in mission.agents)
-        team = Team(each)
-        task = Task(conjunct_automata(asked_of(mission, each), "finite"), team.letters, team.walls)
+        found = ManyTasks(problem, own_task(problem.each, problem.automata))
     except TooLarge:
         return None
-    graph, most = ReducedGraph(team, *letter_classes(task)), systems.most_costs()
-    found = ManyTasks(mission, each, graph, task, None if most is None else tuple(most))
-    return found if len(found.kinds().free) >= many else None
+    return found if len(found.own.kinds().free) >= many else None
 
 
 @dataclass(frozen=True, slots=True)
@@ -168,9 +123,8 @@ def share_many(asked: ManyTasks, paths: PricedPaths, *, rng: Generator, width: i
     if best is None:
         return None
     tours = [sharing.tours.flight(robot, tasks) for robot, tasks in enumerate(best)]
-    robots = {
-        name: asked.itinerary(i, tour.nodes) for i, (name, tour) in enumerate(zip(asked.mission.agents, tours, strict=True))
-    }
+    names = asked.problem.mission.agents
+    robots = {name: asked.itinerary(i, tour.nodes) for i, (name, tour) in enumerate(zip(names, tours, strict=True))}
     return ManyShared(robots, asked.least())
 
 
@@ -178,10 +132,10 @@ def _by_straight_lines(asked: ManyTasks, rng: Generator, width: int) -> tuple[Sh
     """Return the cheapest shares whose words keep the formula in every order of the robots."""
     lost = frozenset[int]()
     while True:
-        kinds = asked.kinds(lost)
-        sharing = Sharing(Tours(asked.graph, asked.task, kinds, asked.most), Objective(asked.longest), rng)
-        shares = sharing.cheapest(width)
-        shares = sharing.refined(shares, width) if shares else []
+        kinds, most = asked.own.kinds(lost), asked.problem.systems.most_costs()
+        sharing = Sharing(Tours(asked.own.graph, asked.own.task, kinds, most), Objective(asked.longest))
+        shares = sharing.cheapest(width, rng)
+        shares = sharing.refined(shares, width, rng) if shares else []
         broken = {part for share in shares for part in _broken(asked, sharing, share)}
         if not broken:
             return (sharing, shares) if shares else None
@@ -190,8 +144,10 @@ def _by_straight_lines(asked: ManyTasks, rng: Generator, width: int) -> tuple[Sh
         lost |= broken
 
 
-def _broken(asked: ManyTasks, sharing: Sharing, share: Share) -> tuple[int, ...]:
-    return asked.keeps_every_order([sharing.tours.flight(robot, tasks).nodes for robot, tasks in enumerate(share)])
+def _broken(asked: ManyTasks, sharing: Sharing, share: Share) -> Collection[int]:
+    """Return the conjuncts that some order of the robots breaks."""
+    tours = [sharing.tours.flight(robot, tasks) for robot, tasks in enumerate(share)]
+    return asked.own.failing_orders([asked.own.graph.expand(robot, tour.nodes) for robot, tour in enumerate(tours)])
 
 
 class _Pricing:
@@ -199,7 +155,7 @@ class _Pricing:
 
     def __init__(self, asked: ManyTasks, sharing: Sharing, paths: PricedPaths) -> None:
         self._asked, self._sharing, self._paths = asked, sharing, paths
-        self._names = tuple(asked.mission.agents)
+        self._names = tuple(asked.problem.mission.agents)
 
     def cheapest(self, shares: list[Share]) -> Share | None:
         """Return the cheapest share that was found; None where none can be flown."""
@@ -221,7 +177,7 @@ class _Pricing:
 
     def _price(self, share: Share) -> float:
         """Return the objective by the robots' paths; infinite where one cannot be flown."""
-        return team_cost(self._asked.mission, [self._path(robot, tasks) for robot, tasks in enumerate(share)])
+        return team_cost(self._asked.problem.mission, [self._path(robot, tasks) for robot, tasks in enumerate(share)])
 
     def _path(self, robot: int, tasks: tuple[int, ...]) -> float:
         tour = self._sharing.tours.flight(robot, tasks)
@@ -254,4 +210,4 @@ class _Pricing:
                     moved[giver], costs[giver] = less, guess(giver, given.cost)
                     moved[taker] = (*before.tasks[:place], task, *before.tasks[place:])
                     costs[taker] = guess(taker, cost)
-                    yield team_cost(self._asked.mission, costs), tuple(moved)
+                    yield team_cost(self._asked.problem.mission, costs), tuple(moved)

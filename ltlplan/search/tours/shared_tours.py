@@ -13,9 +13,11 @@ import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
+import numpy as np
 from numpy.random import Generator
 
-from ltlplan.mtac.tours.task_tours import Tour, Tours
+from ltlplan.search.least_cost_matching import cheapest_assignment
+from ltlplan.search.tours.task_tours import Tour, Tours
 
 Share = tuple[tuple[int, ...], ...]
 """Each robot's tasks, in order."""
@@ -27,6 +29,7 @@ _REFINED = 60
 """Rounds in which cheapest orders count."""
 
 _EPSILON = 1e-9
+_GRAIN = 1e-6  # m; costs that differ by less are the same: tiny amounts break ties between equally long ways
 _MOST_TAKEN = 12
 _RAISED = (0.0, 0.1, 0.5)
 """Shares by which bids are raised by chance at the most, so that the same tasks do not always come back to where they were."""
@@ -62,37 +65,59 @@ class Objective:
         return self([*costs[:robot], cost, *costs[robot + 1 :]])
 
 
+def least_highest(tours: Tours) -> list[Tour] | None:
+    """Return a tour for each robot, so that the one with the highest cost pays little; None where none were found.
+
+    Where no robot needs more than one task that is a bottleneck assignment (Gross 1959): no other share has a lower highest cost. Else tasks are
+    inserted by regret, and the robot with the highest cost gives its tasks away or exchanges them for as long as that helps.
+
+    Args:
+        tours: What tours cost.
+    """
+    robots = range(len(tours))
+    if tours.tasks and len(tours.tasks) <= len(tours):
+        alone = np.array([[tours.tour(robot, (task,)).cost for task in tours.tasks] for robot in robots])
+        pairs = cheapest_assignment(alone, longest=True, slack=_GRAIN)
+        if pairs is not None:
+            taken = {robot: (tours.tasks[column],) for robot, column in pairs}
+            return [tours.tour(robot, taken.get(robot, ())) for robot in robots]
+    sharing = Sharing(tours, Objective(longest=True))
+    share = sharing.inserted([()] * len(tours), tours.tasks)
+    if share is not None and max(tours.flight(*own).cost for own in enumerate(share)) > tours.dearest_alone() + _GRAIN:
+        share = sharing.exchanged(share)
+    return None if share is None else [tours.flight(*own) for own in enumerate(share)]
+
+
 class Sharing:
     """A search for cheap shares.
 
     Args:
         tours: What tours cost.
         objective: What is best.
-        rng: Source of every draw.
     """
 
-    def __init__(self, tours: Tours, objective: Objective, rng: Generator) -> None:
-        self.tours, self.objective, self._rng = tours, objective, rng
+    def __init__(self, tours: Tours, objective: Objective) -> None:
+        self.tours, self.objective = tours, objective
         self._places: dict[tuple[int, tuple[int, ...], int], tuple[float, int]] = {}
 
-    def cheapest(self, count: int, *, rounds: int = ROUNDS) -> list[Share]:
+    def cheapest(self, count: int, rng: Generator) -> list[Share]:
         """Return the cheapest shares that were found, cheapest first; none where no share was found.
 
         Args:
             count: How many at most.
-            rounds: How often tasks are taken out and put in anew.
+            rng: Source of every draw.
         """
-        now = self._inserted([()] * len(self.tours), self.tours.tasks)
+        now = self.inserted([()] * len(self.tours), self.tours.tasks)
         if now is None:
             return []
         best: dict[Share, float] = {now: self.cost(now)}
         cost = least = best[now]
-        for step in range(rounds if self.tours.tasks else 0):
-            other = self._anew(now)
+        for step in range(ROUNDS if self.tours.tasks else 0):
+            other = self._anew(now, rng)
             if other is None or other == now:
                 continue
             found = self.cost(other)
-            if found < cost or found < least * (1.0 + _WORSE * (1.0 - step / rounds)):
+            if found < cost or found < least * (1.0 + _WORSE * (1.0 - step / ROUNDS)):
                 now, cost = other, found
             if other not in best:
                 best[other] = found
@@ -101,21 +126,22 @@ class Sharing:
                     best = dict(sorted(best.items(), key=lambda entry: entry[1])[:count])
         return sorted(best, key=lambda share: best[share])[:count]
 
-    def refined(self, shares: Sequence[Share], count: int) -> list[Share]:
+    def refined(self, shares: Sequence[Share], count: int, rng: Generator) -> list[Share]:
         """Return cheaper shares, in which each robot does its tasks in the cheapest order, cheapest first.
 
         Args:
             shares: To begin with.
             count: How many at most.
+            rng: Source of every draw.
         """
-        best = {share: self.flown(share) for share in map(self._exchanged, shares)}
+        best = {share: self.flown(share) for share in map(self.exchanged, shares)}
         now = min(best, key=lambda share: best[share])
         for _ in range(_REFINED):
             if self.tours.states_left <= 0:
                 break
-            other = self._anew(now)
+            other = self._anew(now, rng)
             if other is not None:
-                other = self._exchanged(other)
+                other = self.exchanged(other)
                 best[other] = self.flown(other)
                 if best[other] <= best[now] * (1.0 + _WORSE):
                     now = other
@@ -125,7 +151,7 @@ class Sharing:
         """Return the objective of a share when each robot does its tasks in the cheapest order, ties broken."""
         return self.objective([self.tours.flight(robot, tasks).cost for robot, tasks in enumerate(share)])
 
-    def _exchanged(self, share: Share) -> Share:
+    def exchanged(self, share: Share) -> Share:
         """Return a share from which no task can be given away or exchanged for less, as far as cheapest flights are found.
 
         Args:
@@ -186,21 +212,27 @@ class Sharing:
             self._places[key] = min(self.tours.insertions(robot, tour, task), default=(math.inf, 0))
         return self._places[key]
 
-    def _anew(self, share: Share) -> Share | None:
+    def _anew(self, share: Share, rng: Generator) -> Share | None:
         """Take some tasks out and put them in again, bids being raised by chance."""
-        kept, taken = self._without(share)
-        raised = _RAISED[int(self._rng.integers(len(_RAISED)))]
-        factors = 1.0 + raised * self._rng.random((len(share), len(taken)))
-        return self._inserted(
+        kept, taken = self._without(share, rng)
+        raised = _RAISED[int(rng.integers(len(_RAISED)))]
+        factors = 1.0 + raised * rng.random((len(share), len(taken)))
+        return self.inserted(
             kept,
             taken,
             {(robot, task): float(factors[robot, i]) for robot in range(len(share)) for i, task in enumerate(taken)},
         )
 
-    def _inserted(
+    def inserted(
         self, share: Sequence[tuple[int, ...]], tasks: Iterable[int], factors: Mapping[tuple[int, int], float] | None = None
     ) -> Share | None:
-        """Put tasks in, each time the one that would lose most by not getting its best robot."""
+        """Put tasks in, each time the one that would lose most by not getting its best robot; None where one cannot be.
+
+        Args:
+            share: What robots do so far.
+            tasks: The tasks.
+            factors: By how much bids are raised, by robot and task.
+        """
         tours = [self.tours.tour(robot, own) for robot, own in enumerate(share)]
         left = list(tasks)
         while left:
@@ -233,20 +265,20 @@ class Sharing:
         more = cost - costs[robot]
         return max(max(costs), cost) + _SMALL * more if self.objective.longest else more
 
-    def _without(self, share: Share) -> tuple[list[tuple[int, ...]], list[int]]:
+    def _without(self, share: Share, rng: Generator) -> tuple[list[tuple[int, ...]], list[int]]:
         """Take tasks out of a share; return what is left of it, and the tasks."""
         tasks = [task for own in share for task in own]
         most = min(_MOST_TAKEN, len(tasks))
-        count = int(self._rng.integers(1, most + 1))
-        kind = int(self._rng.integers(3))
+        count = int(rng.integers(1, most + 1))
+        kind = int(rng.integers(3))
         if kind == 0:
-            taken = set(self._rng.permutation(tasks)[:count].tolist())
+            taken = set(rng.permutation(tasks)[:count].tolist())
         else:
             busy = [robot for robot, own in enumerate(share) if own]
-            robot = busy[int(self._rng.integers(len(busy)))]
-            if self.objective.longest and self._rng.random() < 0.5:
+            robot = busy[int(rng.integers(len(busy)))]
+            if self.objective.longest and rng.random() < 0.5:
                 robot = max(busy, key=lambda one: self.tours.tour(one, share[one]).cost)
-            own, place = share[robot], int(self._rng.integers(len(share[robot])))
+            own, place = share[robot], int(rng.integers(len(share[robot])))
             if kind == 1:
                 away = self.tours.away(robot, self.tours.tour(robot, own).places[place + 1])
                 near = sorted(tasks, key=lambda task: (task != own[place], away.get(task, math.inf)))
