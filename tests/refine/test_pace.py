@@ -177,7 +177,7 @@ def test_robots_that_end_in_one_region_end_where_the_plan_has_them_apart() -> No
     assert_holds(plan, team)
     for name, flight in team.items():
         np.testing.assert_allclose(flight.evaluate(np.array([flight.duration]))[0, :3], ends[name], atol=1e-4)
-    alone = refine(plan.model_copy(update={"robots": {"q0": robots["q0"]}}), pace=1)
+    alone = refine(Plan(mission=room({"wide": wide}, {"q0": agents["q0"]}), robots={"q0": robots["q0"]}), pace=1)
     assert lasts(alone) < lasts(team)
 
 
