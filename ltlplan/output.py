@@ -8,11 +8,12 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from flight.storage.folders import PROOF, put_files, write_folder
+from verify.checked_claims import PROOF_FOLDER
 from verify.data import Mission, Plan, Trajectory, mission_to_yaml
 from verify.data.files.trajectory_csv import write_csv
 from verify.data.progress import Progress, part_of, silent
@@ -24,8 +25,6 @@ if TYPE_CHECKING:
 PLAN_FILES = ("mission.yaml", "plan.json")
 PROOF_FILES = ("statement.json", "proof.json", "check.pyz")
 """Files that the kernel reads beside the trajectories, and the kernel."""
-PROOF_FOLDER = "proof"
-"""Folder of an export that holds the proof, with the trajectories that it is of: what an export writes for a vehicle may be in other forms."""
 CAMPAIGN_FILES = (*PLAN_FILES, "campaign.json", "campaign.html")
 REHEARSAL_FILES = (*PLAN_FILES, "rehearsal.json", "rehearsal.html")
 LOG_FILES = (*PLAN_FILES, "flight.csv")
@@ -43,8 +42,8 @@ def run_files(mission: Mission) -> tuple[str, ...]:
     return (*LOG_FILES, *tables, PROOF, *PROOF_FILES, "report.html", *exported)
 
 
-def write_run(result: Result, target: Path) -> tuple[Path, ...]:
-    """Write everything that a run makes.
+def write_run(result: Result, target: Path) -> Result:
+    """Write everything that a run makes, and return it with its files and with what the kernel says of its proof.
 
     Files: `mission.yaml` (resolved), `plan.json`, `<robot>.csv`, `certificate.json`, `statement.json`, `proof.json`, `check.pyz`,
     `flight.csv`, `report.html`, a folder `crazyswarm2` ready for that system, and the manifest. `crazyswarm2` is of a mixed team's Crazyflies;
@@ -56,9 +55,10 @@ def write_run(result: Result, target: Path) -> tuple[Path, ...]:
     from flight.logs.large_logs import run_csv
     from ltlplan.report.run_page import report_html
     from ltlplan.report.summary import shortfall
-    from verify.proofs.proof_folder import proof_files
+    from verify.checked_claims import checked_certificate
 
-    proof = proof_files(result.plan, result.team, result.certificate)
+    proved = checked_certificate(result.plan, result.team, result.certificate)
+    result = replace(result, certificate=proved.certificate, proof=proved.verdict)
 
     def write(folder: Path) -> None:
         write_plan_files(result.plan, folder)
@@ -67,14 +67,14 @@ def write_run(result: Result, target: Path) -> tuple[Path, ...]:
         if robots and not any(_too_long(result.mission, name, result.team[name]) for name in robots):
             flight.export(
                 result.team, result.certificate, folder / _EXPORT, format="crazyswarm2", robots=robots, flight=result.log,
-                beside=_beside(proof, result.plan, result.team),
+                beside=_beside(proved.files, result.plan, result.team),
             )  # fmt: skip
         (folder / PROOF).write_text(result.certificate.to_json(), encoding="utf-8")
-        put_files(proof, folder)
+        put_files(proved.files, folder)
         (folder / "flight.csv").write_text(run_csv(result.log), encoding="utf-8")
         (folder / "report.html").write_text(report_html(result), encoding="utf-8")
 
-    return write_folder(target, write)
+    return replace(result, files=write_folder(target, write))
 
 
 def _beside(proof: Mapping[str, bytes], plan: Plan, team: Mapping[str, Trajectory]) -> dict[str, bytes]:
@@ -220,7 +220,7 @@ def make_export(
     from flight.exports.writer import make_product
     from flight.flights import fly
     from verify import certify, recheck
-    from verify.proofs.proof_folder import proof_files
+    from verify.checked_claims import checked_certificate
     from verify.run_folder import read_folder
 
     say, target = progress or silent, EXPORT_TARGETS.resolve(format)
@@ -239,8 +239,10 @@ def make_export(
         say("proving the paths as they are written", 0.6)
         certificate = certify(plan, team, margin=certificate.margin, clock_error=certificate.clock_error)
     say("writing files", 0.7)
+    proved = checked_certificate(plan, team, certificate)
+    certificate = proved.certificate
     product = make_product(team, certificate, target, vehicle=vehicle, robots=robots, force=force, **(options or {}))
-    files = {**product.files, **_beside(proof_files(plan, team, certificate), plan, team)}
+    files = {**product.files, **_beside(proved.files, plan, team)}
     if anew:
         texts = {**_plan_texts(plan, team), PROOF: certificate.to_json()}
         files |= {name: text.encode() for name, text in texts.items()}

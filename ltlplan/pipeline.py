@@ -10,7 +10,6 @@ Every arrow is a function from one frozen value to the next. Between plan and ce
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -161,7 +160,6 @@ def run(
         BadInput: There is no such mission, its file is at fault, or its margin is 0, which leaves no tube to fly in.
         LtlplanError: Any of the stages refused; the class says which and the message why.
     """
-    import verify
     from flight.certificate_checks import require_tube
     from flight.conditions import conditions_of
     from flight.storage.folders import check_folder
@@ -180,5 +178,4 @@ def run(
     if target is None:
         return result
     part_of(progress, 0.9, 1.0)("writing files", 0.0)
-    files = output.write_run(result, target)
-    return replace(result, files=files, proof=verify.check_proof(target))
+    return output.write_run(result, target)

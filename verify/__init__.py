@@ -6,7 +6,8 @@ Read `certification` (the entry point; `certificate` is the value) and `claims`,
 and `logic` (semantics of formulas), over `arithmetic`. `data` holds missions, plans and trajectories, which all packages share.
 `run_folder` proves a folder again from its files (`certificate_file`). `trace_checking` checks words alone, `recordings` recorded flights, and
 `third_party` flights that other programs planned. `flight_segments` checks flights in changing worlds, `aborts` braking to a hover, and
-`exported_parts` uploaded parts against the flight. `proofs` writes down what was proved, and `kernel`, which imports nothing of ours, checks it.
+`exported_parts` uploaded parts against the flight. `proofs` writes down what was proved, and `kernel`, which imports nothing of ours, checks it;
+`checked_claims` says of each claim whether it did.
 `testing` serves the tests of other projects.
 """
 

@@ -21,6 +21,10 @@ CERTIFICATE_FORMAT = 2
 """Raised whenever a claim's sentence changes its meaning, so that no sentence is read with another meaning than it was proved with."""
 
 
+KERNEL_KEYS = ("proof", "missing")
+"""Keys of a claim that are the kernel's words."""
+
+
 @dataclass(frozen=True, slots=True)
 class ActionInstant:
     """A planned action, placed in time.
@@ -60,6 +64,7 @@ class Certificate:
         timelines: For pictures; not part of the file or the digest.
         soft: What is said of each of the mission's soft specifications; no claims, for the certificate holds without them.
         cuts: For each robot whose flight is cut into parts, the pieces with which parts begin.
+        kernel: Version of the kernel that checked the claims whose `proof` is "checked"; None where no proof was checked.
     """
 
     mission: Mission
@@ -78,18 +83,24 @@ class Certificate:
     soft: tuple[SoftClaim, ...] = ()
     cuts: dict[str, tuple[int, ...]] = field(default_factory=dict)
     format: int = CERTIFICATE_FORMAT
+    kernel: int | None = None
 
     def __repr__(self) -> str:
         proved = sum(claim.outcome == "holds" for claim in self.claims)
         return (
             f"<Certificate of '{self.mission.name}': {'holds' if self.holds else 'does not hold'}, {proved} of {len(self.claims)} claims proved, "
-            f"margin {self.margin:g} m>"
+            f"{'' if self.kernel is None else f'{self.checked} checked by the kernel, '}margin {self.margin:g} m>"
         )
 
     @property
     def holds(self) -> bool:
         """True if every claim is proved."""
         return bool(self.claims) and all(claim.outcome == "holds" for claim in self.claims)
+
+    @property
+    def checked(self) -> int:
+        """Number of claims that the kernel checked."""
+        return sum(claim.proof == "checked" for claim in self.claims)
 
     @property
     def soft_weight(self) -> float:
@@ -110,7 +121,7 @@ class Certificate:
         return json.dumps(self.to_dict(), indent=1, allow_nan=False) + "\n"
 
     def digest(self) -> str:
-        """Return the SHA-256 of everything in certificate.json but itself, in hexadecimal."""
+        """Return the SHA-256 of everything in certificate.json but itself and the kernel's words, in hexadecimal."""
         return payload_digest(self._payload())
 
     def _payload(self) -> dict[str, Any]:
@@ -129,6 +140,7 @@ class Certificate:
             "claims": [claim_data(claim) for claim in self.claims],
             "actions": [asdict(action) for action in self.actions],
             "versions": self.versions,
+            "kernel": self.kernel,
             **({"soft": [_soft_data(part) for part in self.soft]} if self.soft else {}),
         }
 
@@ -160,6 +172,7 @@ def claim_data(claim: Claim) -> dict[str, Any]:  # of any type: JSON nests
     data: dict[str, Any] = {
         "name": claim.name,
         "verdict": claim.outcome,
+        **proof_word(claim),
         "sentence": claim.sentence,
         "robot": claim.robot,
         "other": claim.other,
@@ -182,11 +195,21 @@ def claim_data(claim: Claim) -> dict[str, Any]:  # of any type: JSON nests
     return data
 
 
+def proof_word(claim: Claim) -> dict[str, str]:
+    """Return by whom a claim is proved, as it stands in files: `proof`, and `missing` where the kernel lacks something."""
+    return {"proof": claim.proof, **({"missing": claim.missing} if claim.missing else {})}
+
+
 def _finite(value: float | None) -> float | None:
     return None if value is None or not math.isfinite(value) else float(value)
 
 
-def payload_digest(data: Mapping[str, object]) -> str:
-    """Return the SHA-256 of certificate.json's contents without their digest, in hexadecimal."""
-    text = json.dumps(data, sort_keys=True, allow_nan=False, separators=(",", ":"))
+def payload_digest(data: Mapping[str, Any]) -> str:
+    """Return the SHA-256 of certificate.json's contents, in hexadecimal: what is claimed, and of what.
+
+    The digest itself is no part of it, and neither are the kernel's words: whoever has the proof can have it checked again.
+    """
+    claims = [{key: value for key, value in claim.items() if key not in KERNEL_KEYS} for claim in data["claims"]]
+    payload = {key: value for key, value in {**data, "claims": claims}.items() if key not in ("digest", "kernel")}
+    text = json.dumps(payload, sort_keys=True, allow_nan=False, separators=(",", ":"))
     return hashlib.sha256(text.encode()).hexdigest()

@@ -6,9 +6,10 @@ import math
 import re
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
-from verify.certificate import CERTIFICATE_FORMAT, payload_digest
+from verify.certificate import CERTIFICATE_FORMAT, KERNEL_KEYS, payload_digest
+from verify.claims.claim import ProofWord
 from verify.data.errors import BadInput
 from verify.data.storage.safe_reading import parse_json, read_bytes
 
@@ -59,7 +60,10 @@ def certificate_from_json(
             raise BadInput(f"{source}: '{key}' must be {wanted}.")
     if "soft" in value and not _is_list_of_objects(value["soft"]):
         raise BadInput(f"{source}: 'soft' must be a list of objects.")
-    unknown = sorted(set(value) - {key for key, _, _ in _SHAPE} - {"format", "soft"})
+    kernel = value.get("kernel")  # certificates of before have none
+    if kernel is not None and not _is_index(kernel):
+        raise BadInput(f"{source}: 'kernel' must be the kernel's version, or null.")
+    unknown = sorted(set(value) - {key for key, _, _ in _SHAPE} - {"format", "kernel", "soft"})
     if unknown:
         raise BadInput(f"{source} has an unknown key '{unknown[0][:40]}'.")
     return value
@@ -151,23 +155,34 @@ def difference(written: Mapping[str, Any], proved: Mapping[str, Any]) -> str:  #
             return f"it lists {len(theirs)} {'claims' if what == 'claims' else 'soft parts'}; the files give {len(ours)}."
         for index, (old, new) in enumerate(zip(theirs, ours, strict=True)):
             where = f"{'claim' if what == 'claims' else 'soft part'} {index} ({new[name]})"
-            if fault := _differing(old, new):
+            fault = _differing(old, new)
+            if not fault and what == "claims" and proved["kernel"] is not None:  # without a proof the kernel says nothing
+                fault = _unborne(old, new)
+            if fault:
                 return f"{where}: {fault}"
-    body = {key: value for key, value in written.items() if key != "digest"}
-    if payload_digest(body) != written["digest"]:
+    if payload_digest(written) != written["digest"]:
         return "its digest does not belong to its contents."
     return ""
 
 
 def _differing(old: Mapping[str, Any], new: Mapping[str, Any]) -> str:
     """Say in what a claim as it is written differs from the one that is proved."""
-    for key in sorted(set(old) | set(new)):
+    for key in sorted((set(old) | set(new)) - set(KERNEL_KEYS)):
         if key == "sentence" and isinstance(old.get(key), str) and not _same_sentence(old[key], new[key]):
             return f"its sentence is not the one that is proved: {new[key]}"
         if key == "sentence":
             continue
         if key not in old or key not in new or not _agree(old[key], new[key]):
             return f"its '{key}' is not what the files give."
+    return ""
+
+
+def _unborne(old: Mapping[str, Any], new: Mapping[str, Any]) -> str:
+    """Say why the kernel's word on a claim does not stand as it is written. What is checked now need not have been checked then."""
+    if old.get("proof", "judged") not in get_args(ProofWord):
+        return f"its 'proof' must be one of {', '.join(get_args(ProofWord))}."
+    if old.get("proof") == "checked" and new["proof"] != "checked":
+        return f"its 'proof' is 'checked', and the kernel does not check it: {new.get('missing', 'it is refuted')}."
     return ""
 
 

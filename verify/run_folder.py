@@ -1,7 +1,7 @@
 """A certificate proved again from its folder alone: mission.yaml, plan.json, one CSV a robot, certificate.json.
 
 Nothing in certificate.json is believed. It says what was proved of which files; all claims are checked anew from those
-files, and whatever differs is rejected with the name of the file that was changed.
+files, and whatever differs is rejected with the name of the file that was changed. The kernel checks the proof beside it, where there is one.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ import numpy as np
 from verify.certificate import Certificate
 from verify.certificate_file import difference, read_certificate
 from verify.certification import judge
+from verify.checked_claims import rechecked
 from verify.data.errors import BadInput, NotCertified
 from verify.data.files.mission_file import load_mission_file
 from verify.data.files.trajectory_csv import load_csv
@@ -26,6 +27,7 @@ from verify.data.trajectory import Trajectory
 from verify.exported_parts import require_parts
 from verify.motion.continuity import JUMPS
 from verify.motion.planned_words import false_statement
+from verify.proofs.proof_folder import ProofVerdict
 
 MISSION_FILE = "mission.yaml"
 CERTIFICATE_FILE = "certificate.json"
@@ -38,7 +40,7 @@ def recheck(folder: str | Path) -> Certificate:
         folder: Holds mission.yaml, plan.json, <robot>.csv and certificate.json.
 
     Returns:
-        The certificate as it was proved now.
+        The certificate as it was proved now; each claim's `proof` says whether the kernel checked it, too.
 
     Raises:
         NotCertified: A file was changed since (the message names it), or a claim is not proved any more.
@@ -55,11 +57,13 @@ class ProvedRun:
         certificate: As it was proved now.
         plan: What was planned.
         team: The trajectories that were certified.
+        proof: What the kernel says of the proof beside it; None where there is none.
     """
 
     certificate: Certificate
     plan: Plan
     team: dict[str, Trajectory]
+    proof: ProofVerdict | None = None
 
 
 def proved_run(folder: str | Path) -> ProvedRun:
@@ -92,10 +96,11 @@ def proved_run(folder: str | Path) -> ProvedRun:
     fault = false_statement(plan, certificate.timelines)
     if fault:
         raise NotCertified(f"{folder / PLAN_FILE} was changed, or was never true: {fault}")
+    certificate, proof = rechecked(folder, plan, certificate)
     differing = difference(written, certificate.to_dict())
     if differing:
         raise NotCertified(f"{folder / CERTIFICATE_FILE} was changed: {differing}")
-    return ProvedRun(certificate, plan, team)
+    return ProvedRun(certificate, plan, team, proof)
 
 
 def read_folder(folder: str | Path) -> tuple[Plan, dict[str, Trajectory]]:

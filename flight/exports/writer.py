@@ -20,6 +20,7 @@ from flight.logs.log import FlightLog
 from flight.model.airframe import airframes_of
 from flight.storage.folders import write_files
 from verify.certificate import Certificate
+from verify.checked_claims import proof_sentences
 from verify.data import BadInput, DoesNotFit, Mission, NotCertified, Trajectory, check_trajectories
 from verify.data.events import unknown
 from verify.data.former_names import former_arguments
@@ -165,7 +166,8 @@ def make_product(
     product = target.make(request)
     doubts = dict.fromkeys(doubt for airframe in airframes_of(mission, ordered) if (doubt := airframe.doubt))
     guessed = (doubt[:1].upper() + doubt[1:] for doubt in doubts)
-    notes = (*([WARNING] if force else []), *([placed] if placed else []), *product.notes, *said, *guessed)
+    proof = f"Proof: {'; '.join(proof_sentences(cert.claims, getattr(cert, 'kernel', None)))}."
+    notes = (*([WARNING] if force else []), *([placed] if placed else []), *product.notes, *said, *guessed, proof)
     files = {**product.files, NOTE: readme(request, target, notes, product.beyond).encode()}
     return Product(warned(files) if force else files, notes, product.beyond)
 

@@ -89,8 +89,8 @@ def command(
     from ltlplan.commands.support.progress import progress_bar
     from ltlplan.commands.support.terminal import print_json
     from ltlplan.report.summary import claim_lines, proof_data, soft_sentences, with_clocks
-    from verify import certify, check_proof
-    from verify.proofs.proof_folder import proof_files
+    from verify import certify
+    from verify.checked_claims import checked_certificate, proof_sentences
     from verify.run_folder import read_folder
 
     plan, team = read_folder(folder)
@@ -99,20 +99,20 @@ def command(
         progress("proving all claims", 0.0)
         certificate = certify(plan, team, margin=margin, clock_error=error_of_clocks)
         progress("writing the proof", 0.9)
-        files = proof_files(plan, team, certificate)
+        proved = checked_certificate(plan, team, certificate)
+    certificate = proved.certificate
     written = replace_listed(folder, PROOF, certificate.to_json())
-    for name, content in files.items():
+    for name, content in proved.files.items():
         replace_listed(folder, name, content)
-    proof = check_proof(folder)
     if json:
-        print_json({**json_text.loads(certificate.to_json()), "proof": proof_data(proof)})
+        print_json({**json_text.loads(certificate.to_json()), "proof": proof_data(proved.verdict)})
         return
     for line in (*claim_lines(certificate), *soft_sentences(certificate)):
         typer.echo(line)
     typer.echo(
         f"certified at margin {certificate.margin:g} m{below_asked(certificate)}{with_clocks(certificate)}; wrote {written}"
     )
-    for sentence in (*proof.missing, proof.sentence):
+    for sentence in proof_sentences(certificate.claims, certificate.kernel):
         typer.echo(sentence)
 
 

@@ -15,15 +15,13 @@ def command(folder: FolderArgument, json: JsonOption = False) -> None:
     from ltlplan.commands.support.progress import progress_bar
     from ltlplan.commands.support.terminal import print_json
     from ltlplan.report.summary import claim_lines, proof_data, soft_sentences, with_clocks
-    from verify.proofs.proof_folder import recheck_proof
+    from verify.checked_claims import proof_sentences
     from verify.run_folder import proved_run
 
     with progress_bar(quiet=json) as progress:
-        progress("proving all claims again", 0.0)
+        progress("proving all claims again, and checking the proof", 0.0)
         again = proved_run(folder)
-        progress("checking the proof", 0.9)
-        proof = recheck_proof(folder, again.plan, again.certificate)
-    certificate = again.certificate
+    certificate, proof = again.certificate, again.proof
     if json:
         print_json({**json_text.loads(certificate.to_json()), "proof": None if proof is None else proof_data(proof)})
         return
@@ -31,5 +29,5 @@ def command(folder: FolderArgument, json: JsonOption = False) -> None:
         typer.echo(line)
     margin = f"{certificate.margin:g} m{below_asked(certificate)}{with_clocks(certificate)}"
     typer.echo(f"{folder}: every claim is proved again at margin {margin}, from the files alone")
-    for sentence in ("no proof for the kernel is beside it",) if proof is None else (*proof.missing, proof.sentence):
+    for sentence in proof_sentences(certificate.claims, certificate.kernel):
         typer.echo(f"{folder}: {sentence}")

@@ -18,12 +18,12 @@ from ltlplan.report.page import figure_place, folded, listed, page_html, section
 from ltlplan.report.player import player_data, player_section
 from ltlplan.report.replay import replay_of
 from ltlplan.report.summary import (
-    HEADER,
+    PROOF_HEADER,
     certified_sentence,
-    claim_rows,
     flight_sentences,
     holds,
     kind_text,
+    proof_rows,
     shortfall,
     soft_sentences,
     tightest_rows,
@@ -32,6 +32,7 @@ from ltlplan.report.summary import (
 )
 from ltlplan.report.views import VIEWS, clearance_sentences, views_html
 from ltlplan.systems.objective import objective_text
+from verify.checked_claims import NOT_COVERED, checked_of, proof_sentences
 
 if TYPE_CHECKING:
     from ltlplan.result import Result
@@ -160,6 +161,10 @@ def _facts(result: Result, end: float) -> list[tuple[str, str, str]]:
         nearest = min(apart, key=lambda claim: claim.bound or 0.0)
         facts.append(("Closest two robots", f"{nearest.bound:.3f} m", f"{nearest.limit:.3g} m needed"))
         facts.append(("Clocks", f"{1000 * certificate.clock_error:g} ms", "apart at most, at every moment"))
+    if certificate.kernel is None:
+        facts.append(("Proof", "judged", "by the checker; there is none for the kernel"))
+    else:
+        facts.append(("Proof", checked_of(certificate.claims), "claims checked by the kernel"))
     alike = ", ".join(f"{name} {weight:g}" for name, weight in mission.planner.cost.items() if weight)
     weights = objective_text(mission) or alike
     facts.append(("Cost", f"{result.plan.cost:.3f}", f"{weights}; {result.plan.method}"))
@@ -187,12 +192,13 @@ def _plan_table(result: Result) -> str:
 
 def _claim_table(certificate: Certificate, abort: str) -> str:
     def claims(rows: list[tuple[str, ...]]) -> str:
-        return table(HEADER, rows, numbers=(3, 4, 5), verdict=2)
+        return table(PROOF_HEADER, rows, numbers=(4, 5, 6), verdict=2)
 
     note = "Each holds at all times, for every flight within the margin (limits: for the nominal flight). The tightest of each kind:"
-    every = f"<details><summary>All {len(certificate.claims)} claims</summary>{claims(claim_rows(certificate))}</details>"
-    said = f'<p class="note">{html.escape(abort)}</p>'
-    return section("Claims", claims(tightest_rows(certificate)) + said + every, note=note)
+    every = f"<details><summary>All {len(certificate.claims)} claims</summary>{claims(proof_rows(certificate))}</details>"
+    said = f'<p class="note">{html.escape(f"{abort} ({NOT_COVERED})")}</p>'
+    proof = listed(proof_sentences(certificate.claims, certificate.kernel))
+    return section("Claims", claims(tightest_rows(certificate)) + proof + said + every, note=note)
 
 
 def _soft_parts(certificate: Certificate) -> str:

@@ -69,6 +69,8 @@ def visits_text(robot: RobotPlan) -> str:
 
 
 HEADER = ("claim", "robot", "verdict", "bound", "limit", "tight at")
+PROOF_HEADER = (*HEADER[:3], "proof", *HEADER[3:])
+"""Of a certificate: `proof` says whether the kernel checked a claim, or the checker alone judged it."""
 
 
 def claim_rows(certificate: Certificate | FlightVerdict) -> list[tuple[str, ...]]:
@@ -76,30 +78,41 @@ def claim_rows(certificate: Certificate | FlightVerdict) -> list[tuple[str, ...]
     return [_row(claim) for claim in certificate.claims]
 
 
+def proof_rows(certificate: Certificate) -> list[tuple[str, ...]]:
+    """Return all claims as rows of text under `PROOF_HEADER`."""
+    return [_with_word(_row(claim), [claim]) for claim in certificate.claims]
+
+
+def _with_word(row: tuple[str, ...], claims: Sequence[Claim]) -> tuple[str, ...]:
+    from verify.checked_claims import word_of
+
+    return (*row[:3], word_of(claims), *row[3:])
+
+
 def tightest_rows(certificate: Certificate) -> list[tuple[str, ...]]:
-    """Return one row for each kind of claim: a refused one where there is any, else the robot that is nearest to its limit."""
+    """Return one row for each kind of claim, under `PROOF_HEADER`: a refused one where there is any, else the one nearest to its limit."""
     kinds: dict[str, list[Claim]] = {}
     for claim in certificate.claims:
         kinds.setdefault(claim.name, []).append(claim)
     rows: list[tuple[str, ...]] = []
     for claims in kinds.values():
         worst = min(claims, key=lambda claim: (claim.outcome == "holds", _room(claim)))
-        row = _row(worst)
+        row = _with_word(_row(worst), claims)
         measured = worst.bound is not None
         rows.append(row if measured or worst.outcome != "holds" else (row[0], "all", *row[2:]))
     return rows
 
 
-def table_lines(rows: Sequence[tuple[str, ...]]) -> list[str]:
+def table_lines(rows: Sequence[tuple[str, ...]], header: tuple[str, ...] = HEADER) -> list[str]:
     """Return rows of claims as an aligned table."""
-    table = [HEADER, *rows]
-    widths = [max(len(row[i]) for row in table) for i in range(len(HEADER))]
+    table = [header, *rows]
+    widths = [max(len(row[i]) for row in table) for i in range(len(header))]
     return ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in table]
 
 
 def claim_lines(certificate: Certificate) -> list[str]:
     """Return all claims as an aligned table."""
-    return table_lines(claim_rows(certificate))
+    return table_lines(proof_rows(certificate), PROOF_HEADER)
 
 
 def recorded_lines(verdict: FlightVerdict) -> list[str]:
@@ -118,14 +131,15 @@ def recorded_lines(verdict: FlightVerdict) -> list[str]:
 def summary_lines(result: Result) -> list[str]:
     """Return the whole summary of a run."""
     from flight.exports.crazyflies.crazyswarm import left_out
+    from verify.checked_claims import NOT_COVERED, proof_sentences
 
     certificate = result.certificate
     lines = [*plan_lines(result.plan), ""]
     largest = "" if certificate.largest_margin is None else f", the largest that holds is {certificate.largest_margin:.4f} m"
     rounds = "1 round" if result.rounds == 1 else f"{result.rounds} rounds"
     lines.append(f"{certified_sentence(result)}{largest} ({rounds} of refinement)")
-    lines += ["  " + line for line in table_lines(tightest_rows(certificate))]
-    lines.append(f"abort     {result.abort.sentence}")
+    lines += ["  " + line for line in table_lines(tightest_rows(certificate), PROOF_HEADER)]
+    lines.append(f"abort     {result.abort.sentence} ({NOT_COVERED})")
     lines.append("")
     lines += [f"soft      {sentence}" for sentence in soft_sentences(certificate)]
     for name, flown in tracking(result).items():
@@ -137,8 +151,7 @@ def summary_lines(result: Result) -> list[str]:
     lines += [f"wrote     {path}" for path in result.files]
     if result.files and (why := left_out(result.mission)):
         lines.append(f"note      {why}")
-    if result.proof is not None:
-        lines += [f"proof     {sentence}" for sentence in (*result.proof.missing, result.proof.sentence)]
+    lines += [f"proof     {sentence}" for sentence in proof_sentences(certificate.claims, certificate.kernel)]
     return lines
 
 
@@ -180,6 +193,8 @@ def soft_sentences(certificate: Certificate) -> list[str]:
     Args:
         certificate: Of a flight; it holds whatever becomes of them.
     """
+    from verify.checked_claims import NOT_COVERED
+
     if not certificate.soft:
         return []
     words = {"holds": "holds", "fails": "is not kept", "undecided": "is neither proved nor refuted"}
@@ -189,7 +204,7 @@ def soft_sentences(certificate: Certificate) -> list[str]:
         + (f": {part.sentence}" if part.outcome != "holds" else ".")
         for part in certificate.soft
     ]
-    return [*said, f"Weight {certificate.soft_weight:g} of {whole:g} is certified."]
+    return [*said, f"Weight {certificate.soft_weight:g} of {whole:g} is certified ({NOT_COVERED})."]
 
 
 def tracking(result: Result) -> dict[str, dict[str, float]]:
@@ -222,6 +237,8 @@ def shortfall(result: Result) -> str:
 
 def summary_data(result: Result) -> dict[str, object]:
     """Return the summary as plain data."""
+    from verify.certificate import proof_word
+
     certificate = result.certificate
     return {
         "mission": result.mission.name,
@@ -238,6 +255,7 @@ def summary_data(result: Result) -> dict[str, object]:
                 "name": c.name,
                 "robot": c.robot,
                 "verdict": c.outcome,
+                **proof_word(c),
                 "bound": c.bound,
                 "limit": c.limit,
                 "unit": c.unit,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
 from fractions import Fraction
 from typing import Literal
@@ -11,6 +11,9 @@ from typing import Literal
 from verify.data.witness import Witness
 
 Outcome = Literal["holds", "fails", "undecided"]
+
+ProofWord = Literal["checked", "judged", "not covered"]
+"""By whom a claim is proved: by the kernel too, by the checker alone, or by the checker where the kernel has no such claim."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,6 +33,8 @@ class Claim:
         margin: How far the bound is from the limit; negative where the claim fails.
         time: Where it is tight or broken, in s.
         witness: For a claim that does not hold, what repair and reports work with.
+        proof: By whom it is proved (`verify.checked_claims` decides).
+        missing: What the kernel lacks to check it, where a proof was written.
     """
 
     name: str
@@ -43,6 +48,8 @@ class Claim:
     margin: float | None = None
     time: float | None = None
     witness: Witness | None = None
+    proof: ProofWord = field(default="judged", compare=False)
+    missing: str = field(default="", compare=False)
 
 
 # as many parameters as a claim and its witness have parts, each by its keyword

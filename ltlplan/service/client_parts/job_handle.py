@@ -209,5 +209,7 @@ def _result(ended: Submitted, folder: Path, *, kept: bool) -> Result:
 
     run = proved_run(folder)
     rounds = sum(stage.name.startswith("round") for stage in ended.job.stages)
-    made = Result(run.plan.mission, run.plan, run.team, run.certificate, read_log(folder / "flight.csv"), rounds)
+    made = Result(
+        run.plan.mission, run.plan, run.team, run.certificate, read_log(folder / "flight.csv"), rounds, proof=run.proof
+    )
     return replace(made, files=tuple(sorted(path for path in folder.rglob("*") if path.is_file()))) if kept else made

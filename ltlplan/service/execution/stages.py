@@ -207,11 +207,11 @@ def _files(flown: Any, progress: Progress) -> Outcome:  # a Certified and its lo
     result: Result = Result(plan.mission, plan, certified.team, certified.certificate, log, certified.rounds)
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch) / "run"
-        written = write_run(result, folder)
+        result = write_run(result, folder)
         names = sorted(str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file())
         files = tuple((name, (folder / name).read_bytes()) for name in names)
-        result = replace(result, files=tuple(path.relative_to(folder) for path in written))
-    files += ((NAME, watch_json(plan, certified.team, certified.certificate, log)),)
+        result = replace(result, files=tuple(path.relative_to(folder) for path in result.files))
+    files += ((NAME, watch_json(plan, result.team, result.certificate, log)),)
     missing = shortfall(result)
     refusal = NotCertified(f"The simulated flight is not the certified one: {missing}.")
     problem = problem_of(refusal) if missing else None

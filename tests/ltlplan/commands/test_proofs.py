@@ -40,11 +40,13 @@ def test_certify_replaces_its_own_certificate_and_no_other(folder: Path) -> None
     with pytest.raises(BadInput, match=r"certificate\.json is yours, or was changed since ltlplan wrote it"):
         ok("certify", str(folder), "--margin", "0.01")
     assert path.read_text() == first
-    ok("certify", str(folder))  # the same bytes
     path.unlink()
     for margin in ("0.01", "0.015"):
         ok("certify", str(folder), "--margin", margin)
         assert json.loads(path.read_text())["margin"] == float(margin)
+    written = path.read_bytes()
+    ok("certify", str(folder), "--margin", "0.015")
+    assert path.read_bytes() == written
     assert sorted(entry.name for entry in folder.iterdir()) == [
         path.name,
         "check.pyz",
@@ -61,6 +63,67 @@ def ok(*arguments: str) -> str:
     done = runner.invoke(app, list(arguments), catch_exceptions=False)
     assert done.exit_code == 0, done.output
     return done.output
+
+
+def test_every_claim_says_whether_the_kernel_checked_it(folder: Path) -> None:
+    path = folder / "certificate.json"
+    judged = json.loads(path.read_text())
+    assert judged["kernel"] is None
+    assert {claim["proof"] for claim in judged["claims"]} == {"judged"}
+    assert "all claims are judged: there is no proof for the kernel" in ok("recheck", str(folder))
+    path.unlink()
+    printed, count = ok("certify", str(folder)), len(judged["claims"])
+    assert printed.splitlines()[-1] == f"{count} of {count} claims checked by the kernel"
+    checked = json.loads(path.read_text())
+    assert checked["kernel"] == 1
+    assert {claim["proof"] for claim in checked["claims"]} == {"checked"}
+    assert checked["digest"] == judged["digest"], "the kernel's words are no part of what is claimed"
+    rows = printed.splitlines()
+    begins = next(k for k, row in enumerate(rows) if row.split()[:4] == ["claim", "robot", "verdict", "proof"])
+    assert all("holds" in row and "checked" in row for row in rows[begins + 1 : begins + 1 + count])
+    assert ok("recheck", str(folder)).splitlines()[-1] == f"{folder}: {count} of {count} claims checked by the kernel"
+    assert recheck(folder).checked == count
+    earlier = {key: value for key, value in checked.items() if key != "kernel"}
+    earlier["claims"] = [{key: value for key, value in claim.items() if key != "proof"} for claim in checked["claims"]]
+    path.write_text(json.dumps(earlier))  # as it was written before there were such words
+    assert recheck(folder).checked == count
+
+
+def test_words_of_the_kernel_are_believed_of_nobody_else(folder: Path) -> None:
+    path = folder / "certificate.json"
+    data = json.loads(path.read_text())
+    data["claims"][2]["proof"] = "checked"
+    path.write_text(json.dumps(data))
+    assert recheck(folder).checked == 0, "there is no proof beside it"
+    assert "all claims are judged: there is no proof for the kernel" in ok("recheck", str(folder))
+    path.unlink()
+    ok("certify", str(folder))
+    data = json.loads(path.read_text())
+    data["claims"][0]["proof"] = "sworn"
+    path.write_text(json.dumps(data))
+    with pytest.raises(NotCertified, match=r"its 'proof' must be one of checked, judged, not covered"):
+        recheck(folder)
+
+
+def test_a_proof_that_lost_some_evidence_does_not_bear_its_certificate_out(folder: Path) -> None:
+    path, proof = folder / "certificate.json", folder / "proof.json"
+    path.unlink()
+    ok("certify", str(folder))
+    data = json.loads(proof.read_text())
+    del data["evidence"]["workspace/r0"]
+    proof.write_text(json.dumps(data))
+    with pytest.raises(NotCertified, match=r"\(workspace\): its 'proof' is 'checked', and the kernel does not check it: "):
+        recheck(folder)
+    certificate = json.loads(path.read_text())
+    for claim in certificate["claims"]:
+        claim.update({"proof": "judged", "missing": "so"} if claim["name"] == "workspace" else {})
+    path.write_text(json.dumps(certificate))
+    lines = ok("recheck", str(folder)).splitlines()
+    count = len(certificate["claims"])
+    assert lines[-1].endswith(f"{count - 1} of {count} claims checked by the kernel")
+    assert any("workspace of r0: judged, not checked: " in line for line in lines)
+    (row,) = (line for line in lines if line.startswith("workspace "))
+    assert row.split()[:4] == ["workspace", "r0", "holds", "judged"]
 
 
 @pytest.mark.slow

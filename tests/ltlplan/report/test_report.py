@@ -10,6 +10,7 @@ import ltlplan
 from ltlplan.report.run_page import report_html
 from ltlplan.report.summary import holds, visits_text
 from tests.helpers.pages import bars_of, data_of
+from verify.checked_claims import checked_certificate, with_words
 from verify.data.plan import RobotPlan
 
 
@@ -31,6 +32,25 @@ def test_the_first_screen_is_the_answer(lasso) -> None:
     assert "flies exactly hoop1F (hoop2F)*" in text
     assert "Margin 50 mm" in text
     assert "laps" in text
+
+
+def test_the_page_says_who_proved_each_claim(shipped_run: Callable[[str], ltlplan.Result]) -> None:
+    result = shipped_run("firefighting")
+    without = report_html(dataclasses.replace(result, certificate=with_words(result.certificate, None)))
+    assert "by the checker; there is none for the kernel" in without
+    assert "all claims are judged: there is no proof for the kernel" in without
+    certificate = checked_certificate(result.plan, result.team, result.certificate).certificate
+    one = dataclasses.replace(certificate.claims[5], proof="judged", missing="no marks are named so")
+    partly = dataclasses.replace(certificate, claims=(*certificate.claims[:5], one, *certificate.claims[6:]))
+    page = report_html(dataclasses.replace(result, certificate=partly))
+    count = len(certificate.claims)
+    text = re.sub(r"\s+", " ", re.sub(r"<[^>]*>", " ", page[page.index("<header>") : page.index("</header>")]))
+    assert f"Proof {count - 1} of {count} claims checked by the kernel" in text
+    claims = page[page.index(">Claims<") :]
+    assert "no marks are named so" in claims
+    every = claims[claims.index("<details>") :]
+    assert (every.count("<td>checked</td>"), every.count("<td>judged</td>")) == (count - 1, 1)
+    assert "(judged, not covered by the kernel)" in claims, "braking to a hover"
 
 
 def test_labels_are_drawn_for_every_lap_that_is_flown(lasso) -> None:

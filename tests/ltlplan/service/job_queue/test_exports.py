@@ -41,6 +41,8 @@ def test_an_export_is_a_job_whose_archive_is_what_the_library_writes(tmp_path: P
             written = await archive(jobs, made)
             assert {name for name in written if not name.startswith("proof/")} == expected.keys()
             assert {"proof/check.pyz", "proof/proof.json", "proof/statement.json"} < written.keys()
+            count = len(made_here.certificate.claims)
+            assert f"{count} of {count} claims checked by the kernel" in written["README.txt"].decode()
             assert [name for name in expected if name.endswith(".csv") and written[name] != expected[name]] == []
             again = await jobs.export(job.id, CSV)
             assert (again.id, again.found) == (made.id, True)
