@@ -136,7 +136,7 @@ class CourseInFlight:
         # the last two candidates are the row's mean and what is flown now
         trial = np.repeat(self._base[None], paths + 2, axis=0)
         trial[:paths, self._free] += np.einsum("ij,bjk->bik", self._smooth, drawn)
-        trial[paths, self._free] += self._smooth @ self._state.mean[0]
+        trial[paths, self._free] += self._smooth @ self._state.mean
         trial[paths + 1] = self.course.new
         flown = self._sampling.paths(trial)
         costs = self.cost(flown)
@@ -182,8 +182,8 @@ class CourseInFlight:
         known: tuple[Floats, float] | None = None
         if self._state is not None:
             path = self._base.copy()
-            path[self._free] += self._smooth @ self._state.mean[0]
-            known = path, float(np.sqrt(np.mean(np.sum(self._state.root[0] ** 2, axis=-1))))
+            path[self._free] += self._smooth @ self._state.mean
+            known = path, float(np.sqrt(np.mean(np.sum(self._state.root**2, axis=-1))))
         self._state, self._better, self._better_cost = None, None, math.inf
         self._base = self.course.new
         if self._problem is None:
@@ -199,7 +199,7 @@ class CourseInFlight:
         mean, spread = np.zeros((len(self._free), 3)), 1.0
         if known is not None:
             mean, spread = np.linalg.solve(self._smooth, known[0][self._free] - self._base[self._free]), known[1]
-        self._state = cross_entropy.start(np.asarray(mean[None], dtype=np.float64), spread**2, rng, settings=self.settings)
+        self._state = cross_entropy.start(np.asarray(mean, dtype=np.float64), spread**2, rng, settings=self.settings)
 
     def _too_near(self, positions: Floats, obstacles: Floats, separation: float) -> NDArray[np.bool_]:
         """Tell for each path whether what is ahead of the robot comes too near to robots that stand still."""

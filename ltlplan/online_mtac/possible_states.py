@@ -20,7 +20,6 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from ltlplan.mtac.decomposable_task import Accepting, State, union_of
-from verify.data import BadInput
 from verify.data.language.word import Letter
 from verify.data.sections import TeamReading
 
@@ -28,7 +27,7 @@ MAX_ORDERS = 500
 """Beginnings of serial orders that the gate looks at in vain at most; eight robots can be parted in 256 ways."""
 
 MAX_TOGETHER = 4
-"""Events of one instant that are tried in every order; more are refused, robots are kept apart in time."""
+"""Events of one instant that are tried in every order; more are taken in groups."""
 
 MAX_GRID = 600
 """Interleavings of letters that are looked at before robots may enter regions side by side; beyond, one waits."""
@@ -68,27 +67,15 @@ class Belief:
         return all(state in self.automaton.accepting for state in self.settled)
 
     def after(self, robot: str, letter: Letter) -> Belief:
-        """Return the belief after one robot's letter has changed.
-
-        Raises:
-            BadInput: The robot is not in the air.
-        """
-        if robot not in self.held:
-            raise BadInput(f"'{robot}' is not in the air; robots: {', '.join(self.held)}.")
+        """Return the belief after one robot's letter has changed."""
         # the letter that ends must have been read by now
         return self._showing({robot: letter}, [pair for pair in self.pairs if self.held[robot] not in pair[1]])
 
     def after_all(self, events: Mapping[str, Letter]) -> Belief:
-        """Return the belief after events of one instant, in any order (under "joint" also all at once).
-
-        Raises:
-            BadInput: More than a handful of events at once.
-        """
+        """Return the belief after events of one instant, in any order (under "joint" also all at once); of a handful at most."""
         if len(events) == 1:
             ((robot, letter),) = events.items()
             return self.after(robot, letter)
-        if len(events) > MAX_TOGETHER:
-            raise BadInput(f"{len(events)} events at one instant are too many to order; at most {MAX_TOGETHER}.")
         pairs: set[Pair] = set()
         for order in itertools.permutations(events):
             belief = self
@@ -102,10 +89,6 @@ class Belief:
     def at_once(self, events: Mapping[str, Letter]) -> Belief:
         """Return the belief after letters that changed at the very same moment, for "joint" unions, or at take-off."""
         return self._showing(events, self.pairs)
-
-    def joined(self, robot: str, letter: Letter) -> Belief:
-        """Return the belief after another robot took off with this letter."""
-        return self._showing({robot: letter}, self.pairs)
 
     def _showing(self, events: Mapping[str, Letter], pairs: Iterable[Pair]) -> Belief:
         """Return the belief after some robots begin to show letters; under "own" those are still to be read.
@@ -128,12 +111,7 @@ def at_start(automaton: Accepting, held: Mapping[str, Letter], *, reading: TeamR
         automaton: Deterministic, of the formula on finite traces.
         held: Each robot's first letter.
         reading: The mission's team reading.
-
-    Raises:
-        BadInput: There is no robot.
     """
-    if not held:
-        raise BadInput("a team needs at least one robot.")
     return Belief(automaton, reading, {}, frozenset({(automaton.initial, frozenset())})).at_once(held)
 
 

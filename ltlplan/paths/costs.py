@@ -7,7 +7,7 @@ guide a search and compare paths; the certificate never reads them.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -37,8 +37,6 @@ class Sampling:
     """
 
     def __init__(self, spline: LeastSnapSpline, count: int = 200) -> None:
-        if count < 2:
-            raise BadInput(f"A path is sampled at two instants or more, not {count}.")
         self.spline = spline
         self.instants = np.linspace(spline.times[0], spline.times[-1], count)
 
@@ -53,14 +51,9 @@ class Sampling:
         Args:
             points: m. Shape (paths, points, 3), or (points, 3) for one path.
             scale: How many times longer each path takes than the spline's own times; one number or one a path.
-
-        Raises:
-            BadInput: The points have another shape.
         """
         values = np.asarray(points, dtype=np.float64)
         values = values[None] if values.ndim == 2 else values
-        if values.ndim != 3 or values.shape[1:] != (len(self.spline.times), 3):
-            raise BadInput(f"points must have shape (paths, {len(self.spline.times)}, 3), not {values.shape}.")
         return SampledPaths(self, values, np.broadcast_to(np.asarray(scale, dtype=np.float64), len(values)))
 
 
@@ -163,15 +156,10 @@ class WeightedCost:
 
     weights: tuple[tuple[str, float], ...]
 
-    def __init__(self, weights: Mapping[str, float] | Sequence[tuple[str, float]]) -> None:
-        pairs = tuple(weights.items()) if isinstance(weights, Mapping) else tuple(weights)
-        for name, weight in pairs:
-            _term(name)
-            if not (np.isfinite(weight) and weight >= 0):
-                raise CostError(f"The weight of '{name}' is {weight}; it must be a finite number, not below zero.")
-        if not any(weight > 0 for _, weight in pairs):
-            raise CostError("A cost needs at least one term with a weight above zero.")
-        object.__setattr__(self, "weights", pairs)
+    @classmethod
+    def of(cls, weights: Mapping[str, float]) -> WeightedCost:
+        """Return the sum of terms with some weights."""
+        return cls(tuple(weights.items()))
 
     def __call__(self, paths: SampledPaths) -> Floats:
         """Return the weighted sum for each path. Shape (paths,)."""
@@ -215,14 +203,17 @@ def parse_cost(text: str) -> Costs:
             weight = float(value)
         except ValueError:
             raise CostError(f"The weight of '{name}' is '{value}'; it must be a number such as 0.5.") from None
+        if not (np.isfinite(weight) and weight >= 0):
+            raise CostError(f"The weight of '{name}' is {weight}; it must be a finite number, not below zero.")
         weights[name] = weight
-    WeightedCost(weights)
+    if not any(weights.values()):
+        raise CostError("A cost needs at least one term with a weight above zero.")
     return weights
 
 
 def cost_of(mission: Mission, robot: str) -> WeightedCost:
     """Return a robot's own cost function, or the planner's."""
-    return WeightedCost(flown_weights(mission, robot))
+    return WeightedCost.of(flown_weights(mission, robot))
 
 
 def team_cost(mission: Mission, costs: Collection[float]) -> float:

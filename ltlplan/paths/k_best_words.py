@@ -182,7 +182,7 @@ class _Prices:
     def __init__(self, mission: Mission) -> None:
         self._mission = mission
         self._laps = mission.spec.trace == "infinite" and len(mission.agents) > 1
-        self._others = [WeightedCost({name: 1.0}) for name in sorted(terms_of(mission) - BOUNDED)]
+        self._others = [WeightedCost(((name, 1.0),)) for name in sorted(terms_of(mission) - BOUNDED)]
         self._paths: dict[tuple[str, Itinerary], RobotPlan] = {}
         self.bounded = True
 

@@ -29,7 +29,7 @@ from ltlplan.paths.sampling.path_problem import PathProblem, path_problem
 from tests.helpers.benchmarks import installed, run_benchmark
 from tests.helpers.courses import courses
 
-COST = WeightedCost({"length": 1.0, "effort": 0.5})
+COST = WeightedCost.of({"length": 1.0, "effort": 0.5})
 
 
 def ours(problem: PathProblem, rounds: int, samples: int, seed: int) -> tuple[float, float]:

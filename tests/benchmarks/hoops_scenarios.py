@@ -104,7 +104,7 @@ def main() -> None:
             nominal,
             rng=np.random.default_rng(arguments.seed),
             options=Options(samples=arguments.samples, rounds=arguments.rounds),
-            cost=WeightedCost({"length": 1.0}),
+            cost=WeightedCost.of({"length": 1.0}),
         )
         for label, plan in (("nominal", nominal), ("optimised", found.plan)):
             prefix, cycle = lengths(plan)

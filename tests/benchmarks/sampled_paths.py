@@ -54,7 +54,7 @@ def main() -> None:
     parser.add_argument("--repeats", type=int, default=20)
     arguments = parser.parse_args()
     mission, plan = courses(seed=7, count=1, hoops=6, passages=6)[0]
-    cost = WeightedCost({"length": 1.0, "effort": 0.5})
+    cost = WeightedCost.of({"length": 1.0, "effort": 0.5})
     problem = path_problem(mission, plan, cost, points=18, instants=200)
     assert len(problem.nominal) == 20
     points = problem.nominal + 0.01 * np.random.default_rng(0).standard_normal((arguments.paths, 20, 3))

@@ -24,7 +24,7 @@ from ltlplan.paths.final_hover import then_hovering, until_hover
 from ltlplan.paths.path_result import candidate_plans, flown_pieces
 from ltlplan.paths.sampling.least_snap_spline import LeastSnapSpline
 from ltlplan.paths.sampling.path_problem import PathProblem, path_problem
-from verify.data import BadInput, Mission, RobotPlan
+from verify.data import Mission, RobotPlan
 from verify.data.arrays import Floats
 from verify.data.progress import Progress
 from verify.data.trajectory import PIECES
@@ -97,9 +97,6 @@ def minimise(
 
     Returns:
         The search after its last round (of several populations the best one's), and the best cost after each round.
-
-    Raises:
-        BadInput: The cost returned another shape than one number a candidate.
     """
     history: list[float] = []
     options, state = search.options, Tournament.start(search, others)
@@ -110,10 +107,6 @@ def minimise(
         for _ in options.sizes:
             candidates = state.ask(rng)
             costs = np.asarray(cost(candidates), dtype=np.float64)
-            if costs.shape != (len(candidates),):
-                raise BadInput(
-                    f"The cost returned shape {costs.shape} for {len(candidates)} candidates; one number each is needed."
-                )
             state = state.tell(candidates, costs)
             seen.append((candidates, costs))
         history.append(state.best.best_cost)
@@ -160,7 +153,7 @@ def improve(
         planner's own judgement.
 
     Raises:
-        BadInput: Options out of range, or a cost that returns no number for each path.
+        CostError: The cost returns no number for each path.
     """
     function = cost_of(mission, robot) if cost is None else cost
     chosen = options_of(mission) if options is None else options

@@ -13,10 +13,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from verify.data import BadInput
 from verify.data.arrays import Floats
 
 _BATCH = 250  # candidates after which a Gaussian is fitted again, about
+_FLOOR = 1e-5  # least standard deviation in any direction, in the unit of the candidates
 _POPULATIONS = 4
 _BATCHES_EACH = 100  # fewer than that for each population, and one alone goes farther
 
@@ -30,10 +30,6 @@ class Options:
         elite: Share of a round that the Gaussian is fitted to, 0.1 <= elite < 0.3.
         rounds: At most this many.
         target: Stop once the best cost is not above it.
-        smoothing: Weight of the elite's mean against the old mean, 0 < smoothing <= 1.
-        covariance_smoothing: Weight of the elite's covariance against the old one, 0 < covariance_smoothing <= 1; by
-            default m / (m + 10 n) for an elite of m in n dimensions, at least 0.1: few elites know little of a covariance.
-        floor: Least standard deviation in any direction, in the unit of the candidates.
         batch: A round is drawn and told in parts of about this many candidates: large rounds then teach the Gaussian
             several times each, which takes it farther than one fit to all of them.
         populations: How many Gaussians begin side by side and share each round, the worse half leaving the search twice
@@ -44,30 +40,8 @@ class Options:
     elite: float = 0.25
     rounds: int = 50
     target: float = 0.0
-    smoothing: float = 1.0
-    covariance_smoothing: float | None = None
-    floor: float = 1e-5
     batch: int = _BATCH
     populations: int | None = None
-
-    def __post_init__(self) -> None:
-        if not 0.1 <= self.elite < 0.3:
-            raise BadInput(f"elite is {self.elite:g}; it must be at least 0.1 and below 0.3.")
-        if self.samples < 2 or math.ceil(self.samples * self.elite) < 2:
-            raise BadInput(f"{self.samples} samples at elite {self.elite:g} leave fewer than 2 elites; use more samples.")
-        if self.batch < 2 or math.ceil(min(self.sizes) * self.elite) < 2:
-            raise BadInput(f"Batches of {self.batch} at elite {self.elite:g} leave fewer than 2 elites; use larger ones.")
-        if self.populations is not None and self.populations < 1:
-            raise BadInput(f"populations is {self.populations}; it must be 1 or more.")
-        if self.rounds < 0:
-            raise BadInput(f"rounds is {self.rounds}; it must be 0 or more.")
-        for name, value in (("smoothing", self.smoothing), ("covariance_smoothing", self.covariance_smoothing)):
-            if value is not None and not 0 < value <= 1:
-                raise BadInput(f"{name} is {value:g}; it must be above 0 and at most 1.")
-        if not (self.floor >= 0 and math.isfinite(self.floor)):
-            raise BadInput(f"floor is {self.floor:g}; it must be 0 or more.")
-        if math.isnan(self.target):
-            raise BadInput("target is not a number.")
 
     @property
     def sizes(self) -> tuple[int, ...]:
@@ -111,24 +85,14 @@ class Search:
             covariance: Shape (n, n).
             options: How to search.
             best_cost: Of the mean; infinite where it does not count or is not known.
-
-        Raises:
-            BadInput: The shapes do not fit, a number is not finite, or the covariance is not symmetric with a
-                positive diagonal.
         """
         centre, spread = np.array(mean, dtype=np.float64), np.array(covariance, dtype=np.float64)
-        if centre.ndim != 1 or len(centre) == 0 or spread.shape != (len(centre), len(centre)):
-            raise BadInput(f"mean must have shape (n,) and covariance (n, n), not {centre.shape} and {spread.shape}.")
-        if not (np.all(np.isfinite(centre)) and np.all(np.isfinite(spread))):
-            raise BadInput("mean and covariance must be finite.")
-        if not np.allclose(spread, spread.T, rtol=1e-9, atol=1e-12) or np.any(np.diag(spread) <= 0):
-            raise BadInput("covariance must be symmetric with a positive diagonal.")
         return cls(centre, spread, centre, best_cost, options)
 
     def ask(self, rng: np.random.Generator, count: int | None = None) -> Floats:
         """Draw `count` candidates, by default a whole round. Shape (count, size)."""
         values, vectors = np.linalg.eigh(self.covariance)
-        root = vectors * np.sqrt(np.maximum(values, self.options.floor**2))
+        root = vectors * np.sqrt(np.maximum(values, _FLOOR**2))
         return self.mean + rng.standard_normal((self.options.samples if count is None else count, len(self.mean))) @ root.T
 
     def tell(self, candidates: Floats, costs: Floats) -> Search:
@@ -140,12 +104,7 @@ class Search:
         The update is the maximum-likelihood fit to the elite, weighted by rank. Its covariance is taken about the old
         mean: about the elite's own mean, as the paper leaves it open, the spread dies along the very direction in which
         the costs fall, and the search stops half way.
-
-        Raises:
-            BadInput: A cost is not a number.
         """
-        if np.any(np.isnan(costs)):
-            raise BadInput(f"The cost of candidate {int(np.flatnonzero(np.isnan(costs))[0])} is not a number.")
         order = np.argsort(costs, kind="stable")
         order = order[np.isfinite(costs[order])]
         best, best_cost = self.best, self.best_cost
@@ -157,9 +116,7 @@ class Search:
             return replace(self, covariance=self.covariance / 4, best=best, best_cost=best_cost)
         weights = math.log(count + 0.5) - np.log(np.arange(1, len(elites) + 1))
         weights /= weights.sum()
-        alpha, beta = self.options.smoothing, self.options.covariance_smoothing
-        beta = max(0.1, count / (count + 10 * len(self.mean))) if beta is None else beta
-        mean = (1 - alpha) * self.mean + alpha * (weights @ elites)
+        beta = max(0.1, count / (count + 10 * len(self.mean)))  # few elites know little of a covariance
         offset = elites - self.mean
         covariance = (1 - beta) * self.covariance + beta * (offset.T * weights) @ offset
-        return replace(self, mean=mean, covariance=(covariance + covariance.T) / 2, best=best, best_cost=best_cost)
+        return replace(self, mean=weights @ elites, covariance=(covariance + covariance.T) / 2, best=best, best_cost=best_cost)

@@ -55,11 +55,7 @@ class Tournament:
         return self.searches[self.told % len(self.searches)].ask(rng, sizes[self.told % len(sizes)])
 
     def tell(self, candidates: Floats, costs: Floats) -> Tournament:
-        """Return the tournament after the batch that was asked for.
-
-        Raises:
-            BadInput: A cost is not a number.
-        """
+        """Return the tournament after the batch that was asked for."""
         turn, told = self.told % len(self.searches), self.told + 1
         searches = list(self.searches)
         searches[turn] = searches[turn].tell(candidates, costs)

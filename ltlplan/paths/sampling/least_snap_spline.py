@@ -54,8 +54,6 @@ class LeastSnapSpline:
         at = np.array(times, dtype=np.float64)
         if at.ndim != 1 or len(at) < 2 or not np.all(np.isfinite(at)) or np.any(np.diff(at) <= 0):
             raise BadInput("A spline needs two or more times that are finite and increase.")
-        if cycle is not None and not 0 <= cycle < len(at) - 1:
-            raise BadInput(f"The cycle must begin at one of the points 0 to {len(at) - 2}, not {cycle}.")
         at.setflags(write=False)
         object.__setattr__(self, "times", at)
         object.__setattr__(self, "cycle", cycle)
@@ -73,14 +71,8 @@ class LeastSnapSpline:
         return result
 
     def through(self, points: ArrayLike) -> Floats:
-        """Return the coefficients of the spline through these points, read-only. Shape (points, axes) to (pieces, axes, 8).
-
-        Raises:
-            BadInput: There is not one point for each time.
-        """
+        """Return the coefficients of the spline through these points, read-only. Shape (points, axes) to (pieces, axes, 8)."""
         values = np.asarray(points, dtype=np.float64)
-        if values.ndim != 2 or len(values) != len(self.times):
-            raise BadInput(f"The spline has {len(self.times)} times; points must have shape ({len(self.times)}, axes).")
         key = (self.times.tobytes(), self.cycle, values.shape, values.tobytes())
         if key not in _RECENT:
             while len(_RECENT) >= _KEPT:

@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 import ltlplan
 from ltlplan.online_mtac.possible_states import admits, at_start, can_finish, follow
 from tests.strategies import formulas
-from verify.data import BadInput
 
 EMPTY = frozenset()
 
@@ -175,17 +174,5 @@ def test_events_of_one_instant_count_in_every_order():
 def test_a_robot_that_joins_reads_its_letter_too():
     table = Table("G !a")
     belief = at_start(table, {"x": EMPTY}, reading="own")
-    assert belief.joined("y", EMPTY).accepts()
-    assert not belief.joined("y", frozenset({"a"})).accepts()
-
-
-def test_bad_teams_are_refused():
-    table = Table("F a")
-    with pytest.raises(BadInput, match="at least one robot"):
-        at_start(table, {}, reading="own")
-    belief = at_start(table, {"x": EMPTY}, reading="own")
-    with pytest.raises(BadInput, match="not in the air"):
-        belief.after("y", EMPTY)
-    many = at_start(table, {str(i): EMPTY for i in range(6)}, reading="own")
-    with pytest.raises(BadInput, match="too many"):
-        many.after_all({str(i): frozenset({"a"}) for i in range(6)})
+    assert belief.at_once({"y": EMPTY}).accepts()
+    assert not belief.at_once({"y": frozenset({"a"})}).accepts()

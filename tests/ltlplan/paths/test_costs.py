@@ -9,7 +9,7 @@ from ltlplan.missions import load_mission
 from ltlplan.paths.costs import CostError, Sampling, WeightedCost, cost_of, evaluate, parse_cost, plan_cost
 from ltlplan.paths.hoops import route_sequence
 from ltlplan.paths.sampling.least_snap_spline import LeastSnapSpline
-from verify.data import GRAVITY, BadInput
+from verify.data import GRAVITY
 
 
 def sampled(seed=0, paths=5, points=8, count=1500):
@@ -21,17 +21,17 @@ def sampled(seed=0, paths=5, points=8, count=1500):
 def test_a_straight_line_is_as_long_as_its_ends_are_apart():
     sampling = Sampling(LeastSnapSpline([0.0, 2.0]), 2000)
     paths = sampling.paths([[(0, 0, 0), (3, 4, 0)]])
-    assert WeightedCost({"length": 1.0})(paths) == pytest.approx([5.0], rel=1e-6)
-    assert WeightedCost({"time": 2.0})(paths) == pytest.approx([4.0])
+    assert WeightedCost.of({"length": 1.0})(paths) == pytest.approx([5.0], rel=1e-6)
+    assert WeightedCost.of({"time": 2.0})(paths) == pytest.approx([4.0])
     speed = np.linalg.norm(paths.velocity, axis=2).max()  # from rest to rest the effort is twice the greatest speed
-    assert WeightedCost({"effort": 1.0})(paths) == pytest.approx([2 * speed], rel=1e-4)
+    assert WeightedCost.of({"effort": 1.0})(paths) == pytest.approx([2 * speed], rel=1e-4)
 
 
 def test_hovering_costs_its_time_in_energy_and_nothing_else():
     paths = Sampling(LeastSnapSpline([0.0, 3.0]), 300).paths([[(1, 1, 1), (1, 1, 1)]])
-    assert WeightedCost({"energy": 1.0})(paths) == pytest.approx([3.0])
+    assert WeightedCost.of({"energy": 1.0})(paths) == pytest.approx([3.0])
     for term in ("length", "effort", "snap"):
-        assert WeightedCost({term: 1.0})(paths) == pytest.approx([0.0], abs=1e-12)
+        assert WeightedCost.of({term: 1.0})(paths) == pytest.approx([0.0], abs=1e-12)
 
 
 def test_terms_are_the_integrals_that_they_are_named_after():
@@ -45,7 +45,7 @@ def test_terms_are_the_integrals_that_they_are_named_after():
             "energy": (np.linalg.norm(paths.acceleration[index] + [0, 0, GRAVITY], axis=1) / GRAVITY) ** 1.5,
         }
         for term, values in norms.items():
-            assert WeightedCost({term: 1.0})(paths)[index] == pytest.approx(np.trapezoid(values, at), rel=1e-9)
+            assert WeightedCost.of({term: 1.0})(paths)[index] == pytest.approx(np.trapezoid(values, at), rel=1e-9)
 
 
 @given(st.floats(0.5, 3.0), st.integers(0, 1000))
@@ -54,7 +54,7 @@ def test_costs_scale_with_time_as_their_units_say(scale, seed):
     paths = sampled(seed, count=200)
     slower = paths.rescaled(np.full(len(paths), scale))
     for term, power in (("length", 0), ("effort", -1), ("time", 1), ("snap", -7)):
-        cost = WeightedCost({term: 1.0})
+        cost = WeightedCost.of({term: 1.0})
         assert np.allclose(cost(slower), cost(paths) * scale**power, rtol=1e-9)
     assert np.allclose(slower.velocity, paths.velocity / scale)
 
@@ -67,20 +67,20 @@ def test_costs_do_not_change_when_the_world_is_moved_and_turned_about_z(seed):
     turn = np.array([[math.cos(angle), -math.sin(angle), 0], [math.sin(angle), math.cos(angle), 0], [0, 0, 1]])
     paths = sampled(seed, count=200)
     moved = paths.sampling.paths(paths.points @ turn.T + shift)
-    cost = WeightedCost({"length": 1.0, "effort": 0.5, "snap": 0.01, "energy": 0.2, "time": 1.0})
+    cost = WeightedCost.of({"length": 1.0, "effort": 0.5, "snap": 0.01, "energy": 0.2, "time": 1.0})
     assert np.allclose(cost(moved), cost(paths), rtol=1e-8)
 
 
 def test_a_weighted_cost_is_the_sum_of_its_terms():
     paths = sampled()
-    parts = WeightedCost({"length": 1.0})(paths) + 0.5 * WeightedCost({"effort": 1.0})(paths)
-    assert np.allclose(WeightedCost(parse_cost("length=1,effort=0.5"))(paths), parts)
+    parts = WeightedCost.of({"length": 1.0})(paths) + 0.5 * WeightedCost.of({"effort": 1.0})(paths)
+    assert np.allclose(WeightedCost.of(parse_cost("length=1,effort=0.5"))(paths), parts)
 
 
 def test_a_cost_is_read_from_text_and_written_again():
     assert parse_cost("length=1,effort=0.5") == {"length": 1.0, "effort": 0.5}
     assert parse_cost(" snap = 1e-3 ") == {"snap": 1e-3}
-    assert str(WeightedCost(parse_cost("length=1,effort=0.5"))) == "length=1,effort=0.5"
+    assert str(WeightedCost.of(parse_cost("length=1,effort=0.5"))) == "length=1,effort=0.5"
 
 
 @pytest.mark.parametrize(
@@ -131,11 +131,3 @@ def test_a_plan_costs_what_its_spline_does():
     assert plan.cost == pytest.approx(plan_cost(plan, cost_of(mission, "quad0")))
     straight = sum(math.dist(a.position, b.position) for a, b in zip(plan.waypoints, plan.waypoints[1:], strict=False))
     assert straight < plan.cost < 1.3 * straight
-
-
-def test_shapes_that_do_not_fit_are_refused():
-    sampling = Sampling(LeastSnapSpline([0.0, 1.0, 2.0]))
-    with pytest.raises(BadInput, match=r"\(paths, 3, 3\)"):
-        sampling.paths(np.zeros((5, 4, 3)))
-    with pytest.raises(BadInput, match="two instants"):
-        Sampling(LeastSnapSpline([0.0, 1.0]), 1)

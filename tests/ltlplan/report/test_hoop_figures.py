@@ -80,7 +80,7 @@ def test_a_round_and_the_optimised_path_are_drawn(published):
     rounds = []
     found = improve(
         mission, "quad0", plan, rng=np.random.default_rng(0), options=Options(samples=40, rounds=2),
-        cost=WeightedCost({"length": 1.0}),
+        cost=WeightedCost.of({"length": 1.0}),
         watch=lambda _, problem, candidates, costs: rounds.append((problem.paths(candidates).position, np.isfinite(costs))),
     )  # fmt: skip
     positions, counts = rounds[0]

@@ -263,6 +263,11 @@ def _planner(planner: Planner | None, agents: Mapping[str, Agent]) -> Iterator[F
         )
     elif planner.method != "online-mtac-e" and not 0.1 <= planner.elite < 0.3:
         yield ("planner", "elite"), f"{planner.elite:g} is out of range: offline, 0.1 <= elite < 0.3."
+    elif planner.method != "online-mtac-e" and math.ceil(planner.samples * planner.elite) < 2:
+        yield (
+            ("planner", "samples"),
+            f"{planner.samples} samples at elite {planner.elite:g} leave fewer than 2 elites; use more samples.",
+        )
 
 
 def _choices(planner: Planner | None, agents: Mapping[str, Agent]) -> Iterator[Finding]:

@@ -17,9 +17,9 @@ from tests.helpers.courses import courses
 from tests.helpers.few import few_of
 from tests.helpers.nominal_trajectories import nominal_trajectory
 from verify import judge
-from verify.data import BadInput, Plan, Trajectory, Visit, Word
+from verify.data import Plan, Trajectory, Visit, Word
 
-EFFORT = WeightedCost({"length": 1.0, "effort": 0.5})
+EFFORT = WeightedCost.of({"length": 1.0, "effort": 0.5})
 
 
 def quadratic(size, condition=100.0, seed=0):
@@ -40,7 +40,7 @@ def quadratic(size, condition=100.0, seed=0):
 @pytest.mark.parametrize("size", [1, 3, 12])
 def test_a_convex_cost_converges_to_its_known_optimum(size):
     cost, optimum = quadratic(size)
-    search = Search.start(np.zeros(size), np.eye(size), Options(samples=200, rounds=120, floor=1e-9))
+    search = Search.start(np.zeros(size), np.eye(size), Options(samples=200, rounds=120))
     found, history = minimise(cost, search, rng=np.random.default_rng(1))
     assert np.allclose(found.mean, optimum, atol=1e-4)
     assert found.best_cost == pytest.approx(1.5, abs=1e-6)
@@ -51,7 +51,7 @@ def test_a_constraint_is_kept_by_what_counts():
     def cost(points):  # the optimum of the sum is at the edge of what counts
         return np.where(np.all(points >= 0.25, axis=1), points.sum(axis=1), np.inf)
 
-    search = Search.start(np.ones(4), 0.1 * np.eye(4), Options(samples=300, rounds=80, floor=1e-6))
+    search = Search.start(np.ones(4), 0.1 * np.eye(4), Options(samples=300, rounds=80))
     found, _ = minimise(cost, search, rng=np.random.default_rng(0))
     assert np.all(found.best >= 0.25)
     assert found.best_cost == pytest.approx(1.0, abs=2e-3)
@@ -80,14 +80,15 @@ def test_ask_and_tell_leave_what_they_are_given():
 
 
 def test_the_elite_is_fitted_about_the_old_mean():
-    options = Options(samples=10, elite=0.2, covariance_smoothing=1.0)
+    options = Options(samples=10, elite=0.2)
     search = Search.start(np.zeros(1), np.eye(1), options)
     candidates = np.arange(10.0)[:, None]
     later = search.tell(candidates, -candidates[:, 0])  # elites 9 and 8
     first, second = math.log(2.5) - math.log(1), math.log(2.5) - math.log(2)
     share = first / (first + second)
     assert later.mean == pytest.approx([9 * share + 8 * (1 - share)])
-    assert later.covariance == pytest.approx(np.array([[81 * share + 64 * (1 - share)]]))
+    news = 2 / (2 + 10)  # two elites in one dimension
+    assert later.covariance == pytest.approx(np.array([[1 - news + news * (81 * share + 64 * (1 - share))]]))
 
 
 def test_a_round_in_which_nothing_counts_draws_more_narrowly_next_time():
@@ -95,51 +96,6 @@ def test_a_round_in_which_nothing_counts_draws_more_narrowly_next_time():
     later = search.tell(search.ask(np.random.default_rng(0)), np.full(20, np.inf))
     assert np.array_equal(later.covariance, np.eye(2) / 4)
     assert later.best_cost == math.inf
-
-
-def test_the_spread_never_falls_below_its_floor():
-    search = Search.start(np.zeros(2), 1e-20 * np.eye(2), Options(samples=2000, floor=0.01))
-    drawn = search.ask(np.random.default_rng(0))
-    assert np.allclose(drawn.std(axis=0), 0.01, rtol=0.1)
-
-
-@pytest.mark.parametrize(
-    ("settings", "match"),
-    [
-        ({"elite": 0.09}, "at least 0.1 and below 0.3"),
-        ({"elite": 0.3}, "at least 0.1 and below 0.3"),
-        ({"elite": math.nan}, "at least 0.1 and below 0.3"),
-        ({"samples": 10, "elite": 0.1}, "fewer than 2 elites"),
-        ({"rounds": -1}, "0 or more"),
-        ({"smoothing": 0.0}, "above 0"),
-        ({"covariance_smoothing": 1.5}, "at most 1"),
-        ({"floor": -1.0}, "0 or more"),
-        ({"target": math.nan}, "not a number"),
-        ({"batch": 1}, "fewer than 2 elites"),
-        ({"samples": 100, "batch": 5, "elite": 0.1}, "fewer than 2 elites"),
-        ({"populations": 0}, "1 or more"),
-    ],
-)
-def test_options_out_of_range_are_refused(settings, match):
-    with pytest.raises(BadInput, match=match):
-        Options(**settings)
-
-
-def test_a_start_that_does_not_fit_is_refused():
-    with pytest.raises(BadInput, match="shape"):
-        Search.start(np.zeros(2), np.eye(3), Options())
-    with pytest.raises(BadInput, match="finite"):
-        Search.start([0.0, math.nan], np.eye(2), Options())
-    with pytest.raises(BadInput, match="symmetric"):
-        Search.start(np.zeros(2), np.array([[1.0, 0.5], [0.0, 1.0]]), Options())
-
-
-def test_costs_that_are_no_numbers_are_refused():
-    search = Search.start(np.zeros(2), np.eye(2), Options(samples=20))
-    with pytest.raises(BadInput, match="candidate 0 is not a number"):
-        minimise(lambda points: np.full(len(points), np.nan), search, rng=np.random.default_rng(0))
-    with pytest.raises(BadInput, match="one number each"):
-        minimise(lambda points: points, search, rng=np.random.default_rng(0))
 
 
 # Several populations

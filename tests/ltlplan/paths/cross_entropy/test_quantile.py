@@ -11,7 +11,6 @@ from scipy import stats
 from ltlplan.paths.cross_entropy.quantile import (
     check_quantile,
     directions,
-    quantile_radius,
     quantile_step,
     scalar_step,
     square_root,
@@ -86,26 +85,3 @@ def test_the_step_of_many_rows_is_the_step_of_each():
 def test_too_few_trajectories_are_refused(elite, trajectories):
     with pytest.raises(BadInput, match="more than 1 / rho"):
         check_quantile(elite, trajectories)
-
-
-@pytest.mark.parametrize("elite", [0.0, 1.0, -0.1, 1.5, math.nan])
-def test_an_elite_share_outside_its_range_is_refused(elite):
-    with pytest.raises(BadInput, match="between 0 and 1"):
-        check_quantile(elite, 50)
-
-
-@pytest.mark.parametrize("probability", [0.0, 1.0, -1.0, 2.0, math.nan])
-def test_a_quantile_outside_its_range_is_refused(probability):
-    with pytest.raises(BadInput, match="between 0 and 1"):
-        quantile_radius(probability, 3)
-
-
-def test_what_is_no_covariance_is_refused():
-    rng = np.random.default_rng(0)
-    for matrix in (np.diag([1.0, -1.0, 1.0]), np.array([[1, 0.5, 0], [0, 1, 0], [0, 0, 1.0]]), np.full((3, 3), np.nan)):
-        with pytest.raises(BadInput, match="covariance"):
-            quantile_samples(np.zeros(3), matrix, 0.5, 1, rng)
-    with pytest.raises(BadInput, match="shape"):
-        quantile_samples(np.zeros(2), np.eye(3), 0.5, 1, rng)
-    with pytest.raises(BadInput, match="count"):
-        quantile_samples(np.zeros(3), np.eye(3), 0.5, 0, rng)

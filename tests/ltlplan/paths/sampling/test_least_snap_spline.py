@@ -92,10 +92,3 @@ def test_more_points_of_a_spline_at_the_same_times_give_the_same_spline():
 def test_times_that_do_not_increase_are_refused(times):
     with pytest.raises(BadInput, match="increase"):
         LeastSnapSpline(times)
-
-
-def test_points_that_do_not_fit_and_a_cycle_beyond_the_end_are_refused():
-    with pytest.raises(BadInput, match="3 times"):
-        LeastSnapSpline([0.0, 1.0, 2.0]).through(np.zeros((2, 3)))
-    with pytest.raises(BadInput, match="0 to 1"):
-        LeastSnapSpline([0.0, 1.0, 2.0], 2)
