@@ -7,9 +7,10 @@ is to visit, an idle robot in its way flies to a free place, if the team can sti
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Collection, Sequence
+from contextlib import suppress
 from functools import cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,13 +19,18 @@ from ltlplan.allocation import Itinerary
 from ltlplan.mtac.agent_moves import World
 from ltlplan.mtac.agent_states import AgentState
 from ltlplan.mtac.robot_tasks import RobotTask
-from ltlplan.online_mtac.detours import WayAhead, places_aside, way_aside
-from ltlplan.online_mtac.piloted_team import PilotedTeam
+from ltlplan.online_mtac.detours import places_aside, way_from
 from ltlplan.online_mtac.possible_states import admits
 from verify.data import Infeasible, Letter, Word
 from verify.data.shapes.inequalities import Point
 
+if TYPE_CHECKING:
+    from ltlplan.online_mtac.online_team import OnlineTeam
+
 Floats = NDArray[np.float64]
+
+LOOK_AHEAD = 1.6
+"""s over which robots keep out of each other's way."""
 
 _NEAR = 0.05
 """m; a robot that was led around others from a place as near as this is not led around again."""
@@ -32,7 +38,31 @@ _PLACES = 12
 """Places to step aside to that are tried."""
 
 
-def make_way(team: PilotedTeam, waiting: Sequence[str], now: float, tried: set[tuple[str, Point]]) -> str | None:
+def clear_ahead(team: OnlineTeam, names: Sequence[str], moving: Collection[str]) -> dict[str, bool]:
+    """Tell of robots that move whether they may go on: who comes first keeps its way, and the others wait where they would come too near.
+
+    Args:
+        team: All robots.
+        names: Who comes first.
+        moving: Those that are under way.
+    """
+    horizon = np.arange(1, 9) * (LOOK_AHEAD / 8)
+    held = np.stack([team.pilots[n].way.future(horizon, go=False) for n in names])
+    gone = np.stack([team.pilots[n].way.future(horizon, go=True) if n in moving else held[i] for i, n in enumerate(names)])
+    chosen, going = held.copy(), dict[str, bool]()
+    for i, name in enumerate(names):
+        if name not in moving:
+            continue
+        others = chosen[np.arange(len(names)) != i]
+        away, stay = (float(np.sqrt(np.sum((others - path[i]) ** 2, axis=-1)).min()) for path in (gone, held))
+        # where standing still is no better, going is the way out
+        going[name] = away >= team.distance or away >= stay
+        if going[name]:
+            chosen[i] = gone[i]
+    return going
+
+
+def make_way(team: OnlineTeam, waiting: Sequence[str], now: float, tried: set[tuple[str, Point]]) -> str | None:
     """Let one of some robots that wait for others have a way again; return a sentence that says how, or None where there is none.
 
     Args:
@@ -53,12 +83,12 @@ def make_way(team: PilotedTeam, waiting: Sequence[str], now: float, tried: set[t
     return None
 
 
-def _may_turn(team: PilotedTeam, name: str, now: float) -> bool:
+def _may_turn(team: OnlineTeam, name: str, now: float) -> bool:
     pilot = team.pilots[name]
     return team.rests(pilot, now) and not (pilot.entered or pilot.shown or pilot.detour or not pilot.moves)
 
 
-def _around(team: PilotedTeam, name: str, now: float, tried: set[tuple[str, Point]]) -> str | None:
+def _around(team: OnlineTeam, name: str, now: float, tried: set[tuple[str, Point]]) -> str | None:
     """Lead a robot that rests around all others that rest."""
     pilot = team.pilots[name]
     here = _at(team, name, now)
@@ -79,7 +109,7 @@ def _around(team: PilotedTeam, name: str, now: float, tried: set[tuple[str, Poin
     return f"At {now:.2f} s {name} is led around {', '.join(others)}."
 
 
-def _in_the_way(team: PilotedTeam, name: str, now: float) -> list[str]:
+def _in_the_way(team: OnlineTeam, name: str, now: float) -> list[str]:
     """Return the idle robots that stand in a robot's way and may leave their places, the nearest to its way first."""
     path = _ahead(team, name)
     found = []
@@ -92,7 +122,7 @@ def _in_the_way(team: PilotedTeam, name: str, now: float) -> list[str]:
     return [other for _, other in sorted(found)]
 
 
-def _steps_aside(team: PilotedTeam, name: str, passing: str, now: float) -> bool:
+def _steps_aside(team: OnlineTeam, name: str, passing: str, now: float) -> bool:
     """Let an idle robot fly to a free place off another one's way, if the team can still finish then."""
     pilot = team.pilots[name]
     team.root(pilot, now)
@@ -116,9 +146,8 @@ def _steps_aside(team: PilotedTeam, name: str, passing: str, now: float) -> bool
         for regions in sets:
             log.enter(regions)
         does = Itinerary(log.visits, Word((team.world.letter(where), *letters)), stops=log.stops)
-        plan = way_aside(team.mission, WayAhead(name, where.position, does), place)
-        if plan is not None:
-            pilot.take(RobotTask(replace(where), ()), plan, team.rng)
+        with suppress(Infeasible):
+            pilot.take(RobotTask(where), way_from(team.mission, name, where.position, does, place), team.rng)
             pilot.detour = letters
             return True
     return False
@@ -134,13 +163,13 @@ def _out_to(world: World, where: AgentState, place: Point) -> tuple[frozenset[st
     return None if way is None else way[1:]
 
 
-def _at(team: PilotedTeam, name: str, now: float) -> Floats:
+def _at(team: OnlineTeam, name: str, now: float) -> Floats:
     """Return where a robot should be. Shape (3,)."""
     pilot = team.pilots[name]
     return pilot.way.course.flat(pilot.way.clock, now)[0]
 
 
-def _ahead(team: PilotedTeam, name: str) -> Floats:
+def _ahead(team: OnlineTeam, name: str) -> Floats:
     """Return where a robot will be on its course. Shape (n, 3)."""
     pilot = team.pilots[name]
     return pilot.way.future(np.linspace(0.0, max(pilot.way.course.duration - pilot.way.clock.time, 0.0), 100), go=True)

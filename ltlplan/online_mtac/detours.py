@@ -2,22 +2,21 @@
 
 | function | what it finds |
 |---|---|
-| `led_around` | a robot's way to its regions, around places where others hover |
+| `way_from` | a robot's way from where it hovers |
+| `led_around` | the same, around places where others hover |
 | `places_aside` | places in free flight that are off some paths |
-| `way_aside` | a robot's way to such a place |
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ltlplan.allocation import Itinerary
 from ltlplan.paths.hoops import route_itinerary
-from verify.data import Infeasible, Mission, RobotPlan
+from verify.data import Mission, RobotPlan
 from verify.data.shapes.inequalities import Point
 from verify.data.shapes.region import Region
 
@@ -33,41 +32,35 @@ _LEAST = 0.02
 """m; radius of the smallest body that is led around."""
 
 
-@dataclass(frozen=True, slots=True)
-class WayAhead:
-    """What a robot that hovers is to fly.
+def way_from(mission: Mission, robot: str, start: Point, does: Itinerary, end: Point | None = None) -> RobotPlan:
+    """Lay the way of a robot that hovers, as if it were alone.
 
-    Attributes:
+    Args:
+        mission: What to keep clear of.
         robot: Who flies.
         start: m, where it hovers.
         does: What it visits and shows; regions that it begins in are visits, too.
+        end: m, where the robot is to hover at last; by default where the mission says.
+
+    Raises:
+        Infeasible: There is none.
     """
-
-    robot: str
-    start: Point
-    does: Itinerary
-
-    def route(self, mission: Mission, end: Point | None = None) -> RobotPlan:
-        """Lay the way in a mission, as if the robot were alone.
-
-        Args:
-            mission: What to keep clear of.
-            end: m, where the robot is to hover at last; by default where the mission says.
-
-        Raises:
-            Infeasible: There is none.
-        """
-        changes = {"start": self.start} if end is None else {"start": self.start, "end": end}
-        agent = mission.agents[self.robot].model_copy(update=changes)
-        return route_itinerary(mission.model_copy(update={"agents": {self.robot: agent}}), self.robot, self.does)
+    changes = {"start": start} if end is None else {"start": start, "end": end}
+    agent = mission.agents[robot].model_copy(update=changes)
+    return route_itinerary(mission.model_copy(update={"agents": {robot: agent}}), robot, does)
 
 
-def led_around(mission: Mission, way: WayAhead, hovering: Iterable[Point], distance: float) -> RobotPlan:
+# six parameters: who flies what from where, around whom
+def led_around(
+    mission: Mission, robot: str, start: Point, does: Itinerary, hovering: Iterable[Point], distance: float
+) -> RobotPlan:
     """Lay one robot's way around places where others hover, as far from them as `distance`, or as the start allows.
 
     Args:
         mission: What is asked.
-        way: What the robot is to fly.
+        robot: Who flies.
+        start: m, where it hovers.
+        does: What it visits and shows.
         hovering: m, where others hover.
         distance: m.
 
@@ -76,11 +69,11 @@ def led_around(mission: Mission, way: WayAhead, hovering: Iterable[Point], dista
     """
     bodies: dict[str, Region] = {}
     for index, place in enumerate(hovering):
-        away = float(np.linalg.norm(np.array(place) - np.array(way.start)))
+        away = float(np.linalg.norm(np.array(place) - np.array(start)))
         radius = min(distance + _SPARE, away - _NEAR) - mission.margin
         if radius > _LEAST:
             bodies[f" robot {index} "] = Region(center=place, radii=(radius, radius, radius))
-    return way.route(mission.model_copy(update={"regions": {**mission.regions, **bodies}}))
+    return way_from(mission.model_copy(update={"regions": {**mission.regions, **bodies}}), robot, start, does)
 
 
 def places_aside(mission: Mission, start: Point, paths: Sequence[Floats], distance: float) -> list[Point]:
@@ -107,17 +100,3 @@ def places_aside(mission: Mission, start: Point, paths: Sequence[Floats], distan
             grid = grid[np.linalg.norm(grid[:, None] - path[None], axis=2).min(axis=1) > distance]
     order = np.argsort(np.linalg.norm(grid - np.array(start), axis=1), kind="stable")
     return [(float(x), float(y), float(z)) for x, y, z in grid[order]]
-
-
-def way_aside(mission: Mission, way: WayAhead, place: Point) -> RobotPlan | None:
-    """Lay the way of a robot that steps aside; None where there is none.
-
-    Args:
-        mission: What to keep clear of.
-        way: What the robot visits and shows before it hovers aside.
-        place: Where it is to hover, m.
-    """
-    try:
-        return way.route(mission, place)
-    except Infeasible:
-        return None

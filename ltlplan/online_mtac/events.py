@@ -7,12 +7,11 @@ read) is said before take-off. The events themselves are `verify.data.events`.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
-from dataclasses import replace
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from verify.data import BadInput, Formula, Mission
+from verify.data import BadInput, Mission, MissionError
 from verify.data.events import (
     HoopMoves,
     ObstacleAppears,
@@ -24,13 +23,13 @@ from verify.data.events import (
     unknown,
 )
 from verify.data.mission import check_mission
-from verify.data.sections import Agent
 from verify.data.shapes.inequalities import Point
 from verify.data.shapes.region import Hoop
 from verify.data.shapes.solid_parts import solid_parts
+from verify.data.validation.faults import Fault
 
-_PLACES = 7
-"""Along each side of a workspace, where robots are put that say nothing."""
+_APART = ("separation", "separation_z")
+"""Keys of a mission that say how far apart robots keep."""
 
 
 def in_order(mission: Mission, events: Iterable[WorldEvent]) -> tuple[WorldEvent, ...]:
@@ -53,28 +52,34 @@ def in_order(mission: Mission, events: Iterable[WorldEvent]) -> tuple[WorldEvent
             present.append(event.robot)
         try:
             mission = event.apply(mission)
-            # agents have left their starts: only what the event brings is held against the rest
-            check_mission(_for_check(mission, event))
-            if isinstance(event, RobotJoins):
-                _require_apart(mission, event.robot, present)
-        except ValueError as error:
-            raise BadInput(f"At {event.time:g} s {event}: {error}") from None
-        except BadInput as error:
+            _require_sound(mission, event, present)
+        except (ValueError, BadInput) as error:
             raise BadInput(f"At {event.time:g} s {event}: {error}") from None
     return ordered
 
 
-def _require_apart(mission: Mission, joined: str, present: Iterable[str]) -> None:
-    """Refuse a robot that may touch another one as far apart as the mission keeps them."""
-    asked = [("", mission.separation), (" above each other", mission.separation_z)]
-    for other in present:
-        one, two = (mission.vehicle_of(name).radius for name in (joined, other))
-        for where, value in asked if other != joined else ():
-            if value is not None and value < one + two:
-                raise BadInput(
-                    f"{value:g} m between centres lets {joined} and {other}{where} touch: their radii of {one:g} m and {two:g} m need "
-                    f"{one + two:g} m."
-                )
+def _require_sound(mission: Mission, event: WorldEvent, present: Sequence[str]) -> None:
+    """Refuse a mission with faults that an event brings: robots in the air have left the starts that the rules ask about.
+
+    Raises:
+        MissionError: It has some.
+    """
+    found = [fault for fault in _faults(mission) if fault.keys[0] not in (*_APART, "agents")]
+    if isinstance(event, RobotJoins):
+        team = changed(mission, agents={name: mission.agents[name] for name in present})
+        found += [fault for fault in _faults(team) if fault.keys[0] in _APART]
+        alone = changed(mission, agents={event.robot: event.agent})
+        found += [fault for fault in _faults(alone) if fault.keys[0] == "agents"]
+    if found:
+        raise MissionError(mission.name, found)
+
+
+def _faults(mission: Mission) -> Sequence[Fault]:
+    try:
+        check_mission(mission)
+    except MissionError as error:
+        return error.faults
+    return ()
 
 
 def falls_on(mission: Mission, event: WorldEvent, positions: dict[str, Point]) -> str | None:
@@ -108,49 +113,6 @@ def _solid_falls_on(event: HoopMoves | ObstacleAppears, after: Mission, position
         if far <= need:
             return f"{event}, {max(far, 0.0):.3f} m from {robot}, which needs {need:.3f} m; the robots hold their positions."
     return None
-
-
-def _for_check(mission: Mission, event: WorldEvent) -> Mission:
-    """Return a mission whose agents' starts say nothing: robots in the air have left theirs."""
-    if isinstance(event, RobotJoins):
-        return _alone(mission, event.robot, event.agent)
-    smallest = min(mission.agents, key=lambda name: mission.vehicle_of(name).radius, default=None)
-    vehicle = mission.vehicle if smallest is None else mission.vehicle_of(smallest)
-    kind = None if smallest is None else mission.kind_of(smallest)
-    parked = Agent(start=_corner(mission, vehicle.radius), vehicle=vehicle, robot=kind)
-    return _alone(mission, "parked", parked)
-
-
-def _alone(mission: Mission, robot: str, agent: Agent) -> Mission:
-    """Return a mission of one robot; whoever the formula names is that one."""
-    spec = mission.spec
-    if any(node.robot for node in mission.written.nodes()):  # reading it refuses names that are none of this team
-        spec = spec.model_copy(update={"formula": str(_naming(mission.written, robot))})
-    return changed(mission, agents={robot: agent}, spec=spec)
-
-
-def _naming(formula: Formula, robot: str) -> Formula:
-    if formula.robot:
-        return replace(formula, robot=robot)
-    return replace(formula, arguments=tuple(_naming(part, robot) for part in formula.arguments))
-
-
-def _corner(mission: Mission, radius: float) -> Point:
-    """Return the point of the workspace, away from its walls and clear of solid bodies, that is farthest from all regions."""
-    low, high = np.array(mission.workspace.min), np.array(mission.workspace.max)
-    inset = np.minimum((high - low) / 2, mission.margin + 0.1)
-    corners = np.stack(np.meshgrid(*zip(low + inset, high - inset, strict=True)), axis=-1).reshape(-1, 3)
-    if parts := solid_parts(mission.obstacles, mission.hoops):
-        axes = (np.linspace(a, b, _PLACES) for a, b in zip(low + inset, high - inset, strict=True))
-        corners = np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 3)
-        far = np.min([part.distances(corners) for part in parts], axis=0)
-        need = radius + mission.margin + 1e-3
-        corners = corners[far > need] if np.any(far > need) else corners
-    centres = np.array([region.center for region in mission.all_regions.values()]).reshape(-1, 3)
-    if not len(centres):
-        return tuple(float(x) for x in corners[0])  # pyright: ignore[reportReturnType]  # three numbers
-    away = np.linalg.norm(corners[:, None] - centres[None], axis=-1).min(axis=1)
-    return tuple(float(x) for x in corners[int(np.argmax(away))])  # pyright: ignore[reportReturnType]  # three numbers
 
 
 def rim_distance(point: Point, hoop: Hoop) -> float:

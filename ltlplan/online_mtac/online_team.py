@@ -20,23 +20,28 @@ is the checker's, afterwards.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
 
 import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
+from ltlplan.allocation import Itinerary
 from ltlplan.mtac.agent_moves import Move
 from ltlplan.mtac.robot_tasks import RobotTask
 from ltlplan.online_mtac.cross_entropy import OnlineSettings
-from ltlplan.online_mtac.deadlock_resolution import make_way
+from ltlplan.online_mtac.deadlock_resolution import clear_ahead, make_way
+from ltlplan.online_mtac.detours import led_around
 from ltlplan.online_mtac.initial_allocation import share_out
-from ltlplan.online_mtac.piloted_team import PilotedTeam
+from ltlplan.online_mtac.pilot import Pilot
 from ltlplan.online_mtac.possible_states import admits, can_finish
 from ltlplan.online_mtac.task_switching import Handover, better_hands, may_change
-from ltlplan.online_mtac.team_in_flight import PERIOD, Desired
-from verify.data import Infeasible, Mission, Unsatisfiable
+from ltlplan.online_mtac.team_in_flight import PERIOD, Desired, TeamInFlight
+from verify.data import Infeasible, Letter, Mission, RobotPlan, Unsatisfiable, Word
 from verify.data.events import HoopMoves, RobotJoins, WorldEvent
+from verify.data.language.counting import require_plain
+from verify.data.sections import Action
 from verify.data.shapes.inequalities import Point
 
 Floats = NDArray[np.float64]
@@ -47,9 +52,6 @@ SEARCH_STEPS = 50
 SWITCH_STEPS = 25
 """Steps between two looks at the switch condition."""
 
-LOOK_AHEAD = 1.6
-"""s over which robots keep out of each other's way."""
-
 PATIENCE = 3.0
 """s that two robots wait for each other before the other one goes first."""
 
@@ -57,8 +59,23 @@ STUCK = 12.0
 """s without any motion after which a team that has something left to do gives up."""
 
 
-class OnlineTeam(PilotedTeam):
-    """A team in flight under online MTAC-E. It changes with each step."""
+CLEARANCE = 0.08
+"""m that robots keep beyond the mission's separation, for what the vehicles do not follow."""
+
+_MIDDLES = (
+    "sharing in flight hands tasks from one robot to the next, along courses through the middles of regions, where one robot waits for no other. "
+    "Certified pieces are planned for such formulas: `ltlplan online MISSION --certified`, or before the flight `ltlplan run` with "
+    "`planner.method: exact` or `mtac-e`"
+)
+
+
+class OnlineTeam(TeamInFlight[Pilot]):
+    """A team in flight under online MTAC-E. It changes with each step.
+
+    Attributes:
+        rng: Source of every draw.
+        every_order: Whether the words are to hold in every order of the robots, not only in some.
+    """
 
     def __init__(
         self, mission: Mission, *, rng: Generator, settings: OnlineSettings | None = None, every_order: bool = False
@@ -80,8 +97,9 @@ class OnlineTeam(PilotedTeam):
         chosen = settings or OnlineSettings(
             elite=mission.planner.elite, trajectories=mission.planner.samples, window=WINDOW, floor=FLOOR
         )
-        super().__init__(mission, chosen, rng=rng, every_order=every_order)
-        self._handover: Handover | None = None
+        require_plain(mission.formula, _MIDDLES)
+        super().__init__(mission, lambda asked, world, name, where: Pilot(asked, world, name, where, chosen))
+        self.rng, self.every_order = rng, every_order
         self._stuck: dict[str, float] = {}
         self._first: list[str] = list(self.pilots)
         self._moved_at = 0.0
@@ -100,6 +118,50 @@ class OnlineTeam(PilotedTeam):
         """Whether every robot has a path for all that is left, and that satisfies the formula."""
         return self.holding is None and can_finish(self.belief, self.ahead())
 
+    @property
+    def distance(self) -> float:
+        """M between robots' centres that they keep in flight, from where they should be."""
+        return self.mission.separation + CLEARANCE
+
+    def ahead(self) -> dict[str, tuple[Letter, ...]]:
+        """Return the letters that each robot is to show."""
+        return {name: pilot.ahead for name, pilot in self.pilots.items()}
+
+    def keeps(self, ahead: Mapping[str, tuple[Letter, ...]]) -> bool:
+        """Tell whether the team can finish by these letters: in some order from now on, or if asked, in every order from the start."""
+        if not self.every_order:
+            return can_finish(self.belief, ahead)
+        return self.reader.holds_in_every_order({robot: (*self.word(robot), *letters) for robot, letters in ahead.items()})
+
+    def plan_for(self, pilot: Pilot, task: RobotTask, around: Iterable[Point] = ()) -> RobotPlan:
+        """Lay the way of one robot from where it hovers, around places where others do.
+
+        Args:
+            pilot: The robot.
+            task: What it is to do.
+            around: Where others hover, m.
+
+        Raises:
+            Infeasible: There is none.
+        """
+        does = task.itinerary(self.world) if task.moves else Itinerary((), Word((self.world.letter(pilot.where),)))
+        return led_around(self.mission, pilot.name, pilot.where.position, does, around, self.distance)
+
+    def rests(self, pilot: Pilot, now: float) -> bool:
+        """Tell whether a robot hovers, so that it can begin another course."""
+        if self.waits_to_share and pilot.entered and not pilot.stop and not pilot.way.arrived:
+            return False
+        return (pilot.way.arrived or pilot.way.clock.resting) and not pilot.way.course.gliding(now)
+
+    def root(self, pilot: Pilot, now: float) -> None:
+        """Let a robot's state be where it hovers, so that its next course begins without a jump."""
+        x, y, z = (float(v) for v in pilot.way.course.flat(pilot.way.clock, now)[0])
+        pilot.where = replace(pilot.where, position=(x, y, z))
+
+    def acts(self, pilot: Pilot) -> Action | None:
+        """Return a robot's next planned action, once it is at its region's centre."""
+        return pilot.wants_to_act()
+
     def allocate(self) -> None:
         """Make a satisfying run from where the team is and give its tasks to the cheapest robots (lines 1 to 4).
 
@@ -109,6 +171,7 @@ class OnlineTeam(PilotedTeam):
             Unsatisfiable: Nothing that is left satisfies the formula; robots keep hovering, `holding` says so.
             Infeasible: A task has no way that keeps clear.
         """
+        self._handover: Handover | None = None
         for pilot in self.pilots.values():
             pilot.take(RobotTask(pilot.where), self.plan_for(pilot, RobotTask(pilot.where)), self.rng)
         blocked: set[tuple[str, tuple[Move, ...]]] = set()
@@ -171,16 +234,6 @@ class OnlineTeam(PilotedTeam):
             # a ring that has moved is not where the course goes
             pilot.stop = isinstance(event, HoopMoves) and bool(pilot.moves) and pilot.moves[0].visit.region == event.region
 
-    def hold(self, reason: str) -> None:
-        """Let everybody wait on their courses; what is left is shared again once all have come to rest."""
-        super().hold(reason)
-        self._handover = None
-
-    def give_up(self, reason: str) -> None:
-        """Let everybody hover for good."""
-        super().give_up(reason)
-        self._handover = None
-
     # -- what was flown ------------------------------------------------------------------------------------
 
     def _see(self, now: float, positions: Mapping[str, Point]) -> None:
@@ -229,22 +282,7 @@ class OnlineTeam(PilotedTeam):
         moving = [name for name in names if not self.pilots[name].way.arrived]
         if len(names) < 2 or not moving:
             return going
-        horizon = np.arange(1, 9) * (LOOK_AHEAD / 8)
-        least = self.distance
-        held = np.stack([self.pilots[n].way.future(horizon, go=False) for n in names])
-        gone = np.stack([self.pilots[n].way.future(horizon, go=True) if n in moving else held[i] for i, n in enumerate(names)])
-        chosen = held.copy()
-        for i, name in enumerate(names):
-            if name not in moving:
-                continue
-            others = np.arange(len(names)) != i
-            away = _distance(gone[i], chosen[others])
-            stay = _distance(held[i], chosen[others])
-            # where standing still is no better, going is the way out
-            if away.min() >= least or away.min() >= stay.min():
-                chosen[i] = gone[i]
-            else:
-                going[name] = False
+        going |= clear_ahead(self, names, moving)
         waiting = [n for n in moving if not going[n] and self.pilots[n].way.clock.resting]
         self._stuck = {n: self._stuck.get(n, now) for n in waiting}
         if waiting and len(waiting) == len(moving) and now - min(self._stuck.values()) > PATIENCE:
@@ -333,8 +371,3 @@ SEARCHES = 4
 
 PATHS, MOST_PATHS = 72, 64
 """Paths that are sampled in one step, for all robots together and for one robot at most."""
-
-
-def _distance(path: Floats, others: Floats) -> Floats:
-    """Distances of a path from others at the same instants. Shapes (n, 3), (k, n, 3) to (k, n)."""
-    return np.sqrt(np.sum((others - path) ** 2, axis=-1))

@@ -248,7 +248,7 @@ def test_a_robot_that_others_would_touch_is_refused_before_take_off(fire):
     near = changed(fire, separation=2.1 * fire.vehicle.radius)
     large = fire.vehicle.model_copy(update={"radius": 1.2 * fire.vehicle.radius})
     event = RobotJoins(time=1.0, robot="quad9", agent=Agent(start=(1.0, -1.0, 0.6), vehicle=large))
-    with pytest.raises(BadInput, match="lets quad9 and quad0 touch"):
+    with pytest.raises(BadInput, match=r"lets robots touch: .*quad9"):
         in_order(near, [event])
     assert in_order(fire, [event]) == (event,)
     everybody = [RobotLeaves(time=0.5, robot=name) for name in fire.agents]
