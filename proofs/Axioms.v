@@ -1,6 +1,6 @@
 (** Print the axioms of each theorem that the kernel rests on. *)
 
-From LtlPlan Require Bernstein Crossing Halves Tree Regions Margins Farkas Pairs Angles Instants Progression Invariant Clocks Timeline.
+From LtlPlan Require Bernstein Crossing Halves Tree Regions Margins Farkas Pairs Angles Instants Progression Invariant Endless Laps Clocks Timeline.
 
 Print Assumptions Bernstein.bern_sum.
 Print Assumptions Bernstein.bern_power.
@@ -48,6 +48,11 @@ Print Assumptions Invariant.check_invariant_sound.
 Print Assumptions Invariant.check_joint_sound.
 Print Assumptions Invariant.check_own_sound.
 Print Assumptions Invariant.read_in_each_cut.
+Print Assumptions Endless.normal_holds.
+Print Assumptions Endless.endless_refuted.
+Print Assumptions Endless.held_letters.
+Print Assumptions Endless.unwind_open.
+Print Assumptions Laps.check_laps_sound.
 Print Assumptions Clocks.order_forced.
 Print Assumptions Clocks.orders_exact.
 Print Assumptions Clocks.middle_near.

@@ -37,6 +37,14 @@ Definition statuses (c : list condition) (k : nat) : status :=
 Definition with_status (st : nat -> status) (k : nat) (s : status) (j : nat) : status :=
   if (j =? k)%nat then s else st j.
 
+(** The condition leaves nothing between where it holds and where it fails. *)
+Fixpoint opposite (l m : list Z) : bool :=
+  match l, m with
+  | [], [] => true
+  | x :: l', y :: m' => (x =? - y)%Z && opposite l' m'
+  | _, _ => false
+  end.
+
 (** One condition alone is unclear, and decides. *)
 Definition decides (r : region) (c : list condition) (k : nat) : bool :=
   let st := statuses c in
@@ -46,7 +54,8 @@ Definition decides (r : region) (c : list condition) (k : nat) : bool :=
 Definition crossed (r : region) (c : list condition) : bool :=
   existsb (fun k =>
     match nth_error c k with
-    | Some q => is_unclear (known_of q) && decides r c k && (comes (kept q) || comes (rev (kept q)))
+    | Some q => is_unclear (known_of q) && opposite (kept q) (broken q) && decides r c k
+        && (comes (kept q) || comes (rev (kept q)))
     | None => false
     end) (seq 0 (length c)).
 

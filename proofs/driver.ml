@@ -18,13 +18,18 @@ let nat () = nat_of (int ())
 let rec pos_of i = if i = 1 then XH else if i land 1 = 1 then XI (pos_of (i / 2)) else XO (pos_of (i / 2))
 let z_of i = if i = 0 then Z0 else Zpos (pos_of i)
 
-(* A decimal number of any length. *)
+(* A hexadecimal number of any length. *)
 let z () =
   let s = next () in
   let negative = s.[0] = '-' in
-  let ten = z_of 10 in
-  let digit value c = if c = '-' then value else Z.add (Z.mul ten value) (z_of (Char.code c - 48)) in
-  let value = String.fold_left digit Z0 s in
+  let bit found one =
+    match found with Z0 -> if one then Zpos XH else Z0 | Zpos p -> Zpos (if one then XI p else XO p) | Zneg _ -> found
+  in
+  let digit found c =
+    let value = int_of_string (Printf.sprintf "0x%c" c) in
+    List.fold_left (fun z k -> bit z (value land k <> 0)) found [8; 4; 2; 1]
+  in
+  let value = Seq.fold_left digit Z0 (String.to_seq (if negative then String.sub s 1 (String.length s - 1) else s)) in
   if negative then Z.opp value else value
 
 let rec bits = function XH -> "1" | XO p -> bits p ^ "0" | XI p -> bits p ^ "1"
@@ -38,21 +43,34 @@ let region () =
   let covers = list (fun () -> list nat) in
   { parts; covers }
 
+(* A word that is no mark is nothing. *)
 let mark () =
   match next () with
-  | "s" -> Split | "m" -> Leaf Must | "n" -> Leaf No | "c" -> Leaf Cross | "?" -> Leaf Open
-  | other -> failwith ("mark " ^ other)
+  | "s" -> Some Split | "m" -> Some (Leaf Must) | "n" -> Some (Leaf No)
+  | "c" -> Some (Leaf Cross) | "?" -> Some (Leaf Open) | _ -> None
 
 let name = function Must -> "m" | No -> "n" | Cross -> "c" | Open -> "?"
+
+let leaves checker =
+  let marks = list mark in
+  match if List.mem None marks then None else checker (List.map Option.get marks) with
+  | None -> "refused"
+  | Some found ->
+      String.concat " "
+        (List.map (fun ((m, k), d) -> name m ^ ":" ^ show k ^ ":" ^ string_of_int (int_of d)) found)
 
 let tree () =
   let shape = region () in
   let conditions = list condition in
-  match check_region shape conditions (list mark) with
-  | None -> "refused"
-  | Some leaves ->
-      String.concat " "
-        (List.map (fun ((m, k), d) -> name m ^ ":" ^ show k ^ ":" ^ string_of_int (int_of d)) leaves)
+  leaves (check_region shape conditions)
+
+(* A tree of which it is written what its leaves may say: marks, each with a place and a depth. *)
+let walk () =
+  let known = Hashtbl.create 64 in
+  ignore (list (fun () -> let m = next () in let k = next () in Hashtbl.replace known (m, k, int ()) ()));
+  let half more (k, d) = (Z.add (Z.mul (z_of 2) k) (z_of more), d + 1) in
+  let holds m (k, d) = m = Open || Hashtbl.mem known (name m, show k, d) in
+  leaves (check_tree (half 0) (half 1) holds (Z0, 0))
 
 let step () = match next () with "s" -> Split | _ -> Leaf ()
 
@@ -90,7 +108,7 @@ let robot () =
   { shown; changes }
 
 let places () = list nat
-let span () = let allowed = list places in (allowed, list letter)
+let allowed () = let p = list places in (p, list letter)
 let marked () = list (fun () -> let q = nat () in (q, int () = 1))
 let invariant first = list (fun () -> list (fun () -> let s = first () in (s, list formula)))
 
@@ -99,7 +117,7 @@ let own () =
   let f = spec () in
   let starts = list places in
   let last = list places in
-  let spans = list span in
+  let spans = list allowed in
   yes (check_own robots (permitted last) f starts spans (invariant marked))
 
 (* The team shows what its robots show, and one of the letters that the others may add. *)
@@ -111,23 +129,53 @@ let joint () =
   let first = list letter in
   let starts = List.concat_map (fun c -> List.map (fun a -> (a, c)) (letters first c)) (list places) in
   let last = list places in
-  let spans = List.map (fun (allowed, others) -> (allowed, letters others)) (list span) in
+  let spans = List.map (fun (allowed, others) -> (allowed, letters others)) (list allowed) in
+  yes (check_joint robots (permitted last) f starts spans (invariant places))
+
+(* The same, with all that the team may show written out, by where its robots are. *)
+let team () =
+  let robots = list robot in
+  let f = spec () in
+  let starts = list (fun () -> let a = letter () in (a, places ())) in
+  let last = list places in
+  let span () =
+    let allowed = list places in
+    let shown = Hashtbl.create 64 in
+    ignore (list (fun () -> let c = places () in Hashtbl.replace shown c (list letter)));
+    (allowed, Hashtbl.find shown)
+  in
+  let spans = list span in
   yes (check_joint robots (permitted last) f starts spans (invariant places))
 
 (* Any system, written out: for each span its moves and how it is entered, by states. *)
+let move () = let o = (match next () with "-" -> None | _ -> Some (letter ())) in (o, marked ())
+let table () =
+  let found = Hashtbl.create 64 in
+  List.iter (fun (s, ms) -> Hashtbl.replace found s ms) (list (fun () -> let s = marked () in (s, list move)));
+  Hashtbl.find found
+
+let span () = let moves = table () in (moves, table ())
+
 let system () =
-  let move () = let o = (match next () with "-" -> None | _ -> Some (letter ())) in (o, marked ()) in
-  let table () =
-    let found = Hashtbl.create 64 in
-    List.iter (fun (s, ms) -> Hashtbl.replace found s ms) (list (fun () -> let s = marked () in (s, list move)));
-    fun s -> Option.value (Hashtbl.find_opt found s) ~default:[]
-  in
   let f = formula () in
   let starts = list move in
-  let spans = list (fun () -> let moves = table () in (moves, table ())) in
+  let spans = list span in
   let finals = list marked in
   let final s = List.mem s finals in
   yes (check_invariant (fun (moves, _) -> moves) (fun (_, enters) -> enters) final read_more f starts spans (invariant marked))
+
+(* The same of laps: the steps from the last span to an earlier one, and what levels name. *)
+let laps () =
+  let f = formula () in
+  let starts = list move in
+  let spans = list span in
+  let turns = table () in
+  let back = nat () in
+  let level () = match next () with "lap" -> None | _ -> Some (formula ()) in
+  let levels = list level in
+  let entry () = let s = marked () in let c = list formula in ((s, c), nat ()) in
+  let entries () = list entry in
+  yes (check_laps (fun (moves, _) -> moves) (fun (_, enters) -> enters) turns read_more f starts spans back levels (list entries))
 
 let () =
   try
@@ -135,11 +183,14 @@ let () =
       match next () with
       | "" -> raise End_of_file
       | "tree" -> print_endline (tree ())
+      | "walk" -> print_endline (walk ())
       | "limit" -> let row = list z in print_endline (yes (check_nonneg row (list step)))
       | "word" -> print_endline (word ())
       | "joint" -> print_endline (joint ())
+      | "team" -> print_endline (team ())
       | "own" -> print_endline (own ())
       | "system" -> print_endline (system ())
+      | "laps" -> print_endline (laps ())
       | other -> failwith ("case " ^ other)
     done
   with End_of_file -> ()

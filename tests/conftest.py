@@ -12,6 +12,7 @@ import gc
 import importlib
 import os
 import pickle
+import shutil
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -117,3 +118,23 @@ def shipped_page(once: Once, shipped_run: Callable[[str], ltlplan.Result]) -> Ca
         return campaign_html(campaign(run.plan, run.team, run.certificate, runs=3, seed=0, wind="1.0+0.4"))
 
     return functools.cache(lambda name: once(f"page {name}", lambda _folder: made(name)))
+
+
+@pytest.fixture(scope="session")
+def proofs(once: Once) -> tuple[Path, dict[str, set[str]]]:
+    """Return the folder in which the proofs in Coq are built, and the axioms of each theorem."""
+    if shutil.which("coqc") is None:
+        pytest.skip("needs Coq: apt-get install coq")
+    from tests.helpers.proved_checkers import build_proofs
+
+    return once("proofs in Coq", lambda folder: (folder, build_proofs(folder)))
+
+
+@pytest.fixture(scope="session")
+def checkers(once: Once, proofs: tuple[Path, dict[str, set[str]]]) -> Path:
+    """Return the program that was extracted from the proofs."""
+    if shutil.which("ocamlfind") is None or shutil.which("ocamlopt") is None:
+        pytest.skip("needs OCaml: apt-get install ocaml-nox ocaml-findlib")
+    from tests.helpers.proved_checkers import build_checkers
+
+    return once("extracted checkers", lambda _folder: build_checkers(proofs[0]))

@@ -3,44 +3,34 @@
 from __future__ import annotations
 
 import random
-import shutil
 from collections.abc import Callable
-from dataclasses import replace
 from fractions import Fraction
-from itertools import pairwise, product
+from functools import partial
+from itertools import product
 from math import comb
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
 import verify
 from tests.helpers import proof_rules as rules
-from tests.helpers.proved_checkers import (
-    REALS,
-    ask,
-    build_checkers,
-    build_proofs,
-    formula,
-    listed,
-    numbers,
-    system_case,
-    team_case,
-    tree_case,
-    word_case,
-)
-from verify.kernel.formulas import Table, conjuncts
-from verify.kernel.labels import Relations, Span, Timeline
-from verify.kernel.refused import Refused
-from verify.kernel.team import Claim, Team
-from verify.kernel.words import Configuration, check_invariant, read_invariant
-from verify.proofs.words import find_formula
+from tests.helpers import random_teams
+from tests.helpers.kernel_records import Invariant, Tree, system_of
+from tests.helpers.kernel_words import proof_of
+from tests.helpers.proved_checkers import REALS, ask, system_case, team_case, word_case
+from tests.helpers.random_counts import random_counting_formula
+from tests.helpers.timelines import mission
+from verify.kernel.bodies import Body, Condition
+from verify.kernel.formulas import conjuncts
+from verify.kernel.labels import Relations, Timeline
+from verify.kernel.polynomials import Bernstein, Polynomial
+from verify.kernel.statement import Statement
+from verify.kernel.team import Claim
+from verify.kernel.trees import Cell, Part, leaves
+from verify.kernel.words import read_invariant
 
-pytestmark = [
-    pytest.mark.slow,
-    pytest.mark.skipif(shutil.which("coqc") is None, reason="needs Coq: apt-get install coq"),
-]
+pytestmark = pytest.mark.slow
 NAMES = "abc"
 TRAPS = {
     "joint": (
@@ -49,19 +39,6 @@ TRAPS = {
     ),
     "own": ("!b U a", ("U", ("!", ("a", 1)), ("a", 0))),
 }
-
-
-@pytest.fixture(scope="module")
-def proofs(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, set[str]]]:
-    folder = tmp_path_factory.mktemp("coq") / "proofs"
-    return folder, build_proofs(folder)
-
-
-@pytest.fixture(scope="module")
-def checkers(proofs: tuple[Path, dict[str, set[str]]]) -> Path:
-    if shutil.which("ocamlfind") is None or shutil.which("ocamlopt") is None:
-        pytest.skip("needs OCaml: apt-get install ocaml-nox ocaml-findlib")
-    return build_checkers(proofs[0])
 
 
 def test_no_theorem_rests_on_axioms_but_those_of_the_reals(proofs: tuple[Path, dict[str, set[str]]]) -> None:
@@ -91,28 +68,36 @@ def random_row(draw: random.Random) -> list[int]:
     return [draw.randint(-size, size) for _ in range(degree + 1)]
 
 
-def random_region(draw: random.Random) -> rules.Region:
+def random_region(draw: random.Random) -> Cell:
     """Return parts, at margin zero or above, that may share conditions, and what two of them are across a face."""
     shift = draw.choice([0, draw.randint(0, 3)])
     rows = [random_row(draw) for _ in range(draw.randint(1, 3))]
-    parts = [sorted(draw.sample(range(len(rows)), draw.randint(1, len(rows)))) for _ in range(draw.randint(1, 2))]
+    parts = [tuple(sorted(draw.sample(range(len(rows)), draw.randint(1, len(rows))))) for _ in range(draw.randint(1, 2))]
     covers = list(parts)
     if len(parts) == 2 and draw.random() < 0.5:  # a face between them
         face = random_row(draw)
-        covers = [[*parts[0], len(rows)], [*parts[1], len(rows) + 1], sorted({*parts[0], *parts[1]})]
+        covers = [(*parts[0], len(rows)), (*parts[1], len(rows) + 1), tuple(sorted({*parts[0], *parts[1]}))]
         parts = covers[:2]
         rows += [face, [2 * shift - x for x in face]]
-    return parts, covers, [([x - shift for x in row], [-x - shift for x in row]) for row in rows]
+    asked = Condition(Polynomial([]), Fraction(-shift), Fraction(shift), [])
+    return Cell([Bernstein([-x for x in row], 1) for row in rows], Body([asked] * len(rows), parts, covers).claims)
 
 
-def value(row: list[int], t: Fraction) -> Fraction:
-    degree = len(row) - 1
-    return sum((comb(degree, i) * x * t**i * (1 - t) ** (degree - i) for i, x in enumerate(row)), Fraction(0))
+class Sought:
+    """Marks that hold, open ones where some depth does not suffice."""
+
+    def __init__(self) -> None:
+        self.marks: list[str] = []
+
+    def take(self, part: Part, depth: int) -> str:
+        self.marks.append(next(filter(part.holds, "mnc"), "s" if depth < 4 else "?"))
+        return self.marks[-1]
 
 
-def assert_true(region: rules.Region, leaves: str, draw: random.Random) -> None:
+def assert_true(cell: Cell, leaves: str, draw: random.Random) -> None:
     """Look at what each leaf says at some instants of it."""
-    parts, _, conditions = region
+    body = cell.claims.__self__
+    polynomials = [Polynomial.of(powers(row.numbers)) for row in cell.rows]
     end = Fraction(0)
     for leaf in leaves.split():
         mark, place, depth = leaf.split(":")
@@ -121,7 +106,16 @@ def assert_true(region: rules.Region, leaves: str, draw: random.Random) -> None:
         assert begin == end
         end = begin + width
         times = sorted({begin, end, *(begin + width * Fraction(draw.randint(0, 64), 64) for _ in range(5))})
-        inside = [any(all(value(conditions[k][0], t) >= 0 for k in part) for part in parts) for t in times]
+        inside = [
+            any(
+                all(
+                    polynomials[k].at(t) <= (body.conditions[k].outside if mark == "n" else body.conditions[k].inside)
+                    for k in part
+                )
+                for part in body.parts
+            )
+            for t in times
+        ]
         if mark == "m":
             assert all(inside)
         elif mark == "n":
@@ -132,23 +126,30 @@ def assert_true(region: rules.Region, leaves: str, draw: random.Random) -> None:
     assert end == 1
 
 
+def powers(row: list[int]) -> list[Fraction]:
+    """Return a polynomial's coefficients, ascending, of its Bernstein coefficients."""
+    n = len(row) - 1
+    return [Fraction(comb(n, k) * sum((-1) ** (k - i) * comb(k, i) * row[i] for i in range(k + 1))) for k in range(n + 1)]
+
+
 def test_the_tree_checkers_agree(checkers: Path) -> None:
     draw = random.Random(1)
-    cases: list[tuple[rules.Region, list[str]]] = []
+    cases: list[Tree] = []
     for _ in range(300):
-        region = random_region(draw)
-        marks = rules.find_tree(region, 4)
-        cases.append((region, marks))
+        whole, sought = random_region(draw), Sought()
+        list(leaves(whole, sought))
+        marks = sought.marks
+        cases.append(Tree(whole, tuple(marks)))
         for _ in range(3):
             edited = list(marks)
             at = draw.randrange(len(edited))
             edited[at : at + draw.randint(0, 1)] = draw.choices("smn?c", k=draw.randint(0, 2))
-            cases.append((region, edited))
-    verdicts = ask(checkers, (tree_case(*case) for case in cases))
-    assert verdicts == [rules.check_tree(*case) for case in cases]
+            cases.append(Tree(whole, tuple(edited)))
+    verdicts = ask(checkers, (case.asked() for case in cases))
+    assert verdicts == [case.says() for case in cases]
     assert min(sum(v == "refused" for v in verdicts), sum(v != "refused" for v in verdicts)) > 150
-    for (region, _), verdict in zip(cases[::4], verdicts[::4], strict=True):
-        assert_true(region, verdict, draw)
+    for case, verdict in zip(cases[::4], verdicts[::4], strict=True):
+        assert_true(case.whole, verdict, draw)
 
 
 # Formulas
@@ -314,148 +315,42 @@ def test_both_checkers_refuse_the_same_edits(
 # The kernel's own invariants
 
 
-def as_tree(spec: tuple[Any, ...]) -> list[Any]:
-    operator, *parts = spec
-    if operator == "a":
-        return ["name", NAMES[parts[0]]]
-    signs = {"t": "true", "!": "not", "&": "and", "|": "or", "U": "until", "R": "release"}
-    return [signs[operator], *map(as_tree, parts)]
-
-
-def random_spans(draw: random.Random, duration: int) -> tuple[Span, ...]:
-    """Return spans that may follow each other."""
-    times = [0, *sorted(draw.sample(range(1, duration), draw.randint(0, 3))), duration]
-    mark = draw.choice(["no", "no", "must", "may"])
-    found: list[Span] = []
-    for start, stop in pairwise(times):
-        found.append(Span(Fraction(start), Fraction(stop), mark))
-        ahead = {"no": ["may", "rise"], "must": ["may", "fall"], "rise": ["must"], "fall": ["no"], "may": ["no", "must"]}
-        mark = draw.choice(ahead[mark])
-    if found[-1].mark in ("rise", "fall"):
-        found[-1] = replace(found[-1], mark="may")
-    return tuple(found)
-
-
-def random_claim(draw: random.Random) -> tuple[Any, dict[str, Timeline]]:
-    robots = [f"r{i}" for i in range(draw.randint(1, 3))]
-    nothing = SimpleNamespace(states={"idle": frozenset()})
-    _, spec = random_formula(draw, draw.randint(1, 5))
-    statement = SimpleNamespace(
-        robots=dict.fromkeys(robots, nothing),
-        regions=dict.fromkeys(NAMES),
-        joint=draw.random() < 0.5,
-        lasso=False,
-        clock_error=Fraction(draw.choice([0, 1]), 2),
-        formula=as_tree(spec),
+def random_claim(draw: random.Random, *, laps: bool) -> tuple[Statement, dict[str, Timeline], Relations, dict[str, Any]]:
+    """Return a team's labels and formula, with the evidence that is found."""
+    robots = tuple(f"q{i}" for i in range(draw.randint(1, 2 if laps else 3)))
+    counts = draw.random() < 0.4
+    asked = (
+        random_counting_formula(draw, draw.randint(1, 5), robots)
+        if counts
+        else random_teams.random_formula(draw, draw.randint(1, 5))
     )
-    lines = {
-        robot: Timeline(robot, Fraction(8), {name: random_spans(draw, 8) for name in NAMES}, frozenset(), (), None)
-        for robot in robots
-    }
-    return statement, lines
-
-
-def root_of(table: Table) -> list[tuple[Any, ...]]:
-    """Return each part of the negation as nested tuples."""
-    nodes: list[tuple[Any, ...]] = []
-    for sign, parts in table.nodes:
-        inner = [nodes[part] for part in parts] if sign in ("and", "or", "until", "release") else []
-        if sign in ("holds", "fails"):
-            nodes.append(("+" if sign == "holds" else "-", parts[0]))
-        elif sign in ("true", "false"):
-            nodes.append((sign[0],))
-        else:
-            short = {"and": "&", "or": "|", "until": "U", "release": "R"}[sign]
-            whole = inner[-1]
-            for one in inner[-2::-1]:
-                whole = (short, one, whole)
-            nodes.append(whole)
-    return nodes
-
-
-def system_of(team: Team, sets: list[list[Configuration]]) -> str:
-    """Write out all that the kernel's team may do, of the states that an invariant names."""
-    robots = len(team.followed)
-    nodes = root_of(team.claim.table)
-
-    def state(at: tuple[int, ...], read: int) -> str:
-        return listed(range(robots), lambda i: f"{at[i]} {read >> i & 1}")
-
-    def move(step: Any) -> str:
-        letter, at, read = step
-        return f"{'-' if letter is None else f'+ {numbers(sorted(letter))}'} {state(at, read)}"
-
-    def table(states: list[tuple[Any, int]], moves: Any) -> str:
-        return listed(states, lambda one: f"{state(*one)} {listed(moves(*one), move)}")
-
-    def states(span: int) -> list[tuple[Any, int]]:
-        return list(dict.fromkeys((one.at, one.read) for one in sets[span])) if 0 <= span < len(sets) else []
-
-    def span(number: int) -> str:
-        moves = table(states(number), lambda at, read: list(team.moves(number, at, read)))
-        return f"{moves} {table(states(number - 1), lambda at, read: team.handed(number - 1, at, read)[1])}"
-
-    ended = [one for one in states(team.size - 1) if team.may_end(*one)]
-    return " ".join(
-        [
-            "system",
-            formula(nodes[team.claim.table.root]),
-            listed(team.begin(), move),
-            listed(range(team.size), span),
-            listed(ended, lambda one: state(*one)),
-            listed(
-                sets,
-                lambda here: listed(
-                    here, lambda one: f"{state(one.at, one.read)} {listed(one.owed, lambda n: formula(nodes[n]))}"
-                ),
-            ),
-        ]
+    labels = random_teams.lap_timeline if laps else partial(random_teams.short_timeline, touching=draw.random() < 0.3)
+    given = mission(
+        str(asked),
+        team="joint" if counts else draw.choice(["joint", "own"]),
+        robots=len(robots),
+        trace="infinite" if laps else "finite",
     )
+    error = draw.choice([0, 0, 1]) if len(robots) == 2 else 0
+    return proof_of(given, {robot: labels(draw, robot) for robot in robots}, error=error)
 
 
-def kernel_says(team: Team, levels: list[int], sets: list[list[Configuration]]) -> str:
-    try:
-        check_invariant(team, levels, sets)
-    except Refused:
-        return "no"
-    return "yes"
-
-
-def kernel_edited(draw: random.Random, team: Team, sets: list[list[Configuration]]) -> list[list[Configuration]]:
-    """Leave a configuration out, or change who was read or what is owed."""
-    found = [list(here) for here in sets]
-    here = draw.choice([row for row in found if row])
-    one = here.pop(draw.randrange(len(here)))
-    match draw.randrange(2 if team.claim.joint or not team.followed else 3):
-        case 0:
-            pass
-        case 1:
-            here.append(replace(one, owed=frozenset(sorted(one.owed)[1:])))
-        case _:
-            here.append(replace(one, read=one.read ^ 1))
-    return found
-
-
-def test_the_kernel_and_the_proved_checker_agree_on_invariants(checkers: Path) -> None:
+@pytest.mark.parametrize("laps", [False, True])
+def test_the_kernel_and_the_proved_checker_agree_on_invariants(checkers: Path, laps: bool) -> None:
     draw = random.Random(7)
-    cases: list[tuple[Team, list[int], list[list[Configuration]]]] = []
+    cases: list[Invariant] = []
     found = 0
-    for _ in range(300):
-        statement, lines = random_claim(draw)
-        relations = Relations(frozenset(), frozenset())
-        try:
-            evidence = find_formula(statement, lines, relations)
-        except Refused:
-            continue
+    for _ in range(150):
+        statement, lines, relations, evidence = random_claim(draw, laps=laps)
         for number, tree in enumerate(conjuncts(statement.formula)):
             if f"formula/{number}" not in evidence:
                 continue
             found += 1
             team, levels, sets = read_invariant(Claim(statement, lines, relations, tree), evidence[f"formula/{number}"])
-            cases.append((team, levels, sets))
-            cases += [(team, levels, kernel_edited(draw, team, sets)) for _ in range(3) if any(sets)]
-    expected = [kernel_says(*case) for case in cases]
-    verdicts = ask(checkers, (system_of(team, sets) for team, _, sets in cases))
-    assert verdicts == expected
+            cases.append(Invariant(team, tuple(levels), tuple(map(tuple, sets))))
+            cases += [cases[-1].edited(draw) for _ in range(3) if any(sets)]
+    expected = [case.says() for case in cases]
+    assert ask(checkers, (case.asked() for case in cases)) == expected
+    assert ask(checkers, (system_of(case.team, case.levels, case.sets) for case in cases)) == expected
     assert found > 30
-    assert "no" in verdicts
+    assert "no" in expected

@@ -1,4 +1,4 @@
-"""The checkers of `proofs/Tree.v` and `proofs/Invariant.v` in Python, and finders that write what they check.
+"""The checker of `proofs/Invariant.v` in Python, and a finder that writes what it checks.
 
 Formulas are tuples, operator first: `("+", p)`, `("-", p)`, `("t",)`, `("f",)`, `("&", f, g)`, `("|", f, g)`, `("U", f, g)`,
 `("R", f, g)`. A state is a set of alternatives, each a set of obligations.
@@ -7,15 +7,12 @@ Formulas are tuples, operator first: `("+", p)`, `("-", p)`, `("t",)`, `("f",)`,
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import pairwise, product
+from itertools import product
 from typing import Any
 
 Formula = tuple[Any, ...]
 State = frozenset[frozenset[Formula]]
 Letter = frozenset[int]
-Condition = tuple[list[int], list[int]]
-Region = tuple[list[list[int]], list[list[int]], list[Condition]]
-"""Parts and covers, each by numbers of conditions; of each condition what is kept and what is broken."""
 Robot = tuple[list[Letter], list[tuple[int, int]]]
 Places = tuple[int, ...]
 Move = tuple[Letter | None, Any]
@@ -23,83 +20,6 @@ Alternative = frozenset[Formula]
 Configuration = tuple[Any, Alternative]
 Invariant = list[list[Configuration]]
 NOTHING: State = frozenset({frozenset()})
-
-
-# Trees
-
-
-def halves(row: list[int]) -> tuple[list[int], list[int]]:
-    """Split Bernstein coefficients at the middle, times two to the degree."""
-    first, second, scale = [], [], 2 ** (len(row) - 1)
-    while row:
-        first.append(scale * row[0])
-        second.append(scale * row[-1])
-        row, scale = [x + y for x, y in pairwise(row)], scale // 2
-    return first, second[::-1]
-
-
-def comes(row: list[int]) -> bool:
-    return all(x <= y for x, y in pairwise(row)) and row[0] < 0 <= row[-1]
-
-
-def known(condition: Condition) -> str:
-    kept, broken = condition
-    return "broken" if all(x > 0 for x in broken) else "kept" if all(x >= 0 for x in kept) else ""
-
-
-def says(region: Region, mark: str, found: list[str]) -> bool:
-    parts, covers, _ = region
-    if mark == "m":
-        return any(all(found[k] == "kept" for k in cover) for cover in covers)
-    return all(any(found[k] == "broken" for k in part) for part in parts)
-
-
-def holds(mark: str, region: Region) -> bool:
-    found = [known(one) for one in region[2]]
-    if mark != "c":
-        return mark == "?" or (mark in "mn" and says(region, mark, found))
-    if found.count("") != 1:
-        return False
-    k = found.index("")
-    kept, broken = ([*found[:k], word, *found[k + 1 :]] for word in ("kept", "broken"))
-    row = region[2][k][0]
-    return says(region, "m", kept) and says(region, "n", broken) and (comes(row) or comes(row[::-1]))
-
-
-def cut(region: Region) -> tuple[Region, Region]:
-    parts, covers, conditions = region
-    pairs = [(halves(kept), halves(broken)) for kept, broken in conditions]
-    first, second = ([(kept[side], broken[side]) for kept, broken in pairs] for side in (0, 1))
-    return (parts, covers, first), (parts, covers, second)
-
-
-def check_tree(region: Region, marks: list[str]) -> str:
-    """Return the leaves (mark, place in binary, depth), or `refused`."""
-    cells, leaves = [(0, 0, region)], []
-    for mark in marks:
-        if not cells:
-            return "refused"
-        k, depth, here = cells.pop()
-        if mark == "s":
-            first, second = cut(here)
-            cells.append((2 * k + 1, depth + 1, second))
-            cells.append((2 * k, depth + 1, first))
-        elif holds(mark, here):
-            leaves.append(f"{mark}:{k:b}:{depth}")
-        else:
-            return "refused"
-    return "refused" if cells else " ".join(leaves)
-
-
-def find_tree(region: Region, depth: int) -> list[str]:
-    """Return marks that hold, open ones where the depth does not suffice."""
-    for mark in "mnc":
-        if holds(mark, region):
-            return [mark]
-    if depth == 0:
-        return ["?"]
-    first, second = cut(region)
-    return ["s", *find_tree(first, depth - 1), *find_tree(second, depth - 1)]
 
 
 # Progression

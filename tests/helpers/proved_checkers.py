@@ -5,12 +5,15 @@ from __future__ import annotations
 import re
 import shutil
 import subprocess
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
-from tests.helpers.proof_rules import Invariant, Move, Region, Span, Team, normal
+from tests.helpers.proof_rules import Invariant, Move, Span, Team, normal
 
+Condition = tuple[list[int], list[int]]
+Region = tuple[list[list[int]], list[list[int]], list[Condition]]
+"""Parts and covers, each by numbers of conditions; of each condition what is not negative where it is kept, and positive where broken."""
 PROOFS = Path(__file__).parents[2] / "proofs"
 REALS = {
     "ClassicalDedekindReals.sig_forall_dec",
@@ -68,13 +71,17 @@ def numbers(items: Iterable[int]) -> str:
     return listed(items)
 
 
+def hexadecimal(items: Iterable[int]) -> str:
+    return listed(items, "{:x}".format)
+
+
 def formula(parts: tuple[Any, ...]) -> str:
     return " ".join(formula(part) if isinstance(part, tuple) else str(part) for part in parts)
 
 
-def tree_case(region: Region, marks: list[str]) -> str:
+def tree_case(region: Region, marks: Sequence[str]) -> str:
     parts, covers, conditions = region
-    rows = listed(conditions, lambda one: f"{numbers(one[0])} {numbers(one[1])}")
+    rows = listed(conditions, lambda one: f"{hexadecimal(one[0])} {hexadecimal(one[1])}")
     return f"tree {listed(parts, numbers)} {listed(covers, numbers)} {rows} {listed(marks)}"
 
 
