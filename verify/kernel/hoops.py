@@ -12,11 +12,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from itertools import dropwhile
 
 from .bodies import ZERO
 from .bounds import root
 from .flights import Path, Segment, box_around
-from .polynomials import Polynomial
+from .polynomials import Bernstein, Polynomial
 from .refused import Refused
 from .statement import Ring, Shape, Statement, Vector
 from .timelines import Visits
@@ -115,7 +116,7 @@ def passages(path: Path, hoop: str, opening: Opening, marks: Marks) -> list[Pass
     """
     frame, found = opening.frame, list[Passage]()
     planes = box_around(frame.center, [frame.ring.opening + opening.margin] * 3)
-    sides: list[Fraction] = []  # values of D at the ends of leaves, since the path was far from the opening
+    sides: list[Bernstein] = []  # D on leaves, since the path was far from the opening
     begin = ZERO
     for segment in path.segments:
         if not sides and any(map(segment.is_beyond, planes)):
@@ -127,7 +128,7 @@ def passages(path: Path, hoop: str, opening: Opening, marks: Marks) -> list[Pass
                 sides = []
             elif leaf.mark == "i" and isinstance(leaf.part, Cell):
                 begin = begin if sides else segment.time(leaf.start)
-                sides += leaf.part.rows[0].ends()
+                sides.append(leaf.part.rows[0])
             else:
                 raise Refused(f"the path may be near the opening of {hoop} and not inside it")
     if sides:
@@ -135,15 +136,16 @@ def passages(path: Path, hoop: str, opening: Opening, marks: Marks) -> list[Pass
     return found
 
 
-def _passage(hoop: str, sides: list[Fraction], far: Fraction, start: Fraction, stop: Fraction) -> Passage:
-    sign = 1 if sides[-1] > 0 else -1
-    along = [sign * side for side in sides]
-    if not along[0] < -far <= far < along[-1]:
+def _passage(hoop: str, sides: list[Bernstein], far: Fraction, start: Fraction, stop: Fraction) -> Passage:
+    """Return a passage: leaves before the far side is reached, leaves in which D never falls, and leaves after which the near side is not."""
+    way = 1 if sides[-1].ends()[1] > 0 else -1
+    along = [row if way > 0 else Bernstein([-n for n in row.numbers], row.unit) for row in sides]
+    if not along[0].ends()[0] < -far <= far < along[-1].ends()[1]:
         raise Refused(f"the path may enter the opening of {hoop} without passing it")
-    over = next(k for k, side in enumerate(along) if side > far)
-    if min(along[over:]) < -far:
-        raise Refused(f"the path passes the opening of {hoop} more than once")
-    return Passage(hoop, "F" if sign > 0 else "R", start, stop)
+    rest = dropwhile(lambda row: row.numbers == sorted(row.numbers), dropwhile(lambda row: row.at_most(far), along))
+    if not all(row.at_least(-far) for row in rest):
+        raise Refused(f"the path may pass the opening of {hoop} more than once")
+    return Passage(hoop, "F" if way > 0 else "R", start, stop)
 
 
 def check_passages(statement: Statement, path: Path, every: list[Passage], made: Visits) -> None:

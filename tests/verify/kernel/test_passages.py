@@ -1,0 +1,45 @@
+"""Passages of openings: a path that goes back and forth within one leaf of a tree passes more than once."""
+
+from fractions import Fraction
+from types import SimpleNamespace
+
+import pytest
+
+from verify.kernel.flights import Segment
+from verify.kernel.hoops import Frame, Opening, passages
+from verify.kernel.polynomials import Polynomial
+from verify.kernel.refused import Refused
+
+NOWHERE = Polynomial.of([Fraction(0)])
+
+
+class Given:
+    """Marks from a text."""
+
+    def __init__(self, text):
+        self.left = list(text)
+
+    def take(self, part, depth):
+        return self.left.pop(0)
+
+
+def passed(coefficients, marks):
+    """The ways in which a path passes an opening around the origin: along x by a polynomial, and then away."""
+    ring = SimpleNamespace(opening=Fraction(1), rim=Fraction(1, 50), normal=(Fraction(1), Fraction(0), Fraction(0)))
+    frame = Frame.of(SimpleNamespace(ring=ring, center=(Fraction(0),) * 3))
+    ways = [[Fraction(x) for x in coefficients], [Fraction(sum(coefficients)), Fraction(sum(coefficients))]]
+    segments = [Segment(Fraction(k), Fraction(k + 1), [Polynomial.of(x), NOWHERE, NOWHERE]) for k, x in enumerate(ways)]
+    opening = Opening(frame, Fraction(1, 20), Fraction(1, 20))
+    return [one.way for one in passages(SimpleNamespace(segments=segments), "h", opening, Given(marks))]
+
+
+def test_one_way_is_one_passage():
+    assert passed([-1, 2], "ssniin") == ["F"]
+    assert passed([1, -2], "ssniin") == ["R"]
+
+
+@pytest.mark.parametrize("marks", ["sssssniiiiin", "ssssssniiiiiin"])
+def test_back_and_forth_is_not_one_passage(marks):
+    """It comes through at 0.07, goes back at 0.5 and comes again at 0.93: by Chebyshev's polynomial."""
+    with pytest.raises(Refused):
+        passed([-1, 18, -48, 32], marks)
