@@ -17,14 +17,13 @@ from verify.checked_claims import PROOF_FOLDER
 from verify.data import Mission, Plan, Trajectory, mission_to_yaml
 from verify.data.files.trajectory_csv import write_csv
 from verify.data.progress import Progress, part_of, silent
+from verify.proofs.proof_folder import PROOF_FILES
 
 if TYPE_CHECKING:
     from flight import Campaign, ExportTarget, FlightLog, Rehearsal
     from ltlplan.result import Result
 
 PLAN_FILES = ("mission.yaml", "plan.json")
-PROOF_FILES = ("statement.json", "proof.json", "check.pyz")
-"""Files that the kernel reads beside the trajectories, and the kernel."""
 CAMPAIGN_FILES = (*PLAN_FILES, "campaign.json", "campaign.html")
 REHEARSAL_FILES = (*PLAN_FILES, "rehearsal.json", "rehearsal.html")
 LOG_FILES = (*PLAN_FILES, "flight.csv")

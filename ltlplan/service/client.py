@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from flight import RecordingOptions
     from ltlplan.pipeline import Asked
     from ltlplan.result import Result
-    from verify import Certificate, TeamVerdict, Verdict
+    from verify import Certificate, ProofVerdict, TeamVerdict, Verdict
     from verify.data.sections import TeamReading
     from verify.trace_checking.word_verdict import Letters
 
@@ -232,7 +232,7 @@ class Client:
         return self._wire.ask("POST", "/api/flights/judge", data=data, files=parts).json()
 
     def recheck(self, job: Submitted | str) -> Certificate:
-        """Prove a job's certificate again, here, from its files alone; as `verify.recheck`.
+        """Prove a job's certificate again, here, from its files alone, and have the kernel check its proof; as `verify.recheck`.
 
         Args:
             job: A job, or its id.
@@ -244,6 +244,21 @@ class Client:
 
         with tempfile.TemporaryDirectory() as scratch:
             return recheck(self._of(job).download(Path(scratch) / "run"))
+
+    def check_proof(self, job: Submitted | str) -> ProofVerdict:
+        """Fetch a job's proof, and have the kernel check it here; as `verify.check_proof`.
+
+        Args:
+            job: A job, or its id.
+
+        Raises:
+            NotFound: It has no proof.
+            BadInput: The proof cannot be read.
+        """
+        from verify import check_proof
+
+        with tempfile.TemporaryDirectory() as scratch:
+            return check_proof(self._of(job).download_proof(Path(scratch) / "proof"))
 
     # as many parameters as `flight.export` has
     @former_arguments(anyway="force")

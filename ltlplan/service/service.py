@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from ltlplan.service import queries as asked
 from ltlplan.service.drafts import Drafts
 from ltlplan.service.event_inbox.flights import LiveFlights
-from ltlplan.service.problems import Conflict
+from ltlplan.service.problems import Conflict, NotFound
 from ltlplan.service.queries import Place
 from ltlplan.service.query_pool import Questions
 from ltlplan.service.security.sessions import Sessions
@@ -99,6 +99,26 @@ async def places(jobs: Jobs, job: str) -> Place:
     if not found.files:
         raise Conflict(f"Job {found.id} has no files: it is {found.state}.")
     return tuple([(entry.name, str((await jobs.file(found.id, entry.name)).path)) for entry in found.files])
+
+
+async def proof_places(jobs: Jobs, job: str) -> Place:
+    """Return where the files of a job's proof lie, by their names: what `check.pyz` reads, and itself.
+
+    Args:
+        jobs: All jobs.
+        job: The job's id.
+
+    Raises:
+        BadInput: There is no such job, or it has no proof.
+    """
+    from ltlplan.output import PROOF_FILES
+
+    found = await places(jobs, job)
+    names = {name for name, _ in found}
+    if not names.issuperset(PROOF_FILES):
+        raise NotFound(f"Job {job} has no proof: no flight of it was certified, or an earlier version made it.")
+    tables = {name for name in names if name.endswith(".csv") and "/" not in name and name != "flight.csv"}
+    return tuple(file for file in found if file[0] in tables.union(PROOF_FILES))
 
 
 async def planned(jobs: Jobs, job: str) -> tuple[str, str]:

@@ -18,7 +18,7 @@ from ltlplan.service.execution.exporting import ExportAsked
 from ltlplan.service.models import FileEntry, Job, State
 from ltlplan.service.problems import Conflict, error_of
 from ltlplan.service.security.origins import require_own_page
-from ltlplan.service.service import places, planned
+from ltlplan.service.service import places, planned, proof_places
 
 router = APIRouter(prefix="/api", tags=["jobs"])
 
@@ -204,7 +204,7 @@ async def get_report(request: Request, job: JobId) -> Response:
     tags=["files"],
 )
 async def get_certificate(request: Request, job: JobId) -> Response:
-    """Fetch the certificate: every claim with its bound, limit and margin."""
+    """Fetch the certificate: every claim with its bound, limit and margin, and whether the kernel `checked` it (`proof`)."""
     return await _file(request, job, "certificate.json", inline=True)
 
 
@@ -228,6 +228,19 @@ async def get_archive(request: Request, job: JobId) -> Response:
     return _zip(packed, f"{job}.zip")
 
 
+@router.get(
+    "/jobs/{job}/proof",
+    responses={**content(ZIP, "statement.json, proof.json, check.pyz and the trajectories."), **problems(404, 409)},
+    response_class=Response,
+    tags=["files"],
+)
+async def get_proof(request: Request, job: JobId) -> Response:
+    """Fetch the proof with its checker: unpacked, `python check.pyz FOLDER` checks it with nothing but Python."""
+    service = service_of(request)
+    packed = await service.questions.ask(asked.archive, await proof_places(service.jobs, job), who=who_of(request))
+    return _zip(packed, f"{job}-proof.zip")
+
+
 @router.post(
     "/jobs/{job}/recheck",
     responses={**content(JSON, "certificate.json, proved now", {"type": "object"}), **problems(404, 409, changing=True)},
@@ -235,7 +248,7 @@ async def get_archive(request: Request, job: JobId) -> Response:
     tags=["judge"],
 )
 async def recheck_job(request: Request, job: JobId) -> Response:
-    """Prove a job's certificate again, from its files alone."""
+    """Prove a job's certificate again, from its files alone, and have the kernel check its proof again: each claim's `proof` says so."""
     service = service_of(request)
     files = await places(service.jobs, job)
     proved = await service.questions.ask_in_folder(asked.recheck, files, who=who_of(request))

@@ -176,9 +176,24 @@ class Submitted:
         Raises:
             BadInput: It has no files, or the folder cannot be written.
         """
+        return self._download("archive", out)
+
+    def download_proof(self, out: str | os.PathLike[str]) -> Path:
+        """Write its proof into a folder: statement.json, proof.json, the trajectories, and check.pyz, which checks it by itself.
+
+        Args:
+            out: The folder; what is yours in it stays, as for `ltlplan.run`.
+
+        Raises:
+            NotFound: It has no proof.
+            BadInput: It has no files, or the folder cannot be written.
+        """
+        return self._download("proof", out)
+
+    def _download(self, route: str, out: str | os.PathLike[str]) -> Path:
         from flight.storage.folders import check_folder, put_files, write_folder
 
-        packed = self.wire.ask("GET", f"/api/jobs/{segment(self.id)}/archive").content
+        packed = self.wire.ask("GET", f"/api/jobs/{segment(self.id)}/{route}").content
         files = {name: data for name, data in unpacked(packed).items() if name not in ONLY_OF_JOBS}
         target = check_folder(out, tuple(files))
         write_folder(target, lambda folder: put_files(files, folder))

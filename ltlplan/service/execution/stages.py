@@ -215,7 +215,20 @@ def _files(flown: Any, progress: Progress) -> Outcome:  # a Certified and its lo
     missing = shortfall(result)
     refusal = NotCertified(f"The simulated flight is not the certified one: {missing}.")
     problem = problem_of(refusal) if missing else None
-    return Outcome(b"", {"files": list(names)}, None, files=files, summary=summary_data(result), problem=problem)
+    found = {"files": list(names), "proof": _proof_data(result.certificate)}
+    return Outcome(b"", found, None, files=files, summary=summary_data(result), problem=problem)
+
+
+def _proof_data(certificate: Certificate) -> dict[str, Any]:
+    """Return what the kernel says of a certificate, as plain data for people: how many of its claims are checked, and which not."""
+    from verify.checked_claims import proof_sentences
+
+    return {
+        "kernel": certificate.kernel,
+        "checked": certificate.checked,
+        "claims": len(certificate.claims),
+        "sentences": list(proof_sentences(certificate.claims, certificate.kernel)),
+    }
 
 
 _STAGES: dict[str, Callable[[Any, Progress], Outcome]] = {PLAN: _plan, ROUND: _round, FLIGHT: _flight, FILES: _files}

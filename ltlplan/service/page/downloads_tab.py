@@ -11,6 +11,7 @@ from nicegui import ui
 from ltlplan.service import queries as asked
 from ltlplan.service.execution.exporting import ExportAsked
 from ltlplan.service.page.elements import Part, Words, box, button, say
+from ltlplan.service.page.plan import proof_of
 from ltlplan.service.problems import error_of
 from verify.data import LtlplanError
 
@@ -22,6 +23,9 @@ _WHAT = {
     "mission.yaml": "the mission with every default written out",
     "plan.json": "words, visits and waypoints",
     "certificate.json": "every claim, with digests of what it covers",
+    "statement.json": "what is proved, for the kernel",
+    "proof.json": "the evidence for it",
+    "check.pyz": "the kernel: python check.pyz FOLDER",
     "flight.csv": "the simulated flight",
     "report.html": "the report: one file that opens without a network",
     "manifest.json": "digests of all files",
@@ -74,6 +78,10 @@ class _Away:
             if any(file.name == "report.html" for file in job.files):
                 _link(f"/api/jobs/{job.id}/report", "Open the report", "button primary").props("target=_blank")
             _link(f"/api/jobs/{job.id}/archive", "All files as one archive", "button").props("download")
+            if any(file.name == "statement.json" for file in job.files):
+                _link(f"/api/jobs/{job.id}/proof", "The proof and its checker", "button").props("download")
+        for sentence in proof_of(job)[-1:]:
+            Words("p", f"{sentence}.", "soft")
         Words("h2", "For a vehicle")
         Words(
             "p",

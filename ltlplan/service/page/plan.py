@@ -208,6 +208,17 @@ def _stage(stage: Stage) -> None:
             _flight(found)
         elif stage.name == "files" and "files" in found:
             Words("p", f"{len(found['files'])} files, to be taken away.")
+            for sentence in _sentences(stage)[-1:]:
+                Words("p", f"{sentence}.")
+
+
+def proof_of(job: Job) -> tuple[str, ...]:
+    """Return what the kernel says of a job's claims, the count of those that it checked last; nothing of a job of an earlier version."""
+    return tuple(sentence for stage in job.stages if stage.name == "files" for sentence in _sentences(stage))
+
+
+def _sentences(stage: Stage) -> tuple[str, ...]:
+    return tuple(stage.found.get("proof", {}).get("sentences", ()))
 
 
 def _plan(found: Found) -> None:

@@ -22,6 +22,8 @@ from ltlplan.report.summary import claim_rows
 from ltlplan.service.problems import witness_data
 from ltlplan.service.views.drawings import MOST_STATES, automaton_svg
 from ltlplan.service.views.formulas import automaton_states, part_automata
+from verify.certificate import proof_word
+from verify.checked_claims import proof_sentences
 from verify.data import LtlplanError
 
 if TYPE_CHECKING:
@@ -70,7 +72,10 @@ def watch_json(plan: Plan, team: Mapping[str, Trajectory], certificate: Certific
         "labels": label_chart(certificate, replay.playing.letters, replay.end, replay.cycle),
         "truth": "" if formula is None else truth_chart(mission.formula, replay.readings, replay.end, replay.cycle),
         "automata": automata_data(mission, replay),
-        "claims": claims_data(certificate),
+        "claims": [
+            {**row, **proof_word(claim)} for row, claim in zip(claims_data(certificate), certificate.claims, strict=True)
+        ],
+        "proof": list(proof_sentences(certificate.claims, certificate.kernel)),
         "tracking": None if log is None else {name: log.worst_error(name) for name in log.robots},
     }
     return json.dumps(data, allow_nan=False, separators=(",", ":")).encode()

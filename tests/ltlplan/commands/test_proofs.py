@@ -213,9 +213,14 @@ def test_what_an_export_certifies_anew_keeps_margin_and_clock_error(tmp_path: Pa
     )
     made = recheck(tmp_path / "export")
     assert (made.margin, made.clock_error) == (0.01, 0.05)
+    assert made.checked == len(made.claims), "by the export's own proof"
     flown = load_csv(tmp_path / "export" / "r0.csv")
     assert made.trajectories["r0"] == flown.digest() != team["r0"].digest()
     assert len(flown) >= 2
+    table = tmp_path / "export" / "proof" / "r0.csv"
+    table.write_text(table.read_text().replace("\n", "\n ", 1))
+    with pytest.raises(NotCertified, match=r"proof/r0\.csv was changed"):
+        recheck(tmp_path / "export")
 
 
 def test_a_recording_that_only_the_formula_would_let_pass_is_refused(tmp_path: Path) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +20,7 @@ from ltlplan.missions import shipped_mission_text
 from ltlplan.service.client_parts.exported import exported
 from ltlplan.service.client_parts.job_handle import Submitted
 from ltlplan.service.client_parts.transport import Wire, require_success, unpacked
-from ltlplan.service.problems import NotFound, Unreachable
+from ltlplan.service.problems import Conflict, NotFound, Unreachable
 from ltlplan.service.queries import zipped
 from tests.helpers import foreign_logs
 from tests.helpers.few import few_of
@@ -41,6 +43,32 @@ def test_a_run_from_afar_is_the_library_s_own(client: Client, done: Submitted, t
         assert (tmp_path / "theirs" / name).read_bytes() == path.read_bytes(), name
     assert verify.recheck(tmp_path / "theirs").holds
     assert theirs.files
+
+
+def test_a_proof_is_fetched_and_checked_here(client: Client, done: Submitted, tmp_path: Path) -> None:
+    verdict = client.check_proof(done)
+    assert verdict
+    assert verdict.sentence == f"{len(verdict.claims)} of {len(verdict.claims)} claims checked by the kernel"
+    folder = done.download_proof(tmp_path / "proof")
+    assert {"statement.json", "proof.json", "check.pyz"} < {path.name for path in folder.iterdir()}
+    by_itself = subprocess.run([sys.executable, "-I", folder / "check.pyz", folder], capture_output=True, text=True, check=True)
+    assert by_itself.stdout.splitlines()[-1] == verdict.sentence
+    certificate = client.recheck(done)
+    assert certificate.checked == len(certificate.claims)
+    summary = done.refreshed().job.summary
+    assert summary is not None
+    assert {claim["proof"] for claim in summary["claims"]} == {"checked"}
+    assert done.file("statement.json") == (folder / "statement.json").read_bytes()
+
+
+def test_a_job_without_a_proof_says_so(client: Client) -> None:
+    with pytest.raises(NotFound):
+        client.check_proof("no-such-job")
+    impossible = client.submit_text(ONE_HOOP.replace("F hoop0", "F hoop0 & G !hoop0"))
+    with pytest.raises(Unsatisfiable):
+        impossible.wait()
+    with pytest.raises(Conflict, match="has no files"):
+        client.check_proof(impossible)
 
 
 def test_verdicts_are_the_judge_s_own(client: Client) -> None:

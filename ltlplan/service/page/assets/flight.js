@@ -68,12 +68,14 @@ export default {
             <li v-for="claim in listed" :key="claim.key">
               <button type="button" class="claim" :class="[claim.outcome, { chosen: chosen === claim.key }]" :aria-expanded="chosen === claim.key" @click="choose(claim)">
                 <span class="mark" :title="claim.outcome">{{ signs[claim.outcome] }}</span>
-                <span class="what">{{ claim.name }} <small>{{ claim.who }}</small></span>
+                <span class="what">{{ claim.name }} <small>{{ claim.who }}</small> <small v-if="claim.proof" class="proof" :class="{ checked: claim.proof === 'checked' }">{{ claim.proof }}</small></span>
                 <span class="figures">{{ claim.row[3] }}<small v-if="claim.row[4]">limit {{ claim.row[4] }}</small></span>
                 <span class="room" :title="claim.room === null ? '' : 'room to its limit: ' + Math.round(100 * claim.room) + ' %'"><i v-if="claim.room !== null" :style="{ width: share(claim.room) }" :class="{ little: claim.room < 0.15 }"></i></span>
               </button>
               <p class="sentence" v-if="chosen === claim.key">{{ claim.sentence }}
-                <span v-if="claim.time !== null"> Tightest at {{ claim.time.toFixed(2) }} s.</span></p>
+                <span v-if="claim.time !== null"> Tightest at {{ claim.time.toFixed(2) }} s.</span>
+                <span v-if="claim.proof === 'checked'"> Checked by the kernel.</span>
+                <span v-else-if="claim.missing"> Not checked by the kernel: {{ claim.missing }}.</span></p>
               <div class="counterexample" v-if="chosen === claim.key && word(claim).length">
                 <p>A flight within the margin can be read so:</p>
                 <ol><li v-for="letter in word(claim)" :class="{ now: letter.from <= now && now <= letter.until }">
@@ -85,6 +87,14 @@ export default {
           </ol>
           <button type="button" class="quiet" @click="every = !every" v-if="every || listed.length < shownClaims.length">
             {{ every ? "Only the tightest of each kind" : "All " + shownClaims.length + " claims" }}</button>
+          <div class="kernel" v-if="view === 'trust' && data.proof">
+            <h2>Proof</h2>
+            <p v-for="sentence in data.proof">{{ sentence }}</p>
+            <p v-if="good">Check it yourself, with nothing but Python: <code>python check.pyz FOLDER</code>
+              (<a :href="ofJob('proof')" download>all of it</a>:
+              <template v-for="(name, i) in ['statement.json', 'proof.json', 'check.pyz']"><template v-if="i">, </template><a :href="ofJob('files/' + name)" download>{{ name }}</a></template>
+              and the trajectories).</p>
+          </div>
         </template>
       </div>
     </aside>
@@ -155,6 +165,7 @@ export default {
     if (this.scene3d) this.scene3d.dispose();
   },
   methods: {
+    ofJob(what) { return this.url.replace(/files\/watch\.json$/, what); },
     async load() {
       this.stop();
       const asked = this.url;

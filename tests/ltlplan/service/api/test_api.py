@@ -105,6 +105,12 @@ def test_a_job_is_done_once_and_found_again(done: Submitted, http: httpx.Client)
     assert told["stages"][0]["found"]["words"]["quad0"]
     assert all(claim["outcome"] == "holds" for claim in told["stages"][1]["found"]["claims"])
     assert told["summary"]["mission"] == "one-hoop"
+    proof = told["stages"][3]["found"]["proof"]
+    assert proof["checked"] == proof["claims"] == len(told["summary"]["claims"])
+    assert proof["sentences"][-1] == f"{proof['claims']} of {proof['claims']} claims checked by the kernel"
+    assert {claim["proof"] for claim in told["stages"][1]["found"]["claims"]} == {"judged"}, (
+        "the proof is written with the files"
+    )
     listed = http.get("/api/jobs", params={"state": "done", "limit": 500}).json()
     assert [job["stages"][0]["found"] for job in listed if job["id"] == done.id] == [{}]
 
@@ -143,7 +149,14 @@ def test_files_are_fetched_by_job_and_name(done: Submitted, http: httpx.Client, 
     with zipfile.ZipFile(io.BytesIO(http.get(f"{place}/archive").content)) as packed:
         packed.extractall(tmp_path)
     assert verify.recheck(tmp_path).holds
-    assert http.post(f"{place}/recheck").json()["digest"] == verify.recheck(tmp_path).digest()
+    again = http.post(f"{place}/recheck").json()
+    assert again["digest"] == verify.recheck(tmp_path).digest()
+    for certificate in (http.get(f"{place}/certificate").json(), again):
+        assert certificate["kernel"] == 1
+        assert {claim["proof"] for claim in certificate["claims"]} == {"checked"}
+    with zipfile.ZipFile(io.BytesIO(http.get(f"{place}/proof").content)) as packed:
+        assert sorted(packed.namelist()) == ["check.pyz", "proof.json", "quad0.csv", "statement.json"]
+        assert packed.read("proof.json") == http.get(f"{place}/files/proof.json").content
 
 
 @few_of(4, "name", ["nope.csv", "../../jobs.sqlite", "..%2f..%2ftokens.json", "/etc/passwd", "%00", "quad0.csv/", "Quad0.csv"])

@@ -10,6 +10,7 @@ import ltlplan
 from ltlplan.report.summary import claim_rows
 from ltlplan.service.views.watching import watch_json
 from verify import judge
+from verify.checked_claims import with_words
 
 
 @pytest.fixture(scope="module")
@@ -35,6 +36,18 @@ def test_all_claims_are_there_in_the_words_of_the_command(
     certificate = shipped_run("firefighting").certificate
     assert [tuple(claim["row"]) for claim in watched["claims"]] == claim_rows(certificate)
     assert [claim["time"] for claim in watched["claims"]] == [claim.time for claim in certificate.claims]
+
+
+def test_each_claim_says_whether_the_kernel_checked_it(
+    watched: dict[str, Any], shipped_run: Callable[[str], ltlplan.Result]
+) -> None:
+    run = shipped_run("firefighting")
+    count = len(watched["claims"])
+    assert {claim["proof"] for claim in watched["claims"]} == {"checked"}
+    assert watched["proof"][-1] == f"{count} of {count} claims checked by the kernel"
+    judged = json.loads(watch_json(run.plan, run.team, with_words(run.certificate, None)))
+    assert {claim["proof"] for claim in judged["claims"]} == {"judged"}
+    assert judged["proof"] == ["all claims are judged: there is no proof for the kernel"]
 
 
 def test_the_automata_end_where_they_accept(watched: dict[str, Any]) -> None:
