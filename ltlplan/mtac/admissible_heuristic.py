@@ -13,8 +13,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ltlplan.logic.automaton import DEAD
-from ltlplan.mtac.agent_moves import Move, World
-from ltlplan.mtac.agent_states import AgentState
+from ltlplan.mtac.agent_moves import AgentState, Move, World
 from ltlplan.mtac.decomposable_task import Accepting, States
 from ltlplan.search.label_setting import distances
 from ltlplan.search.memoization import memoized

@@ -1,10 +1,10 @@
 """Moves of a robot while tasks are allocated: the visits that it can make from where it is.
 
 The team automaton of the 2022 paper (Def. 4.6) is walked, never built: a state of it is a robot, the automaton's
-states so far, and the robot's `AgentState` in A = E x R (`agent_states`). A robot's next step is a whole visit: it leaves where it is,
+states so far, and the robot's `AgentState` in A = E x R. A robot's next step is a whole visit: it leaves where it is,
 flies to the middle of a region, and may change its internal state there. Which region may be entered from where, what is read on the
 way and what is permitted there is said by `ltlplan.systems.region_graph`, as for the exact search. Since the states are a set, the
-same walk serves before take-off (one state) and in flight (all states that the readings so far may have led to, see `sharing.belief`).
+same walk serves before take-off (one state) and in flight (all states that the readings so far may have led to, see `ltlplan.online_mtac.possible_states`).
 """
 
 from __future__ import annotations
@@ -13,13 +13,59 @@ from collections.abc import Hashable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
-from ltlplan.mtac.agent_states import AgentState, Key
 from ltlplan.search.memoization import memoized
 from ltlplan.systems.region_graph import RegionGraph, RestPoint, Transition
 from ltlplan.systems.region_labels import Location
+from ltlplan.systems.visit_log import VisitLog
 from verify.data import Letter, Mission, Visit
+from verify.data.language.sequence import Direction
 from verify.data.sections import Action
 from verify.data.shapes.inequalities import Point
+
+Key = tuple[Hashable, str, str]
+"""Where a robot is, the region that it entered last, and its internal state."""
+
+
+@dataclass(frozen=True, slots=True)
+class AgentState:
+    """Where a robot is, in the world and in A = E x R.
+
+    Attributes:
+        position: m.
+        inside: The regions that it is in.
+        vertex: Vertex of the environment: the region that it entered last, or the start vertex.
+        internal: Its internal state.
+        place: The region in whose middle it is; None where it is anywhere else.
+        side: The direction in which it flies through the hoop that it is in, where ways around obstacles depend on it.
+        kind: What robots have in common to whom the mission is the same (`Mission.alike_as`).
+    """
+
+    position: Point
+    inside: frozenset[str]
+    vertex: str
+    internal: str
+    place: str | None = None
+    side: Direction | None = None
+    kind: str = ""
+
+    @property
+    def key(self) -> Key:
+        """What tells this state from the others that one robot can be in."""
+        place: Hashable = self.place if self.side is None else (self.place, self.side)
+        place = place or (self.position, self.inside)
+        return ((place, self.kind) if self.kind else place, self.vertex, self.internal)
+
+    def log(self) -> VisitLog:
+        """Return a log of visits that begins where the robot is."""
+        log = VisitLog()
+        log.enter(self.inside)
+        if self.inside:
+            log.stop(self.vertex if self.vertex in self.inside else min(self.inside))
+        return log
+
+    def seen_in(self, regions: frozenset[str]) -> AgentState:
+        """Return the state of the robot where it is seen in some regions, or in none."""
+        return replace(self, inside=regions, vertex=min(regions - self.inside, default=self.vertex), place=None, side=None)
 
 
 @dataclass(frozen=True, slots=True)

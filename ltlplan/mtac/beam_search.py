@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 
 from ltlplan.logic.automaton import DEAD
 from ltlplan.mtac.admissible_heuristic import AdmissibleHeuristic, TeamModel
-from ltlplan.mtac.agent_states import Key
+from ltlplan.mtac.agent_moves import Key
 from ltlplan.mtac.decomposable_task import States
 from ltlplan.mtac.robot_tasks import RobotTask
 from verify.data import BadInput

@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from ltlplan.allocation import Itinerary
-from ltlplan.mtac.agent_moves import Move, World
-from ltlplan.mtac.agent_states import AgentState
+from ltlplan.mtac.agent_moves import AgentState, Move, World
 from ltlplan.systems.visit_log import VisitLog
 from verify.data import Letter, Visit, Word
 

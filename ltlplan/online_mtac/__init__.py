@@ -8,7 +8,7 @@
 | `possible_states`, `formula_progression` | where the letters flown so far may have led, which may come next, and what is left of the formula |
 | `initial_allocation` | the run that the team begins with, and its tasks for each robot |
 | `task_switching` | which task should change hands |
-| `deadlock_resolution`, `detours` | robots that are led around others or step aside; the ways that they fly then |
+| `deadlock_resolution` | robots that are led around others or step aside; the ways that they fly then |
 | `events` | what can change in the world (`verify.data.events`), checked before take-off |
 | `cross_entropy` | Algorithm 4 |
 

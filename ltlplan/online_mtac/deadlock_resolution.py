@@ -3,6 +3,7 @@
 Robots of an online team keep apart by waiting, and whoever waits behind a robot that has nothing left to do waits for ever. So a robot
 that cannot go on gets another course around all that hover; where there is none, as when somebody hovers in the very region that it
 is to visit, an idle robot in its way flies to a free place, if the team can still finish with what that one then shows.
+
 """
 
 from __future__ import annotations
@@ -10,35 +11,56 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 from contextlib import suppress
 from functools import cache
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ltlplan.allocation import Itinerary
-from ltlplan.mtac.agent_moves import World
-from ltlplan.mtac.agent_states import AgentState
+from ltlplan.mtac.agent_moves import AgentState, World
 from ltlplan.mtac.robot_tasks import RobotTask
-from ltlplan.online_mtac.detours import places_aside, way_from
+from ltlplan.online_mtac.pilot import PilotedTeam, way_from
 from ltlplan.online_mtac.possible_states import admits
-from verify.data import Infeasible, Letter, Word
+from verify.data import Infeasible, Letter, Mission, Word
 from verify.data.shapes.inequalities import Point
 
-if TYPE_CHECKING:
-    from ltlplan.online_mtac.online_team import OnlineTeam
-
 Floats = NDArray[np.float64]
-
 LOOK_AHEAD = 1.6
 """s over which robots keep out of each other's way."""
-
 _NEAR = 0.05
 """m; a robot that was led around others from a place as near as this is not led around again."""
 _PLACES = 12
 """Places to step aside to that are tried."""
+_GRID = 0.15
+"""m between places to step aside to."""
 
 
-def clear_ahead(team: OnlineTeam, names: Sequence[str], moving: Collection[str]) -> dict[str, bool]:
+def places_aside(mission: Mission, start: Point, paths: Sequence[Floats], distance: float) -> list[Point]:
+    """Return places in free flight that are as far as `distance` from some paths, the nearest to a start first.
+
+    Args:
+        mission: Regions, margin and workspace.
+        start: m.
+        paths: m, where nobody may be. Each of shape (n, 3).
+        distance: m.
+    """
+    inset = mission.margin + 0.1
+    low, high = np.array(mission.workspace.min) + inset, np.array(mission.workspace.max) - inset
+    axes = [np.arange(a, b, _GRID) if b > a else np.array([(a + b) / 2.0]) for a, b in zip(low, high, strict=True)]
+    grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+    for region in mission.all_regions.values():
+        reach = region.outer_radius
+        grid = grid[np.linalg.norm(grid - np.array(region.center), axis=1) > reach * (1.0 + inset / region.inner_radius)]
+    for hoop in mission.hoops.values():
+        ring = hoop.opening + hoop.rim + inset + max(mission.vehicle_of(robot).radius for robot in mission.agents)
+        grid = grid[np.linalg.norm(grid - np.array(hoop.center), axis=1) > ring]
+    for path in paths:
+        if len(grid):
+            grid = grid[np.linalg.norm(grid[:, None] - path[None], axis=2).min(axis=1) > distance]
+    order = np.argsort(np.linalg.norm(grid - np.array(start), axis=1), kind="stable")
+    return [(float(x), float(y), float(z)) for x, y, z in grid[order]]
+
+
+def clear_ahead(team: PilotedTeam, names: Sequence[str], moving: Collection[str]) -> dict[str, bool]:
     """Tell of robots that move whether they may go on: who comes first keeps its way, and the others wait where they would come too near.
 
     Args:
@@ -62,7 +84,7 @@ def clear_ahead(team: OnlineTeam, names: Sequence[str], moving: Collection[str])
     return going
 
 
-def make_way(team: OnlineTeam, waiting: Sequence[str], now: float, tried: set[tuple[str, Point]]) -> str | None:
+def make_way(team: PilotedTeam, waiting: Sequence[str], now: float, tried: set[tuple[str, Point]]) -> str | None:
     """Let one of some robots that wait for others have a way again; return a sentence that says how, or None where there is none.
 
     Args:
@@ -83,12 +105,12 @@ def make_way(team: OnlineTeam, waiting: Sequence[str], now: float, tried: set[tu
     return None
 
 
-def _may_turn(team: OnlineTeam, name: str, now: float) -> bool:
+def _may_turn(team: PilotedTeam, name: str, now: float) -> bool:
     pilot = team.pilots[name]
     return team.rests(pilot, now) and not (pilot.entered or pilot.shown or pilot.detour or not pilot.moves)
 
 
-def _around(team: OnlineTeam, name: str, now: float, tried: set[tuple[str, Point]]) -> str | None:
+def _around(team: PilotedTeam, name: str, now: float, tried: set[tuple[str, Point]]) -> str | None:
     """Lead a robot that rests around all others that rest."""
     pilot = team.pilots[name]
     here = _at(team, name, now)
@@ -109,7 +131,7 @@ def _around(team: OnlineTeam, name: str, now: float, tried: set[tuple[str, Point
     return f"At {now:.2f} s {name} is led around {', '.join(others)}."
 
 
-def _in_the_way(team: OnlineTeam, name: str, now: float) -> list[str]:
+def _in_the_way(team: PilotedTeam, name: str, now: float) -> list[str]:
     """Return the idle robots that stand in a robot's way and may leave their places, the nearest to its way first."""
     path = _ahead(team, name)
     found = []
@@ -122,7 +144,7 @@ def _in_the_way(team: OnlineTeam, name: str, now: float) -> list[str]:
     return [other for _, other in sorted(found)]
 
 
-def _steps_aside(team: OnlineTeam, name: str, passing: str, now: float) -> bool:
+def _steps_aside(team: PilotedTeam, name: str, passing: str, now: float) -> bool:
     """Let an idle robot fly to a free place off another one's way, if the team can still finish then."""
     pilot = team.pilots[name]
     team.root(pilot, now)
@@ -163,13 +185,13 @@ def _out_to(world: World, where: AgentState, place: Point) -> tuple[frozenset[st
     return None if way is None else way[1:]
 
 
-def _at(team: OnlineTeam, name: str, now: float) -> Floats:
+def _at(team: PilotedTeam, name: str, now: float) -> Floats:
     """Return where a robot should be. Shape (3,)."""
     pilot = team.pilots[name]
     return pilot.way.course.flat(pilot.way.clock, now)[0]
 
 
-def _ahead(team: OnlineTeam, name: str) -> Floats:
+def _ahead(team: PilotedTeam, name: str) -> Floats:
     """Return where a robot will be on its course. Shape (n, 3)."""
     pilot = team.pilots[name]
     return pilot.way.future(np.linspace(0.0, max(pilot.way.course.duration - pilot.way.clock.time, 0.0), 100), go=True)

@@ -12,12 +12,11 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from ltlplan.mtac.admissible_heuristic import TeamModel
-from ltlplan.mtac.agent_moves import Move, World
-from ltlplan.mtac.agent_states import AgentState
+from ltlplan.mtac.agent_moves import AgentState, Move, World
 from ltlplan.mtac.beam_search import BeamSearch, Options
 from ltlplan.mtac.optimality_gap import straight_line_costs
 from ltlplan.mtac.robot_tasks import RobotTask
-from ltlplan.online_mtac.pilot import Pilot
+from ltlplan.online_mtac.pilot import Pilot, PilotedTeam
 from verify.data import Letter, LtlplanError, Unsatisfiable
 from verify.data.language.word import stutter_free
 from verify.data.mission import check_mission
@@ -25,7 +24,6 @@ from verify.data.progress import silent
 
 if TYPE_CHECKING:
     from ltlplan.allocation import Itinerary
-    from ltlplan.online_mtac.online_team import OnlineTeam
 
 MOST_WALKED = 512
 """States of the automaton, times sets of robots that may still go on, up to which a run is made by walks: their heuristic knows each."""
@@ -40,7 +38,7 @@ WIDTH = 8
 """Walks side by side; by straight lines they cost next to nothing."""
 
 
-def share_out(team: OnlineTeam, blocked: set[tuple[str, tuple[Move, ...]]]) -> dict[str, RobotTask]:
+def share_out(team: PilotedTeam, blocked: set[tuple[str, tuple[Move, ...]]]) -> dict[str, RobotTask]:
     """Return a cheap way to share what is left, by straight lines.
 
     Args:
@@ -57,7 +55,7 @@ def share_out(team: OnlineTeam, blocked: set[tuple[str, tuple[Move, ...]]]) -> d
     return _by_exact_search(team, blocked)
 
 
-def _by_walks(team: OnlineTeam, blocked: set[tuple[str, tuple[Move, ...]]]) -> dict[str, RobotTask] | None:
+def _by_walks(team: PilotedTeam, blocked: set[tuple[str, tuple[Move, ...]]]) -> dict[str, RobotTask] | None:
     leg, world, begun = straight_line_costs(team.mission), team.world, team.belief.settled
     starts = {name: pilot.where for name, pilot in team.pilots.items()}
 
@@ -80,7 +78,7 @@ def _by_walks(team: OnlineTeam, blocked: set[tuple[str, tuple[Move, ...]]]) -> d
     return None if best is None else dict(best.tasks)
 
 
-def _by_exact_search(team: OnlineTeam, blocked: set[tuple[str, tuple[Move, ...]]]) -> dict[str, RobotTask]:
+def _by_exact_search(team: PilotedTeam, blocked: set[tuple[str, tuple[Move, ...]]]) -> dict[str, RobotTask]:
     """Return the cheapest way to share what is left.
 
     Raises:
@@ -106,7 +104,7 @@ def _by_exact_search(team: OnlineTeam, blocked: set[tuple[str, tuple[Move, ...]]
     ) from problem
 
 
-def _holds(team: OnlineTeam, tasks: Mapping[str, RobotTask]) -> bool:
+def _holds(team: PilotedTeam, tasks: Mapping[str, RobotTask]) -> bool:
     """Tell whether the team can finish by these tasks."""
     return team.keeps({robot: task.ahead for robot, task in tasks.items()})
 

@@ -20,28 +20,23 @@ is the checker's, afterwards.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from dataclasses import replace
+from collections.abc import Mapping
 
 import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from ltlplan.allocation import Itinerary
 from ltlplan.mtac.agent_moves import Move
 from ltlplan.mtac.robot_tasks import RobotTask
 from ltlplan.online_mtac.cross_entropy import OnlineSettings
 from ltlplan.online_mtac.deadlock_resolution import clear_ahead, make_way
-from ltlplan.online_mtac.detours import led_around
 from ltlplan.online_mtac.initial_allocation import share_out
-from ltlplan.online_mtac.pilot import Pilot
+from ltlplan.online_mtac.pilot import PilotedTeam
 from ltlplan.online_mtac.possible_states import admits, can_finish
 from ltlplan.online_mtac.task_switching import Handover, better_hands, may_change
-from ltlplan.online_mtac.team_in_flight import PERIOD, Desired, TeamInFlight
-from verify.data import Infeasible, Letter, Mission, RobotPlan, Unsatisfiable, Word
+from ltlplan.online_mtac.team_in_flight import PERIOD, Desired
+from verify.data import Infeasible, Mission, Unsatisfiable
 from verify.data.events import HoopMoves, RobotJoins, WorldEvent
-from verify.data.language.counting import require_plain
-from verify.data.sections import Action
 from verify.data.shapes.inequalities import Point
 
 Floats = NDArray[np.float64]
@@ -59,23 +54,8 @@ STUCK = 12.0
 """s without any motion after which a team that has something left to do gives up."""
 
 
-CLEARANCE = 0.08
-"""m that robots keep beyond the mission's separation, for what the vehicles do not follow."""
-
-_MIDDLES = (
-    "sharing in flight hands tasks from one robot to the next, along courses through the middles of regions, where one robot waits for no other. "
-    "Certified pieces are planned for such formulas: `ltlplan online MISSION --certified`, or before the flight `ltlplan run` with "
-    "`planner.method: exact` or `mtac-e`"
-)
-
-
-class OnlineTeam(TeamInFlight[Pilot]):
-    """A team in flight under online MTAC-E. It changes with each step.
-
-    Attributes:
-        rng: Source of every draw.
-        every_order: Whether the words are to hold in every order of the robots, not only in some.
-    """
+class OnlineTeam(PilotedTeam):
+    """A team in flight under online MTAC-E. It changes with each step."""
 
     def __init__(
         self, mission: Mission, *, rng: Generator, settings: OnlineSettings | None = None, every_order: bool = False
@@ -97,9 +77,7 @@ class OnlineTeam(TeamInFlight[Pilot]):
         chosen = settings or OnlineSettings(
             elite=mission.planner.elite, trajectories=mission.planner.samples, window=WINDOW, floor=FLOOR
         )
-        require_plain(mission.formula, _MIDDLES)
-        super().__init__(mission, lambda asked, world, name, where: Pilot(asked, world, name, where, chosen))
-        self.rng, self.every_order = rng, every_order
+        super().__init__(mission, chosen, rng=rng, every_order=every_order)
         self._stuck: dict[str, float] = {}
         self._first: list[str] = list(self.pilots)
         self._moved_at = 0.0
@@ -117,50 +95,6 @@ class OnlineTeam(TeamInFlight[Pilot]):
     def complete(self) -> bool:
         """Whether every robot has a path for all that is left, and that satisfies the formula."""
         return self.holding is None and can_finish(self.belief, self.ahead())
-
-    @property
-    def distance(self) -> float:
-        """M between robots' centres that they keep in flight, from where they should be."""
-        return self.mission.separation + CLEARANCE
-
-    def ahead(self) -> dict[str, tuple[Letter, ...]]:
-        """Return the letters that each robot is to show."""
-        return {name: pilot.ahead for name, pilot in self.pilots.items()}
-
-    def keeps(self, ahead: Mapping[str, tuple[Letter, ...]]) -> bool:
-        """Tell whether the team can finish by these letters: in some order from now on, or if asked, in every order from the start."""
-        if not self.every_order:
-            return can_finish(self.belief, ahead)
-        return self.reader.holds_in_every_order({robot: (*self.word(robot), *letters) for robot, letters in ahead.items()})
-
-    def plan_for(self, pilot: Pilot, task: RobotTask, around: Iterable[Point] = ()) -> RobotPlan:
-        """Lay the way of one robot from where it hovers, around places where others do.
-
-        Args:
-            pilot: The robot.
-            task: What it is to do.
-            around: Where others hover, m.
-
-        Raises:
-            Infeasible: There is none.
-        """
-        does = task.itinerary(self.world) if task.moves else Itinerary((), Word((self.world.letter(pilot.where),)))
-        return led_around(self.mission, pilot.name, pilot.where.position, does, around, self.distance)
-
-    def rests(self, pilot: Pilot, now: float) -> bool:
-        """Tell whether a robot hovers, so that it can begin another course."""
-        if self.waits_to_share and pilot.entered and not pilot.stop and not pilot.way.arrived:
-            return False
-        return (pilot.way.arrived or pilot.way.clock.resting) and not pilot.way.course.gliding(now)
-
-    def root(self, pilot: Pilot, now: float) -> None:
-        """Let a robot's state be where it hovers, so that its next course begins without a jump."""
-        x, y, z = (float(v) for v in pilot.way.course.flat(pilot.way.clock, now)[0])
-        pilot.where = replace(pilot.where, position=(x, y, z))
-
-    def acts(self, pilot: Pilot) -> Action | None:
-        """Return a robot's next planned action, once it is at its region's centre."""
-        return pilot.wants_to_act()
 
     def allocate(self) -> None:
         """Make a satisfying run from where the team is and give its tasks to the cheapest robots (lines 1 to 4).

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from ltlplan.mtac.agent_states import AgentState
+from ltlplan.mtac.agent_moves import AgentState
 from ltlplan.online_mtac import cross_entropy
 from ltlplan.online_mtac.cross_entropy import OnlineSettings, OnlineState
 from ltlplan.online_mtac.path_blending import GLIDE, Clock, gliding_path_of

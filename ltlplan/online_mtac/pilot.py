@@ -1,25 +1,53 @@
-"""One robot of an online team: what it still has to show, and when its course comes to where it shows it.
+"""One robot of an online team: what it still has to show, and when its course comes to where it shows it; and teams of such robots.
 
 A pilot knows which letters are ahead of it, which of them cannot be interrupted once begun (a passage: entering a region,
-acting there, leaving it), and when its course (`course_in_flight`) comes to the next region. Whether it may go there is the team's
-decision.
+acting there, leaving it), and when its course (`path_in_flight`) comes to the next region. Whether it may go there is the team's
+decision. A `PilotedTeam` is what those work on who share tasks, lay ways and make room to pass.
 """
 
 from __future__ import annotations
 
+from abc import ABC
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+
+import numpy as np
 from numpy.random import Generator
 
-from ltlplan.mtac.agent_moves import Move, World
-from ltlplan.mtac.agent_states import AgentState
+from ltlplan.allocation import Itinerary
+from ltlplan.mtac.agent_moves import AgentState, Move, World
 from ltlplan.mtac.robot_tasks import RobotTask
 from ltlplan.online_mtac.cross_entropy import OnlineSettings
 from ltlplan.online_mtac.path_in_flight import CourseInFlight
-from verify.data import Letter, Mission, RobotPlan
+from ltlplan.online_mtac.possible_states import can_finish
+from ltlplan.online_mtac.team_in_flight import TeamInFlight
+from ltlplan.paths.hoops import route_itinerary
+from verify.data import Letter, Mission, RobotPlan, Word
+from verify.data.language.counting import require_plain
 from verify.data.sections import Action
+from verify.data.shapes.inequalities import Point
+from verify.data.shapes.region import Region
+
+CLEARANCE = 0.08
+"""m that robots keep beyond the mission's separation, for what the vehicles do not follow."""
+
+_MIDDLES = (
+    "sharing in flight hands tasks from one robot to the next, along courses through the middles of regions, where one robot waits for no other. "
+    "Certified pieces are planned for such formulas: `ltlplan online MISSION --certified`, or before the flight `ltlplan run` with "
+    "`planner.method: exact` or `mtac-e`"
+)
+
+
+_SPARE = 0.03
+"""m beyond the distance that robots keep, by which a way leads around one that hovers."""
+_NEAR = 0.05
+"""m beyond the margin that a way's start keeps from what it leads around."""
+_LEAST = 0.02
+"""m; radius of the smallest body that is led around."""
 
 
 class Pilot:
-    """One robot in flight. It changes as it flies; `sharing.team.OnlineTeam` drives it.
+    """One robot in flight. It changes as it flies; `online_team.OnlineTeam` drives it.
 
     Attributes:
         name: The robot.
@@ -163,3 +191,105 @@ def _newly(task: RobotTask) -> tuple[frozenset[str], ...]:
                 new, inside = new | (regions - inside), regions
             found.append(new)
     return tuple(found)
+
+
+class PilotedTeam(TeamInFlight[Pilot], ABC):
+    """A team in flight whose robots glide along courses that they look for themselves.
+
+    Attributes:
+        rng: Source of every draw.
+        every_order: Whether the words are to hold in every order of the robots, not only in some.
+    """
+
+    def __init__(self, mission: Mission, settings: OnlineSettings, *, rng: Generator, every_order: bool) -> None:
+        require_plain(mission.formula, _MIDDLES)
+        super().__init__(mission, lambda asked, world, name, where: Pilot(asked, world, name, where, settings))
+        self.rng, self.every_order = rng, every_order
+
+    @property
+    def distance(self) -> float:
+        """M between robots' centres that they keep in flight, from where they should be."""
+        return self.mission.separation + CLEARANCE
+
+    def ahead(self) -> dict[str, tuple[Letter, ...]]:
+        """Return the letters that each robot is to show."""
+        return {name: pilot.ahead for name, pilot in self.pilots.items()}
+
+    def keeps(self, ahead: Mapping[str, tuple[Letter, ...]]) -> bool:
+        """Tell whether the team can finish by these letters: in some order from now on, or if asked, in every order from the start."""
+        if not self.every_order:
+            return can_finish(self.belief, ahead)
+        return self.reader.holds_in_every_order({robot: (*self.word(robot), *letters) for robot, letters in ahead.items()})
+
+    def plan_for(self, pilot: Pilot, task: RobotTask, around: Iterable[Point] = ()) -> RobotPlan:
+        """Lay the way of one robot from where it hovers, around places where others do.
+
+        Args:
+            pilot: The robot.
+            task: What it is to do.
+            around: Where others hover, m.
+
+        Raises:
+            Infeasible: There is none.
+        """
+        does = task.itinerary(self.world) if task.moves else Itinerary((), Word((self.world.letter(pilot.where),)))
+        return led_around(self.mission, pilot.name, pilot.where.position, does, around, self.distance)
+
+    def rests(self, pilot: Pilot, now: float) -> bool:
+        """Tell whether a robot hovers, so that it can begin another course."""
+        if self.waits_to_share and pilot.entered and not pilot.stop and not pilot.way.arrived:
+            return False
+        return (pilot.way.arrived or pilot.way.clock.resting) and not pilot.way.course.gliding(now)
+
+    def root(self, pilot: Pilot, now: float) -> None:
+        """Let a robot's state be where it hovers, so that its next course begins without a jump."""
+        x, y, z = (float(v) for v in pilot.way.course.flat(pilot.way.clock, now)[0])
+        pilot.where = replace(pilot.where, position=(x, y, z))
+
+    def acts(self, pilot: Pilot) -> Action | None:
+        """Return a robot's next planned action, once it is at its region's centre."""
+        return pilot.wants_to_act()
+
+
+def way_from(mission: Mission, robot: str, start: Point, does: Itinerary, end: Point | None = None) -> RobotPlan:
+    """Lay the way of a robot that hovers, as if it were alone.
+
+    Args:
+        mission: What to keep clear of.
+        robot: Who flies.
+        start: m, where it hovers.
+        does: What it visits and shows; regions that it begins in are visits, too.
+        end: m, where the robot is to hover at last; by default where the mission says.
+
+    Raises:
+        Infeasible: There is none.
+    """
+    changes = {"start": start} if end is None else {"start": start, "end": end}
+    agent = mission.agents[robot].model_copy(update=changes)
+    return route_itinerary(mission.model_copy(update={"agents": {robot: agent}}), robot, does)
+
+
+# six parameters: who flies what from where, around whom
+def led_around(
+    mission: Mission, robot: str, start: Point, does: Itinerary, hovering: Iterable[Point], distance: float
+) -> RobotPlan:
+    """Lay one robot's way around places where others hover, as far from them as `distance`, or as the start allows.
+
+    Args:
+        mission: What is asked.
+        robot: Who flies.
+        start: m, where it hovers.
+        does: What it visits and shows.
+        hovering: m, where others hover.
+        distance: m.
+
+    Raises:
+        Infeasible: There is no way around, or somebody hovers where the robot is to go.
+    """
+    bodies: dict[str, Region] = {}
+    for index, place in enumerate(hovering):
+        away = float(np.linalg.norm(np.array(place) - np.array(start)))
+        radius = min(distance + _SPARE, away - _NEAR) - mission.margin
+        if radius > _LEAST:
+            bodies[f" robot {index} "] = Region(center=place, radii=(radius, radius, radius))
+    return way_from(mission.model_copy(update={"regions": {**mission.regions, **bodies}}), robot, start, does)

@@ -16,8 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ltlplan.logic.automaton import DEAD
-from ltlplan.mtac.agent_moves import World
-from ltlplan.mtac.agent_states import AgentState
+from ltlplan.mtac.agent_moves import AgentState, World
 from ltlplan.mtac.decomposable_task import Reader
 from ltlplan.online_mtac.formula_progression import mission_left
 from ltlplan.online_mtac.possible_states import Belief, after_events, at_start

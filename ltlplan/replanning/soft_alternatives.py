@@ -18,8 +18,7 @@ from ltlplan.precedences import with_planned_waits, with_waits
 from ltlplan.replanning.checked_plan import plan, plan_or_none
 from ltlplan.replanning.cuts import Candidate, legs_of, less_wished
 from ltlplan.replanning.refusals import Refusal
-from ltlplan.replanning.soft_parts import KEPT, is_timed, kept_by_plan, part_text
-from ltlplan.replanning.soft_searches import asking
+from ltlplan.replanning.soft_parts import KEPT, asking, is_timed, kept_by_plan, part_text
 from ltlplan.search.lawler import Member, Partition
 from ltlplan.search.method import under_precedences, without_legs
 from verify.data import Mission, NotCertified, Plan, Unsatisfiable, Witness

@@ -3,22 +3,22 @@
 Which parts those are is found by the exact search over words, whatever method then plans: for each set of parts that is asked about, the
 formula and these parts are one formula. The method is given the formula with those parts that its cheapest words do not keep anyway, so
 that a part which holds anyway changes nothing. What is kept in the end is said by the certificate, which reads the parts from the mission.
+`Searches` keeps within bounds on all of these searches together.
 """
 
 from __future__ import annotations
 
 import contextlib
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from ltlplan.allocation import Known, key_of
+from ltlplan.allocation import Allocation, Known, key_of
 from ltlplan.logic.budget import DEFAULT_BUDGET, TooLarge
-from ltlplan.replanning.soft_searches import Searches, asking
 from ltlplan.search.exact import assign
 from ltlplan.search.explanations.max_weight_subset import Kept, MostWeight, Parts
-from verify.data import Mission, Plan, Word
+from verify.data import Infeasible, Mission, Plan, Unsatisfiable, Word
 from verify.data.plan import Meeting
 from verify.data.progress import Progress, part_of, silent
 
@@ -30,6 +30,78 @@ Planner = Callable[..., Plan]
 KEPT = "Planned words keep weight"
 """How the note on what is kept begins."""
 _EXPLAINED = 8  # parts that are given up of which it is said what keeping them would have cost
+_COUNTED = "count(free) >= 0"  # holds always
+_STATES = {"own": 30_000, "joint": 60_000}  # of one search; `joint` spends a tenth
+_COURSES = {"own": 4_000, "joint": 1_200}
+_LEAST = 16  # by how much later searches are cut down at most
+
+
+class Searches:
+    """Searches for the least cost of keeping sets of soft parts; each that is stopped halves what the next ones may take.
+
+    Args:
+        mission: Whose parts.
+
+    Attributes:
+        budget: Of a search in full.
+        stopped: The sets whose least cost is not known.
+    """
+
+    def __init__(self, mission: Mission) -> None:
+        team = mission.spec.team
+        self.budget = replace(DEFAULT_BUDGET, states=_STATES[team], courses=_COURSES[team])
+        self.stopped: set[Parts] = set()
+        self._mission = mission
+        self._found: dict[Parts, tuple[Allocation, bool]] = {}  # and whether it was searched for in full
+
+    def cost_of(self, parts: Parts) -> float | None:
+        """Return the least cost of keeping some parts, or what is found where a search is stopped; None where they cannot be kept.
+
+        Args:
+            parts: Their indices.
+
+        Raises:
+            TooLarge: A budget was used up before any plan was found.
+        """
+        share = min(1 << len(self.stopped), _LEAST)
+        budget = replace(self.budget, states=self.budget.states // share)
+        try:
+            found = assign(asking(self._mission, parts), budget=budget, explained=False)
+        except (Unsatisfiable, Infeasible):
+            return None
+        except TooLarge:
+            self.stopped.add(parts)
+            raise
+        if not found.complete:
+            self.stopped.add(parts)
+        self._found[parts] = found, share == 1
+        return found.cost
+
+    def found_for(self, chosen: Parts) -> Iterator[tuple[Mission, Allocation]]:
+        """Yield what need not be searched for again: complete assignments, and what a search in full found for the parts that are kept.
+
+        Args:
+            chosen: The parts that are kept.
+        """
+        for parts, (found, in_full) in self._found.items():
+            if found.complete or (parts == chosen and in_full):
+                yield asking(self._mission, parts), found
+
+
+def asking(mission: Mission, parts: Parts) -> Mission:
+    """Return the mission asking for its formula and some soft parts.
+
+    Where any soft part counts robots all sets are searched for as formulas with counts are: plans whose robots meet are found for
+    one set and not for a smaller one else.
+
+    Args:
+        mission: Whose parts.
+        parts: Their indices.
+    """
+    asked = [mission.spec.formula or "true", *(mission.soft_parts[index].formula for index in sorted(parts))]
+    if parts and any(mission.asking(part.formula).written.counts for part in mission.soft_parts):
+        asked.append(_COUNTED)
+    return mission.asking(asked[0] if len(asked) == 1 else " & ".join(f"({text})" for text in asked))
 
 
 def plan_with_soft_parts(mission: Mission, planned: Planner, progress: Progress = silent) -> Plan:

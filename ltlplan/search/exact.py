@@ -132,8 +132,7 @@ def _under_precedences(problem: Problem) -> Allocation:
         found = orders.plan(problem)
     except Infeasible:
         if problem.mission.spec.team == "joint":
-            from ltlplan.search.counting.stages import plan_stages
-            from ltlplan.search.counting.synchronisation import HoversOutside
+            from ltlplan.search.counting.stages import HoversOutside, plan_stages
 
             with contextlib.suppress(TooLarge, NoWords, HoversOutside):
                 return plan_stages(problem)

@@ -143,7 +143,7 @@ _ELSEWHERE = {
     "too-large": "ltlplan.logic.budget:TooLarge",
     "no-plan": "ltlplan.search.explanations.unsatisfiable_cores:NoPlan",
     "blocked": "ltlplan.paths.hoops.avoidance:Blocked",
-    "spline-blocked": "ltlplan.paths.hoops.spline_blocked:SplineBlocked",
+    "spline-blocked": "ltlplan.paths.hoops.sequencer:SplineBlocked",
     "cost-error": "ltlplan.paths.costs:CostError",
     "solver-timeout": "refine.solvers.timeout:SolverTimeout",
     "out-of-time": "ltlplan.service.execution.resource_limits:OutOfTime",

@@ -1,4 +1,4 @@
 """Formulas that count robots or name them, by MTAC-E.
 
-Read `tasks`, then `move_sequences` (visits put into the sequence of moves that counts ask for) and `role_assignment` (which robot takes which part).
+Read `tasks`, then `move_sequences` (visits put into the sequence of moves that counts ask for).
 """

@@ -9,16 +9,20 @@ robots' very paths is taken:
   out and put in anew, for a while. Only courses count that still do, letter by letter, what counts ask for.
 
 Of either, who takes which part is then decided by paths (Algorithm 2, line 7): the price of each robot's path for each part that it could
-take, shown by the same letters, and the cheapest assignment of parts to robots, by the sum or by the dearest.
+take, shown by the same letters, and the cheapest assignment of parts to robots, by the sum or by the dearest. Robots of one kind
+that are not named exchange parts that show the same letters (`taken_by_the_cheapest`).
 """
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from functools import cached_property
 
+import numpy as np
 from numpy.random import Generator
 
 from ltlplan.allocation import Allocation, Context, Itinerary
@@ -26,7 +30,6 @@ from ltlplan.logic.automaton import Automaton
 from ltlplan.logic.budget import Budget, TooLarge
 from ltlplan.logic.conjunction import conjunct_automaton, conjuncts
 from ltlplan.mtac.counting.move_sequences import CountedCourses, Course
-from ltlplan.mtac.counting.role_assignment import taken_by_the_cheapest
 from ltlplan.mtac.many_tasks import MANY
 from ltlplan.paths.costs import team_cost
 from ltlplan.paths.improvement import without_swings
@@ -34,28 +37,26 @@ from ltlplan.paths.nominal import lay_path
 from ltlplan.search.counting.capacities import small_rooms
 from ltlplan.search.counting.counted_plans import CountedPlan, has_room
 from ltlplan.search.counting.counting_propositions import Marks
-from ltlplan.search.counting.course_search import CourseSearch
-from ltlplan.search.counting.planning import plan_counts
+from ltlplan.search.counting.planning import CourseSearch, plan_counts
+from ltlplan.search.counting.stages import HoversOutside, waits_of
 from ltlplan.search.counting.symmetry_classes import CountedTeam, Rooms, TeamClasses
-from ltlplan.search.counting.synchronisation import HoversOutside, waits_of
 from ltlplan.search.endurance import require_endurance
 from ltlplan.search.itineraries import itinerary
+from ltlplan.search.least_cost_matching import cheapest_assignment
 from ltlplan.search.problem import TIES, Problem
 from ltlplan.search.tours.shared_tours import Objective
 from ltlplan.systems.objective import is_counted_by_legs
 from ltlplan.systems.robot_systems import interchangeable, unit_cost
+from ltlplan.systems.transition_systems import TransitionSystem
 from verify.data import Formula, Infeasible, Letter, Mission
 from verify.data.language.counting import atoms
 
 _STATES = 200_000
 """Of the search over numbers of robots for conjuncts that are no tasks."""
-
 _STATES_AT_ONCE = 4_000
 """Of that search for all conjuncts at once, where some are tasks, which can also be put in; of more than eight it falls with their square."""
-
 _ROUNDS = 30
 """In which tasks are taken out of a course and put in anew."""
-
 _TRIED = 200
 """Places for one visit that are held against the formula, cheapest first."""
 
@@ -253,3 +254,70 @@ class _Visits:
 
     def _cost(self, course: Course) -> float:
         return self._objective(self._courses.costs(course))
+
+
+def taken_by_the_cheapest(
+    systems: Sequence[TransitionSystem],
+    plan: CountedPlan,
+    kinds: Sequence[str],
+    price: Callable[[int, tuple[int, ...]], float],
+    *,
+    longest: bool,
+) -> CountedPlan:
+    """Return a plan whose parts are taken so that they cost least.
+
+    A part may be taken by a robot of the same kind that shows the very letters of it, one after another, from its own start: then the
+    team shows what it showed, and whatever counts ask for holds as before.
+
+    Args:
+        systems: One for each robot.
+        plan: Whose parts are given out anew.
+        kinds: For each robot a key that robots have in common which may take each other's parts.
+        price: What a robot's path along nodes of its system costs.
+        longest: Whether the dearest robot counts, not the sum.
+    """
+    robots = range(len(systems))
+    paths = {
+        (robot, part): found
+        for robot in robots
+        for part in robots
+        if kinds[robot] == kinds[part] and (found := _path(systems, plan, robot, part)) is not None
+    }
+    prices = np.full((len(systems), len(systems)), math.inf)
+    for (robot, part), path in paths.items():
+        prices[robot, part] = price(robot, path)
+    if not np.isfinite(prices[robots, robots]).all():
+        return plan
+    pairs = cheapest_assignment(prices, longest=longest)
+    assert pairs is not None  # each may keep its own
+    takes = [part for _, part in pairs]
+    taker = {part: robot for robot, part in enumerate(takes)}
+    if takes == list(robots):
+        return plan
+    return replace(
+        plan,
+        paths=tuple(paths[robot, takes[robot]] for robot in robots),
+        turns=tuple((taker[part], begin, end) for part, begin, end in plan.turns),
+    )
+
+
+def _path(systems: Sequence[TransitionSystem], plan: CountedPlan, robot: int, part: int) -> tuple[int, ...] | None:
+    """Return a robot's path for another one's part; None where it has no such path, or would show other letters on it."""
+    own, other, path = systems[robot], systems[part], plan.paths[part]
+    if robot == part:
+        return path
+    index = {node: number for number, node in enumerate(own.nodes)}
+    start = other.nodes[other.initial]
+    found = [own.initial]
+    for number in path[1:]:
+        node = other.nodes[number]
+        if node.position == start.position and node.place == start.place:  # where it begins, seen from there
+            here = own.nodes[own.initial]
+            entered = here.entered if node.entered == start.entered else node.entered
+            node = replace(node, position=here.position, place=here.place, entered=entered)
+        if node not in index:
+            return None
+        found.append(index[node])
+    shown = [own.labels[number] for number in found] == [other.labels[number] for number in path]
+    joined = all(any(target == b for target, _ in own.edges[a]) for a, b in itertools.pairwise(found) if a != b)
+    return tuple(found) if shown and joined else None

@@ -18,8 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ltlplan.paths.costs import Cost, cost_of, plan_cost
-from ltlplan.paths.cross_entropy.gaussian import Options, Search
-from ltlplan.paths.cross_entropy.populations import Tournament
+from ltlplan.paths.cross_entropy.gaussian import Options, Search, Tournament
 from ltlplan.paths.final_hover import then_hovering, until_hover
 from ltlplan.paths.path_result import candidate_plans, flown_pieces
 from ltlplan.paths.sampling.least_snap_spline import LeastSnapSpline

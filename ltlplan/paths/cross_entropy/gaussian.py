@@ -3,11 +3,19 @@
     ask: draw candidates    tell: keep the elite of those that count, fit the Gaussian to it
 
 It knows nothing of paths: a cost is a number, infinite for a candidate that does not count.
+
+In a `Tournament` several Gaussians share the candidates of each round; twice, the worse half of them leaves. A Gaussian that is fitted to its own elite settles in one valley of the costs, and which one depends on its mean and its first
+draws. Several that draw for themselves, from means of their own, settle in several. Each batch of a round goes to one of them
+in turn, so that those that stay get more of every round: with four, a quarter each at first, then a half, then one gets all.
+The budget is the same as for one Gaussian (successive halving: Jamieson and Talwalkar, "Non-stochastic best arm
+identification", AISTATS 2016).
 """
 
 from __future__ import annotations
 
+import itertools
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,6 +27,8 @@ _BATCH = 250  # candidates after which a Gaussian is fitted again, about
 _FLOOR = 1e-5  # least standard deviation in any direction, in the unit of the candidates
 _POPULATIONS = 4
 _BATCHES_EACH = 100  # fewer than that for each population, and one alone goes farther
+_OPENING = 0.5  # share of the batches after which half of the populations leave for the first time
+_LAST = 0.75  # share of the batches after which the best one is alone
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -120,3 +130,53 @@ class Search:
         offset = elites - self.mean
         covariance = (1 - beta) * self.covariance + beta * (offset.T * weights) @ offset
         return replace(self, mean=weights @ elites, covariance=(covariance + covariance.T) / 2, best=best, best_cost=best_cost)
+
+
+@dataclass(frozen=True, eq=False)
+class Tournament:
+    """The populations that are left.
+
+    Attributes:
+        searches: One Gaussian each, the order of their turns.
+        told: How many batches they were told, those that have left included.
+    """
+
+    searches: tuple[Search, ...]
+    told: int = 0
+
+    @classmethod
+    def start(cls, search: Search, others: Sequence[Search] = ()) -> Tournament:
+        """Begin with as many populations as the options say.
+
+        Args:
+            search: The first population.
+            others: The next ones; where there are fewer than the options say, all begin again from the first.
+        """
+        return cls(tuple(itertools.islice(itertools.cycle((search, *others)), search.options.gaussians)))
+
+    @property
+    def best(self) -> Search:
+        """The population with the least cost so far; the first of several."""
+        return min(self.searches, key=lambda search: search.best_cost)
+
+    def ask(self, rng: np.random.Generator) -> Floats:
+        """Draw the next batch of a round, from the population whose turn it is. Shape (batch, size)."""
+        sizes = self.searches[0].options.sizes
+        return self.searches[self.told % len(self.searches)].ask(rng, sizes[self.told % len(sizes)])
+
+    def tell(self, candidates: Floats, costs: Floats) -> Tournament:
+        """Return the tournament after the batch that was asked for."""
+        turn, told = self.told % len(self.searches), self.told + 1
+        searches = list(self.searches)
+        searches[turn] = searches[turn].tell(candidates, costs)
+        options = searches[0].options
+        batches = options.rounds * len(options.sizes)
+        if told == round(_LAST * batches):
+            searches = _best(searches, 1)
+        elif told == round(_OPENING * batches):
+            searches = _best(searches, (len(searches) + 1) // 2)
+        return replace(self, searches=tuple(searches), told=told)
+
+
+def _best(searches: list[Search], count: int) -> list[Search]:
+    return sorted(searches, key=lambda search: search.best_cost)[:count]

@@ -9,7 +9,7 @@ from ltlplan.logic.budget import Budget, TooLarge
 from ltlplan.logic.conjunction import conjunct_automata, conjuncts
 from ltlplan.search.counting.capacities import Room, most_that_show
 from ltlplan.search.counting.planning import plan_counts
-from ltlplan.search.explanations.requirements import all_of
+from ltlplan.search.explanations.inquiry import all_of
 from ltlplan.search.explanations.unsatisfiable_cores import NoPlan
 from ltlplan.search.polarities import signed_nodes
 from ltlplan.systems.transition_systems import TransitionSystem

@@ -1,23 +1,30 @@
 """Plans for formulas that count robots, in stages: what is flown at once, and who waits for whom before the next stage begins.
 
-`plan_stages` is tried first; `plan_waiting_outside` also lets robots wait just outside regions.
+`plan_stages` is tried first; `plan_waiting_outside` also lets robots wait just outside regions. `waits_of` and `precedences_of`
+say which robot must have arrived before which other one sets out, or acts.
 """
 
 from __future__ import annotations
 
 import contextlib
+from collections.abc import Iterator, Sequence
+from itertools import accumulate, pairwise
 
 from ltlplan.allocation import Allocation
 from ltlplan.logic.budget import Budget, TooLarge
 from ltlplan.search.counting.capacities import small_rooms
+from ltlplan.search.counting.counted_plans import CountedPlan, Turn
 from ltlplan.search.counting.counting_propositions import Marks
 from ltlplan.search.counting.planning import plan_counts, plan_hovering, roomy_marks
 from ltlplan.search.counting.symmetry_classes import CountedTeam, Rooms
-from ltlplan.search.counting.synchronisation import HoversOutside, precedences_of, waits_of
 from ltlplan.search.orders import planning as orders
+from ltlplan.search.orders.event_names import Names
 from ltlplan.search.problem import TIES, NoWords, Problem
 from ltlplan.systems.robot_systems import interchangeable
-from verify.data import Infeasible, Unsatisfiable
+from ltlplan.systems.transition_systems import TransitionSystem
+from ltlplan.systems.visit_log import VisitLog
+from verify.data import BadInput, Infeasible, Unsatisfiable
+from verify.data.plan import Meeting, Precedence
 
 _HOVERING_STATES = 20_000
 """Of the search for plans in which robots also wait outside regions."""
@@ -98,3 +105,107 @@ def plan_waiting_outside(problem: Problem) -> Allocation:
             said = (note, *problem.systems.unclear())
             return Allocation(robots=robots, cost=total, notes=said, precedences=tuple(waits))
     raise NoWords(lambda: Unsatisfiable("No plan was found in which robots also wait just outside regions."))
+
+
+class HoversOutside(BadInput):
+    """A robot would have to hover outside all regions, or act where it stays, while others are still to set out."""
+
+
+def waits_of(systems: Sequence[TransitionSystem], plan: CountedPlan) -> tuple[list[Meeting], list[Precedence]]:
+    """Return the waits between stages: each robot of a stage sets out, or acts where it is, when all others of the one before have arrived.
+
+    Args:
+        systems: One for each robot.
+        plan: Its paths, turns and stages.
+
+    Raises:
+        HoversOutside: A robot would have to come to rest in no region, or act where it stays, while others are still to set out.
+    """
+    found = list(dict.fromkeys(_waits(systems, plan)))
+    return [wait for wait in found if isinstance(wait, Meeting)], [wait for wait in found if isinstance(wait, Precedence)]
+
+
+def _waits(systems: Sequence[TransitionSystem], plan: CountedPlan) -> Iterator[Meeting | Precedence]:
+    def visits(robot: int, length: int) -> int:
+        log = VisitLog()
+        for node in plan.paths[robot][:length]:
+            log.enter(systems[robot].nodes[node].regions)
+        return len(log.visits)
+
+    for (robot, before, after), others in _handovers(plan):
+        setting_out, path = visits(robot, before), plan.paths[robot]
+        acts, flies = _acts(systems[robot], path[before - 1 : before + 1]), visits(robot, after) > setting_out
+        if not (acts or flies):
+            raise HoversOutside(_OUTSIDE.format(name=systems[robot].robot))
+        for other, began, arrived in others:
+            if visits(other, arrived) == visits(other, began) or not systems[other].labels[plan.paths[other][arrived - 1]]:
+                raise HoversOutside(_OUTSIDE.format(name=systems[other].robot))
+            if arrived > 1 and _acts(systems[other], plan.paths[other][arrived - 2 : arrived]):
+                raise HoversOutside(_ACTS.format(name=systems[other].robot))
+            awaited = (systems[other].robot, visits(other, arrived) - 1)
+            if acts:
+                where = (systems[robot].robot, _acting_visit(systems[robot], path, before))
+                yield Precedence(first=awaited, then=where, done="entered", due="acts")
+            if flies:
+                yield Meeting(first=awaited, then=(systems[robot].robot, setting_out))
+
+
+def _handovers(plan: CountedPlan) -> Iterator[tuple[Turn, list[Turn]]]:
+    """Yield the first turn of each robot in a stage, with the last ones of all others in the stage before it."""
+    for earlier, later in pairwise(plan.stages):
+        last = {plan.turns[turn][0]: plan.turns[turn] for turn in earlier}
+        first = {plan.turns[turn][0]: plan.turns[turn] for turn in reversed(later)}
+        for robot, turn in sorted(first.items()):
+            yield turn, [other for who, other in sorted(last.items()) if who != robot]
+
+
+def _acting_visit(system: TransitionSystem, path: Sequence[int], step: int) -> int:
+    """Return the visit in which a robot acts by a step of its path."""
+    log = VisitLog()
+    for node in path[:step]:
+        log.enter(system.nodes[node].regions)
+    change = system.nodes[path[step - 1]].internal, system.nodes[path[step]].internal
+    regions = system.nodes[path[step]].regions
+    visit = log.current(next(a.at for a in system.actions if (a.source, a.target) == change and a.at in regions))
+    for node in path[step:]:
+        log.enter(system.nodes[node].regions)
+    return log.numbers[visit]
+
+
+def precedences_of(systems: Sequence[TransitionSystem], plan: CountedPlan) -> list[Precedence] | None:
+    """Return the waits between stages as precedences between events; None where an event has no name that can be waited for.
+
+    The last event of each robot's moves in a stage comes before the first ones of all others in the next.
+
+    Args:
+        systems: One for each robot.
+        plan: Its paths, turns and stages; robots may wait outside regions that they have left.
+    """
+    names, found = Names(systems, plan.paths), dict[Precedence, None]()
+    letters = [
+        list(accumulate((system.labels[a] != system.labels[b] for a, b in pairwise(path)), initial=0))
+        for system, path in zip(systems, plan.paths, strict=True)
+    ]
+    for (robot, before, _), others in _handovers(plan):
+        for other, _, arrived in others:
+            pair = (other, letters[other][arrived - 1]), (robot, letters[robot][before - 1] + 1)
+            precedence = names.precedence(pair)
+            if precedence is None:
+                return None
+            found[precedence] = None
+    return list(found)
+
+
+def _acts(system: TransitionSystem, step: Sequence[int]) -> bool:
+    before, after = (system.nodes[node] for node in step)
+    return before.internal != after.internal
+
+
+_ACTS = (
+    "The formula asks that another robot sets out after {name} has acted where it stays, and an action ends at some time of a stay: such "
+    "waits are not planned. Let {name} come to a further region."
+)
+_OUTSIDE = (
+    "The formula asks that {name} hovers outside all regions before or after another robot sets out: such waits are not planned yet. "
+    "Give the place where it should hover a region of its own."
+)

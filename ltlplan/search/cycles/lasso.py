@@ -2,8 +2,14 @@
 
 A lasso is a path of the product of one robot's system with the Büchi automata of the conjuncts that comes back to where
 it was after each conjunct was seen to accept. The product is walked once, within a budget of states; then each of its strongly
-connected components in which every conjunct accepts is searched for its cheapest round (`rounds`), so that `G F a & G F b`
+connected components in which every conjunct accepts is searched for its cheapest round (`Rounds`), so that `G F a & G F b`
 costs one round, in whichever order is shorter.
+
+A round leads from a place back to it and shows each mark (one for each conjunct) on the way, in whichever order is shorter; that
+is the travelling salesman's problem over sets of places. It is solved exactly by A*, where what is surely left is bounded over
+the sets alone: by all orders of them (Held and Karp 1962) where they are few, by spanning trees with tolls
+(Held and Karp 1970) where they are many. Where the states of the search are used up, a round stands that the same search finds
+in haste, with the bound that was proved.
 """
 
 from __future__ import annotations
@@ -11,7 +17,7 @@ from __future__ import annotations
 import itertools
 import math
 from array import array
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import reduce
 from operator import or_
@@ -19,10 +25,11 @@ from operator import or_
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import dijkstra
 
 from ltlplan.logic.automaton import Automaton
 from ltlplan.logic.budget import DEFAULT_BUDGET, Budget, TooLarge
-from ltlplan.search.cycles.accepting_cycles import Rounds
+from ltlplan.search.bounds.set_orders import Floats, LeastTrees, least_orders, needed
 from ltlplan.search.cycles.strong_components import components
 from ltlplan.search.label_setting import BestFirst
 from ltlplan.search.memoization import memoized
@@ -31,8 +38,175 @@ from ltlplan.systems.transition_systems import TransitionSystem
 from verify.data import Letter
 
 State = tuple[int, ...]
-
 _STEP, _HOVER = 1e-10, 1e-11
+MOST_ORDERED = 15
+"""Sets of places up to which the bound is over all their orders: 2^15 subsets."""
+_HASTE = ((1.1, 20_000), (5.0, np.inf))
+"""How much the bound counts where the states of the search are used up, and for how many states."""
+_GRAIN = 1e-9  # m; bounds that differ by less are ties, in which the search goes on with the longest way
+
+
+@dataclass(frozen=True, slots=True)
+class Round:
+    """A way round, from home to just before home; no places where none is known.
+
+    Attributes:
+        places: In order.
+        cost: Way there and the weighted round; infinite where none is known.
+        bound: No round through this home costs less.
+        explored: States that were expanded.
+    """
+
+    places: tuple[int, ...]
+    cost: float
+    bound: float
+    explored: int
+
+
+class Rounds:
+    """The rounds of one strongly connected component.
+
+    Attributes:
+        homes: Places at least one of which is on every round.
+        there, weight, edges: What was given; the steps from each place as pairs (target, cost).
+        least: Cost of the cheapest way to any place.
+        everything: All sets to come to, as bits; the homes' own is none of them.
+        shown: The sets that each place is in, as bits.
+
+    Args:
+        graph: Costs of steps between the component's places, all positive.
+        there: Cost of the cheapest way to each place. Shape (places,).
+        marks: What each place shows, as bits.
+        count: How many marks there are; each is shown somewhere.
+        weight: How many times a round's own cost counts.
+    """
+
+    def __init__(self, graph: csr_matrix, there: Floats, marks: Sequence[int], count: int, weight: float) -> None:
+        self.there, self.weight, self.least = there, weight, float(there.min())
+        self._back = csr_matrix(graph.T)
+        self.edges = [
+            list(zip(graph.indices[a:b].tolist(), graph.data[a:b].tolist(), strict=True))
+            for a, b in itertools.pairwise(list(graph.indptr))
+        ]
+        sets = needed([frozenset(p for p, shown in enumerate(marks) if shown >> mark & 1) for mark in range(count)])
+        home, *self._sets = sorted(sets or [frozenset(range(len(marks)))], key=lambda each: (len(each), min(each)))
+        self.homes = sorted(home, key=lambda place: (there[place], place))
+        self.shown = [sum(1 << k for k, own in enumerate(self._sets) if place in own) for place in range(len(marks))]
+        self.everything = (1 << len(self._sets)) - 1
+        self._to = np.array([self.distance(sorted(own)) for own in self._sets]).reshape(len(self._sets), len(marks))
+        homewards = self.distance(self.homes)
+        count = len(self._sets)
+        self._apart = np.array([[to[sorted(own)].min() for to in self._to] for own in self._sets]).reshape(count, count)
+        self._after = np.array([homewards[sorted(own)].min() for own in self._sets], dtype=np.float64)
+        back = [np.asarray(dijkstra(graph, indices=sorted(own), min_only=True), dtype=np.float64) for own in self._sets]
+        self._around = np.max([np.zeros(len(marks)), *(to + after for to, after in zip(self._to, back, strict=True))], axis=0)
+        few = count <= MOST_ORDERED
+        self._left: Callable[[int], Floats] = (
+            least_orders(self._apart, self._after) if few else LeastTrees(self._apart, self._after)
+        )
+
+    def through(self, home: int, limit: float, states: int) -> Round:
+        """Return the round through one home for which way there + weight * round is least, if that is below the limit.
+
+        Where the states do not suffice, it is the best one known.
+
+        Args:
+            home: The place where the round begins and ends.
+            limit: The cost to be below.
+            states: How many states may be expanded.
+        """
+        if self.at_least(home) >= limit:
+            return Round((), np.inf, limit, 1)
+        homewards, weight = self.distance([home]), self.weight
+
+        def successors(state: _Lap) -> Iterator[tuple[_Lap, float]]:
+            place, left, entered = state
+            if not entered:
+                yield (place, left, True), float(self.there[place])
+            for target, step in self.edges[place]:
+                still = left & ~self.shown[target]
+                if target != home or still:
+                    yield (target, still, entered), weight * step
+                elif entered:  # one that has not begun its cycle begins it at home as well from the start
+                    yield _GOAL, weight * step
+
+        def left_of(state: _Lap) -> float:
+            place, left, entered = state
+            onwards = 0.0 if state == _GOAL else weight * self.remaining(place, left, homewards)
+            return onwards + (0.0 if entered else self.least)
+
+        begin = home, self.everything & ~self.shown[home], False
+        search = BestFirst([begin], successors, left_of, ties="farthest")
+        explored = 0
+        for state, cost, bound in search:
+            if bound >= limit:
+                break
+            if state == _GOAL:
+                return self._round(search, cost, explored)
+            explored += 1
+            if explored > states:
+                return self._in_haste(begin, successors, left_of, bound, explored)
+        return Round((), np.inf, limit, explored)
+
+    def _in_haste(
+        self, begin: _Lap, successors: _Successors, left_of: Callable[[_Lap], float], bound: float, explored: int
+    ) -> Round:
+        """Return the first round of a search in which bounds count more, or much more where that takes long."""
+        for weight, most in _HASTE:
+            search = BestFirst([begin], successors, left_of, ties="farthest", weight=weight)
+            for number, (state, _, _) in enumerate(search):
+                if state == _GOAL:
+                    return self._round(search, bound, explored)
+                if number >= most:
+                    break
+        raise AssertionError("places of one component lead to each other")
+
+    def _round(self, search: BestFirst[_Lap], bound: float, explored: int) -> Round:
+        """Return the round that a search found, begun where that is nearest; to begin it is no step."""
+        steps = list(itertools.pairwise(search.path(_GOAL)[:-1]))
+        places = (steps[0][0][0], *(after[0] for before, after in steps if before[2] == after[2]))
+        begun = next(before[0] for before, after in steps if before[2] != after[2])
+        cost = search.costs[_GOAL] - float(self.there[begun]) + float(self.there[list(places)].min())
+        return Round(places, cost, min(bound, cost), explored)
+
+    def remaining(self, place: int, left: int, homewards: Floats) -> float:
+        """Return a lower bound on what is left of a round from a place, with some sets still to come to; `homewards` leads home.
+
+        Args:
+            place: Where the round has come to.
+            left: The sets still to come to, as bits.
+            homewards: Cost of the cheapest way home from each place. Shape (places,).
+        """
+        return self._least_onwards(place, left) if left else float(homewards[place])
+
+    @memoized
+    def _least_onwards(self, place: int, left: int) -> float:
+        return float(np.min(self._to[:, place] + self._left(left)))
+
+    def at_least(self, home: int) -> float:
+        """Return a lower bound on the cost of every round through a home: the way there and the weighted round.
+
+        Args:
+            home: The place where the round begins and ends.
+        """
+        left = self.everything & ~self.shown[home]
+        onwards = self.remaining(home, left, self._around) if left else 0.0
+        lap = max(min(cost for _, cost in self.edges[home]), float(self._around[home]), onwards) - _GRAIN
+        entered = self.least + self.weight * lap
+        if self.weight < 1.0:
+            return entered
+        # from where a round is entered it comes home, so that way there and one lap are no shorter than the way home
+        return max(entered, float(self.there[home]) - _GRAIN + (self.weight - 1.0) * lap)
+
+    def distance(self, goals: Sequence[int]) -> Floats:
+        """Return the cost of the cheapest way from each place to the nearest of some."""
+        return np.asarray(dijkstra(self._back, indices=list(goals), min_only=True), dtype=np.float64)
+
+
+_Lap = tuple[int, int, bool]
+"""Place, sets still to come to as bits, and whether the lap has begun: at any place of a round the way there may end."""
+_GOAL: _Lap = (-1, 0, True)
+_Successors = Callable[[_Lap], Iterator[tuple[_Lap, float]]]
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,10 +15,9 @@ from ltlplan.logic.budget import TooLarge
 from ltlplan.search.cycles.cheapest_cycles import Effort, cycles_below, cycles_may_exist, least_of_all_cycles
 from ltlplan.search.cycles.conjunct_assignment import parts_of, share_out
 from ltlplan.search.cycles.resting_actions import acts_at_rest, comes_anew
-from ltlplan.search.cycles.team_cycles import TeamCycles
-from ltlplan.search.cycles.team_itineraries import team_itineraries, team_meetings
+from ltlplan.search.cycles.team_cycles import TeamCycles, team_itineraries, team_meetings
 from ltlplan.search.cycles.team_readers import reads_letters
-from ltlplan.search.explanations.requirements import all_of
+from ltlplan.search.explanations.inquiry import all_of
 from ltlplan.search.itineraries import lasso_itinerary
 from ltlplan.search.problem import TIES, NoWords, Problem
 from ltlplan.systems.transition_systems import TransitionSystem

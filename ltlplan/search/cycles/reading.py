@@ -11,8 +11,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from ltlplan.search.bounds.cycle_costs import bounds_before
-from ltlplan.search.bounds.cycle_shares import CycleShares
+from ltlplan.search.bounds.cycle_shares import CycleShares, bounds_before
 from ltlplan.search.bounds.set_orders import Floats
 from ltlplan.search.cycles.cycle_effects import CycleEffects, Masks
 from ltlplan.search.cycles.cycle_places import CyclePlaces

@@ -1,4 +1,7 @@
-"""What is asked about a mission without a plan: which requirements hold together in which worlds, and how they were written."""
+"""What is asked about a mission without a plan: which requirements hold together in which worlds, and how they were written.
+
+Of requirements by themselves it is found whether any word satisfies them, whoever may show it.
+"""
 
 from __future__ import annotations
 
@@ -6,18 +9,52 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-from ltlplan.logic.budget import TooLarge
-from ltlplan.logic.conjunction import conjuncts
-from ltlplan.search.explanations.remedies import Worlds
+from ltlplan.logic.automaton import DEAD
+from ltlplan.logic.budget import Budget, TooLarge
+from ltlplan.logic.conjunction import conjunct_automata, conjuncts
+from ltlplan.logic.product_automaton import Task
+from ltlplan.search.label_setting import BestFirst
 from ltlplan.systems.robot_systems import Systems
-from verify.data import Formula, Infeasible, Mission
+from ltlplan.systems.transition_systems import TransitionSystem
+from verify.data import Formula, Infeasible, Letter, Mission
 from verify.data.language.counting import written_out
 from verify.data.language.formula import FREE
 from verify.data.language.free import in_no_region
 from verify.data.sections import Robot
 
+Worlds = Sequence[TransitionSystem]
+"""What each robot can do."""
+
 Feasible = Callable[[Sequence[Formula], Worlds], bool]
 """Whether some requirements can be met in some worlds."""
+
+BUDGET = Budget(states=200_000)
+
+
+def satisfiable(parts: Sequence[Formula], letters: Sequence[Letter]) -> bool:
+    """Tell whether some finite word over these letters satisfies all parts, as far as the budget goes."""
+    task = Task(conjunct_automata(all_of(parts), "finite"), letters)
+
+    def onwards(state: int) -> list[tuple[int, float]]:
+        return [(after, 1.0) for after in task.row(state) if after != DEAD]
+
+    for seen, (state, _, _) in enumerate(BestFirst([task.initial], onwards, ties="first")):
+        if task.is_accepting(state) or seen > BUDGET.states:
+            return True  # the latter is not known to be impossible
+    return False
+
+
+def all_of(parts: Sequence[Formula]) -> Formula:
+    """Return the conjunction of requirements."""
+    formula = parts[0] if parts else Formula("true")
+    for part in parts[1:]:
+        formula = Formula("&", (formula, part))
+    return formula
+
+
+def eventually(name: str) -> Formula:
+    """Return the requirement that a name is shown at some time."""
+    return Formula("F", (Formula("name", (), name),))
 
 
 @dataclass(frozen=True, eq=False)

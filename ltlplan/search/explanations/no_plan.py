@@ -8,8 +8,8 @@ from ltlplan.logic.budget import Budget
 from ltlplan.logic.conjunction import conjunct_automata
 from ltlplan.search.counting.counting_propositions import Marks
 from ltlplan.search.explanations.held_letters import held_letter
+from ltlplan.search.explanations.inquiry import BUDGET, all_of
 from ltlplan.search.explanations.relaxation import relaxed
-from ltlplan.search.explanations.requirements import BUDGET, all_of
 from ltlplan.search.explanations.unsatisfiable_cores import NoPlan, explain, refused_in_some_order
 from ltlplan.search.joint.reading import JointTask
 from ltlplan.search.orders.planning import OrderedTeam

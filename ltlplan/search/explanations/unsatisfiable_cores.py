@@ -3,23 +3,24 @@
 Nothing is guessed. Every sentence here is the outcome of a search that found nothing, in the mission's world or in one
 that differs from it in just the thing that the sentence names: one region taken away, all edges added, free flight
 not shown, an internal state given from the start.
+
+What would make the impossible possible is looked for too: an edge more, or a region or edge that is open to all.
 """
 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 
 from ltlplan.logic.conjunction import conjuncts
-from ltlplan.search.explanations import remedies
-from ltlplan.search.explanations.inquiry import Feasible, Inquiry, listed
+from ltlplan.search.explanations.inquiry import Feasible, Inquiry, Worlds, eventually, listed
 from ltlplan.search.explanations.reasons import reasons_against
-from ltlplan.search.explanations.remedies import Worlds
-from ltlplan.search.explanations.requirements import eventually
 from ltlplan.systems.robot_systems import Systems
+from ltlplan.systems.transition_systems import environment_of
 from ltlplan.systems.unreachable import why_unreachable
 from verify.data import Formula, Mission, Unsatisfiable, Word
+from verify.data.sections import Edge, Environment
 
 MAX_SUBSETS = 300
 
@@ -71,8 +72,8 @@ def explain(mission: Mission, systems: Systems, worlds: Worlds, possible: Feasib
     core = _core(inquiry)
     robots = [world.robot for world in worlds]
     in_worlds = partial(inquiry.feasible, core)
-    opened = remedies.opened(mission, in_worlds, robots)
-    edges = [] if opened else remedies.missing_edges(mission, in_worlds, robots)
+    opened = opened_to_all(mission, in_worlds, robots)
+    edges = [] if opened else missing_edges(mission, in_worlds, robots)
     reasons = [
         *reasons_against(inquiry, core),
         *_shut(inquiry, core),
@@ -135,3 +136,74 @@ def _edge_sentence(mission: Mission, edges: list[tuple[str, str]]) -> list[str]:
         return []
     arrow = " -> " if mission.environment is not None and mission.environment.directed else " - "
     return [f"With the edge{'s' * (len(edges) > 1)} {listed([a + arrow + b for a, b in edges])} added it could hold."]
+
+
+def missing_edges(mission: Mission, possible: Callable[[Worlds], bool], robots: Sequence[str]) -> list[tuple[str, str]]:
+    """Return edges of the environment that would make the core possible, one or two; none where edges do not matter.
+
+    Args:
+        mission: Whose environment they are missing in.
+        possible: Whether what is asked can be met in some worlds.
+        robots: Of which robot each world is.
+    """
+    given = mission.environment
+    if given is None:
+        return []
+    regions = tuple(mission.all_regions)
+    successors = environment_of(mission).successors
+    wanted = [
+        (a, b)
+        for a in (given.start, *regions)
+        for b in regions
+        if a != b and b not in successors[a] and (given.directed or a == given.start or a < b)
+    ]
+    if len(wanted) > 200 or not possible(_with_edges(mission, given, wanted, robots)):
+        return []
+    for size in (1, 2):
+        if size == 2 and len(wanted) > 20:
+            break
+        for edges in itertools.combinations(wanted, size):
+            if possible(_with_edges(mission, given, edges, robots)):
+                return list(edges)
+    return []
+
+
+def opened_to_all(mission: Mission, possible: Callable[[Worlds], bool], robots: Sequence[str]) -> list[str]:
+    """Say what, opened to all kinds of robots, would make the core possible: one region or edge, or all of them.
+
+    Args:
+        mission: What is closed in it.
+        possible: Whether what is asked can be met in some worlds.
+        robots: Of which robot each world is.
+    """
+    given = mission.environment
+    tables = {"hoops": mission.hoops, "regions": mission.regions}
+    closed = [(table, name) for table, those in tables.items() for name, region in those.items() if region.only]
+    edges = [edge for edge in (() if given is None else given.edges) if isinstance(edge, Edge)]
+
+    def would_be(names: Sequence[tuple[str, str]], opened: Sequence[Edge]) -> bool:
+        update: dict[str, object] = {
+            table: {n: r.model_copy(update={"only": None}) if (table, n) in names else r for n, r in those.items()}
+            for table, those in tables.items()
+        }
+        if given is not None:
+            kept = tuple(e.between if isinstance(e, Edge) and e in opened else e for e in given.edges)
+            update["environment"] = given.model_copy(update={"edges": kept})
+        changed = Systems(mission.model_copy(update=update))
+        return possible([changed.of(robot) for robot in robots])
+
+    if not closed + edges or not would_be(closed, edges):
+        return []
+    for one in closed:
+        if would_be([one], ()):
+            return [f"If {one[1]} were open to every robot it could hold."]
+    for edge in edges:
+        if would_be((), [edge]):
+            return [f"If the edge {edge.between[0]} - {edge.between[1]} were open to every robot it could hold."]
+    return ["If all regions and edges were open to every robot it could hold."]
+
+
+def _with_edges(mission: Mission, given: Environment, edges: Sequence[tuple[str, str]], robots: Sequence[str]) -> Worlds:
+    environment = given.model_copy(update={"edges": (*given.edges, *edges)})
+    changed = Systems(mission.model_copy(update={"environment": environment}))
+    return [changed.of(robot) for robot in robots]

@@ -2,7 +2,7 @@
 
 Read `planning` first, the entry. An *event* is a robot's coming to another letter.
 `state_sets` follows all team words that a course of events leaves open, `reading` says how a search looks for a cheapest course all of whose team words
-satisfy the formula, `linearisations` looks for a team word that some precedences leave open and that breaks it, and `minimal_precedences` finds
+satisfy the formula, `linearisations` looks for a team word that some precedences leave open and that breaks it, and finds
 few precedences that leave none open. `event_names` says which visit an event belongs to.
-`abstraction` makes smaller systems, `planned_words` finds precedences for words that are planned already.
+`planned_words` finds precedences for words that are planned already.
 """

@@ -5,10 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from ltlplan.search.orders.linearisations import Pair
 from ltlplan.systems.transition_systems import TransitionSystem
 from ltlplan.systems.visit_log import VisitLog
 from verify.data.plan import Done, Due, Precedence
+
+Event = tuple[int, int]
+"""A robot, by number, and the index of the letter of its word that it comes to."""
+
+Pair = tuple[Event, Event]
+"""The first event is over before the second happens."""
 
 _DONE: Mapping[Done, int] = {"left": 0, "entered": 1, "acted": 2}
 _DUE: Mapping[Due, int] = {"enters": 0, "leaves": 1, "acts": 2}

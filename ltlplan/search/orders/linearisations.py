@@ -1,4 +1,8 @@
-"""Team words that precedences leave open: one that breaks the formula, or none."""
+"""Team words that precedences leave open: one that breaks the formula, or none.
+
+From one order of all events that satisfies the formula `needed_orders` takes few precedences under which every team word does. They are added for as long as some team word that keeps them breaks the formula: of those that the order has and that word has
+not, the one that is easiest to fly and asks least. Then each that can be done without is left out again.
+"""
 
 from __future__ import annotations
 
@@ -11,17 +15,12 @@ from ltlplan.logic.budget import TooLarge
 from ltlplan.search.counting.counting_propositions import Marks
 from ltlplan.search.joint.conjuncts import JointConjunct
 from ltlplan.search.label_setting import Label, ParetoSearch
+from ltlplan.search.orders.event_names import Event, Names, Pair, unlikeness
 from ltlplan.search.orders.state_sets import Reading, Shown
-
-Event = tuple[int, int]
-"""A robot, by number, and the index of the letter of its word that it comes to."""
-
-Pair = tuple[Event, Event]
-"""The first event is over before the second happens."""
+from verify.data.plan import Precedence
 
 At = tuple[int, ...]
 """For each robot the index of its letter."""
-
 MOST_STEPS = 400_000
 """Steps of looking for a team word that breaks one conjunct."""
 
@@ -127,3 +126,40 @@ def _word(part: int, path: Sequence[Label[_Node]]) -> BreakingWord:
     way = tuple(at for at, _ in itertools.groupby(label.state[0] for label in path if label.state is not None))
     readers = [label.step for label in path if isinstance(label.step, int)]
     return BreakingWord(part, way, readers[-1] if readers else 0)
+
+
+def needed_orders(words: Linearisations, order: Sequence[Event], names: Names) -> dict[Pair, Precedence] | None:
+    """Return precedences that suffice, as plans say them, or None where those that a plan can say do not.
+
+    Args:
+        words: The robots' words, and the formula.
+        order: All events in an order all of whose team words satisfy the formula.
+        names: What plans say of events.
+
+    Raises:
+        TooLarge: There are too many team words.
+    """
+    place = {event: index for index, event in enumerate(order)}
+    said = {pair: names.precedence(pair) for pair in itertools.combinations(order, 2) if pair[0][0] != pair[1][0]}
+    named = {pair: precedence for pair, precedence in said.items() if precedence is not None}
+    offered = sorted(named, key=lambda pair: (unlikeness(named[pair]), place[pair[0]] - place[pair[1]], pair))
+    pairs: list[Pair] = []
+    while (broken := words.broken(pairs)) is not None:
+        missing = next((pair for pair in offered if _breaks(broken.way, pair)), None)
+        if missing is None:
+            return None
+        pairs.append(missing)
+    for pair in sorted(pairs, key=offered.index, reverse=True):
+        others = [other for other in pairs if other != pair]
+        if words.broken(others) is None:
+            pairs = others
+    return {pair: named[pair] for pair in sorted(pairs, key=lambda each: (place[each[1]], place[each[0]]))}
+
+
+def _breaks(way: Sequence[At], pair: Pair) -> bool:
+    """Tell whether a team word does not keep a precedence."""
+    (robot, index), (other, then) = pair
+    for before, after in itertools.pairwise(way):
+        if before[other] < then <= after[other]:
+            return before[robot] < index
+    return False

@@ -2,20 +2,23 @@
 
 First a cheapest course of events is looked for all of whose team words satisfy the formula; where there is none, no words and no
 precedences do. Then few of the precedences of that course are kept, so that robots wait for each other only where they must.
+
+Smaller systems are asked first that can do all that robots can, as far as the formula sees it (`alike_merged`): what they cannot do the robots
+cannot. Nodes that look alike are one. Where a robot can come from one to another that only looks alike, its letter is read anew; so such
+an event leads from a node to its twin.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from ltlplan.allocation import Allocation
 from ltlplan.logic.budget import TooLarge
 from ltlplan.search.counting.counting_propositions import Marks
-from ltlplan.search.orders.abstraction import alike_merged
-from ltlplan.search.orders.event_names import Names
-from ltlplan.search.orders.linearisations import Event, Linearisations
-from ltlplan.search.orders.minimal_precedences import needed_orders
+from ltlplan.search.label_setting import distances
+from ltlplan.search.orders.event_names import Event, Names
+from ltlplan.search.orders.linearisations import Linearisations, needed_orders
 from ltlplan.search.orders.reading import Course, EventReading, is_event, shown_by
 from ltlplan.search.orders.state_sets import Reading, Shown, shown_at
 from ltlplan.search.problem import TIES, Problem
@@ -183,3 +186,49 @@ def words_and_order(marks: Marks, systems: Sequence[TransitionSystem], course: C
             order.append((robot, len(words[robot]) - 1))
         at[robot] = node
     return words, order
+
+
+def alike_merged(
+    system: TransitionSystem, shown: Sequence[Shown], is_idle: Callable[[Shown], bool]
+) -> tuple[TransitionSystem, list[Shown]]:
+    """Return a system whose nodes are what a robot can show, and what each of them shows.
+
+    Args:
+        system: The robot's.
+        shown: For each node what the formula sees there.
+        is_idle: Whether it makes no difference that something is read again.
+    """
+    reached = distances([system.initial], lambda node: [(target, 1.0) for target, _ in system.edges[node]])
+    order = list(dict.fromkeys(shown[node] for node in reached))
+    number = {own: 2 * i for i, own in enumerate(order)}
+    edges: list[dict[int, float]] = [{} for _ in range(2 * len(order))]
+
+    def lower(source: int, target: int, cost: float) -> None:
+        edges[source][target] = min(cost, edges[source].get(target, cost))
+
+    for node in reached:
+        here = number[shown[node]]
+        for target, cost in system.edges[node]:
+            there = number[shown[target]]
+            if here != there:
+                for twin in (0, 1):
+                    lower(here + twin, there, cost)
+            elif system.labels[target] != system.labels[node] and not is_idle(shown[node]):
+                lower(here, here + 1, 0.0)
+                lower(here + 1, here, 0.0)
+    ends: dict[int, float] | None = None
+    if system.final is not None:
+        ends = {}
+        for node in reached.keys() & system.final.keys():
+            ends |= {number[shown[node]] + twin: 0.0 for twin in (0, 1)}
+    labels = tuple(frozenset({f"{i}"}) for i in range(2 * len(order)))
+    merged = replace(
+        system,
+        labels=labels,
+        edges=tuple(tuple(sorted(own.items())) for own in edges),
+        initial=0,
+        final=ends,
+        nodes=(),
+        walls={},
+    )
+    return merged, [own for own in order for _ in (0, 1)]

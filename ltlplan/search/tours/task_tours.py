@@ -8,32 +8,79 @@ search, and keep what every robot has to keep (`task_kinds`).
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TypeVar
 
 from ltlplan.logic.automaton import DEAD
 from ltlplan.logic.conjunct_automata import Part
 from ltlplan.logic.product_automaton import Task
+from ltlplan.search.label_setting import BestFirst
 from ltlplan.search.memoization import memoized
 from ltlplan.search.reduced_graph import ReducedGraph
-from ltlplan.search.robot_paths import is_done, path_search
 from ltlplan.search.tours.task_kinds import TaskKinds
 
 MOST_SEARCHED = 8
 """Tasks of one robot up to which the cheapest order is searched."""
-
 STATES = 40_000
 """That the search for such orders looks at, of all robots, where nothing else is asked."""
-
 _STATES_OF_ONE = 3_000
 _EPSILON = 1e-9
-
 Watched = tuple[tuple[int, ...], ...]
 """Of each conjunct that every robot watches: where its word has led the initial state and the accepting ones."""
 Place = tuple[int, Watched]
 """A node of a robot's graph, and what it watches."""
 _State = tuple[Watched, tuple[int, ...]]
 """What is watched, and the states of the free tasks."""
+_DONE = -1  # in place of a node, where a robot's path is complete
+_Read = TypeVar("_Read", bound=Hashable)
+
+
+def path_search(
+    graph: ReducedGraph,
+    robot: int,
+    begin: tuple[int, _Read],
+    read: Callable[[_Read, int], _Read | None],
+    may_end: Callable[[_Read], bool] | None = None,
+    left: Callable[[tuple[int, _Read]], float] | None = None,
+) -> BestFirst[tuple[int, _Read]]:
+    """Return a search over the paths of one robot: over its nodes that matter, and the states of what reads their letters.
+
+    Args:
+        graph: The team's.
+        robot: By index.
+        begin: Its node, and the state there.
+        read: The state after a letter; None where nothing is to be gone on with.
+        may_end: Whether a path may end in a state; the search then ends at `is_done`. None: it walks all paths, of equal costs those
+            that were reached first.
+        left: Lower bound on what is left (A*).
+    """
+    label = graph.label[robot]
+
+    def successors(key: tuple[int, _Read]) -> Iterator[tuple[tuple[int, _Read], float]]:
+        node, state = key
+        if node == _DONE:
+            return
+        here = graph.successors(robot, node)
+        if may_end is not None and here.ending is not None and may_end(state):
+            yield (_DONE, begin[1]), here.ending
+        for target, step in here.edges:
+            after = read(state, label[target])
+            if after is not None:
+                yield (target, after), step
+
+    if left is None:
+        return BestFirst([begin], successors, ties="first")
+    return BestFirst([begin], successors, lambda key: 0.0 if key[0] == _DONE else left(key))
+
+
+def is_done(key: tuple[int, object]) -> bool:
+    """Tell whether a path is complete, the node before being the last one.
+
+    Args:
+        key: That a `path_search` yields.
+    """
+    return key[0] == _DONE
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,7 +8,7 @@ import ltlplan
 from ltlplan.logic.conjunction import conjunct_automata
 from ltlplan.pipeline import certified_team
 from ltlplan.search.counting.counting_propositions import Marks
-from ltlplan.search.counting.course_search import CourseSearch
+from ltlplan.search.counting.planning import CourseSearch
 from ltlplan.search.counting.symmetry_classes import CountedTeam, Rooms, TeamClasses
 from ltlplan.search.exact import assign
 from ltlplan.systems.robot_systems import Systems

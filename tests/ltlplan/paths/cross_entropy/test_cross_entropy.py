@@ -6,8 +6,7 @@ import pytest
 from ltlplan.missions import load_mission
 from ltlplan.paths.costs import CostError, WeightedCost, plan_cost
 from ltlplan.paths.cross_entropy.cross_entropy import improve, minimise, options_of, searches
-from ltlplan.paths.cross_entropy.gaussian import Options, Search
-from ltlplan.paths.cross_entropy.populations import Tournament
+from ltlplan.paths.cross_entropy.gaussian import Options, Search, Tournament
 from ltlplan.paths.hoops import route, route_sequence
 from ltlplan.paths.path_result import flown_pieces
 from ltlplan.paths.sampling.path_problem import path_problem

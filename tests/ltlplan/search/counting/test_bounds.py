@@ -9,11 +9,10 @@ import pytest
 
 from ltlplan.logic.conjunction import conjunct_automata
 from ltlplan.search.bounds.counted_conjuncts import ConjunctBound
-from ltlplan.search.bounds.counted_landmarks import CountedLandmarks
-from ltlplan.search.bounds.goal_cover import GoalCover
+from ltlplan.search.bounds.goal_cover import CountedLandmarks, GoalCover
 from ltlplan.search.counting.classes import Classes, ClassMove
 from ltlplan.search.counting.counting_propositions import Marks
-from ltlplan.search.counting.course_search import CourseSearch
+from ltlplan.search.counting.planning import CourseSearch
 from tests.helpers.random_counts import random_counting_formula
 from verify.data import parse_formula
 from verify.data.language.counting import atoms, written_out

@@ -12,7 +12,7 @@ from scipy.sparse import csr_matrix
 from ltlplan.logic.automaton import Automaton
 from ltlplan.logic.budget import DEFAULT_BUDGET, Budget, TooLarge
 from ltlplan.logic.translation import translate
-from ltlplan.search.cycles import accepting_cycles
+from ltlplan.search.cycles import lasso as lassos
 from ltlplan.search.cycles.cheapest_cycles import cycles_below, cycles_may_exist
 from ltlplan.search.cycles.lasso import cheapest_lasso
 from ltlplan.search.cycles.team_readers import closes_at_once
@@ -146,8 +146,8 @@ def test_bounds_by_trees_and_by_orders_lead_to_the_same_round(seed: int, monkeyp
     system = dataclasses.replace(system, labels=labels)
     automata = [*always_again([f"p{i}" for i in range(1, 8)] + ["q0", "q1"]), translate("G(p3 -> F q0)", "infinite")]
     runs = []
-    for most in (accepting_cycles.MOST_ORDERED, 0):
-        monkeypatch.setattr(accepting_cycles, "MOST_ORDERED", most)
+    for most in (lassos.MOST_ORDERED, 0):
+        monkeypatch.setattr(lassos, "MOST_ORDERED", most)
         runs.append(cheapest_lasso(system, automata, weight=2.0))  # type: ignore[arg-type]
     first, second = runs
     if first is None or second is None:
@@ -199,7 +199,7 @@ def test_the_weight_decides_between_prefix_and_cycle() -> None:
 def test_the_best_round_of_a_local_search_is_found_next_to_costs_beside_which_a_hover_is_none():
     """A leg that was shut out costs so much that what lies behind it is no nearer after a step than after a hover."""
     graph = csr_matrix(np.array([[1e-11, 1e-10, 0.0], [0.0, 1e-11, 3e5], [1.0, 0.0, 1e-11]]))
-    component = accepting_cycles.Rounds(graph, np.array([0.0, 1.0, 1.0]), [0b01, 0b00, 0b10], 2, 1.0)
+    component = lassos.Rounds(graph, np.array([0.0, 1.0, 1.0]), [0b01, 0b00, 0b10], 2, 1.0)
     (home,) = component.homes
     found = component.through(home, np.inf, 0)
     assert sorted(found.places) == [0, 1, 2]
