@@ -101,10 +101,18 @@ def _encounter(
 
 
 def _at_times(group: tuple[RobotFlight, ...]) -> Iterator[tuple[RobotFlight, ...]]:
-    """Yield robots as they fly, but first at the plan's own even times where their pace is another: a common clock hurries them after."""
-    if any(robot.planned is not None for robot in group):
-        yield tuple(robot if robot.planned is None else replace(robot, path=robot.planned) for robot in group)
+    """Yield robots as they fly, but first at the plan's own even times where their pace is another: a common clock hurries them after.
+
+    Waits on the way are as long as the robots' pace asks for. Where one waits there, the plan's own times ask for others, and are not tried.
+    """
+    planned = tuple(robot if robot.planned is None else replace(robot, path=robot.planned) for robot in group)
+    if any(robot.planned is not None for robot in group) and all(map(_without_waits, group)):
+        yield planned
     yield group
+
+
+def _without_waits(robot: RobotFlight) -> bool:
+    return robot.planned is None or len(robot.planned) == len(robot.path)
 
 
 def _encounter_of(

@@ -6,7 +6,9 @@ as the certificate counts visits.
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +19,11 @@ from verify.data.shapes.region import Region
 
 Floats = NDArray[np.float64]
 
+Change = tuple[str, int, Literal["enters", "leaves"]]
+"""A region, the number of the stay there, and what happens."""
+
+_INSTANT = 1e-9
+"""s within which two times are the same: sums of durations are rounded."""
 _SAMPLES = np.linspace(0.0, 1.0, 201)
 
 
@@ -95,3 +102,29 @@ def violations(path: Spline, mission: Mission, name: str, robot: RobotPlan, clea
                 Witness(claim="visits", sentence=sentence, robot=name, region=stay.region, visit=index, time=stay.start)
             )
     return tuple(result)
+
+
+def certain_orders(path: Spline, mission: Mission) -> frozenset[tuple[Change, Change]]:
+    """Return which label changes certainly come before which others, in all words that the judge may read from a path.
+
+    A label changes somewhere within the margin of its region's boundary, so that changes may be so near to each other that either may
+    come first. What holds where a flight begins comes before all else, and what is never left after all else; the end of a flight counts
+    as leaving a region without a name.
+
+    Args:
+        path: Three axes or more.
+        mission: Gives regions and margin.
+    """
+    deep = stays(path, mission.all_regions, -mission.margin)
+    spans: dict[Change, tuple[float, float]] = {("", 0, "leaves"): (path.duration, path.duration)}
+    counts: Counter[str] = Counter()
+    for stay in stays(path, mission.all_regions, mission.margin):
+        within = [each for each in deep if each.region == stay.region and stay.start <= each.start <= stay.end]
+        entered = min((each.start for each in within), default=stay.end)
+        left = max((each.end for each in within), default=stay.start)
+        ends = -np.inf if stay.start <= 0.0 else entered, np.inf if stay.end >= path.duration - _INSTANT else left
+        number = counts[stay.region]
+        counts[stay.region] += 1
+        spans[stay.region, number, "enters"] = min(stay.start, ends[0]), ends[0]
+        spans[stay.region, number, "leaves"] = ends[1], max(stay.end, ends[1])
+    return frozenset((one, other) for one, (_, by) in spans.items() for other, (earliest, _) in spans.items() if by < earliest)

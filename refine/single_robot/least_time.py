@@ -24,6 +24,7 @@ from refine.single_robot.task import Task
 from refine.spline.basis import HERMITE, ORDER, SNAP, bernstein_matrix, power_rows
 from refine.spline.snap_family import SnapFamily
 from refine.spline.spline import Spline
+from verify.data import Infeasible, InternalError
 
 Floats = NDArray[np.float64]
 
@@ -65,7 +66,7 @@ class Guess:
     points: Floats
 
 
-def least_time(task: Task, rest: frozenset[int], rules: Rules, start: Guess, *, weight: float | None, roomy: bool) -> Guess:
+def least_time(task: Task, rest: frozenset[int], rules: Rules, start: Guess, *, weight: float | None) -> Guess:
     """Return durations and points of least time, or of least snap plus weighted time.
 
     Args:
@@ -74,13 +75,18 @@ def least_time(task: Task, rest: frozenset[int], rules: Rules, start: Guess, *, 
         rules: Planes that are written down so far.
         start: First guess.
         weight: Of time against the integral of |snap|^2, m^2/s^7; None for time alone.
-        roomy: Whether the points of visits may move in their rooms.
+
+    Raises:
+        Infeasible: The search came to durations whose sizes are too different for floats.
     """
-    search = Search(task, rest, rules, start, weight, roomy)
+    search = Search(task, rest, rules, start, weight)
     bounds = [(math.log(SHORTEST), None)] * len(start.durations) + [(None, None)] * (3 * len(search.nodes))
     options = {"maxiter": _STEPS, "maxcor": _MEMORY, "ftol": 1e-9, "gtol": 1e-6}
     with np.errstate(over="ignore", invalid="ignore"):  # of a step that went much too far, and is taken back
-        found = minimize(search, search.packed(start), jac=True, method="L-BFGS-B", bounds=bounds, options=options)
+        try:
+            found = minimize(search, search.packed(start), jac=True, method="L-BFGS-B", bounds=bounds, options=options)
+        except InternalError as error:
+            raise Infeasible(f"{task.name}: {error}") from error
     return search.unpacked(found.x)
 
 
@@ -93,14 +99,14 @@ def rooms_of(corridor: Corridor) -> list[tuple[int, Ball]]:
 class Search:
     """The sum that is made least: time, snap and squared breaches, with its gradient."""
 
-    def __init__(self, task: Task, rest: frozenset[int], rules: Rules, start: Guess, weight: float | None, roomy: bool) -> None:
+    def __init__(self, task: Task, rest: frozenset[int], rules: Rules, start: Guess, weight: float | None) -> None:
         corridor = task.corridor
         self._start, self._cycle = start, corridor.cycle
         self._family = SnapFamily(fixed_states(corridor, rest), corridor.cycle)
         self._penalty = Penalty(
             task.limits.shrunk(SAFETY), *(each * (1.0 - SAFETY) for each in own_limits(task.mission, task.robot, corridor))
         )
-        rooms = rooms_of(corridor) if roomy else []
+        rooms = rooms_of(corridor)
         self.nodes = np.array([node for node, _ in rooms], dtype=np.int64)
         self._middles = np.array([room.centre for _, room in rooms]).reshape(-1, 3)
         self._maps = np.array([np.linalg.inv(room.root) for _, room in rooms]).reshape(-1, 3, 3)

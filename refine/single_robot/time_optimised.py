@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import pickle
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import replace
 from functools import lru_cache
 
@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from refine.corridor.corridor import Corridor
 from refine.corridor.fitting import ROUNDS, Rules, broken_rules, fixed_states, monotone_rules, rows_of
 from refine.corridor.leg_limits import own_limits
+from refine.corridor.sampled_stays import certain_orders
 from refine.limits.limits import Limits
 from refine.limits.stretching import stretch_to_limits
 from refine.limits.usage import peaks
@@ -103,8 +104,9 @@ def _answered(question: _Question) -> Motion:
     best = sped_up(task, fitted)
     start = path.stretched(stretch_to_limits(path, None, _plain(task.limits), faster=True))  # legs' own limits aside
     failures: list[str] = []
-    for roomy in (True, False) if rooms_of(task.corridor) else (False,):
-        found, failures = _answers(_Search(task, fitted, start, roomy))
+    everywhere = frozenset(range(len(task.corridor.points)))
+    for each in (task, _pinned(task, everywhere)) if rooms_of(task.corridor) else (task,):
+        found, failures = _answers(_Search(each, fitted, start))
         best = min((best, *found), key=lambda motion: _cost(task, motion.path))
         if found:
             break
@@ -138,12 +140,13 @@ def _cost(task: Task, path: Spline) -> float:
 class _Search:
     """What one series of answers shares: the corridor with its visits' present points, and the planes that paths have broken."""
 
-    def __init__(self, task: Task, fitted: Fitted, start: Spline, roomy: bool) -> None:
-        self.task, self.rest, self.roomy = task, fitted.rest, roomy
+    def __init__(self, task: Task, fitted: Fitted, start: Spline) -> None:
+        self.task, self.rest = task, fitted.rest
         self.guess = Guess(start.durations, start.nodes)
         self.monotone = fitted.monotone
         self.rules: Rules = monotone_rules(task.corridor, fitted.monotone)
         self.first = self.last = start
+        self.order = certain_orders(fitted.motion.path, task.mission)
 
     @property
     def corridor(self) -> Corridor:
@@ -154,7 +157,7 @@ class _Search:
         """Return a minimum-snap path of least time that keeps the planes exactly."""
         task = self.task
         for _ in range(_ROUNDS):
-            found = least_time(task, self.rest, self.rules, self.guess, weight=task.options.blend, roomy=self.roomy)
+            found = least_time(task, self.rest, self.rules, self.guess, weight=task.options.blend)
             self.guess = Guess(found.durations, np.clip(found.points, task.corridor.low, task.corridor.high))
             self.last = self._fit()
             fresh = self._broken(self.last)
@@ -168,6 +171,19 @@ class _Search:
                 return self.last
             self.rules.update(fresh)
         raise Infeasible(f"{task.name}: no path through the points of least time kept the corridors within {ROUNDS} rounds.")
+
+    def pin(self, regions: set[str]) -> bool:
+        """Fix the points of visits to these regions where the plan has them, and begin again; tell whether any could move before.
+
+        Raises:
+            Infeasible: As `timed`.
+        """
+        nodes = [node for node, room in rooms_of(self.task.corridor) if room.name in regions]
+        if not nodes:
+            return False
+        self.task, self.guess = _pinned(self.task, nodes), Guess(self.first.durations, self.first.nodes)
+        self.timed()
+        return True
 
     def _broken(self, path: Spline) -> Rules:
         """Return planes for what a path breaks: beside the straight legs between its points, or beside the plan's where those meet a body."""
@@ -196,7 +212,7 @@ class _Search:
         weight = task.options.blend
         if weight is None:
             weight = _TIME_WEIGHT * max(path.snap_cost() / path.duration for path in (start, self.first))
-        fixed, rooms = fixed_states(self.corridor, self.rest), rooms_of(task.corridor) if self.roomy else []
+        fixed, rooms = fixed_states(self.corridor, self.rest), rooms_of(task.corridor)
         for node, _ in rooms:
             fixed[[node, -1] if node == task.corridor.cycle else node, 0] = np.nan
         speeds, accelerations = own_limits(task.mission, task.robot, task.corridor)
@@ -245,20 +261,35 @@ def _answers(search: _Search) -> tuple[list[Motion], list[str]]:
 
 
 def _shown(search: _Search, answer: Callable[[], Spline]) -> Motion:
-    """Return an answer that shows the planned visits, looked for again with legs that never go back.
+    """Return an answer that shows the planned visits, looked for again with legs that never go back, and with fewer points that move.
+
+    Labels must change in the order in which those of the nominal flight certainly do: formulas may rely on it.
 
     Raises:
         Infeasible: None does, or none keeps the corridor and its limits.
     """
-    task = search.task
     for last in (False,) * (_REPAIRS - 1) + (True,):
+        task = search.task
         motion = slowed(task, answer(), search.rest, faster=True)
         violated = task.violations(motion.path, UNSURE + task.clearance)
-        if not violated:
+        if violated:
+            more = search.monotone | legs_about(motion.path, violated[0].time)
+            if last or more == search.monotone:
+                raise Infeasible(violated[0].sentence, violated[0])
+            search.rules.update(monotone_rules(task.corridor, more - search.monotone))
+            search.monotone = more
+            continue
+        changed = search.order - certain_orders(motion.path, task.mission)
+        if not changed:
             return motion
-        more = search.monotone | legs_about(motion.path, violated[0].time)
-        if last or more == search.monotone:
-            raise Infeasible(violated[0].sentence, violated[0])
-        search.rules.update(monotone_rules(task.corridor, more - search.monotone))
-        search.monotone = more
+        regions = {region for pair in changed for region, _, _ in pair if region}
+        if last or not search.pin(regions):
+            raise Infeasible(f"{task.name}: labels of {' and '.join(sorted(regions))} would change in another order.")
     raise AssertionError("the last round returns or raises")
+
+
+def _pinned(task: Task, nodes: Collection[int]) -> Task:
+    """Return a task in which some points must not move."""
+    corridor = task.corridor
+    rooms = tuple(None if node in nodes else room for node, room in enumerate(corridor.rooms))
+    return replace(task, corridor=replace(corridor, rooms=rooms))

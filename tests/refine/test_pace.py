@@ -14,6 +14,7 @@ import verify
 from refine import refine
 from refine.coordination import conflict_resolution
 from refine.coordination.common_clock import Flown, on_faster_clock
+from refine.coordination.midway_waits import with_hovers
 from refine.coordination.spacing import spacing_for
 from refine.coordination.team_flights import together
 from refine.corridor.fitting import monotone_rules
@@ -21,6 +22,7 @@ from refine.feedback import feedback_of
 from refine.limits.limits import Limits as FlightLimits
 from refine.limits.stretching import stretch_to_limits
 from refine.single_robot import least_time, time_optimised
+from refine.single_robot.flight import robot_flight
 from refine.single_robot.task import Fitted, Problem, RefinementOptions, Task
 from refine.single_robot.visits_shown import showing_visits
 from refine.slowing import Dip, slowed_at
@@ -125,6 +127,18 @@ def test_yaw_keeps_its_limits_at_the_greatest_pace(heading: Literal["path"] | tu
     assert np.ptp(flight["q"].evaluate(np.linspace(0.0, lasts(flight), 100))[:, 3]) > 0.3
 
 
+def test_robots_that_wait_on_the_way_are_not_tried_at_the_plans_own_times() -> None:
+    plan = fire_plan()
+    feedback, options = feedback_of(plan, ()), RefinementOptions(1.0, 1e3, None)
+    flown = robot_flight(Problem(plan, feedback, options, spacing_for(plan, feedback)), "quad0", rests=frozenset({1}))
+    waiting = with_hovers(flown, dict.fromkeys(flown.halts.values(), 1.0))
+    assert waiting.corridor is not None
+    assert len(waiting.path) == len(waiting.corridor) == len(flown.path) + 1
+    times = conflict_resolution._at_times  # pyright: ignore[reportPrivateUsage]
+    assert [robot.path for (robot,) in times((flown,))] == [flown.planned, flown.path]
+    assert [robot.path for (robot,) in times((waiting,))] == [waiting.path]
+
+
 def test_a_patrol_has_the_pace_that_is_asked() -> None:
     plan = patrol_plan()
     fast, nominal = refine(plan, pace=1), refine(plan, pace="nominal")
@@ -181,6 +195,35 @@ def test_robots_that_end_in_one_region_end_where_the_plan_has_them_apart() -> No
     assert lasts(alone) < lasts(team)
 
 
+OVERLAPPING = """
+format: 1
+name: overlapping
+vehicle: crazyflie-2.1
+limits: {speed: 1.0}
+workspace: {min: [-3, -3, 0.2], max: [3, 3, 2.2]}
+regions:
+  a: {center: [1.0, 0.6, 1.0], radii: [0.6, 0.6, 0.5]}
+  b: {center: [1.7, 0.6, 1.0], radii: [0.6, 0.6, 0.5]}
+"""
+
+
+@pytest.mark.parametrize(
+    ("world", "start", "spec"),
+    [
+        (OVERLAPPING, [1.7, -1.0, 1.0], "{formula: F (a & F (b & !a)), trace: finite}"),
+        (LAPS, [1.5, 1.2, 1.0], "{formula: F G free, trace: infinite}"),  # at its start it is in a
+    ],
+)
+def test_labels_change_in_the_order_of_the_nominal_flight(world: str, start: list[float], spec: str) -> None:
+    plan = ltlplan.plan(ltlplan.parse_mission(f"{world}agents: {{q: {{start: {start}}}}}\nspec: {spec}\n"))
+    said = list[str]()
+    nominal, fastest = refine(plan, pace="nominal"), refine(plan, pace=1, note=said.append)
+    assert_holds(plan, nominal)
+    assert_holds(plan, fastest)
+    assert not said
+    assert lasts(fastest) < 0.9 * lasts(nominal)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["door-puzzle", "wall-swap", "meeting", "office"])
 def test_shipped_teams_are_certified_at_the_greatest_pace(name: str) -> None:
@@ -206,7 +249,7 @@ def test_the_gradient_of_the_search_for_least_time_is_that_of_finite_differences
     task, fitted = task_of(sequence_plan())
     legs = frozenset(range(len(task.corridor)))
     start = least_time.Guess(fitted.motion.path.durations, fitted.motion.path.nodes)
-    search = least_time.Search(task, fitted.rest, monotone_rules(task.corridor, legs), start, weight, roomy=True)
+    search = least_time.Search(task, fitted.rest, monotone_rules(task.corridor, legs), start, weight)
     rng = np.random.default_rng(0)
     at = search.packed(least_time.Guess(0.4 * start.durations, start.points))
     at = at + 0.05 * rng.normal(size=at.shape)
