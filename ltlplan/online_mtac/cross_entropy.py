@@ -27,8 +27,8 @@ from numpy.random import Generator
 from numpy.typing import NDArray
 
 from ltlplan.paths.cross_entropy.quantile import check_quantile, directions, quantile_step, scalar_step, square_root
+from verify.data.arrays import Floats
 
-Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
 

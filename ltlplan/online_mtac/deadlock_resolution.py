@@ -13,7 +13,6 @@ from contextlib import suppress
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ltlplan.allocation import Itinerary
 from ltlplan.mtac.agent_moves import AgentState, World
@@ -21,9 +20,9 @@ from ltlplan.mtac.robot_tasks import RobotTask
 from ltlplan.online_mtac.pilot import PilotedTeam, way_from
 from ltlplan.online_mtac.possible_states import admits
 from verify.data import Infeasible, Letter, Mission, Word
+from verify.data.arrays import Floats
 from verify.data.shapes.inequalities import Point
 
-Floats = NDArray[np.float64]
 LOOK_AHEAD = 1.6
 """s over which robots keep out of each other's way."""
 _NEAR = 0.05

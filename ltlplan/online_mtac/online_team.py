@@ -24,7 +24,6 @@ from collections.abc import Mapping
 
 import numpy as np
 from numpy.random import Generator
-from numpy.typing import NDArray
 
 from ltlplan.mtac.agent_moves import Move
 from ltlplan.mtac.robot_tasks import RobotTask
@@ -36,10 +35,9 @@ from ltlplan.online_mtac.possible_states import admits, can_finish
 from ltlplan.online_mtac.task_switching import Handover, better_hands, may_change
 from ltlplan.online_mtac.team_in_flight import PERIOD, Desired
 from verify.data import Infeasible, Mission, Unsatisfiable
+from verify.data.arrays import Floats
 from verify.data.events import HoopMoves, RobotJoins, WorldEvent
 from verify.data.shapes.inequalities import Point
-
-Floats = NDArray[np.float64]
 
 SEARCH_STEPS = 50
 """Steps that robots hover after tasks were shared, while their paths improve most: 1 s."""

@@ -17,13 +17,11 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ltlplan.paths.sampling.least_snap_spline import LeastSnapSpline
 from refine.spline.basis import derivative_rows
 from verify.data import RobotPlan
-
-Floats = NDArray[np.float64]
+from verify.data.arrays import Floats
 
 GLIDE = 0.8
 """s over which points move from old places to new ones."""

@@ -22,8 +22,7 @@ from ltlplan.paths.cross_entropy.quantile import square_root
 from ltlplan.paths.improvement import with_ramped_times
 from ltlplan.paths.sampling.path_problem import PathProblem, path_problem
 from verify.data import Mission, RobotPlan, Waypoint, Word
-
-Floats = NDArray[np.float64]
+from verify.data.arrays import Floats
 
 AHEAD = GLIDE + 0.2
 """s; points of the course that are nearer than this are left where they are."""

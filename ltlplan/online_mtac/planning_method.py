@@ -14,7 +14,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ltlplan.allocation import Allocation, Context, Itinerary
 from ltlplan.mtac.optimality_gap import best_known
@@ -30,11 +29,10 @@ from ltlplan.paths.sampling.path_problem import PathProblem
 from ltlplan.paths.sampling.word_filter import word_filter
 from ltlplan.systems.visit_log import VisitLog
 from verify.data import BadInput, Infeasible, Mission, RobotPlan, Unsatisfiable, Visit, Word
+from verify.data.arrays import Floats
 from verify.data.language.sequence import Direction
 from verify.data.shapes.inequalities import Point
 from verify.data.shapes.region import Hoop
-
-Floats = NDArray[np.float64]
 
 LONGEST = 600.0
 """s of simulated flight, at most."""

@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 from typing import Generic, Protocol, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ltlplan.logic.automaton import DEAD
 from ltlplan.mtac.agent_moves import AgentState, World
@@ -21,11 +20,10 @@ from ltlplan.mtac.decomposable_task import Reader
 from ltlplan.online_mtac.formula_progression import mission_left
 from ltlplan.online_mtac.possible_states import Belief, after_events, at_start
 from verify.data import BadInput, Letter, LtlplanError, Mission
+from verify.data.arrays import Floats
 from verify.data.events import RobotJoins, RobotLeaves, WorldEvent
 from verify.data.sections import Action, Agent
 from verify.data.shapes.inequalities import Point
-
-Floats = NDArray[np.float64]
 
 PERIOD = 0.02
 """s between two steps: 50 Hz, as in the paper's experiment."""

@@ -113,7 +113,7 @@ class Label(Generic[Key]):
     """A path to a state, of which there can be several.
 
     Attributes:
-        state: Where the path has come to; None where it is complete: complete paths never dominate each other.
+        state: Where the path has come to.
         paid: The costs that count, each by itself: a path dominates another one to the same state where none of its costs is higher.
         total: The sum of all costs, whoever pays.
         rank: What labels are taken by, the least first; of equal ranks, the one that was reached first.
@@ -121,7 +121,7 @@ class Label(Generic[Key]):
         step: What its last step was, as the search's user wants to know it.
     """
 
-    state: Key | None
+    state: Key
     paid: Costs
     total: float
     rank: tuple[float, ...]
@@ -167,17 +167,14 @@ class ParetoSearch(Generic[Key]):
         heap, fronts = self._heap, self._fronts
         while heap:
             label = self._labels.pop(heapq.heappop(heap)[-1])
-            if label.state is not None:
-                if self._is_dominated(label.state, label.paid):
-                    continue
+            if not self._is_dominated(label.state, label.paid):
                 fronts.setdefault(label.state, []).append(label.paid)
-            yield label
-            if label.state is not None:
+                yield label
                 self._push(self._successors(label))
 
     def _push(self, labels: Iterable[Label[Key]]) -> None:
         for label in labels:
-            if label.state is None or not self._is_dominated(label.state, label.paid):
+            if not self._is_dominated(label.state, label.paid):
                 self.reached += 1
                 self._labels[self.reached] = label
                 heapq.heappush(self._heap, (*label.rank, self.reached))

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from verify.data.arrays import Floats
 
 
 def cheapest_assignment(costs: Floats, *, longest: bool, slack: float = 0.0) -> list[tuple[int, int]] | None:

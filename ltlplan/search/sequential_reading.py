@@ -7,7 +7,7 @@ switched in every state. So a cheapest path is a lower bound, and it is the opti
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -18,7 +18,7 @@ from ltlplan.search.label_setting import Costs, Label
 from ltlplan.search.memoization import memoized
 from ltlplan.search.numbering import Numbers
 from ltlplan.search.reduced_graph import ReducedGraph
-from ltlplan.search.team_reading import Step, complete, is_complete
+from ltlplan.search.team_reading import PaidApart, Step, complete, is_complete
 
 SLACK = 1e-6
 """What the tiny amounts that break ties may add to a robot's cost."""
@@ -48,7 +48,7 @@ class Objective:
         return self.most is None or own <= self.most[robot] + SLACK
 
 
-class SequentialReading(ABC, Generic[Progress]):
+class SequentialReading(PaidApart, Generic[Progress]):
     """A mission whose robots are followed one after another (see `team_reading.PaidApart`): a state says who flies, where, and the progress.
 
     Progress is numbered; a subclass says what it is.
@@ -147,7 +147,6 @@ class SequentialReading(ABC, Generic[Progress]):
             cost: Of the step.
             who: Whether the robot has finished.
         """
-        assert label.state is not None
         reached, own = label.paid[0], label.paid[1] + cost
         if self._objective.most is not None and not self._objective.allows(self._parted(label.state)[1], own):
             return ()

@@ -6,9 +6,10 @@ whose costs have the least sum, `least_highest` the one whose highest cost is le
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
-from typing import Literal, Protocol
+from typing import Literal
 
 from ltlplan.search.label_setting import BestFirst, Costs, Label, ParetoSearch
 
@@ -30,33 +31,34 @@ def is_complete(state: int) -> bool:
     return state < _LOWEST
 
 
-class TeamReading(Protocol):
+class TeamReading(ABC):
     """What a mission asks of a team. States are integers of small absolute value."""
 
+    @abstractmethod
     def begin(self) -> int | None:
         """Return the state in which plans begin; None where the mission is lost at once."""
-        ...
 
+    @abstractmethod
     def steps(self, state: int, /) -> Iterable[Step]:
         """Yield what may follow a state; steps that end the plan there lead to `complete(state)`."""
-        ...
 
-    def left(self, state: int, /) -> float:
-        """Return a lower bound on the sum of the costs that are left; `UNREACHABLE` where there is no way on."""
-        ...
+    def left(self, _state: int, /) -> float:
+        """Return a lower bound on the sum of the costs that are left; `UNREACHABLE` where there is no way on. By default nothing is known."""
+        return 0.0
 
-    def holds(self, state: int, /) -> bool:
+    def holds(self, _state: int, /) -> bool:
         """Tell whether a plan that is complete at a state satisfies the mission; that may be asked of few plans and take long."""
-        ...
+        return True
 
 
-class PaidApart(TeamReading, Protocol):
+class PaidApart(TeamReading):
     """A reading that also keeps apart what each robot pays."""
 
+    @abstractmethod
     def nothing_paid(self) -> Costs:
         """Return what has been paid where plans begin."""
-        ...
 
+    @abstractmethod
     def pay(self, label: Label[int], cost: float, who: object, /) -> Iterable[tuple[Costs, object]]:
         """Yield what has been paid after a step, and what the step is called in the plan; nothing where it is too much for a robot.
 
@@ -65,8 +67,8 @@ class PaidApart(TeamReading, Protocol):
             cost: Of the step.
             who: Who pays it, as `steps` named that.
         """
-        ...
 
+    @abstractmethod
     def rank(self, state: int, paid: Costs, total: float, /) -> tuple[float, ...]:
         """Return a lower bound on the objective, first, and what is taken first of equal bounds.
 
@@ -75,7 +77,6 @@ class PaidApart(TeamReading, Protocol):
             paid: What has been paid.
             total: The sum of all costs, whoever pays.
         """
-        ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -174,22 +175,21 @@ def least_highest(
         return Found()
 
     def successors(label: Label[int]) -> Iterator[Label[int]]:
-        assert label.state is not None
-        for after, cost, who in reading.steps(label.state):
+        for after, cost, who in reading.steps(label.state) if label.state >= _LOWEST else ():
             total = label.total + cost
             for paid, step in reading.pay(label, cost, who):
                 rank = reading.rank(after, paid, total)
                 if rank[0] < below:
-                    yield Label(None if after < _LOWEST else after, paid, total, rank, label, step)
+                    yield Label(after, paid, total, rank, label, step)
 
     nothing = reading.nothing_paid()
     search = ParetoSearch([Label(begin, nothing, 0.0, reading.rank(begin, nothing, 0.0))], successors, rounding=rounding)
     tried = explored = 0
     for label in search:
         bound = label.rank[0]
-        if label.state is None:
+        if label.state < _LOWEST:
             *path, _ = label.path()
-            states = tuple(each.state for each in path if each.state is not None)
+            states = tuple(each.state for each in path)
             tried += 1
             if reading.holds(states[-1]):
                 steps = tuple(each.step for each in (*path[1:], label))

@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 
 from ltlplan.paths.costs import Cost, cost_of, plan_cost
 from ltlplan.paths.cross_entropy.gaussian import Options, Search, Tournament
-from ltlplan.paths.final_hover import then_hovering, until_hover
+from ltlplan.paths.final_hover import then_hovering
 from ltlplan.paths.path_result import candidate_plans, flown_pieces
 from ltlplan.paths.sampling.least_snap_spline import LeastSnapSpline
 from ltlplan.paths.sampling.path_problem import PathProblem, path_problem
@@ -138,7 +138,7 @@ def improve(
     Args:
         mission: What must be kept.
         robot: Whose cost function counts.
-        plan: The nominal path.
+        plan: The nominal path, which does not end in a hover for ever.
         rng: Source of every draw.
         options: How to search; by default the mission's `planner` says.
         cost: Named terms or any function of sampled paths; by default the robot's or the planner's own.
@@ -156,12 +156,6 @@ def improve(
     """
     function = cost_of(mission, robot) if cost is None else cost
     chosen = options_of(mission) if options is None else options
-    if plan.hovers:  # the flight that leads to the hover is what can be improved; hovering there costs what it costs
-        found = improve(
-            mission, robot, until_hover(plan), rng=rng, options=chosen, cost=function, points=points, spread=spread,
-            progress=progress, watch=watch,
-        )  # fmt: skip
-        return found.with_hover(plan, function)
     nominal = plan_cost(plan, function)
     plan = plan.model_copy(update={"cost": nominal})
     if chosen.rounds == 0 or nominal <= chosen.target or len({w.position for w in plan.waypoints}) < 3:

@@ -21,7 +21,6 @@ from operator import or_
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ltlplan.logic.automaton import DEAD
 from ltlplan.search.bounds.conjunct_graph import ConjunctGraph
@@ -30,9 +29,8 @@ from ltlplan.search.counting.counting_propositions import NEVER, Marks, States, 
 from ltlplan.search.joint.conjuncts import JointConjunct
 from ltlplan.search.memoization import memoized
 from ltlplan.search.team_reading import UNREACHABLE
+from verify.data.arrays import Floats
 
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 MOST_GOALS = 8
 """Goals that are looked at."""
 _MOST_PRICES = 4

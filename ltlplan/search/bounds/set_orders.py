@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ltlplan.search.memoization import memoized
-
-Floats = NDArray[np.float64]
+from verify.data.arrays import Floats
 
 _ASCENT = 150  # steps by which tolls are chosen
 

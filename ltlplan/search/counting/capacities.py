@@ -16,14 +16,12 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ltlplan.search.counting.counting_propositions import shows
 from ltlplan.systems.transition_systems import TransitionSystem
 from verify.data import Formula, Mission
+from verify.data.arrays import Floats
 from verify.data.shapes.region import Region
-
-Floats = NDArray[np.float64]
 
 _ROUNDING = 1e-6
 """m by which robots may be nearer and regions larger than is computed, so that a bound never is too small."""

@@ -107,7 +107,6 @@ class RobotMoves:
         seen = set[_State]()
         begin: Label[_State] = Label((start, (), False), (0.0, 0.0), 0.0, (0.0,))
         for label in ParetoSearch([begin], partial(self._onwards, start)):
-            assert label.state is not None
             at, shown, acting = label.state
             cost, *path = label.rank
             stays = self._stays and bool(path) and (acting or self._gone(at)) and self.ends(at)
@@ -118,7 +117,6 @@ class RobotMoves:
 
     def _onwards(self, start: int, label: Label[_State]) -> Iterator[Label[_State]]:
         """Yield the labels after one more step: an action where the robot is, or a leg where it need not rest."""
-        assert label.state is not None
         (at, shown, acting), (cost, acted) = label.state, label.paid
         begins, flies_on = label.before is None, self._flies_on(start, label.state)
         arrived = not begins and self.rests(at) and not acting

@@ -22,7 +22,7 @@ from ltlplan.search.counting.classes import Classes, ClassMove, Numbers
 from ltlplan.search.counting.counting_propositions import States, Sums
 from ltlplan.search.label_setting import Costs, Label
 from ltlplan.search.memoization import memoized
-from ltlplan.search.team_reading import UNREACHABLE, Found, Step, complete, is_complete
+from ltlplan.search.team_reading import UNREACHABLE, Found, PaidApart, Step, complete, is_complete
 
 _Place = tuple[States, Numbers, Sums]
 
@@ -63,7 +63,7 @@ class CountBounds:
         return GoalCover(self._classes)
 
 
-class CountReading:
+class CountReading(PaidApart):
     """A team whose robots are counted, for `least_sum` and `least_highest`.
 
     States are negative, so that of equal bounds the latest state comes first.
@@ -122,10 +122,6 @@ class CountReading:
         states, _, sums = self._places[-state]
         return self._bounds.conjuncts(states, sums)
 
-    def holds(self, _: int) -> bool:
-        """Tell that every complete course satisfies the formula."""
-        return True
-
     def nothing_paid(self) -> Costs:
         """Return no cost for any robot."""
         return (0.0,) * sum(self._classes.begin)
@@ -141,7 +137,6 @@ class CountReading:
         if not isinstance(who, ClassMove):
             yield label.paid, None
             return
-        assert label.state is not None
         robots = list(zip(self._robots(label.state), label.paid, strict=True))
         for slot, robot in enumerate(robots):
             if robot[0] == who.source and (slot == 0 or robots[slot - 1] != robot):

@@ -7,7 +7,7 @@ robots is searched.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from ltlplan.allocation import Allocation, Itinerary
@@ -95,38 +95,35 @@ class _Flown:
         return self if bound is None else replace(self, least=max(bound, self.least or 0.0))
 
 
-_Try = Callable[[Problem, Formula, _Flown | None], _Flown | None]
-"""Betters what is known; returns None where there are no cycles, and raises where it cannot tell."""
-
-
 def _cheapest(problem: Problem, asked: Formula) -> _Flown | None:
     """Return the cheapest cycles of the first try that answers, those of parts bettered by the next one; None where there are none."""
     best: _Flown | None = None
     refused: Infeasible | TooLarge | None = None
-    for attempt in _tries(problem, asked):
+    for effort, gap in _tries(problem, asked):
         try:
-            best = attempt(problem, asked, best)
+            best = _by_parts(problem, asked) if effort is None else _searched(problem, asked, best, effort, gap)
         except (Infeasible, TooLarge) as error:
             refused = refused or error
             continue
-        if best is None or best.exact or attempt is not _by_parts:
+        if best is None or best.exact or effort is not None:
             return best
     if best is None and refused is not None:
         raise refused
     return best
 
 
-def _tries(problem: Problem, asked: Formula) -> Iterator[_Try]:
-    """Yield the tries in their order."""
+def _tries(problem: Problem, asked: Formula) -> Iterator[tuple[Effort | None, str]]:
+    """Yield the tries in their order, each with what is said where cheaper cycles are not ruled out; no effort where parts are given to one robot each."""
     if parts_of(problem.mission, asked) is not None:
-        yield _by_parts
-    yield _one_at_a_time
+        yield None, _BEGUN_LATER
+    gap = f"The cheapest laps{', by the dearest robot,' * problem.longest} of robots that fly one at a time."
+    yield Effort(), gap if problem.several else _BEGUN_LATER
     if any(own.actions for own in problem.each):
-        yield _acting_at_once
-    yield _in_haste
+        yield Effort(at_once=True), "Robots act where they come to before others go on; a cheaper lap was not ruled out."
+    yield Effort(at_once=True, hasty=True), _NOT_RULED_OUT
 
 
-def _by_parts(problem: Problem, asked: Formula, _: _Flown | None) -> _Flown | None:
+def _by_parts(problem: Problem, asked: Formula) -> _Flown | None:
     """Give the parts of the formula to one robot each."""
     parts = parts_of(problem.mission, asked)
     assert parts is not None
@@ -137,24 +134,8 @@ def _by_parts(problem: Problem, asked: Formula, _: _Flown | None) -> _Flown | No
     return _flown(problem, found, note, _BEGUN_LATER)
 
 
-def _one_at_a_time(problem: Problem, asked: Formula, best: _Flown | None) -> _Flown | None:
-    """Search the product of all robots, of which one flies while the others rest."""
-    gap = f"The cheapest laps{', by the dearest robot,' * problem.longest} of robots that fly one at a time."
-    return _searched(problem, asked, best, Effort(), gap if problem.several else _BEGUN_LATER)
-
-
-def _acting_at_once(problem: Problem, asked: Formula, best: _Flown | None) -> _Flown | None:
-    """Search it for cycles in which nobody waits for an action alone."""
-    gap = "Robots act where they come to before others go on; a cheaper lap was not ruled out."
-    return _searched(problem, asked, best, Effort(at_once=True), gap)
-
-
-def _in_haste(problem: Problem, asked: Formula, best: _Flown | None) -> _Flown | None:
-    """Search it for any cycles."""
-    return _searched(problem, asked, best, Effort(at_once=True, hasty=True), _NOT_RULED_OUT)
-
-
 def _searched(problem: Problem, asked: Formula, best: _Flown | None, effort: Effort, gap: str) -> _Flown | None:
+    """Search the product of all robots, of which one flies while the others rest, for cheaper cycles than are known."""
     below = math.inf if best is None else best.cost - TIES
     found = cycles_below(problem.mission, problem.each, asked, problem.budget, below, effort)
     if found.cycles is not None:

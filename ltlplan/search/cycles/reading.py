@@ -19,7 +19,7 @@ from ltlplan.search.cycles.team_system import SEAM, Nodes, TeamSystem
 from ltlplan.search.label_setting import Costs, Label
 from ltlplan.search.memoization import memoized
 from ltlplan.search.numbering import Numbers
-from ltlplan.search.team_reading import Found, Step, complete, is_complete
+from ltlplan.search.team_reading import Found, PaidApart, Step, complete, is_complete
 
 _GRAIN = 1e-7
 """m; bounds that differ by less are ties: then robots that begin a cycle apart come first, and smaller sums."""
@@ -60,7 +60,7 @@ class Terms:
     haste: float = 1.0
 
 
-class CycleReading:
+class CycleReading(PaidApart):
     """What cycles ask of a team, by states of a search: before the cycle a place, in it also where it began, and what it has done so far.
 
     Args:
@@ -161,10 +161,6 @@ class CycleReading:
         nodes = self._places.nodes
         costs = self._shares.before(nodes[at]) if home == _BEFORE else self._shares.of_cycle(nodes[home], nodes[at], shown)
         return costs, float(costs.sum(axis=1).min())
-
-    def holds(self, _: int) -> bool:
-        """Tell that every closed cycle satisfies the formula."""
-        return True
 
     def nothing_paid(self) -> Costs:
         """Return no cost for any account."""

@@ -18,7 +18,7 @@ from ltlplan.search.numbering import Numbers
 from ltlplan.search.orders.linearisations import Linearisations
 from ltlplan.search.orders.planning import words_and_order
 from ltlplan.search.orders.reading import Course, Nodes, is_event, shown_by, steps_along
-from ltlplan.search.team_reading import Step, complete, least_sum
+from ltlplan.search.team_reading import Step, TeamReading, complete, least_sum
 from ltlplan.systems.transition_systems import TransitionSystem
 from verify.data import Formula, Mission
 from verify.data.language.word import show_letter
@@ -132,7 +132,7 @@ def _single_word(systems: Sequence[TransitionSystem], marks: Marks, most: int) -
     return _SingleWord(Course(steps_along([nodes for nodes, _, _ in path]), 0.0, found.reached), tuple(readings))
 
 
-class _LetterReading:
+class _LetterReading(TeamReading):
     """Words whose letters are read one by one: steps of robots, and readings of what one of them shows, of which each counts 1."""
 
     def __init__(self, systems: Sequence[TransitionSystem], marks: Marks) -> None:
@@ -159,9 +159,3 @@ class _LetterReading:
                 if not (event and unread & bit):
                     moved = (*nodes[:robot], target, *nodes[robot + 1 :])
                     yield self.places[moved, states, unread | bit if event else unread], 1.0, None
-
-    def left(self, _: int) -> float:
-        return 0.0
-
-    def holds(self, _: int) -> bool:
-        return True

@@ -18,6 +18,7 @@ from ltlplan.search.joint.conjuncts import JointConjunct, WordEffects, subsets
 from ltlplan.search.memoization import memoized
 from ltlplan.search.reduced_graph import ReducedGraph, Team
 from ltlplan.search.sequential_reading import Objective, SequentialReading
+from ltlplan.search.team_planning import TeamTask
 from ltlplan.search.team_reading import UNREACHABLE
 from ltlplan.systems.transition_systems import TransitionSystem
 
@@ -29,7 +30,7 @@ Seen = tuple[int, int]
 """A conjunct's state and what it sees held now."""
 
 
-class JointTask:
+class JointTask(TeamTask):
     """A team and the conjuncts that its robots keep together (see `team_planning.TeamTask`), with propositions as bits.
 
     Args:
@@ -110,15 +111,6 @@ class JointTask:
             if bad is not None:
                 found[index] = bad
         return found
-
-    def shared_out(self, objective: Objective, states: int) -> None:
-        """Return None: no way is known to share tasks that robots do together.
-
-        Args:
-            objective: Limits on robots.
-            states: How many states may be looked at.
-        """
-        del objective, states
 
 
 Progress = tuple[int, tuple[int, ...], int, int, tuple[int, ...], tuple[tuple[int, ...], ...]]

@@ -78,7 +78,6 @@ class Linearisations:
         first: _Node = (0,) * len(self.words), part.initial, (1 << readers) - 1
 
         def successors(label: Label[_Node]) -> Iterator[Label[_Node]]:
-            assert label.state is not None
             for reader, node in () if part.finished(label.state[1]) else self._following(part, label.state, before):
                 yield Label(node, (), 0.0, (), label, reader)
 
@@ -86,7 +85,6 @@ class Linearisations:
             [Label(first, (), 0.0, ())], successors
         )  # nothing is paid: each node comes once, the shortest way to it
         for label in search:
-            assert label.state is not None
             at, state, unread = label.state
             if state == DEAD or (at == self.ends and not unread and not part.accepting(state)):
                 return _word(index, label.path())
@@ -123,7 +121,7 @@ class Linearisations:
 
 def _word(part: int, path: Sequence[Label[_Node]]) -> BreakingWord:
     """Return the word along a path."""
-    way = tuple(at for at, _ in itertools.groupby(label.state[0] for label in path if label.state is not None))
+    way = tuple(at for at, _ in itertools.groupby(label.state[0] for label in path))
     readers = [label.step for label in path if isinstance(label.step, int)]
     return BreakingWord(part, way, readers[-1] if readers else 0)
 

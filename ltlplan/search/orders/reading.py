@@ -18,7 +18,7 @@ from ltlplan.search.counting.counting_propositions import Marks
 from ltlplan.search.label_setting import Costs, Label
 from ltlplan.search.numbering import Numbers
 from ltlplan.search.orders.state_sets import Known, Reading, Shown, shown_at
-from ltlplan.search.team_reading import Found, Step, complete, least_highest, least_sum
+from ltlplan.search.team_reading import Found, PaidApart, Step, complete, least_highest, least_sum
 from ltlplan.systems.transition_systems import TransitionSystem
 
 Nodes = tuple[int, ...]
@@ -42,7 +42,7 @@ class Course:
     reached: int
 
 
-class EventReading:
+class EventReading(PaidApart):
     """The states that courses of events go through: the nodes of all robots, and what is known of the formula there.
 
     Args:
@@ -105,14 +105,6 @@ class EventReading:
                     after = self._reading.after(known, self._letters(moved), robot)
                 if after is not None and target != here:
                     yield self._places[moved, after], cost, robot
-
-    def left(self, _: int) -> float:
-        """Return 0: nothing is known of what is left."""
-        return 0.0
-
-    def holds(self, _: int) -> bool:
-        """Tell that every complete course satisfies the formula."""
-        return True
 
     def nothing_paid(self) -> Costs:
         """Return no cost for any robot."""
