@@ -30,6 +30,8 @@ _SLOWER = (1.05, 1.1, 1.2)
 """How much slower the whole flight is tried, where it uses all of a limit while it slows down."""
 _MUCH_SLOWER = (1.5, 2.0, 3.0, 4.0)
 """The same where so many pieces are flown while it slows down that vehicles do not hold them."""
+_SHORT, _FAST = 0.5, (1.0, 1.5, 2.0, 3.0, 4.0, 6.0)
+"""s that slowing down takes where a second is long for a fast flight, and how much slower the whole is tried then."""
 _FOLLOWED = 2e-4
 """m (and rad) by which pieces may leave the slowed motion between their nodes."""
 _NEAR = 0.1
@@ -137,6 +139,7 @@ def resting(
         *((1.0, length) for length in _LENGTHS),
         *((slower, _LENGTHS[-1]) for slower in _SLOWER),
         *((slower, _LENGTHS[0]) for slower in _MUCH_SLOWER),
+        *((slower, _SHORT) for slower in _FAST),
     )
     for slower, length in ways:
         stretched = {name: path.stretched(slower) for name, path in paths.items()}

@@ -243,6 +243,17 @@ def with_expected_times(plan: Plan, team: Mapping[str, Trajectory]) -> Plan:
     return _with_times(plan, _flown_times(plan, team), _expected_times(plan))
 
 
+def for_mission(plan: Plan, mission: Mission) -> Plan:
+    """Return a plan of the same mission at other paces or nominal speeds as one of the mission: its costs weigh the time expected there.
+
+    Args:
+        plan: As it was made.
+        mission: Whose plan it becomes.
+    """
+    moved = plan.model_copy(update={"mission": mission})
+    return _with_times(moved, _expected_times(plan), _expected_times(moved))
+
+
 def _expected_times(plan: Plan) -> dict[str, float]:
     """Return what robots' times cost as planning expects them."""
     mission = plan.mission

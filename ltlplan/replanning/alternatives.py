@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 
+from ltlplan.paths.costs import for_mission
 from ltlplan.precedences import with_planned_waits
 from ltlplan.replanning.checked_plan import plan_or_none
 from ltlplan.replanning.conflict_alternatives import fewer_in_a_region, no_other_words, without_a_leg_in_conflict
@@ -26,7 +27,7 @@ from ltlplan.replanning.soft_alternatives import (
     without_a_leg,
     words_under_precedences,
 )
-from verify.data import LtlplanError, NotCertified, Unsatisfiable
+from verify.data import LtlplanError, NotCertified, Plan, Unsatisfiable
 
 Alternative = Callable[[Refusal], Candidate | None]
 """From a refusal to the next candidate; None where the alternative has none, or does not apply."""
@@ -74,14 +75,27 @@ def _as_fast_as_may_be(refusal: Refusal) -> Candidate | None:
 
 
 def _shared_by_nominal_times(refusal: Refusal) -> Candidate | None:
-    """Return other words, which keep endurances at nominal times too: planning counted on faster flights than were found."""
-    made = refusal.plan
-    if refusal.tried.since("sharing"):
+    """Return another plan, which keeps endurances at nominal times too: planning counted on faster flights than were found."""
+    other = None if refusal.tried.since("sharing") else _at_nominal_times(refusal.plan)
+    return None if other is None or other.robots == refusal.plan.robots else refusal.answered("sharing", other, anew=True)
+
+
+def _flown_at_nominal_times(refusal: Refusal) -> Candidate | None:
+    """Return a plan of nominal times that is flown so; None where one was tried, as refinement does where it finds no flight."""
+    mission, tried = refusal.plan.mission, refusal.tried.pace == "nominal" or not isinstance(refusal.found, Flight)
+    if tried or all(mission.pace_of(name) == "nominal" for name in mission.agents):
         return None
+    other = _at_nominal_times(refusal.plan)
+    if other is None:
+        return None
+    note = "No faster flight was certified: the plan's own times are flown."
+    return refusal.answered("tracking", other.model_copy(update={"notes": (*other.notes, note)}), anew=True)
+
+
+def _at_nominal_times(made: Plan) -> Plan | None:
+    """Return a plan's mission planned at nominal times; None where there is no such plan."""
     other = plan_or_none(at_nominal_times(made.mission), method=made.method)
-    if other is None or other.words == made.words:
-        return None
-    return refusal.answered("sharing", other.model_copy(update={"mission": made.mission}), anew=True)
+    return None if other is None else for_mission(other, made.mission).model_copy(update={"lower_bound": made.lower_bound})
 
 
 def _more_waits(refusal: Refusal) -> Candidate | None:
@@ -117,9 +131,9 @@ _OTHER_WORDS: tuple[Alternative, ...] = (
 )
 _ALTERNATIVES: dict[Reason, tuple[Alternative, ...]] = {
     "certified": (),
-    "endurance": (_as_fast_as_may_be, _shared_by_nominal_times, *_OTHER_WORDS),
-    "claims": (_more_waits, _planned_order, _same_waits, *_OTHER_WORDS),
-    "no flight": _OTHER_WORDS,
+    "endurance": (_as_fast_as_may_be, _shared_by_nominal_times, *_OTHER_WORDS, _flown_at_nominal_times),
+    "claims": (_more_waits, _planned_order, _same_waits, *_OTHER_WORDS, _flown_at_nominal_times),
+    "no flight": (*_OTHER_WORDS, _flown_at_nominal_times),
     "soft parts": (waits_for_soft_parts, same_words_under_precedences, other_words, without_a_leg),
     "no better": (without_a_leg,),
 }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 
+from ltlplan.paths.costs import for_mission
 from verify.data import Infeasible, Mission, Plan
 from verify.data.sections import Pace
 
@@ -36,7 +37,7 @@ def planned_faster(mission: Mission, make: Callable[[Mission], Plan], refused: I
             least = min(least, error, key=_lasts)
             continue
         note = f"Planned at {how}, at which the flight would outlast a vehicle's endurance."
-        return made.model_copy(update={"mission": mission, "notes": (*made.notes, note)})
+        return for_mission(made.model_copy(update={"notes": (*made.notes, note)}), mission)
     raise Infeasible(f"{refused} {_least_time(least)}", witness) from refused
 
 

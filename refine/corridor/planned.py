@@ -90,6 +90,8 @@ def corridor_of(
         legs += [part for _, part in chain[1:]]
         if cycle == index + 1:
             cycle_point = len(points) - 1
+    if mission.agents[name].end is not None:
+        rooms[-1] = None
     times = np.maximum(np.array(durations), SHORTEST)
     corridor = Corridor(
         name, np.array(points), times, tuple(legs), space.low, space.high, cycle_point, tuple(needed), tuple(rooms)

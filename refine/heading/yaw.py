@@ -27,7 +27,7 @@ _CORNER = 0.1
 def heading_spline(
     path: Spline, heading: Heading, start: float, *, cycle: int | None = None, rest: frozenset[int] = frozenset()
 ) -> Spline | None:
-    """Return yaw over a flight; None where it is constant.
+    """Return yaw over a flight; None where it is 0 throughout.
 
     Args:
         path: Three axes.
@@ -37,7 +37,9 @@ def heading_spline(
         rest: Nodes at which the heading rests too, so that the vehicle may hover there.
     """
     if heading == "fixed":
-        return None
+        constant = np.zeros((len(path) + 1, ORDER, 1))
+        constant[:, 0] = start
+        return Spline(path.durations, constant) if start else None
     at = np.linspace(0.0, 1.0, _SAMPLES)
     wanted = _directions(path, heading, start, at)
     nodes = len(path) + 1

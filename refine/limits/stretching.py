@@ -32,7 +32,7 @@ def stretch_to_limits(
 
     Args:
         path: Three axes.
-        yaw: One axis; None for constant yaw.
+        yaw: One axis; None for a yaw of 0 throughout.
         limits: What must hold.
         safety: Share of each limit kept back.
         faster: Whether a factor below 1 may be returned.

@@ -46,7 +46,7 @@ def peaks(path: Spline, yaw: Spline | None, limits: Limits, samples: int = SAMPL
 
     Args:
         path: Three axes.
-        yaw: One axis, same durations; None where yaw is constant.
+        yaw: One axis, same durations; None where yaw is 0 throughout.
         limits: Infinite ones are left out.
         samples: A piece.
     """
@@ -87,7 +87,7 @@ class Samples:
 
         Args:
             path: Three axes.
-            yaw: One axis, same durations; None where yaw is constant.
+            yaw: One axis, same durations; None where yaw is 0 throughout.
             samples: A piece.
             pieces: Those that are sampled; all where None.
         """
@@ -147,7 +147,7 @@ def shares_used(
 
     Args:
         path: Three axes.
-        yaw: One axis, same durations; None where yaw is constant.
+        yaw: One axis, same durations; None where yaw is 0 throughout.
         limits: Infinite ones are left out.
         samples: A piece.
     """

@@ -30,6 +30,8 @@ Floats = NDArray[np.float64]
 
 SHORTEST = 5e-2
 """Least duration of a piece, s: shorter ones lose their precision in float32."""
+_LONGEST, _LONGER = 50.0, 10.0
+"""Greatest duration of a piece, s, or how many times the longest at first where that is more: steps beyond went much too far."""
 _INSTANTS = 8
 """Instants a piece at which limits count."""
 _BREACH = 1e3
@@ -80,7 +82,8 @@ def least_time(task: Task, rest: frozenset[int], rules: Rules, start: Guess, *, 
         Infeasible: The search came to durations whose sizes are too different for floats.
     """
     search = Search(task, rest, rules, start, weight)
-    bounds = [(math.log(SHORTEST), None)] * len(start.durations) + [(None, None)] * (3 * len(search.nodes))
+    longest = max(_LONGEST, _LONGER * float(start.durations.max()))
+    bounds = [(math.log(SHORTEST), math.log(longest))] * len(start.durations) + [(None, None)] * (3 * len(search.nodes))
     options = {"maxiter": _STEPS, "maxcor": _MEMORY, "ftol": 1e-9, "gtol": 1e-6}
     with np.errstate(over="ignore", invalid="ignore"):  # of a step that went much too far, and is taken back
         try:

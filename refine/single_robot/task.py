@@ -136,7 +136,7 @@ class Motion:
 
     Attributes:
         path: Three axes.
-        yaw: None where it is constant.
+        yaw: None where it is 0 throughout.
         note: Sentence for a person where a faster one was looked for and not found; empty where there is nothing to say.
     """
 
@@ -174,7 +174,7 @@ class RobotFlight:
         limits: What it keeps.
         corridor: Points and rules of its path; None where it hovers.
         path: Three axes.
-        yaw: One axis; None where it is constant.
+        yaw: One axis; None where it is 0 throughout.
         cycle: Piece at which its lap begins; None for a finite flight.
         halts: Visit: the node at which the robot rests when it sets out for it.
         planned: The same flight at the plan's own times, where its pace is another.

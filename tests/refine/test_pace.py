@@ -224,6 +224,45 @@ def test_labels_change_in_the_order_of_the_nominal_flight(world: str, start: lis
     assert lasts(fastest) < 0.9 * lasts(nominal)
 
 
+def test_a_lap_of_a_team_ends_where_it_began_in_a_region_that_it_visits_there() -> None:
+    text = """
+format: 1
+name: back
+vehicle: crazyflie-2.1
+workspace: {min: [-2.4, -2.3, 0.2], max: [2.4, 2.3, 2.8]}
+regions: {a: {center: [0.309, 1.056, 0.942], cylinder: {radius: 0.382, height: 0.611}}}
+hoops: {b: {center: [-1.058, 1.597, 1.766], yaw_deg: 351, radii: [0.2, 0.2, 0.2], opening: 0.25, rim: 0.02}}
+agents: {q0: {start: [1.034, 0.578, 1.039]}, q1: {start: [-1.052, -1.0, 1.471]}}
+margin: 0.03
+spec: {formula: G F a & G F b, team: joint, trace: infinite}
+"""
+    plan = ltlplan.plan(ltlplan.parse_mission(text))
+    assert_holds(plan, refine(plan, pace=1))
+
+
+def test_a_step_of_the_search_that_goes_much_too_far_is_taken_back() -> None:
+    """Legs that must be slow beside legs that need not: durations once became so different that no spline was found."""
+    text = """
+format: 1
+name: slow-legs
+vehicle: crazyflie-2.1
+workspace: {min: [-2.787, -2.606, 0.2], max: [2.787, 2.606, 2.2]}
+regions:
+  a: {center: [2.182, -0.773, 0.9], radii: [0.14, 0.145, 0.112], yaw_deg: 54}
+  c: {union: [{center: [1.171, 1.263, 1.254], size: [0.864, 0.864, 0.864]}, {center: [1.361, 1.463, 1.305], radii: [0.432, 0.432, 0.432]}]}
+hoops: {b: {center: [1.672, 0.057, 0.879], yaw_deg: 174, radii: [0.2, 0.2, 0.2], opening: 0.25, rim: 0.02}}
+agents: {q0: {start: [-0.886, 0.925, 1.602]}}
+limits: {legs: {a: {speed: 0.113, acceleration: 0.291}}}
+margin: 0.002
+separation: 0.3
+spec: {formula: 'G F b & G F c & G F a', team: joint, trace: infinite, repeat: 2}
+"""
+    plan = ltlplan.plan(ltlplan.parse_mission(text))
+    fast = refine(plan, pace=1)
+    assert_holds(plan, fast)
+    assert lasts(fast) < 0.5 * lasts(refine(plan, pace="nominal"))
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["door-puzzle", "wall-swap", "meeting", "office"])
 def test_shipped_teams_are_certified_at_the_greatest_pace(name: str) -> None:

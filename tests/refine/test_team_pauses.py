@@ -90,8 +90,16 @@ def test_slowing_down_takes_as_long_as_limits_ask_for(mission: Mission) -> None:
 
 def test_a_handful_of_pieces_is_too_few(mission: Mission) -> None:
     paths = team(12)
-    with pytest.raises(DoesNotFit, match="the 3 pieces that q1's holds are too few"):
-        resting(paths, mission, dict.fromkeys(paths, LIMITS), {"q0": 31, "q1": 3, "q2": None})
+    with pytest.raises(DoesNotFit, match="the 2 pieces that q1's holds are too few"):
+        resting(paths, mission, dict.fromkeys(paths, LIMITS), {"q0": 31, "q1": 2, "q2": None})
+
+
+def test_a_flight_that_is_too_fast_to_rest_within_a_second_rests_sooner(mission: Mission) -> None:
+    fast = {"q0": path(1, 14, 6.0)}
+    found = resting(fast, mission, {"q0": LIMITS}, {"q0": 5})
+    slow, cuts = found.paths["q0"], found.cuts["q0"]
+    assert max(np.diff([0, *cuts, len(slow)])) <= 5
+    assert slow.duration < 30.0
 
 
 def test_nobody_rests_in_a_hoop_where_that_can_be_helped(mission: Mission) -> None:

@@ -5,8 +5,9 @@ from __future__ import annotations
 import pytest
 
 import ltlplan
-from ltlplan.pipeline import attempted, certified_team
-from ltlplan.replanning.cuts import Candidate, Flight
+import verify
+from ltlplan.pipeline import attempted, candidates, certified_team
+from ltlplan.replanning.cuts import MAX_ROUNDS, Candidate, Flight
 from ltlplan.replanning.refusals import Refusal
 from verify.data import Infeasible, NotCertified, Unsatisfiable, parse_mission
 
@@ -85,6 +86,9 @@ def test_endurance_counts_flights_at_their_pace() -> None:
     slow = ltlplan.plan(faster, pace=0.3)
     assert slow.mission.planner.pace == 0.3
     assert any("Planned at pace 1 instead of 0.3" in note for note in slow.notes)
+    timed = ltlplan.plan(parse_mission(SITES + "planner: {cost: {time: 1}}\n"), pace=0.3)
+    expected = [robot.times[-1] * 0.45 / (0.3 * 0.8) for robot in timed.robots.values() if not robot.still]
+    assert timed.cost == pytest.approx(sum(expected), rel=1e-3), "its costs are those of its own mission"
 
 
 @pytest.mark.slow
@@ -95,6 +99,42 @@ def test_a_flight_whose_nominal_times_outlast_the_endurance_is_certified_at_its_
     assert (found.certificate.holds, found.rounds) == (True, 1)
     assert found.plan.words == made.words
     assert not any("as fast as the limits allow" in note for note in found.plan.notes)
+
+
+ROUND = (
+    HEAD
+    + """spec: {formula: F (a & F (d & F (b & F a)))}
+regions:
+  a: {center: [1.5, 1.2, 1.0], radii: [0.3, 0.3, 0.3]}
+  b: {center: [-1.5, 1.2, 1.0], radii: [0.3, 0.3, 0.3]}
+  d: {center: [-1.5, -1.4, 1.2], radii: [0.3, 0.3, 0.3]}
+agents: {q: {start: [0, 0, 1]}, r: {start: [1, -1, 1]}}
+limits: {endurance: 17.0}
+workspace: {min: [-3, -3, 0.2], max: [3, 3, 2.2]}
+"""
+)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("pace", ["nominal", 0.7, 1.0])
+def test_an_endurance_that_nominal_flights_keep_is_kept_at_every_pace(pace: float | str) -> None:
+    found = certified_team(ltlplan.plan(parse_mission(ROUND), pace=pace))
+    assert found.certificate.holds
+    assert max(flight.duration for flight in found.team.values()) <= 6.0
+
+
+def test_nominal_times_are_tried_where_no_faster_flight_is_certified() -> None:
+    alone = ROUND.replace(", r: {start: [1, -1, 1]}", "").replace("limits: {endurance: 17.0}", "planner: {cost: {time: 1}}")
+    made = ltlplan.plan(parse_mission(alone.replace("F (a & F (d & F (b & F a)))", "F a")))
+    found = attempted(spent := Candidate(made, rounds=MAX_ROUNDS))
+    assert isinstance(found, Flight)
+    tight = made.changed(mission=made.mission.changed(margin=0.31))
+    refused = Flight(found.plan, found.team, verify.judge(tight, found.team))
+    first, nominal = candidates(spent, [refused])
+    assert (first.pace, nominal.pace) == (None, "nominal")
+    assert nominal.plan.mission == made.mission
+    assert nominal.plan.lower_bound == made.lower_bound
+    assert any("the plan's own times are flown" in note for note in nominal.plan.notes)
 
 
 @pytest.mark.slow

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from flight.control.flatness import feed_forward, lifted
-from refine import Limits, minimum_snap
+from refine import Limits, heading_spline, minimum_snap
 from refine.limits.flatness import flat_samples
 from refine.limits.limits import rotors_of
 from refine.limits.stretching import stretch_to_limits
@@ -92,6 +92,15 @@ def test_peaks_are_what_the_judge_proves() -> None:
         mass = vehicle.mass if peak.name in ("thrust_min", "thrust_max") else 1.0
         # The judge stops early on what is far from its limit, so its bounds are a little wide there.
         assert peak.value * mass == pytest.approx(proved[peak.name].bound, rel=1e-2)
+
+
+def test_rotors_carry_with_a_fixed_heading_what_they_carry_on_the_path_turned_the_other_way() -> None:
+    angle, limits = 0.7, Limits(rotors=rotors_of(load_vehicle("crazyflie-2.1")))
+    turn = np.array([[np.cos(angle), np.sin(angle), 0.0], [-np.sin(angle), np.cos(angle), 0.0], [0.0, 0.0, 1.0]])
+    path, turned = (minimum_snap(points, np.linspace(0.0, 3.0, len(HOOP6))) for points in (HOOP6, HOOP6 @ turn.T))
+    found = peaks(path, heading_spline(path, "fixed", angle), limits)
+    wanted = peaks(turned, heading_spline(turned, "fixed", 0.0), limits)
+    assert [peak.value for peak in found] == pytest.approx([peak.value for peak in wanted])
 
 
 def test_stretching_keeps_limits_and_wastes_nothing() -> None:
