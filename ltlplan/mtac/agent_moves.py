@@ -4,7 +4,8 @@ The team automaton of the 2022 paper (Def. 4.6) is walked, never built: a state 
 states so far, and the robot's `AgentState` in A = E x R. A robot's next step is a whole visit: it leaves where it is,
 flies to the middle of a region, and may change its internal state there. Which region may be entered from where, what is read on the
 way and what is permitted there is said by `ltlplan.systems.region_graph`, as for the exact search. Since the states are a set, the
-same walk serves before take-off (one state) and in flight (all states that the readings so far may have led to, see `ltlplan.online_mtac.possible_states`).
+same walk serves before take-off (one state) and in flight (all states that the readings so far may have led to, see `ltlplan.online_mtac.possible_states`). A `RobotTask` is a
+robot's share of the formula: the visits that it is given, in order, and what it shows by them.
 """
 
 from __future__ import annotations
@@ -13,11 +14,12 @@ from collections.abc import Hashable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
+from ltlplan.allocation import Itinerary
 from ltlplan.search.memoization import memoized
 from ltlplan.systems.region_graph import RegionGraph, RestPoint, Transition
 from ltlplan.systems.region_labels import Location
 from ltlplan.systems.visit_log import VisitLog
-from verify.data import Letter, Mission, Visit
+from verify.data import Letter, Mission, Visit, Word
 from verify.data.language.sequence import Direction
 from verify.data.sections import Action
 from verify.data.shapes.inequalities import Point
@@ -296,3 +298,59 @@ class World:
             queue += [
                 ((*actions, a), a.target, seen | {a.target}) for a in permitted if a.source == state and a.target not in seen
             ]
+
+
+@dataclass(frozen=True, slots=True)
+class RobotTask:
+    """A robot's share of the formula as visits, from where it is; MTAC-E walks and hands over tasks.
+
+    Attributes:
+        where: Where it begins.
+        moves: Its visits, in order.
+        leaves: Whether it flies out of the last region; False where the formula wants it to end inside.
+    """
+
+    where: AgentState
+    moves: tuple[Move, ...] = ()
+    leaves: bool = True
+
+    @property
+    def visits(self) -> tuple[Visit, ...]:
+        """Regions as they are entered, with actions; a robot that begins inside regions begins with visits of them."""
+        return self._log().visits
+
+    @property
+    def end(self) -> AgentState:
+        """Where the robot is after its last visit's actions, still inside."""
+        return self.moves[-1].end if self.moves else self.where
+
+    @property
+    def ahead(self) -> tuple[Letter, ...]:
+        """The letters after the present one."""
+        letters = [letter for move in self.moves for letter in move.shown]
+        if self.moves and self.leaves and self.moves[-1].left is not None:
+            letters.append(self.moves[-1].left)
+        return tuple(letters)
+
+    def itinerary(self, world: World) -> Itinerary:
+        """Return what the robot does, with the word that it shows."""
+        log = self._log()
+        word = Word((world.letter(self.where), *self.ahead)).compressed()
+        return Itinerary(log.visits, word, stops=log.stops)
+
+    def then(self, move: Move, leaves: bool) -> RobotTask:
+        """Return the task with one more visit."""
+        return replace(self, moves=(*self.moves, move), leaves=leaves)
+
+    def _log(self) -> VisitLog:
+        log = self.where.log()
+        for move in self.moves:
+            for regions in move.regions:
+                log.enter(regions)
+            if not move.in_place:
+                log.stop(move.visit.region)
+            for action in move.visit.actions:
+                log.act(action)
+        if self.moves and self.leaves and (left := self.moves[-1].left) is not None:
+            log.enter(left & self.end.inside)
+        return log

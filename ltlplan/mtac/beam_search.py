@@ -13,9 +13,8 @@ from dataclasses import dataclass, field, replace
 
 from ltlplan.logic.automaton import DEAD
 from ltlplan.mtac.admissible_heuristic import AdmissibleHeuristic, TeamModel
-from ltlplan.mtac.agent_moves import Key
+from ltlplan.mtac.agent_moves import Key, RobotTask
 from ltlplan.mtac.decomposable_task import States
-from ltlplan.mtac.robot_tasks import RobotTask
 from verify.data import BadInput
 from verify.data.progress import Progress
 from verify.data.shapes.region import Hoop

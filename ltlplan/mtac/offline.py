@@ -29,14 +29,13 @@ from numpy.random import Generator
 
 from ltlplan.allocation import Allocation, Context, Itinerary
 from ltlplan.mtac.admissible_heuristic import TeamModel
-from ltlplan.mtac.agent_moves import World
+from ltlplan.mtac.agent_moves import RobotTask, World
 from ltlplan.mtac.beam_search import BeamSearch, Options
 from ltlplan.mtac.counting.tasks import is_shared_at_once, share_counted
 from ltlplan.mtac.decomposable_task import Reader
 from ltlplan.mtac.many_tasks import many_tasks, share_many
 from ltlplan.mtac.optimality_gap import BestKnown, best_known, straight_cost, straight_line_costs
 from ltlplan.mtac.priced_paths import PricedPaths
-from ltlplan.mtac.robot_tasks import RobotTask
 from ltlplan.paths.costs import team_cost
 from ltlplan.paths.cross_entropy.cross_entropy import Improvement
 from ltlplan.search.problem import TIES

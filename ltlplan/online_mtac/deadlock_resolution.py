@@ -15,8 +15,7 @@ from functools import cache
 import numpy as np
 
 from ltlplan.allocation import Itinerary
-from ltlplan.mtac.agent_moves import AgentState, World
-from ltlplan.mtac.robot_tasks import RobotTask
+from ltlplan.mtac.agent_moves import AgentState, RobotTask, World
 from ltlplan.online_mtac.pilot import PilotedTeam, way_from
 from ltlplan.online_mtac.possible_states import admits
 from verify.data import Infeasible, Letter, Mission, Word

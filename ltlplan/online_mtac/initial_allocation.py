@@ -12,10 +12,9 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from ltlplan.mtac.admissible_heuristic import TeamModel
-from ltlplan.mtac.agent_moves import AgentState, Move, World
+from ltlplan.mtac.agent_moves import AgentState, Move, RobotTask, World
 from ltlplan.mtac.beam_search import BeamSearch, Options
 from ltlplan.mtac.optimality_gap import straight_line_costs
-from ltlplan.mtac.robot_tasks import RobotTask
 from ltlplan.online_mtac.pilot import Pilot, PilotedTeam
 from verify.data import Letter, LtlplanError, Unsatisfiable
 from verify.data.language.word import stutter_free

@@ -25,8 +25,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.random import Generator
 
-from ltlplan.mtac.agent_moves import Move
-from ltlplan.mtac.robot_tasks import RobotTask
+from ltlplan.mtac.agent_moves import Move, RobotTask
 from ltlplan.online_mtac.cross_entropy import OnlineSettings
 from ltlplan.online_mtac.deadlock_resolution import clear_ahead, make_way
 from ltlplan.online_mtac.initial_allocation import share_out

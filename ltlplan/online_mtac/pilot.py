@@ -15,8 +15,7 @@ import numpy as np
 from numpy.random import Generator
 
 from ltlplan.allocation import Itinerary
-from ltlplan.mtac.agent_moves import AgentState, Move, World
-from ltlplan.mtac.robot_tasks import RobotTask
+from ltlplan.mtac.agent_moves import AgentState, Move, RobotTask, World
 from ltlplan.online_mtac.cross_entropy import OnlineSettings
 from ltlplan.online_mtac.path_in_flight import CourseInFlight
 from ltlplan.online_mtac.possible_states import can_finish

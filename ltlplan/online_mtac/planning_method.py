@@ -25,8 +25,7 @@ from ltlplan.paths.costs import Sampling, WeightedCost, cost_of, plan_cost, team
 from ltlplan.paths.hoops import route_itinerary
 from ltlplan.paths.path_result import candidate_plans
 from ltlplan.paths.sampling.least_snap_spline import LeastSnapSpline
-from ltlplan.paths.sampling.path_problem import PathProblem
-from ltlplan.paths.sampling.word_filter import word_filter
+from ltlplan.paths.sampling.path_problem import PathProblem, word_filter
 from ltlplan.systems.visit_log import VisitLog
 from verify.data import BadInput, Infeasible, Mission, RobotPlan, Unsatisfiable, Visit, Word
 from verify.data.arrays import Floats

@@ -11,10 +11,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from ltlplan.mtac.admissible_heuristic import Metric
-from ltlplan.mtac.agent_moves import Move, World
+from ltlplan.mtac.agent_moves import Move, RobotTask, World
 from ltlplan.mtac.decomposable_task import Reader
 from ltlplan.mtac.optimality_gap import straight_line_costs
-from ltlplan.mtac.robot_tasks import RobotTask
 from ltlplan.online_mtac.pilot import Pilot
 from ltlplan.online_mtac.possible_states import Belief, can_finish
 from verify.data import Mission

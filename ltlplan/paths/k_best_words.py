@@ -28,11 +28,10 @@ from ltlplan.paths.improvement import RAMPS, improved_path, own_draws, with_ramp
 from ltlplan.paths.nominal import lay_path
 from ltlplan.paths.sampling.least_snap_spline import LeastSnapSpline
 from ltlplan.paths.team_laps import lay_laps
-from ltlplan.search.exact import assign
+from ltlplan.search.exact import SHUT, assign
+from ltlplan.search.exact import exact as exact_by_legs
 from ltlplan.search.lawler import Partition
 from ltlplan.search.memoization import memoized
-from ltlplan.search.method import SHUT
-from ltlplan.search.method import exact as exact_by_legs
 from ltlplan.search.problem import TIES
 from ltlplan.systems.objective import BOUNDED, is_counted_by_legs, terms_of
 from ltlplan.systems.robot_systems import Systems, weighted_metres

@@ -14,11 +14,9 @@ from dataclasses import replace
 
 from ltlplan.paths.costs import for_mission
 from ltlplan.precedences import with_planned_waits
-from ltlplan.replanning.checked_plan import plan_or_none
+from ltlplan.replanning.checked_plan import at_nominal_times, plan_or_none
 from ltlplan.replanning.conflict_alternatives import fewer_in_a_region, no_other_words, without_a_leg_in_conflict
-from ltlplan.replanning.cuts import Candidate, Conflict, Flight
-from ltlplan.replanning.faster_flights import at_nominal_times
-from ltlplan.replanning.refusals import Reason, Refusal
+from ltlplan.replanning.cuts import Candidate, Conflict, Flight, Reason, Refusal
 from ltlplan.replanning.soft_alternatives import (
     fewer_soft_parts,
     other_words,

@@ -18,10 +18,9 @@ from ltlplan.allocation import Context, Known, Leg
 from ltlplan.logic.budget import Budget
 from ltlplan.precedences import hold_under_precedences
 from ltlplan.replanning.checked_plan import NO_PLAN, plan_or_none
-from ltlplan.replanning.cuts import Candidate, CutKind, digest, legs_of
-from ltlplan.replanning.refusals import Refusal
+from ltlplan.replanning.cuts import Candidate, CutKind, Refusal, digest, legs_of
+from ltlplan.search.exact import without_legs
 from ltlplan.search.lawler import Partition
-from ltlplan.search.method import without_legs
 from verify.data import Infeasible, LtlplanError, NotCertified, Plan, Witness
 from verify.data.choices import PLANNING_METHODS
 

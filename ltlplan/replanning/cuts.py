@@ -3,22 +3,29 @@
     candidate - refine, judge - flight or conflict - cut - next candidate
 
 The loop is counterexample-guided (Clarke et al. 2000). A candidate is a plan with the cuts that led to it. The cuts hold all that is known of
-the way so far, so that a stored candidate goes on in any process.
+the way so far, so that a stored candidate goes on in any process. A `Refusal` is a candidate whose flight was
+refused, or keeps fewer soft parts than planned, with what the counterexamples ask for.
 """
 
 from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal
 
 from ltlplan.allocation import Itinerary, Leg
-from verify.data import LtlplanError, Mission, Plan, Trajectory, Witness
+from ltlplan.paths.costs import with_expected_times
+from ltlplan.precedences import hold_under_precedences, with_waits
+from verify.data import Infeasible, LtlplanError, Mission, NotCertified, Plan, Trajectory, Witness
 
 if TYPE_CHECKING:
+    from typing import Any
+
     from verify import Certificate, Claim
+    from verify.claims.soft_claims import SoftClaim
 
 MAX_ROUNDS = 6
 """How often refinement may try to keep one plan's words."""
@@ -26,7 +33,6 @@ _SEVERAL = 2
 """The same where the words are one choice of several."""
 _RELIEFS = 3
 """Soft parts without which a plan is tried that no flight kept."""
-
 CutKind = Literal["waits", "pace", "order", "precedences", "words", "legs", "capacity", "soft part", "tracking", "sharing"]
 _FORBIDS: dict[CutKind, str] = {
     "waits": "flights without the waits that the counterexamples ask for",
@@ -40,6 +46,9 @@ _FORBIDS: dict[CutKind, str] = {
     "tracking": "flights faster than the plan's own times",
     "sharing": "words that outlast a vehicle's endurance at nominal times",
 }
+Reason = Literal["certified", "soft parts", "no better", "endurance", "claims", "no flight"]
+"""Certified as planned; soft parts are lost; nothing better than what is certified; a vehicle's endurance is too short; a claim fails and waits may
+help; no flight of these words is certified."""
 
 
 @dataclass(frozen=True)
@@ -242,3 +251,130 @@ def digest(made: Plan) -> str:
     does = {name: (str(robot.word), [visit.model_dump() for visit in robot.visits]) for name, robot in made.robots.items()}
     waits = [wait.model_dump() for wait in (*made.precedences, *made.meetings)]
     return hashlib.sha256(json.dumps([does, waits], sort_keys=True).encode()).hexdigest()
+
+
+@dataclass(eq=False)
+class Refusal:
+    """A candidate, and what became of it.
+
+    Attributes:
+        tried: The candidate, with the notes on its flight; `rounds` counts this one.
+        found: Its flight, or the conflict that left none.
+    """
+
+    tried: Candidate
+    found: Flight | Conflict
+
+    @classmethod
+    def of(cls, candidate: Candidate, found: Flight | Conflict) -> Refusal:
+        """Return what became of a candidate.
+
+        Args:
+            candidate: What was refined.
+            found: Its flight, or the conflict that left none.
+        """
+        plan = with_expected_times(found.plan, found.team) if isinstance(found, Flight) else candidate.plan
+        return cls(replace(candidate, plan=plan, rounds=candidate.rounds + 1), found)
+
+    @property
+    def plan(self) -> Plan:
+        """The plan that was refined."""
+        return self.tried.plan
+
+    @property
+    def soft(self) -> Sequence[SoftClaim]:
+        """What the judge says of each soft part; empty where the flight itself was refused."""
+        return self.found.certificate.soft if isinstance(self.found, Flight) and self.found.certificate.holds else ()
+
+    @cached_property
+    def reason(self) -> Reason:
+        """What is to be done better."""
+        spent = self.tried.rounds >= self.tried.last_round
+        if isinstance(self.found, Flight) and self.found.certificate.holds:
+            return "certified" if spent or all(part.outcome == "holds" for part in self.soft) else "soft parts"
+        if self.tried.certified is not None:
+            return "certified" if spent else "no better"
+        if isinstance(self.found, Conflict):
+            return "no flight"
+        if self._too_long:
+            return "endurance"
+        return "no flight" if spent else "claims"
+
+    @property
+    def witnesses(self) -> tuple[Witness, ...]:
+        """Counterexamples to the claims that were refused."""
+        refused = self.found.refused if isinstance(self.found, Flight) else ()
+        return tuple(claim.witness for claim in refused if claim.witness is not None)
+
+    @property
+    def breaks_formula(self) -> bool:
+        """Whether the flight may break the formula."""
+        return any(witness.claim == "formula" for witness in self.witnesses)
+
+    @cached_property
+    def impossible(self) -> bool:
+        """Whether the formula is broken, and the words satisfy it under no precedences."""
+        return self.breaks_formula and not hold_under_precedences(self.plan)
+
+    @cached_property
+    def waiting(self) -> Plan | NotCertified:
+        """The same words with the waits that the counterexamples ask for; an error where they go round in a circle."""
+        try:
+            return with_waits(self.plan, self.witnesses)
+        except NotCertified as circle:
+            return circle
+
+    @property
+    def why(self) -> str:
+        """What was said of the flight."""
+        if isinstance(self.found, Conflict):
+            return str(self.found.error)
+        return " ".join(claim.sentence for claim in self.found.refused) or " ".join(
+            part.sentence for part in self.soft if part.outcome != "holds"
+        )
+
+    @cached_property
+    def error(self) -> LtlplanError:
+        """Why these words are given up."""
+        if isinstance(self.found, Conflict):
+            return self.found.error
+        if self._too_long:
+            lasts = max(path.duration for path in self.found.team.values())
+            hint = f"Flown as fast as all limits allow, which took {lasts:.4g} s; plan more robots, or vehicles of longer endurance."
+            return NotCertified(f"Not certified. {' '.join(self._too_long)} {hint}", self.witnesses)
+        if self.reason == "no flight":
+            return NotCertified(f"Not certified after {self.tried.rounds} rounds of refinement. {self.why}", self.witnesses)
+        if not self.impossible and isinstance(self.waiting, NotCertified):
+            return self.waiting
+        no_waits = "Whatever robots wait for, these words do not satisfy the formula."
+        return NotCertified(f"Not certified. {self.why} {no_waits}", self.witnesses)
+
+    @property
+    def _too_long(self) -> list[str]:
+        refused = self.found.refused if isinstance(self.found, Flight) else ()
+        return [claim.sentence for claim in refused if claim.name == "limits.endurance"]
+
+    @property
+    def conflict(self) -> Witness | None:
+        """What robots are refused for that others may have room for: they come too near each other, or wait in a circle."""
+        witnesses = (self.error.witness,) if isinstance(self.error, Infeasible) else getattr(self.error, "witnesses", ())
+        return next((each for each in witnesses if each is not None and each.claim in ("separation", "formula")), None)
+
+    def answered(self, kind: CutKind, plan: Plan | None, /, *, anew: bool = False, **forbidden: Any) -> Candidate | None:
+        """Return the candidate that comes next; None where there is no plan for it.
+
+        Other words are never said to be the cheapest, unless these are proved to be impossible.
+
+        Args:
+            kind: What is forbidden.
+            plan: The plan that does without it.
+            anew: Whether these words are given up, so that the plan may be refined as often as the first one.
+            forbidden: Further fields of the cut.
+        """
+        if plan is None:
+            return None
+        if plan.words != self.plan.words and not forbidden.get("proved"):  # cheaper words may have flights that were not found
+            plan = plan.model_copy(update={"complete": False})
+        cut = Cut(kind, str(self.error) if anew else self.why, self.tried.rounds, anew=anew, **forbidden)
+        judged = self.tried.rounds - isinstance(self.found, Conflict)
+        return replace(self.tried, plan=plan, cuts=(*self.tried.cuts, cut), rounds=judged)

@@ -16,11 +16,10 @@ from ltlplan.allocation import Leg
 from ltlplan.planner import SEQUENCE
 from ltlplan.precedences import with_planned_waits, with_waits
 from ltlplan.replanning.checked_plan import plan, plan_or_none
-from ltlplan.replanning.cuts import Candidate, legs_of, less_wished
-from ltlplan.replanning.refusals import Refusal
+from ltlplan.replanning.cuts import Candidate, Refusal, legs_of, less_wished
 from ltlplan.replanning.soft_parts import KEPT, asking, is_timed, kept_by_plan, part_text
+from ltlplan.search.exact import under_precedences, without_legs
 from ltlplan.search.lawler import Member, Partition
-from ltlplan.search.method import under_precedences, without_legs
 from verify.data import Mission, NotCertified, Plan, Unsatisfiable, Witness
 from verify.data.choices import PLANNING_METHODS
 

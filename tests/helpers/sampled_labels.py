@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ltlplan.paths.hoops.keep_out import room
-from ltlplan.paths.sampling.word_filter import samples_near
+from ltlplan.paths.sampling.path_problem import samples_near
 from verify.data import BadInput, Letter, Mission
 from verify.data.arrays import Booleans, Floats, Integers
 

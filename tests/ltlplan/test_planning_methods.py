@@ -11,7 +11,7 @@ import ltlplan
 import verify
 from ltlplan.allocation import Allocation, Context
 from ltlplan.pipeline import certified_team
-from ltlplan.search.method import exact
+from ltlplan.search.exact import exact
 from tests.helpers.packages import install
 from tests.helpers.random_missions import random_mission
 from tests.verify.test_run_folder import write_folder
@@ -23,7 +23,7 @@ from verify.data.validation.faults import MissionError
 
 MODULE = '''
 import numpy as np
-from ltlplan.search.method import exact
+from ltlplan.search.exact import exact
 from ltlplan.allocation import Allocation
 
 def last_robot(mission, context):

@@ -11,7 +11,7 @@ from ltlplan.search.counting.capacities import Room, most_that_show
 from ltlplan.search.counting.planning import plan_counts
 from ltlplan.search.explanations.inquiry import all_of
 from ltlplan.search.explanations.unsatisfiable_cores import NoPlan
-from ltlplan.search.polarities import signed_nodes
+from ltlplan.search.relevant_places import signed_nodes
 from ltlplan.systems.transition_systems import TransitionSystem
 from verify.data import Formula, Mission
 from verify.data.language.counting import atoms, written_out

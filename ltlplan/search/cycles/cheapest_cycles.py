@@ -12,10 +12,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from ltlplan.logic.budget import Budget, TooLarge
-from ltlplan.search.cycles.concurrent_cycle_steps import staged
 from ltlplan.search.cycles.cycle_places import CyclePlaces, Limits
 from ltlplan.search.cycles.reading import CycleReading, Terms
-from ltlplan.search.cycles.team_cycles import TeamCycles, are_apart, course_of, may_begin, without_stays
+from ltlplan.search.cycles.team_cycles import TeamCycles, are_apart, course_of, may_begin, staged, without_stays
 from ltlplan.search.cycles.team_readers import LetterReader, Reader, team_readers
 from ltlplan.search.cycles.team_system import TeamSystem, resting
 from ltlplan.search.problem import TIES

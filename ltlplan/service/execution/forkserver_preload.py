@@ -24,7 +24,7 @@ for _name in (
     "ltlplan.online.executors",
     "ltlplan.pipeline",
     "ltlplan.search.exact",
-    "ltlplan.search.method",
+    "ltlplan.search.exact",
     "ltlplan.search.explanations.max_weight_subset",
     "ltlplan.mtac.offline",
     "ltlplan.paths.nominal",

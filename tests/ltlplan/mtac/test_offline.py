@@ -7,12 +7,11 @@ import pytest
 
 import ltlplan
 from ltlplan.mtac.admissible_heuristic import TeamModel
-from ltlplan.mtac.agent_moves import World
+from ltlplan.mtac.agent_moves import RobotTask, World
 from ltlplan.mtac.beam_search import BeamNode, BeamSearch, Options
 from ltlplan.mtac.decomposable_task import Reader, holds_one_at_a_time
 from ltlplan.mtac.offline import mtac_e, share_tasks
 from ltlplan.mtac.optimality_gap import straight_cost, straight_line_costs
-from ltlplan.mtac.robot_tasks import RobotTask
 from ltlplan.planner import make_plan
 from ltlplan.search.exact import assign
 from tests.helpers.few import few_of

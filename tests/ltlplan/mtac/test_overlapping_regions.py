@@ -5,12 +5,11 @@ from functools import partial
 import numpy as np
 import pytest
 
-from ltlplan.mtac.agent_moves import World
+from ltlplan.mtac.agent_moves import RobotTask, World
 from ltlplan.mtac.beam_search import Options
 from ltlplan.mtac.decomposable_task import Reader
 from ltlplan.mtac.offline import mtac_e, share_tasks
 from ltlplan.mtac.optimality_gap import straight_cost
-from ltlplan.mtac.robot_tasks import RobotTask
 from ltlplan.pipeline import certified_team, plan
 from ltlplan.search.exact import assign
 from ltlplan.systems.robot_systems import Systems

@@ -4,8 +4,7 @@ import math
 
 import pytest
 
-from ltlplan.mtac.agent_moves import World
-from ltlplan.mtac.robot_tasks import RobotTask
+from ltlplan.mtac.agent_moves import RobotTask, World
 from ltlplan.online.simulated_online_flight import fly_online
 from ltlplan.online_mtac import online_team
 from ltlplan.online_mtac.task_switching import Handover, may_change

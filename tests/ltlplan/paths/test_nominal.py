@@ -6,8 +6,7 @@ import pytest
 from ltlplan.allocation import Context
 from ltlplan.paths import nominal
 from ltlplan.planner import make_plan
-from ltlplan.search.exact import assign
-from ltlplan.search.method import exact
+from ltlplan.search.exact import assign, exact
 from verify import check_word
 from verify.data import Infeasible
 from verify.data.files.mission_file import parse_mission

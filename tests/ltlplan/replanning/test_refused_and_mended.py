@@ -7,8 +7,7 @@ import pytest
 import ltlplan
 import verify
 from ltlplan.pipeline import attempted, candidates, certified_team
-from ltlplan.replanning.cuts import MAX_ROUNDS, Candidate, Flight
-from ltlplan.replanning.refusals import Refusal
+from ltlplan.replanning.cuts import MAX_ROUNDS, Candidate, Flight, Refusal
 from verify.data import Infeasible, NotCertified, Unsatisfiable, parse_mission
 
 HEAD = "format: 1\nname: asked\nvehicle: crazyflie-2.1\n"

@@ -8,7 +8,7 @@ from ltlplan.missions import load_mission
 from ltlplan.paths.costs import Sampling
 from ltlplan.paths.hoops import route, route_sequence
 from ltlplan.paths.sampling.least_snap_spline import LeastSnapSpline
-from ltlplan.paths.sampling.word_filter import word_filter
+from ltlplan.paths.sampling.path_problem import word_filter
 from tests.helpers.courses import courses
 from tests.helpers.few import few_of
 from tests.helpers.sampled_labels import label, run

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 
 from ltlplan.logic.budget import DEFAULT_BUDGET, Budget, TooLarge
 from ltlplan.search.cycles.cheapest_cycles import cycles_below, least_of_all_cycles
-from ltlplan.search.cycles.concurrent_cycle_steps import Stage
 from ltlplan.search.cycles.conjunct_assignment import parts_of, share_out
+from ltlplan.search.cycles.team_cycles import Stage
 from ltlplan.search.exact import assign
 from ltlplan.systems.transition_systems import TransitionSystem
 from tests.helpers.few import given_few
