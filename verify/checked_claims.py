@@ -130,14 +130,24 @@ def worded(claims: Sequence[Claim], verdict: ProofVerdict | None) -> tuple[Claim
         counts[_key(claim)] = counts.get(_key(claim), 0) + 1
 
     def word(claim: Claim) -> Claim:
-        rows = known.get(_key(claim))
-        if rows is None:
-            return replace(claim, proof="not covered", missing=_NO_CLAIM)
-        missing = next(filter(None, rows), "") or ("" if len(rows) == counts[_key(claim)] else _OTHERS)
-        is_checked = claim.outcome == "holds" and not missing
-        return replace(claim, proof="checked" if is_checked else "judged", missing=missing)
+        rows = known.get(_key(claim), ())
+        return with_word(claim, rows if len(rows) in (0, counts[_key(claim)]) else (*rows, _OTHERS))
 
     return tuple(map(word, claims))
+
+
+def with_word(claim: Claim, missing: Sequence[str]) -> Claim:
+    """Return a claim that says by whom it is proved.
+
+    Args:
+        claim: What the checker says.
+        missing: Of each claim of the kernel that this one comes to, what it lacks to be checked; nothing where it is checked.
+    """
+    if not missing:
+        return replace(claim, proof="not covered", missing=_NO_CLAIM)
+    lacks = next(filter(None, missing), "")
+    is_checked = claim.outcome == "holds" and not lacks
+    return replace(claim, proof="checked" if is_checked else "judged", missing=lacks)
 
 
 _Key = tuple[str, ...]

@@ -13,6 +13,9 @@ from ltlplan.commands.support.options import FormulaOption, JsonOption, missions
 if TYPE_CHECKING:
     from verify import Audit
 
+AUDIT_FILE = "audit.json"
+"""The audit's name beside its proof."""
+
 SHOWN = 10
 """Broken claims of each kind that are printed; a file or --json has all."""
 
@@ -67,12 +70,20 @@ def command(
     out: Annotated[
         Path | None, typer.Option("--out", help="A file for the whole audit, as JSON; one that is there is kept.")
     ] = None,
+    proof: Annotated[
+        Path | None,
+        typer.Option(
+            "--proof",
+            help="A folder for the audit with its proof, which the kernel checks: python check.pyz FOLDER. Not of shows.",
+        ),
+    ] = None,
     report: Annotated[
         Path | None, typer.Option("--report", help="A page (.html) with the claims and pictures of the tightest instants.")
     ] = None,
     json: JsonOption = False,
 ) -> None:
     """Judge flights of other programs for all times, not for samples; exit code 5 where a claim is not proved."""
+    from flight.storage.folders import check_folder, put_files, write_folder
     from flight.storage.single_files import check_page, replace_page, write_single
     from ltlplan.commands.support.progress import progress_bar
     from ltlplan.commands.support.terminal import print_json
@@ -86,13 +97,18 @@ def command(
     )  # fmt: skip
     if report is not None:
         check_page(report)
+    if proof is not None:
+        check_folder(proof)
     if formula is not None and mission is None:
         raise BadInput("--formula speaks of a mission's regions; give --mission as well.")
     asked = None if mission is None else read_mission(mission, formula=formula)
     with progress_bar(quiet=json) as progress:
-        found = audit(files, asked, limits, progress=progress)
+        found = audit(files, asked, limits, proof=proof is not None, progress=progress)
     if out is not None:
         write_single(out, found.to_json().encode())
+    if proof is not None and found.files:
+        whole = {**found.files, AUDIT_FILE: found.to_json().encode()}
+        write_folder(proof, lambda folder: put_files(whole, folder))
     if report is not None:
         from ltlplan.report.audit_report.audit_page import audit_html
 
@@ -102,7 +118,7 @@ def command(
     else:
         for line in audit_lines(found):
             typer.echo(line)
-        for written in (out, report):
+        for written in (out, proof if found.files else None, report):
             if written is not None:
                 typer.echo(f"wrote {written}")
     if not found:
@@ -111,13 +127,16 @@ def command(
 
 def audit_lines(found: Audit) -> list[str]:
     """Return what is said of an audit: each claim that holds, the worst of those that do not, and where limits are nearest."""
+    from verify.checked_claims import proof_sentences
+
     lines = [f"{found.source}: {found.drones} drones, {found.pieces} pieces, {found.duration:.3f} s"]
     lines += _own_limits(found)
     shown: dict[str, int] = {}
     for claim in found.claims:
         shown[claim.name] = shown.get(claim.name, 0) + 1
         if shown[claim.name] <= SHOWN:
-            lines.append(f"{claim.name}: {claim.outcome}. {claim.sentence}")
+            word = f", {claim.proof}" if claim.outcome == "holds" else ""
+            lines.append(f"{claim.name}: {claim.outcome}{word}. {claim.sentence}")
     lines += [
         f"{name}: {count - SHOWN} more like these; --out FILE or --json has all."
         for name, count in shown.items()
@@ -133,7 +152,7 @@ def audit_lines(found: Audit) -> list[str]:
         lines.append(f"every claim holds, for all times from 0 to {found.duration:.3f} s")
     else:
         lines.append(f"{len(found.broken)} of {len(found.claims)} claims are not proved")
-    return lines
+    return [*lines, *proof_sentences(found.claims, found.kernel)]
 
 
 def _own_limits(found: Audit) -> list[str]:

@@ -58,10 +58,21 @@ def prove(plan: Plan, team: Mapping[str, Trajectory], certificate: Certificate) 
     Raises:
         BadInput: The trajectories' numbers are not float32.
     """
-    text = statement_of(plan, certificate)
+    tables = {name: write_csv(path, plan.mission.spec.repeat) for name, path in team.items()}
+    return prove_statement(statement_of(plan, certificate), tables, _speeds(certificate))
+
+
+def prove_statement(text: str, tables: Mapping[str, str], speeds: Mapping[str, Fraction]) -> Proof:
+    """Write down a proof of a statement, as far as one is found.
+
+    Args:
+        text: Of the statement.
+        tables: Each robot's CSV file.
+        speeds: Bounds that the kernel is asked to check, m/s, by "speed/" and the robot's name.
+    """
     statement = read_statement(text)
-    flown = read_team(statement, {name: write_csv(path, plan.mission.spec.repeat) for name, path in team.items()})
-    given: dict[str, Any] = {**_speeds(certificate), **half_space_sums(statement, flown), **bridges(statement)}
+    flown = read_team(statement, tables)
+    given: dict[str, Any] = {**speeds, **half_space_sums(statement, flown), **bridges(statement)}
     search = Search(given)
     check = Check(statement, flown, search)
     with suppress(Refused):  # without timelines there is nothing to say of words

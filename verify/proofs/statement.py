@@ -47,13 +47,18 @@ def statement_of(plan: Plan, certificate: Certificate) -> str:
         "separation_z": mission.separation_z,
         "low": list(mission.workspace.min),
         "high": list(mission.workspace.max),
-        "regions": {name: _body(region) for name, region in mission.all_regions.items()},
-        "obstacles": {name: _body(obstacle) for name, obstacle in mission.obstacles.items()},
+        "regions": {name: body_table(region) for name, region in mission.all_regions.items()},
+        "obstacles": {name: body_table(obstacle) for name, obstacle in mission.obstacles.items()},
         "order": list(mission.agents),
         "robots": {name: _robot(plan, certificate, name) for name in mission.agents},
         "waits": _waits(plan),
         "words": _words(plan) if any(claim.name == "ordered" for claim in certificate.claims) else {},
     }
+    return statement_text(table)
+
+
+def statement_text(table: Table) -> str:
+    """Return a statement's text."""
     return json.dumps(_plain(table), sort_keys=True, allow_nan=False, separators=(",", ":")) + "\n"
 
 
@@ -70,7 +75,8 @@ def _named(digests: Mapping[str, str]) -> dict[str, str]:
     return {f"trajectory of {name}": digest for name, digest in digests.items()}
 
 
-def _body(body: Region | Obstacle) -> Table:
+def body_table(body: Region | Obstacle) -> Table:
+    """Return a region or an obstacle as it stands in a statement."""
     found: Table = {"center": list(body.center), "parts": [[_inequality(one) for one in part] for part in body.body]}
     if isinstance(body, Hoop):
         found["ring"] = {"normal": list(body.normal or ()), "opening": body.opening, "rim": body.rim}

@@ -82,6 +82,8 @@ class Asked:
         least: For pairs given by two arrays of drones, how far apart their paths must stay, in m; None where nothing is asked.
         most: The greatest of these, in m.
         fewest: The least of these, in m.
+        separation: Least distance between centres, in m, without radii and margin; None where nothing is asked.
+        radii: Of the drones, in m. Shape (drones,).
         weight: By which distances in z are multiplied.
         above: Height above which it is asked, in m; None for everywhere.
         rates: Limits of speeds and accelerations.
@@ -99,6 +101,8 @@ class Asked:
     least: Callable[[Indices, Indices], Floats] | None
     most: float
     fewest: float
+    separation: float | None
+    radii: Floats
     weight: Fraction
     above: float | None
     rates: tuple[Rate, ...]
@@ -180,7 +184,8 @@ def resolve(fleet: Fleet, mission: Mission | None, limits: AuditLimits) -> Asked
         "from": chosen.sources,
     }
     return Asked(
-        workspace=workspace, least=None if separation is None else least, most=most, fewest=fewest, weight=weight,
+        workspace=workspace, least=None if separation is None else least, most=most, fewest=fewest, separation=separation, radii=radii,
+        weight=weight,
         above=limits.separation_above, rates=rates, yaw_rates=yaw_rates,
         min_height=limits.min_height, altitude=altitude, fences=fences, margin=margin, velocity_jump=limits.velocity_jump,
         said=said, notes=_not_asked(fleet.own, chosen, wanted=limits.file_limits),

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from fractions import Fraction
 from pathlib import Path
 from types import MappingProxyType
@@ -21,6 +21,8 @@ from verify.claims.claim import Claim, claim_of
 from verify.data.errors import BadInput
 from verify.data.mission import Mission, check_mission
 from verify.data.progress import Progress, silent
+from verify.kernel.refused import Refused
+from verify.third_party.audit_proof import prove_audit, require_statable
 from verify.third_party.audit_requirements import Asked, AuditLimits, require_agents, resolve
 from verify.third_party.column_claims import column_claims, columns_lowest, unknown_claims
 from verify.third_party.columns import covered_rows, judge_columns
@@ -56,6 +58,8 @@ class Audit:
         versions: Of the software that checked.
         notes: What is not checked or not asked of what the files hold, in sentences.
         fleet: The flights, for pictures; no part of what is written.
+        kernel: Version of the kernel that checked the claims whose `proof` is "checked"; None where no proof was written.
+        files: The proof, by file name; no part of what is written as JSON.
     """
 
     source: str
@@ -69,6 +73,8 @@ class Audit:
     versions: Mapping[str, str]
     notes: tuple[str, ...]
     fleet: Fleet
+    kernel: int | None = None
+    files: Mapping[str, bytes] = field(default_factory=dict[str, bytes])
 
     @property
     def holds(self) -> bool:
@@ -77,6 +83,11 @@ class Audit:
 
     def __bool__(self) -> bool:
         return self.holds
+
+    @property
+    def checked(self) -> int:
+        """Number of claims that the kernel checked."""
+        return sum(claim.proof == "checked" for claim in self.claims)
 
     @property
     def broken(self) -> tuple[Claim, ...]:
@@ -98,6 +109,7 @@ class Audit:
             "tightest": {name: [asdict(instant) for instant in row] for name, row in self.tightest.items()},
             "notes": list(self.notes),
             "versions": dict(self.versions),
+            "kernel": self.kernel,
         }
         return {**data, "digest": payload_digest(data)}
 
@@ -111,6 +123,7 @@ def audit(
     mission: Mission | None = None,
     limits: AuditLimits = AuditLimits(),  # noqa: B008  # frozen
     *,
+    proof: bool = False,
     progress: Progress = silent,
 ) -> Audit:
     """Check what others planned, for all times.
@@ -120,6 +133,7 @@ def audit(
         mission: Whose agents they are: its workspace, separation, vehicles' limits, margin, obstacles and rims are asked, and its formula
             where it has one.
         limits: Single limits, in place of the mission's or beside it.
+        proof: Whether to write down a proof of what holds, and to have the kernel check it.
         progress: Called with what is being done and the share that is done.
 
     Raises:
@@ -144,10 +158,18 @@ def audit(
         fleet = replace(fleet, homes=tuple(starts))
     asked = resolve(fleet, mission, limits)
     found = judge_fleet(fleet, asked, progress)
-    if mission is None:
+    if mission is not None:
+        progress("the mission's words", 0.9)
+        found = replace(found, claims=(*found.claims, *word_claims(mission, fleet, asked), *unknown_claims(mission, fleet)))
+    if not proof:
         return found
-    progress("the mission's words", 0.9)
-    return replace(found, claims=(*found.claims, *word_claims(mission, fleet, asked), *unknown_claims(mission, fleet)))
+    progress("the proof", 0.95)
+    try:
+        require_statable(fleet)
+        proved = prove_audit(fleet, asked, mission, found.claims)
+    except Refused as refused:
+        return replace(found, notes=(*found.notes, f"No proof is written: {refused}"))
+    return replace(found, claims=proved.claims, kernel=proved.verdict.kernel, files=proved.files)
 
 
 def judge_fleet(fleet: Fleet, asked: Asked, progress: Progress = silent) -> Audit:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from fractions import Fraction
 from functools import cached_property
 
 import numpy as np
@@ -108,23 +109,53 @@ def word_claims(mission: Mission, fleet: Fleet, asked: Asked) -> Iterator[Claim]
         fleet: The drones.
         asked: Says the margin.
     """
-    paths = FleetPaths.of(mission, fleet)
-    idle = {
-        name: RobotPlan(word=Word((frozenset(),)), waypoints=(Waypoint(position=agent.start, role="start"),), times=(0.0,))
-        for name, agent in mission.agents.items()
-    }
-    evidence = Evidence(Plan(mission=mission, robots=idle), paths)
+    evidence = _evidence(mission, fleet)
     yield from obstacle_claims(evidence, asked.margin)
     yield from rim_claims(evidence, asked.margin)
     if mission.spec.formula is None:
         return
-    timelines: dict[str, Timeline] = {}
-    for robot, spans in statuses(evidence.membership, asked.margin).items():
-        initial, found = changes(spans)
-        timelines[robot] = Timeline(robot, initial, found, paths.end, mission.initial_letter(robot))
+    timelines = _timelines(evidence, asked.margin)
     for verdict in judge_formula(mission, timelines, evidence.relations):
         witness = None if verdict.outcome == "holds" else verdict.witness()
         yield Claim(verdict.claim, verdict.outcome, verdict.sentence, robot=verdict.robot, time=verdict.time, witness=witness)
+
+
+def _evidence(mission: Mission, fleet: Fleet) -> Evidence:
+    idle = {
+        name: RobotPlan(word=Word((frozenset(),)), waypoints=(Waypoint(position=agent.start, role="start"),), times=(0.0,))
+        for name, agent in mission.agents.items()
+    }
+    return Evidence(Plan(mission=mission, robots=idle), FleetPaths.of(mission, fleet))
+
+
+def _timelines(evidence: Evidence, margin: Fraction) -> dict[str, Timeline]:
+    found: dict[str, Timeline] = {}
+    for robot, spans in statuses(evidence.membership, margin).items():
+        initial, switches = changes(spans)
+        letter = evidence.plan.mission.initial_letter(robot)
+        found[robot] = Timeline(robot, initial, switches, evidence.paths.end, letter)
+    return found
+
+
+@np.errstate(all="ignore")
+def stays(mission: Mission, fleet: Fleet, margin: Fraction) -> dict[str, list[str]]:
+    """Return the regions in which each drone stays, wherever it is within the margin, in the order in which its stays begin.
+
+    Args:
+        mission: Whose agents the drones are.
+        fleet: The drones.
+        margin: In m, exact.
+    """
+    found: dict[str, list[str]] = {}
+    for robot, line in _timelines(_evidence(mission, fleet), margin).items():
+        begun = [(Fraction(0), region) for region, status in line.initial.items() if status != "no"]
+        last = dict(line.initial)
+        for change in line.changes:
+            if last[change.region] == "no":
+                begun.append((change.time.low, change.region))
+            last[change.region] = change.status
+        found[robot] = [region for _, region in sorted(begun, key=lambda each: each[0])]
+    return found
 
 
 def _joins(fleet: Fleet, row: int) -> bool:

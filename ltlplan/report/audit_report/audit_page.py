@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, cast
 from flight.figures import Figure
 from ltlplan.report.audit_report.audit_pictures import overview, pair_or_drone
 from ltlplan.report.page import figure_place, folded, listed, page_html, section, table
+from verify.checked_claims import checked_of, proof_sentences
 
 if TYPE_CHECKING:
     from verify import Audit
@@ -107,6 +108,8 @@ def _header(found: Audit) -> str:
     nearest = found.tightest.get("separation", ())
     if nearest:
         facts.append(("Closest two drones", f"{nearest[0].value:.4g} m"))
+    proof = "judged" if found.kernel is None else f"{checked_of(found.claims)} checked"
+    facts.append(("Proof", proof))
     margin = cast("float", found.asked["margin"])
     facts.append(("Margin", f"{1000 * margin:g} mm"))
     shown = "".join(f"<div><dt>{html.escape(name)}</dt><dd>{html.escape(value)}</dd></div>" for name, value in facts)
@@ -130,8 +133,9 @@ def _tightest(shown: list[_Shown]) -> str:
 
 def _claims(found: Audit) -> str:
     ordered = sorted(found.claims, key=lambda claim: claim.outcome == "holds")
-    rows = [[claim.name, claim.outcome, claim.sentence, _margin(claim)] for claim in ordered[:MOST_CLAIMS]]
-    content = folded(table(("claim", "verdict", "", "margin"), rows, numbers=(3,), verdict=1), len(rows), "claims")
+    rows = [[claim.name, claim.outcome, claim.proof, claim.sentence, _margin(claim)] for claim in ordered[:MOST_CLAIMS]]
+    content = folded(table(("claim", "verdict", "proof", "", "margin"), rows, numbers=(4,), verdict=1), len(rows), "claims")
+    content += listed(proof_sentences(found.claims, found.kernel))
     left = len(ordered) - len(rows)
     note = "Each is proved, or broken with a witness, for all times."
     if left:

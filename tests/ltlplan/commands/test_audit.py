@@ -26,8 +26,9 @@ def run(folder: Path, *arguments: str):
 def test_a_sound_folder(tmp_path: Path) -> None:
     done = run(tmp_path, "--separation", "0.4", "--speed", "0.5", "--workspace=-1,-1,0,2,2,2", "--min-height", "0.5")
     assert done.exit_code == 0, done.output
-    assert "separation: holds. All 2 drones stay 0.5000 m apart at all times" in done.output
-    assert done.output.endswith("every claim holds, for all times from 0 to 2.000 s\n")
+    assert "separation: holds, judged. All 2 drones stay 0.5000 m apart at all times" in done.output
+    assert "every claim holds, for all times from 0 to 2.000 s\n" in done.output
+    assert done.output.endswith("all claims are judged: there is no proof for the kernel\n")
 
 
 def test_a_breach_ends_with_5_and_the_whole_audit_is_written_once(tmp_path: Path) -> None:
@@ -54,6 +55,25 @@ def test_a_page_is_written_and_a_page_of_the_user_s_is_kept(tmp_path: Path) -> N
     assert mine.read_text() == "mine"
 
 
+def test_a_proof_is_written_beside_the_audit_and_said_in_every_place(tmp_path: Path) -> None:
+    place, page = tmp_path / "proof", tmp_path / "audit.html"
+    asked = ("--separation", "0.4", "--workspace=-1,-1,0,2,2,2", "--proof", str(place), "--report", str(page))
+    done = run(tmp_path, *asked)
+    assert done.exit_code == 0, done.output
+    assert "separation: holds, checked. All 2 drones" in done.output
+    assert "\n2 of 3 claims checked by the kernel\n" in done.output
+    assert f"wrote {place}\n" in done.output
+    names = {path.name for path in place.iterdir()}
+    assert names == {"audit.json", "cf1.csv", "cf2.csv", "check.pyz", "manifest.json", "proof.json", "statement.json"}
+    claims = {claim["name"]: claim["proof"] for claim in json.loads((place / "audit.json").read_text())["claims"]}
+    assert claims == {"continuity": "judged", "workspace": "checked", "separation": "checked"}
+    assert "2 of 3 checked" in page.read_text()
+    assert page.read_text().count("<td>checked</td>") == 2
+    (place / "statement.json").write_text("mine")
+    assert run(tmp_path, *asked).exit_code == 1
+    assert (place / "statement.json").read_text() == "mine"
+
+
 def test_json(tmp_path: Path) -> None:
     done = run(tmp_path, "--separation", "0.4", "--json")
     assert done.exit_code == 0
@@ -69,7 +89,7 @@ def test_a_formula_over_a_mission_s_regions(tmp_path: Path) -> None:
     )
     asked = ("--mission", str(mission), "--acceleration", "9")
     held, broken = run(tmp_path, *asked), run(tmp_path, *asked, "--formula", "G !a")
-    assert "formula: holds." in held.output
+    assert "formula: holds, judged." in held.output
     assert "formula: fails." in broken.output
     assert "--mission" in str(run(tmp_path, "--formula", "F a").exception)
 
