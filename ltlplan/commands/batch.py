@@ -15,7 +15,7 @@ from ltlplan.commands.support.processors import processors
 if TYPE_CHECKING:
     from ltlplan.service.execution.batches import Entry
 
-_HEADER = ("mission", "outcome", "cost", "seconds", "exit code")
+_HEADER = ("mission", "outcome", "checked", "cost", "seconds", "exit code")
 
 
 def command(
@@ -68,7 +68,7 @@ def _lines(entries: Sequence[Entry]) -> list[str]:
 def _row(entry: Entry) -> tuple[str, ...]:
     cost = "" if entry.cost is None else f"{entry.cost:.3f}"
     seconds = "" if entry.found else f"{entry.seconds:.1f}"
-    return (entry.name, _outcome(entry), cost, seconds, str(entry.exit_code))
+    return (entry.name, _outcome(entry), entry.checked, cost, seconds, str(entry.exit_code))
 
 
 def _outcome(entry: Entry) -> str:
@@ -82,6 +82,7 @@ def _data(entry: Entry) -> dict[str, object]:
     return {
         "mission": entry.name,
         "outcome": _outcome(entry),
+        "checked": entry.checked,
         "cost": entry.cost,
         "seconds": entry.seconds,
         "exit_code": entry.exit_code,

@@ -47,6 +47,7 @@ class Entry:
         cost: Of the plan; None where there is none.
         seconds: How long it took, s.
         found: Whether it had been done before, and was not run again.
+        checked: How many claims the kernel checked, of how many, such as "49 of 49"; empty where that is not known.
     """
 
     name: str
@@ -56,6 +57,7 @@ class Entry:
     cost: float | None = None
     seconds: float = 0.0
     found: bool = False
+    checked: str = ""
 
 
 @dataclass(slots=True)
@@ -174,7 +176,8 @@ def _done_before(name: str, target: Path, key: str) -> Entry | None:
 
 
 def _entry(name: str, target: Path, record: dict[str, Any], *, seconds: float = 0.0, found: bool = False) -> Entry:
-    return Entry(name, record["exit_code"], record["message"], target, record["cost"], seconds, found)
+    checked = record.get("checked", "")  # records of before have none
+    return Entry(name, record["exit_code"], record["message"], target, record["cost"], seconds, found, checked)
 
 
 def _each(todo: list[_Running], workers: Workers, progress: Progress, of: int) -> Iterable[Entry]:
@@ -232,6 +235,7 @@ def _outcome(running: _Running, future: Future[Outcome]) -> Outcome | Entry:
             "cost": outcome.summary["cost"],
             "exit_code": 0 if why is None else why.exit_code,
             "message": "" if why is None else why.detail,
+            "checked": "{checked} of {claims}".format(**outcome.found["proof"]),
         }
         made = {name: content for name, content in outcome.files if name not in ONLY_OF_JOBS}
         write_folder(

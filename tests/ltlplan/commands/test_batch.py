@@ -32,13 +32,16 @@ def test_a_table_tells_what_became_of_each(ltlplan: Command, folder: Path, tmp_p
     told = ltlplan("batch", str(folder), cwd=tmp_path)
     header, good, never, why, *_ = told.stdout.splitlines()
     assert told.returncode == 3
-    assert header.split() == ["mission", "outcome", "cost", "seconds", "exit", "code"]
+    assert header.split() == ["mission", "outcome", "checked", "cost", "seconds", "exit", "code"]
     assert (good.split()[:2], good.split()[-1]) == (["good", "certified"], "0")
     assert (never.split()[:2], never.split()[-1]) == (["never", "unsatisfiable"], "3")
     assert why.startswith("never: ")
     assert (tmp_path / "out" / "missions" / "good" / "certificate.json").exists()
     again = ltlplan("batch", str(folder), "--json", cwd=tmp_path)
     found = json.loads(again.stdout)
+    count = found["missions"][0]["checked"]
+    assert (count.split(" of ")[0], found["missions"][1]["checked"]) == (count.split(" of ")[1], "")
+    assert f" {count} " in good
     assert again.returncode == found["exit_code"] == 3
     assert [(entry["mission"], entry["found"], entry["exit_code"]) for entry in found["missions"]] == [
         ("good", True, 0), ("never", False, 3),
