@@ -216,12 +216,6 @@ Proof.
   rewrite diffs_heads, H by lia; ring.
 Qed.
 
-(** Two times: coefficients of one sign give it to the polynomial on the square. *)
-Theorem bern2_nonneg : forall n m b s t u v, 0 <= s -> 0 <= t -> 0 <= u -> 0 <= v ->
-  (forall i j, (i <= n)%nat -> (j <= m)%nat -> 0 <= b i j) ->
-  0 <= bern n (fun i => bern m (b i) u v) s t.
-Proof. intros; apply bern_nonneg; auto; intros; apply bern_nonneg; auto. Qed.
-
 (** ** Growth: differences of one sign *)
 
 Lemma bern_grows_t : forall n b s t u, 0 <= s -> 0 <= t -> 0 <= u ->

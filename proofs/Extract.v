@@ -8,4 +8,5 @@ Set Warnings "-extraction-opaque-accessed".
 Extraction "checkers.ml"
   Z.add Z.mul Z.opp Tree.check_tree Regions.check_region Regions.check_nonneg Progression.satisfies
   Invariant.letter_at Invariant.permitted Invariant.read_more
-  Invariant.check_invariant Invariant.check_joint Invariant.check_own Laps.check_laps.
+  Invariant.check_invariant Invariant.check_joint Invariant.check_own
+  Laps.check_laps Laps.check_own_laps Laps.check_joint_laps.

@@ -263,3 +263,77 @@ Section Laps.
     exists t, c; rewrite S0; auto.
   Qed.
 End Laps.
+
+(** ** Teams that fly laps
+
+    [turn]: from places of the last span to those of a lap before; nothing where a robot
+    is not yet there. *)
+
+Section Own.
+  Variables (robots : list robot) (turn : places -> option places) (first_span : own_span).
+
+  Definition own_turns (s : marked) : list (option letter * marked) :=
+    match turn (map fst s) with Some c => own_enters first_span (combine c (map snd s)) | None => [] end.
+
+  Definition check_own_laps (f : spec) (starts : list places) (ps : list own_span) (back : nat)
+      (levels : list level) (is : list (list (entry marked))) : bool :=
+    check_laps _ _ (own_moves robots) own_enters own_turns read_more
+      (normal false f) (map (fun c => silent (unread c)) starts) ps back levels is.
+
+  Lemma read_more_turned : forall c t s, read_more t s = true ->
+    map fst (combine c (map snd t)) = map fst (combine c (map snd s)) /\
+    read_more (combine c (map snd t)) (combine c (map snd s)) = true.
+  Proof.
+    induction c as [|q c IH]; intros [|[a x] t] [|[b y] s] H; try discriminate; auto.
+    cbn in H; apply andb_prop in H as [H K]; apply andb_prop in H as [_ B].
+    destruct (IH t s K) as [E R]; cbn; rewrite E, R, B, Nat.eqb_refl; auto.
+  Qed.
+
+  Lemma read_more_turns : forall t s o s', read_more t s = true -> In (o, s') (own_turns s) ->
+    exists t', In (o, t') (own_turns t) /\ read_more t' s' = true.
+  Proof.
+    intros t s o s' B I; unfold own_turns in *; rewrite (read_more_places t s B).
+    destruct (turn (map fst s)) as [c|]; [|destruct I].
+    destruct (read_more_turned c t s B) as [E R].
+    unfold own_enters in *; rewrite E; destruct (permitted _ _); [|destruct I].
+    destruct I as [I|[]]; injection I as <- <-; exists (combine c (map snd t)); split; [left|]; auto.
+  Qed.
+
+  Theorem check_own_laps_sound : forall f starts ps back levels is c w,
+    check_own_laps f starts ps back levels is = true -> In c starts ->
+    flies _ _ (own_moves robots) own_enters own_turns ps back w None (unread c) -> sholds f w 0.
+  Proof.
+    intros f starts ps back levels is c w H I F; apply endless_refuted.
+    apply (check_laps_sound _ _ (own_moves robots) own_enters own_turns read_more ps back
+      read_more_trans (read_more_moves robots) read_more_enters read_more_turns read_more_refl
+      w levels (normal false f) (map (fun c => silent (unread c)) starts) is None (unread c)); auto.
+    apply in_map_iff; exists c; auto.
+  Qed.
+End Own.
+
+Section Joint.
+  Variables (robots : list robot) (turn : places -> option places) (first_span : joint_span).
+
+  Definition joint_turns (c : places) : list (option letter * places) :=
+    match turn c with Some c' => shows_there first_span c' | None => [] end.
+
+  Definition check_joint_laps (f : spec) (starts : list (letter * places)) (ps : list joint_span) (back : nat)
+      (levels : list level) (is : list (list (entry places))) : bool :=
+    check_laps _ _ (joint_moves robots) shows_there joint_turns equal_places
+      (normal false f) (map (fun m => (Some (fst m), snd m)) starts) ps back levels is.
+
+  Theorem check_joint_laps_sound : forall f starts ps back levels is a c w,
+    check_joint_laps f starts ps back levels is = true -> In (a, c) starts ->
+    flies _ _ (joint_moves robots) shows_there joint_turns ps back w (Some a) c -> sholds f w 0.
+  Proof.
+    intros f starts ps back levels is a c w H I F; apply endless_refuted.
+    apply (check_laps_sound _ _ (joint_moves robots) shows_there joint_turns equal_places ps back) with
+      levels (map (fun m => (Some (fst m), snd m)) starts) is (Some a) c; auto.
+    - intros x y z; rewrite !equal_places_eq; congruence.
+    - intros t s p o s' E M; apply equal_places_eq in E as ->; exists s'; rewrite equal_places_eq; auto.
+    - intros t s p o s' E M; apply equal_places_eq in E as ->; exists s'; rewrite equal_places_eq; auto.
+    - intros t s o s' E M; apply equal_places_eq in E as ->; exists s'; rewrite equal_places_eq; auto.
+    - intros s; apply equal_places_eq; auto.
+    - apply in_map_iff; exists (a, c); auto.
+  Qed.
+End Joint.

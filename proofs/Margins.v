@@ -38,42 +38,6 @@ Definition quad (Q : sym) (a : vec) : R := form Q a a.
 
 Definition semidefinite (Q : sym) : Prop := forall a, 0 <= quad Q a.
 
-(** Elimination, pivot by pivot; a pivot of zero needs a row of zeros. *)
-Definition eliminates1 (a : R) : Prop := 0 <= a.
-Definition eliminates2 (a b c : R) : Prop :=
-  (0 < a /\ eliminates1 (c - b * b / a)) \/ (a = 0 /\ b = 0 /\ eliminates1 c).
-Definition eliminates (Q : sym) : Prop :=
-  (0 < xx Q /\ eliminates2 (yy Q - xy Q * xy Q / xx Q) (yz Q - xy Q * xz Q / xx Q)
-                           (zz Q - xz Q * xz Q / xx Q))
-  \/ (xx Q = 0 /\ xy Q = 0 /\ xz Q = 0 /\ eliminates2 (yy Q) (yz Q) (zz Q)).
-
-Lemma square_scaled : forall a x, 0 <= a -> 0 <= a * (x * x).
-Proof. intros; apply Rmult_le_pos; auto using square_nonneg. Qed.
-
-Lemma eliminates2_nonneg : forall a b c y z, eliminates2 a b c ->
-  0 <= a * (y * y) + 2 * b * (y * z) + c * (z * z).
-Proof.
-  intros a b c y z [[Ha Hc] | (-> & -> & Hc)]; unfold eliminates1 in Hc.
-  - replace (a * (y * y) + 2 * b * (y * z) + c * (z * z))
-      with (a * ((y + b / a * z) * (y + b / a * z)) + (c - b * b / a) * (z * z)) by (field; lra).
-    apply Rplus_le_le_0_compat; apply square_scaled; lra.
-  - pose proof (square_scaled c z Hc); lra.
-Qed.
-
-Theorem elimination_semidefinite : forall Q, eliminates Q -> semidefinite Q.
-Proof.
-  intros Q E [x y z]; unfold quad, form, dot, apply; simpl.
-  destruct E as [[Ha E] | (Hx & Hxy & Hxz & E)];
-    pose proof (eliminates2_nonneg _ _ _ y z E) as N.
-  - pose proof (square_scaled (xx Q) (x + (xy Q * y + xz Q * z) / xx Q)) as S.
-    match goal with |- 0 <= ?q => replace q with
-      (xx Q * ((x + (xy Q * y + xz Q * z) / xx Q) * (x + (xy Q * y + xz Q * z) / xx Q))
-       + ((yy Q - xy Q * xy Q / xx Q) * (y * y) + 2 * (yz Q - xy Q * xz Q / xx Q) * (y * z)
-          + (zz Q - xz Q * xz Q / xx Q) * (z * z))) by (field; lra) end.
-    lra.
-  - rewrite Hx, Hxy, Hxz; lra.
-Qed.
-
 (** A square completed: with Q c = -l/2 the form x'Qx + l.x is (x - c)'Q(x - c) - c'Qc. *)
 Theorem square_completed : forall Q l c x, apply Q c = scale (- / 2) l ->
   quad Q x + dot l x = quad Q (sub x c) - quad Q c /\ quad Q c = - dot l c / 2.

@@ -51,6 +51,19 @@ Proof.
   assert (0 <= s * m) by nra. nra.
 Qed.
 
+(** A plane across the way parts two bodies: all of the one is beyond it by a gap. *)
+Theorem plane_parts : forall n low high D a b, 0 < low - high ->
+  D * dot n n <= (low - high) * (low - high) -> low <= dot n a -> dot n b <= high ->
+  D <= dot (sub a b) (sub a b).
+Proof.
+  intros n low high D a b P H A B; pose proof (cauchy_schwarz n (sub a b)) as C.
+  rewrite dot_sub in C; pose proof (dot_square n) as N.
+  set (g := dot n a - dot n b) in *; assert (G : low - high <= g) by (unfold g; lra).
+  assert (S : (low - high) * (low - high) <= g * g) by (apply Rmult_le_compat; lra).
+  assert (NZ : dot n n <> 0) by (intros Z; rewrite Z in *; nra).
+  apply Rmult_le_reg_r with (dot n n); lra.
+Qed.
+
 (** ** Speed bounds what is flown *)
 
 (** The mean value inequality (Coq's own theorem rests on one more axiom). *)

@@ -227,6 +227,10 @@ Qed.
 Theorem faces_meet : forall v k a b, 0 < k -> - k * a <= b -> v - a <= 0 \/ - k * v - b <= 0.
 Proof. intros v k a b Hk H; destruct (Rle_lt_dec v a); [left; lra | right; nra]. Qed.
 
+(** Of two faces with one normal the inner one makes the outer one needless. *)
+Theorem needless_face : forall v a b, a < b -> v <= a -> v <= b.
+Proof. intros; lra. Qed.
+
 (** ** Limits: one polynomial that is nowhere negative *)
 
 Definition check_nonneg (l : list Z) (steps : list (step unit)) : bool :=

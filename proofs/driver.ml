@@ -133,19 +133,43 @@ let joint () =
   yes (check_joint robots (permitted last) f starts spans (invariant places))
 
 (* The same, with all that the team may show written out, by where its robots are. *)
+let shown_by_places () =
+  let allowed = list places in
+  let shown = Hashtbl.create 64 in
+  ignore (list (fun () -> let c = places () in Hashtbl.replace shown c (list letter)));
+  (allowed, Hashtbl.find shown)
+
+let start () = let a = letter () in (a, places ())
+
 let team () =
   let robots = list robot in
   let f = spec () in
-  let starts = list (fun () -> let a = letter () in (a, places ())) in
+  let starts = list start in
   let last = list places in
-  let span () =
-    let allowed = list places in
-    let shown = Hashtbl.create 64 in
-    ignore (list (fun () -> let c = places () in Hashtbl.replace shown c (list letter)));
-    (allowed, Hashtbl.find shown)
-  in
-  let spans = list span in
+  let spans = list shown_by_places in
   yes (check_joint robots (permitted last) f starts spans (invariant places))
+
+(* What levels name, and configurations with their levels. *)
+let levels () = list (fun () -> match next () with "lap" -> None | _ -> Some (formula ()))
+let entries state = list (fun () -> list (fun () -> let s = state () in let c = list formula in ((s, c), nat ())))
+
+(* Of each robot its places in the copy of a lap, and how far the lap is before it. *)
+let turn () =
+  let robots = list (fun () -> let copy = places () in (copy, int ())) in
+  let before (copy, shift) q = if List.mem q copy then Some (nat_of (int_of q - shift)) else None in
+  fun c ->
+    let found = List.map2 before robots c in
+    if List.mem None found then None else Some (List.map Option.get found)
+
+let of_laps check span starts state =
+  let robots = list robot in
+  let f = spec () in
+  let starts = list starts in
+  let turn = turn () in
+  let spans = list span in
+  let back = int () in
+  let levels = levels () in
+  yes (check robots turn (List.nth spans back) f starts spans (nat_of back) levels (entries state))
 
 (* Any system, written out: for each span its moves and how it is entered, by states. *)
 let move () = let o = (match next () with "-" -> None | _ -> Some (letter ())) in (o, marked ())
@@ -171,11 +195,8 @@ let laps () =
   let spans = list span in
   let turns = table () in
   let back = nat () in
-  let level () = match next () with "lap" -> None | _ -> Some (formula ()) in
-  let levels = list level in
-  let entry () = let s = marked () in let c = list formula in ((s, c), nat ()) in
-  let entries () = list entry in
-  yes (check_laps (fun (moves, _) -> moves) (fun (_, enters) -> enters) turns read_more f starts spans back levels (list entries))
+  let levels = levels () in
+  yes (check_laps (fun (moves, _) -> moves) (fun (_, enters) -> enters) turns read_more f starts spans back levels (entries marked))
 
 let () =
   try
@@ -191,6 +212,8 @@ let () =
       | "own" -> print_endline (own ())
       | "system" -> print_endline (system ())
       | "laps" -> print_endline (laps ())
+      | "own-laps" -> print_endline (of_laps check_own_laps allowed places marked)
+      | "team-laps" -> print_endline (of_laps check_joint_laps shown_by_places start places)
       | other -> failwith ("case " ^ other)
     done
   with End_of_file -> ()

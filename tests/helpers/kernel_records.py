@@ -19,6 +19,7 @@ from verify.kernel.__main__ import check_folder
 from verify.kernel.bodies import Body
 from verify.kernel.distances import Solid
 from verify.kernel.hoops import Opening
+from verify.kernel.places import Places
 from verify.kernel.planned import PlannedClaim
 from verify.kernel.polynomials import Bernstein
 from verify.kernel.refused import Refused
@@ -174,9 +175,9 @@ class Invariant:
     def asked(self) -> str:
         """Return the case: robots as they are where the proved checker moves them by itself, else all moves written out."""
         team = self.team
-        if team.back is not None or isinstance(team.claim, PlannedClaim):
+        if isinstance(team.claim, PlannedClaim):
             return system_of(team, self.levels, self.sets)
-        return robots_of(team, self.sets)
+        return robots_of(team, self.levels, self.sets)
 
     def edited(self, draw: random.Random) -> Invariant:
         """Return it without a configuration, or with one in which others were read, less is owed, or the level is another one."""
@@ -224,21 +225,20 @@ def _spec(part: tuple[Any, ...]) -> tuple[Any, ...]:
     return (sign, *map(_spec, parts))
 
 
-def robots_of(team: Team, sets: Sequence[Sequence[Configuration]]) -> str:
+def robots_of(team: Team, levels: Sequence[int], sets: Sequence[Sequence[Configuration]]) -> str:
     """Write out a team's robots, and where they may be and what the team may show in each span; the checker moves them."""
     own, nodes, table = not team.claim.joint, negation(team), team.claim.table
     names: dict[str, int] = {one.name: number for number, one in enumerate(table.propositions)} if own else {}
 
-    def letter(shown: frozenset[str]) -> str:
+    def letter(places: Places, place: int) -> str:
+        """Return a robot's letter; a lap's copy shows that it is one, as the change to it has to be read."""
+        shown = [*places.letters[place], *(["second lap"] if places.slots[place].lap == 2 else [])]
         return numbers(sorted(names.setdefault(name, len(names)) for name in shown)) if own else "0"
 
-    def robot(number: int) -> str:
-        places = team.followed[number]
+    def robot(places: Places) -> str:
         changes = [(place, target) for place, then in enumerate(places.following) for target in then]
-        return f"{listed(places.letters, letter)} {listed(changes, lambda one: f'{one[0]} {one[1]}')}"
-
-    def at(one: Configuration) -> str:
-        return listed(enumerate(one.at), lambda x: f"{x[1]} {one.read >> x[0] & 1}") if own else numbers(one.at)
+        letters = [letter(places, place) for place in range(len(places.letters))]
+        return f"{listed(letters)} {listed(changes, lambda one: f'{one[0]} {one[1]}')}"
 
     def span(number: int) -> str:
         open_ = [
@@ -250,27 +250,49 @@ def robots_of(team: Team, sets: Sequence[Sequence[Configuration]]) -> str:
     def shown(number: int) -> str:
         """Return all that the team may show where a move leads, or the step from the span before."""
         found: dict[At, list[list[int]]] = {}
-        here = [step for one in sets[number] for step in team.moves(number, one.at, one.read)]
-        before = [step for one in sets[number - 1] for step in team.handed(number - 1, one.at, one.read)[1]] if number else []
-        for read, then, _ in (*here, *before):
+        steps = [step for one in sets[number] for step in team.moves(number, one.at, one.read)]
+        for before in (number - 1, *([team.size - 1] if number == team.back else [])):
+            steps += [
+                step for one in (sets[before] if before >= 0 else ()) for step in team.handed(before, one.at, one.read)[1]
+            ]
+        for read, then, _ in steps:
             assert read is not None
             if sorted(read) not in found.setdefault(then, []):
                 found[then].append(sorted(read))
         return listed(found.items(), lambda one: f"{numbers(one[0])} {listed(one[1], numbers)}")
 
-    begin = list(team.begin())
-    starts = listed(begin, lambda step: numbers(step[1]) if own else f"{numbers(sorted(step[0] or ()))} {numbers(step[1])}")
+    def copy(places: Places) -> str:
+        return f"{numbers(k for k, slot in enumerate(places.slots) if slot.lap == 2)} {places.shift}"
+
+    def entry(one: Configuration) -> str:
+        at = listed(enumerate(one.at), lambda x: f"{x[1]} {one.read >> x[0] & 1}") if own else numbers(one.at)
+        return f"{at} {listed(one.owed, lambda n: formula(nodes[n]))}{_level(team, one)}"
+
+    laps = team.back is not None
     return " ".join(
         [
-            "own" if own else "team",
-            listed(range(len(team.followed)), robot),
+            f"{'own' if own else 'team'}{'-laps' if laps else ''}",
+            listed(team.followed, robot),
             formula(("!", _spec(nodes[table.root]))),
-            starts,
-            listed([sorted(places.final) for places in team.followed], numbers),
+            listed(
+                team.begin(), lambda step: numbers(step[1]) if own else f"{numbers(sorted(step[0] or ()))} {numbers(step[1])}"
+            ),
+            listed(team.followed, copy if laps else lambda places: numbers(sorted(places.final))),
             listed(range(team.size), span),
-            listed(sets, lambda here: listed(here, lambda one: f"{at(one)} {listed(one.owed, lambda n: formula(nodes[n]))}")),
+            *_named(team, levels, nodes),
+            listed(sets, lambda here: listed(here, entry)),
         ]
     )
+
+
+def _level(team: Team, one: Configuration) -> str:
+    return "" if team.back is None else f" {one.level}"
+
+
+def _named(team: Team, levels: Sequence[int], nodes: list[tuple[Any, ...]]) -> list[str]:
+    """Return of laps to which span the last one leads, and what levels name."""
+    named = listed(levels, lambda one: "lap" if one == LAP else f"until {formula(nodes[one])}")
+    return [] if team.back is None else [str(team.back), named]
 
 
 def system_of(team: Team, levels: Sequence[int], sets: Sequence[Sequence[Configuration]]) -> str:
@@ -294,14 +316,9 @@ def system_of(team: Team, levels: Sequence[int], sets: Sequence[Sequence[Configu
         return table(states(span), lambda at, read: team.handed(span, at, read)[1])
 
     def entry(one: Configuration) -> str:
-        level = "" if team.back is None else f" {one.level}"
-        return f"{state(one.at, one.read)} {listed(one.owed, lambda n: formula(nodes[n]))}{level}"
+        return f"{state(one.at, one.read)} {listed(one.owed, lambda n: formula(nodes[n]))}{_level(team, one)}"
 
-    if team.back is None:
-        ends = [listed([one for one in states(last) if team.may_end(*one)], lambda one: state(*one))]
-    else:
-        named = listed(levels, lambda one: "lap" if one == LAP else f"until {formula(nodes[one])}")
-        ends = [handed(last), str(team.back), named]
+    ended = listed([one for one in states(last) if team.may_end(*one)], lambda one: state(*one))
     spans = [
         f"{table(states(k), lambda at, read, k=k: list(team.moves(k, at, read)))} {handed(k - 1)}" for k in range(team.size)
     ]
@@ -311,7 +328,8 @@ def system_of(team: Team, levels: Sequence[int], sets: Sequence[Sequence[Configu
             formula(nodes[team.claim.table.root]),
             listed(team.begin(), move),
             listed(spans),
-            *ends,
+            ended if team.back is None else handed(last),
+            *_named(team, levels, nodes),
             listed(sets, lambda here: listed(here, entry)),
         ]
     )

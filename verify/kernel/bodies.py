@@ -55,7 +55,7 @@ class Body:
         return Cell([segment.sum(one.weights) for one in self.conditions], self.claims)
 
     def claims(self, mark: str, rows: Rows) -> bool:
-        """Return whether a mark is so (Coq: `holds`)."""
+        """Return whether a mark is so (Coq: `check_region_sound`)."""
         if mark == "c":
             return self.crossing(rows) != ""
         return self._says(mark, [self.known(k, row) for k, row in enumerate(rows)])
@@ -188,7 +188,7 @@ def determinant(matrix: _Square) -> Fraction:
 
 
 def is_semidefinite(matrix: _Square) -> bool:
-    """Return whether a symmetric matrix is positive semidefinite, by elimination (Coq, of three rows: `minors_semidefinite`)."""
+    """Return whether a symmetric matrix is positive semidefinite, by elimination (Coq: `elimination_semidefinite`)."""
     rows = [list(row) for row in matrix]
     while rows:
         pivot, *rest = rows[0]
