@@ -74,7 +74,7 @@ def command(
         Path | None,
         typer.Option(
             "--proof",
-            help="A folder for the audit with its proof, which the kernel checks: python check.pyz FOLDER. Not of shows.",
+            help="A folder for the audit with its proof, which the kernel checks: python check.pyz FOLDER.",
         ),
     ] = None,
     report: Annotated[

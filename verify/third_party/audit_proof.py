@@ -6,6 +6,7 @@ that is no part of the audit. Only what the audit proved is stated.
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -15,10 +16,9 @@ from typing import Any
 import numpy as np
 
 from verify.checked_claims import checked_files, with_word
-from verify.claims.claim import Claim
+from verify.claims.claim import Claim, figures
 from verify.data.files.trajectory_csv import write_csv
 from verify.data.mission import Mission
-from verify.data.trajectory import Trajectory
 from verify.kernel.flights import MOST_PIECES
 from verify.kernel.refused import Refused
 from verify.kernel.statement import FORMAT, LARGEST
@@ -31,6 +31,7 @@ from verify.proofs.statement import STATEMENT_FILE, body_table, statement_text
 from verify.third_party.audit_requirements import Asked
 from verify.third_party.fleet import Fleet
 from verify.third_party.letters import stays
+from verify.third_party.rounded_paths import RoundedPaths, rounded_paths
 
 MOST_WORK = 10_000_000
 """Pairs of drones, times the pieces of one, that are stated: the kernel looks at each pair of pieces that share some time."""
@@ -58,11 +59,13 @@ class AuditProof:
         claims: The audit's, with the kernel's words.
         verdict: Of the kernel.
         files: The proof, by file name, with the trajectories that it is of.
+        note: What of the flights the proof leaves to the audit, as a sentence; empty where nothing.
     """
 
     claims: tuple[Claim, ...]
     verdict: ProofVerdict
     files: Mapping[str, bytes]
+    note: str = ""
 
 
 def require_statable(fleet: Fleet) -> None:
@@ -75,8 +78,6 @@ def require_statable(fleet: Fleet) -> None:
         Refused: The kernel cannot read them, or there are too many.
     """
     drones, pieces = len(fleet), int(np.diff(fleet.first).max())
-    if fleet.basis != "power":
-        raise Refused("the kernel reads float32 polynomials, and the show's curves are none.")
     if odd := [name for name in fleet.names if not _NAME.match(name)]:
         raise Refused(f"the kernel reads no file named {odd[0]!r}.")
     if pieces > MOST_PIECES or drones * (drones - 1) // 2 * pieces > MOST_WORK:
@@ -98,10 +99,9 @@ def prove_audit(fleet: Fleet, asked: Asked, mission: Mission | None, claims: Seq
     claims = tuple(claims)
     named, refused = {claim.name for claim in claims}, {claim.name for claim in claims if claim.outcome != "holds"}
     has_words = bool(named & {"formula", "rims", "obstacles"})
-    stated = _Stated(
-        fleet, asked, mission if has_words else None, frozenset(named - refused), mission.separation_z if mission else None
-    )
-    tables = {name: write_csv(path) for name, path in _paths(fleet).items()}
+    own_mission, separation_z = mission if has_words else None, mission.separation_z if mission else None
+    stated = _Stated(fleet, rounded_paths(fleet), asked, own_mission, frozenset(named - refused), separation_z)
+    tables = {name: write_csv(path) for name, path in stated.rounded.paths.items()}
     proof = prove_statement(
         statement_text(stated.table()), tables, {f"speed/{n}": Fraction(stated.speed(k)) for k, n in enumerate(fleet.names)}
     )
@@ -112,17 +112,7 @@ def prove_audit(fleet: Fleet, asked: Asked, mission: Mission | None, claims: Seq
     }
     files = {**{name: text.encode() for name, text in texts.items()}, KERNEL_FILE: kernel_archive()}
     verdict = checked_files(files)
-    return AuditProof(tuple(stated.with_word(claim, verdict) for claim in claims), verdict, files)
-
-
-def _paths(fleet: Fleet) -> dict[str, Trajectory]:
-    """Return the drones' flights, without the rests that fill the time of the others'; headings, which an audit leaves out, are 0."""
-    found: dict[str, Trajectory] = {}
-    for drone, name in enumerate(fleet.names):
-        rows = slice(int(fleet.first[drone]), int(fleet.first[drone + 1]) - fleet.rests[drone][1])
-        values = np.concatenate([fleet.values[rows], np.zeros_like(fleet.values[rows, :1])], axis=1)
-        found[name] = Trajectory(fleet.durations[rows], values)
-    return found
+    return AuditProof(tuple(stated.with_word(claim, verdict) for claim in claims), verdict, files, stated.note)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -131,6 +121,7 @@ class _Stated:
 
     Attributes:
         fleet: The drones.
+        rounded: Their paths in numbers that the kernel reads.
         asked: What was asked of them.
         mission: Whose agents they are, where its regions or obstacles matter to a claim; else None.
         held: Names of the claims all of which hold.
@@ -138,16 +129,33 @@ class _Stated:
     """
 
     fleet: Fleet
+    rounded: RoundedPaths
     asked: Asked
     mission: Mission | None
     held: frozenset[str]
     separation_z: float | None
 
+    @property
+    def margin(self) -> float:
+        """Margin around the rounded paths, in which all is that is within the audit's margin of the drones' own, m."""
+        whole = self.asked.margin + self.rounded.off
+        return float(whole) if Fraction(float(whole)) >= whole else math.nextafter(float(whole), math.inf)
+
+    @property
+    def note(self) -> str:
+        """What the proof leaves to the audit, as a sentence."""
+        if not self.rounded.off:
+            return ""
+        return (
+            f"The proof is of float32 paths that are within {figures(float(self.rounded.off), 3, up=True)} m of the show's at every time, at a margin that is larger by that; "
+            "the kernel says nothing of the show's speeds and accelerations."
+        )
+
     def table(self) -> Table:
         """Return the statement."""
         mission, names = self.mission, self.fleet.names
         low, high = self._box()
-        visits = {} if mission is None else stays(mission, self.fleet, self.asked.margin)
+        visits = {} if mission is None else stays(mission, self.fleet, Fraction(self.margin))
         return {
             "format": FORMAT,
             "name": self.fleet.source if mission is None else mission.name,
@@ -156,7 +164,7 @@ class _Stated:
             "joint": mission is not None and mission.spec.team == "joint",
             "formula": formula_tree(mission) if mission is not None and "formula" in self.held else ["true"],
             "sequence": None,
-            "margin": float(self.asked.margin), "clock_error": 0.0,
+            "margin": self.margin, "clock_error": 0.0,
             "separation": float(self.asked.separation or 0.0) if self._apart else 0.0,
             "separation_z": self.separation_z if self._apart else None,
             "low": low, "high": high,
@@ -191,6 +199,8 @@ class _Stated:
         return self._rate("limits.speed", drone)
 
     def _rate(self, name: str, drone: int) -> float:
+        if self.rounded.off:
+            return _UNASKED
         limits = [float(rate.limits[drone]) for rate in self.asked.rates if rate.name == name and name in self.held]
         return min([*limits, _UNASKED])
 
@@ -205,7 +215,7 @@ class _Stated:
         return {
             "radius": max(float(self.asked.radii[drone]), 1 / _UNASKED), "mass": 1.0, "arm": 1.0, "inertia": [1.0, 1.0, 1.0], "torque_to_thrust": 1.0,
             "limits": limits,
-            "start": self.fleet.values[self.fleet.first[drone], :, 0].tolist(), "yaw": 0.0, "end": None,
+            "start": self.rounded.paths[name].coefficients[0, :3, 0].tolist(), "yaw": 0.0, "end": None,
             "edges": None, "vertex": "", "closed": [],
             "initial": "as at the start", "states": {"as at the start": sorted(letter)}, "actions": [],
             "visits": [{"region": region, "direction": None} for region in visits], "cycle_visit": None, "changes": [],
@@ -222,8 +232,13 @@ class _Stated:
 
     def _is_stated(self, claim: Claim) -> bool:
         """Return whether what the statement says of a claim's kind is at least what the claim says."""
-        if claim.name == "separation":
-            return self._apart
-        return (
-            claim.name != "continuity" or self.asked.velocity_jump >= JUMPS[1]
-        )  # of places more is always allowed than by the kernel
+        if claim.name in ("limits.speed", "limits.acceleration"):
+            return not self.rounded.off
+        if claim.name == "continuity":  # of places more is always allowed than by the kernel
+            return not self.rounded.off and self.asked.velocity_jump >= JUMPS[1]
+        if not self.fleet.columns:
+            return claim.name != "separation" or self._apart
+        # take-off and landing outside of paths are the audit's alone: a part of these claims, or one of no drone's
+        return claim.name not in ("workspace", "height") and (
+            claim.name != "separation" or (self._apart and claim.robot is not None)
+        )

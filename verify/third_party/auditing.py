@@ -74,7 +74,7 @@ class Audit:
     notes: tuple[str, ...]
     fleet: Fleet
     kernel: int | None = None
-    files: Mapping[str, bytes] = field(default_factory=dict[str, bytes])
+    files: Mapping[str, bytes] = field(default_factory=dict[str, bytes], repr=False)
 
     @property
     def holds(self) -> bool:
@@ -169,7 +169,8 @@ def audit(
         proved = prove_audit(fleet, asked, mission, found.claims)
     except Refused as refused:
         return replace(found, notes=(*found.notes, f"No proof is written: {refused}"))
-    return replace(found, claims=proved.claims, kernel=proved.verdict.kernel, files=proved.files)
+    notes = (*found.notes, proved.note) if proved.note else found.notes
+    return replace(found, claims=proved.claims, kernel=proved.verdict.kernel, files=proved.files, notes=notes)
 
 
 def judge_fleet(fleet: Fleet, asked: Asked, progress: Progress = silent) -> Audit:

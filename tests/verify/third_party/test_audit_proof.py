@@ -9,15 +9,18 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import ltlplan
 import verify
-from tests.helpers.fleets import csv_text, show_of, trajectory_of, write_show
+from tests.helpers.fleets import csv_text, exported_show, sampled, show_of, trajectory_of, wandering, write_show
 from tests.helpers.flights import small_mission
 from tests.verify.third_party.test_audit import HOP, hop
 from verify.checked_claims import checked_files
+from verify.data.files.trajectory_csv import write_csv
 from verify.third_party import audit_proof
+from verify.third_party.rounded_paths import rounded_paths
 
 LIMITS = verify.AuditLimits(separation=0.4, workspace=(-1, -1, 0, 3, 3, 2), speed=1.0, min_height=0.9)
 
@@ -118,7 +121,7 @@ def test_formulas_and_obstacles_of_a_mission(folder: Path, formula: str, word: s
 def test_our_own_exports_are_checked_in_every_claim(tmp_path: Path, shipped_run: Callable[[str], ltlplan.Result]) -> None:
     run = shipped_run("firefighting")
     for name, path in run.team.items():
-        (tmp_path / f"{name}.csv").write_text(verify.data.files.trajectory_csv.write_csv(path))
+        (tmp_path / f"{name}.csv").write_text(write_csv(path))
     mission = run.mission.asking("F loc1 & F loc2")
     found = verify.audit(tmp_path, mission, proof=True)
     assert found
@@ -135,16 +138,69 @@ def test_distances_that_count_z_otherwise_are_stated_as_they_are_asked(folder: P
     assert words(other)["separation"] == {"not covered"}, "0.4 / 0.6 is another weight than the mission's"
 
 
-def test_no_proof_is_written_of_shows_odd_names_and_too_many_drones(
-    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+@pytest.mark.parametrize(
+    ("seed", "common"), [(0, True), (1, False), *(pytest.param(s, s % 2 == 0, marks=pytest.mark.slow) for s in range(2, 12))]
+)
+def test_no_drone_of_a_show_is_farther_from_its_rounded_path_than_is_said(seed: int, common: bool) -> None:
+    rng = np.random.default_rng(seed)
+    fleet = wandering(3, 6, rng, size=float(rng.choice([1.0, 30.0, 900.0])), common=common)
+    rounded = rounded_paths(fleet)
+    assert 0 < rounded.off < 1e-2
+    worst = 0.0
+    for drone, name in enumerate(fleet.names):
+        path = rounded.paths[name]
+        assert path.is_float32
+        knots = [float(fleet.time(k)) for k in range(len(fleet.knots))]
+        times = np.clip(np.concatenate([rng.uniform(0, float(fleet.end), 200), knots, path.knots]), 0.0, float(fleet.end))
+        apart = sampled(fleet, drone, times) - path.evaluate(np.minimum(times, path.duration))[:, :3]
+        worst = max(worst, float(np.linalg.norm(apart, axis=1).max()))
+    assert worst <= float(rounded.off) + 1e-12
+    assert worst > 0
+
+
+def show(tmp_path: Path, *, high: float = 0.0) -> Path:
+    """Return a show of two drones that fly side by side, 3 m apart, from a height to 5 m and back."""
+
+    def hop(x: float) -> Any:
+        up = [[x, 0.0, high + 1.3], [x + 0.3, 0.1, 5]]
+        return trajectory_of([[0, [x, 0, high], []], [7.1, [x, 0.1, 5], up], [19.3, [x + 0.7, 0, high], []]])
+
+    return write_show(tmp_path / "show.skyc", show_of([("drone 1", hop(0.1)), ("drone 2", hop(3.1))]))
+
+
+def test_places_of_shows_are_checked_on_rounded_paths_at_a_larger_margin(tmp_path: Path) -> None:
+    limits = verify.AuditLimits(separation=2.0, workspace=(-1, -1, -1, 9, 9, 9), min_height=-0.5, speed=9.0, margin=0.25)
+    found = verify.audit(show(tmp_path), limits=limits, proof=True)
+    assert found
+    said = {claim.name: claim.proof for claim in found.claims}
+    assert said == {
+        "continuity": "not covered", "workspace": "checked", "height": "checked", "limits.speed": "not covered", "separation": "checked",
+    }  # fmt: skip
+    statement = json.loads(found.files["statement.json"])
+    assert 0.25 < statement["margin"] < 0.2501
+    assert any(note.startswith("The proof is of float32 paths that are within ") for note in found.notes)
+    assert statement["robots"]["drone 1"]["limits"]["speed"] == 1e9
+
+
+def test_what_columns_have_a_part_in_is_the_audit_s_alone(tmp_path: Path) -> None:
+    limits = verify.AuditLimits(separation=2.0, workspace=(-1, -1, -1, 9, 9, 9))
+    assert verify.audit(show(tmp_path), limits=limits).fleet.columns == ()
+    points = {name: [[0, [x, 0, 1], []], [9, [x, 0, 5], []]] for name, x in (("d0", 0.0), ("d1", 3.0))}
+    drones = {name: {"trajectory": trajectory_of(rows), "home": [rows[0][1][0], 0, 0]} for name, rows in points.items()}
+    found = verify.audit(write_show(tmp_path / "show.skyc", exported_show(drones)), limits=limits, proof=True)
+    assert found.fleet.columns
+    assert words(found)["workspace"] == {"not covered"}
+    assert {(claim.robot is None, claim.proof) for claim in found.claims if claim.name == "separation"} == {
+        (True, "not covered"),
+        (False, "checked"),
+    }
+
+
+def test_no_proof_is_written_of_odd_names_and_too_many_drones(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def refused(found: verify.Audit, why: str) -> None:
         assert (found.kernel, found.files) == (None, {})
         assert any(note.startswith("No proof is written: ") and why in note for note in found.notes), found.notes
 
-    points = [[0, [0, 0, 0], []], [10, [0, 0, 5], []]]
-    show = write_show(tmp_path / "show.skyc", show_of([("d0", trajectory_of(points))]))
-    refused(verify.audit(show, limits=verify.AuditLimits(speed=2.0), proof=True), "the show's curves")
     monkeypatch.setattr(audit_proof, "MOST_WORK", 1)
     refused(verify.audit(folder, limits=LIMITS, proof=True), "too many for the kernel")
     (folder / "r1.csv").rename(folder / "ré.csv")
