@@ -295,14 +295,14 @@ def weighted_metres(mission: Mission) -> dict[str, float]:
 
 
 def interchangeable(mission: Mission) -> dict[str, str]:
-    """Return for each robot a key that robots have in common which can do the same from the same place, and at the same costs.
+    """Return for each robot a key that robots have in common which can do the same from the same place, at the same costs, and end alike.
 
     Args:
         mission: Gives robots and their weights.
     """
     return {
-        robot: f"{mission.alike_as(robot)} {mission.pace_of(robot)} {sorted(mission.weights_of(robot).items())}"
-        for robot in mission.agents
+        robot: f"{mission.alike_as(robot)} {mission.pace_of(robot)} {sorted(mission.weights_of(robot).items())} {agent.end}"
+        for robot, agent in mission.agents.items()
     }
 
 

@@ -83,6 +83,8 @@ class Names:
     def precedence(self, pair: Pair) -> Precedence | None:
         """Return a precedence as a plan says it, in the plainest way; None where there is no name for it."""
         (robot, event), (other, waiting) = pair
+        if not 0 < event <= len(self._names[robot]) or not 0 < waiting <= len(self._names[other]):
+            return None  # what comes to a place to end at, outside all regions, shows no letter
         done, due = self._names[robot][event - 1].done, self._names[other][waiting - 1].due
         if not done or not due:
             return None
