@@ -7,19 +7,22 @@ A flight that some vehicle cannot hold at once is refined as if all could, and s
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 
 import numpy as np
 
-from refine.coordination.team_flights import Together, together
+from refine.coordination.team_flights import Together, planned_arrival, together
 from refine.feedback import feedback_of
 from refine.rest_to_rest import LONGEST, SHORTEST, TICK, Pieces, Stretch, as_flown, from_rest, waiting
 from refine.single_robot.task import RefinementOptions, RobotFlight
 from refine.spline.rounding import quantise
 from refine.spline.spline import Spline
 from refine.team_pauses import resting
-from verify.data import BadInput, Mission, Plan, Trajectory, Witness
+from verify.data import BadInput, DoesNotFit, Infeasible, Mission, Plan, Trajectory, Witness
 from verify.data.progress import Progress
 from verify.data.trajectory import MAX_PIECES
+
+_PLANNED = "A faster flight has no parts that its vehicles hold, or takes longer in parts than at the plan's own times: these are flown."
 
 
 def longer_than_held(mission: Mission, flights: Mapping[str, Trajectory], options: RefinementOptions) -> dict[str, int]:
@@ -72,7 +75,7 @@ def from_rest_to_rest(
     whole = from_rest(plan, team, least)
     if options.too_long == "refuse" or whole.fits({name: options.held(plan.mission, name) for name in plan.robots}):
         return whole
-    return in_parts(plan.mission, team, options)
+    return in_parts(plan, witnesses, team, options, tell)
 
 
 def say_how_found(robots: Iterable[RobotFlight], options: RefinementOptions) -> None:
@@ -86,17 +89,46 @@ def say_how_found(robots: Iterable[RobotFlight], options: RefinementOptions) -> 
         options.note(sentence)
 
 
-def in_parts(mission: Mission, team: Together, options: RefinementOptions) -> Stretch:
+def in_parts(plan: Plan, witnesses: tuple[Witness, ...], team: Together, options: RefinementOptions, tell: Progress) -> Stretch:
     """Return a team's flight with common rests at which it is cut into parts that its vehicles hold.
 
+    Where a flight as fast as its pace has no such parts, or longer ones than the plan's own times, these are flown.
+
     Args:
-        mission: Says what vehicles hold, and in whose hoops nobody rests.
+        plan: Whose mission says what vehicles hold, and in whose hoops nobody rests.
+        witnesses: What the checker refused so far.
         team: Its robots with their paths, and their departures, s.
         options: May say otherwise what is held.
+        tell: Receives a sentence and a share of the work.
 
     Raises:
         DoesNotFit: Vehicles hold too few pieces, or limits are not kept where robots slow down.
     """
+    tell("slowing down to rest where vehicles' memories end", 0.97)
+    shares = [share for name in plan.robots if (share := options.share(plan.mission, name)) is not None]
+    try:
+        found = _cut(plan.mission, team, options)
+    except DoesNotFit:
+        if not shares:
+            raise
+        found = None
+    if found is not None and (not shares or min(shares) * found.length <= planned_arrival(team)):
+        return found
+    nominal = replace(options, pace="nominal")
+    try:
+        planned = _cut(plan.mission, together(plan, feedback_of(plan, witnesses), nominal, tell), nominal)
+    except (Infeasible, DoesNotFit):
+        if found is None:
+            raise
+        return found
+    if found is not None and min(shares) * found.length <= planned.length:
+        return found
+    options.note(_PLANNED)
+    return planned
+
+
+def _cut(mission: Mission, team: Together, options: RefinementOptions) -> Stretch:
+    """Return a team's flight with common rests at which it is cut."""
     robots, starts = team
     alone = {name: as_flown(robot, mission.agents[name].yaw, starts[name]) for name, robot in robots.items()}
     held = {name: options.held(mission, name) for name in robots}

@@ -99,8 +99,7 @@ def _flights(plan: Plan, witnesses: tuple[Witness, ...], options: RefinementOpti
     if options.too_long == "refuse":
         raise _too_long(plan, long, options)
     if not laps:
-        tell("slowing down to rest where vehicles' memories end", 0.97)
-        return in_parts(plan.mission, team, options).flights()
+        return in_parts(plan, witnesses, team, options, tell).flights()
     try:
         return team_laps(plan, witnesses, options, tell)
     except Infeasible as error:

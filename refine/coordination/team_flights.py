@@ -65,7 +65,7 @@ def together(plan: Plan, feedback: Feedback, options: RefinementOptions, tell: P
         if not shares:
             raise
         found = None
-    if found is not None and (not shares or min(shares) * arrival(found) <= _planned_arrival(found)):
+    if found is not None and (not shares or min(shares) * arrival(found) <= planned_arrival(found)):
         return found
     tell("trying the plan's own times", 0.9)
     planned = _noted(_in_some_way(plan, feedback, replace(options, pace="nominal"), tell), _PLANNED)
@@ -86,8 +86,12 @@ def _in_some_way(plan: Plan, feedback: Feedback, options: RefinementOptions, tel
     return first_feasible(((way.sentence, partial(_together, plan, feedback, options, tell, way)) for way in ways), tell)
 
 
-def _planned_arrival(team: Together) -> float:
-    """Return when the last robot would arrive at the plan's own times if it had no others to wait for, s."""
+def planned_arrival(team: Together) -> float:
+    """Return when the last robot would arrive at the plan's own times if it had no others to wait for, s.
+
+    Args:
+        team: The robots at their paces.
+    """
     robots, _ = team
     return max(robot.plan.hold + (robot.planned or robot.path).duration for robot in robots.values())
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 import ltlplan
 import verify
-from refine import refine
+from refine import parts, refine
 from refine.coordination import conflict_resolution
 from refine.coordination.common_clock import Flown, on_faster_clock
 from refine.coordination.midway_waits import with_hovers
@@ -27,6 +27,8 @@ from refine.single_robot.task import Fitted, Problem, RefinementOptions, Task
 from refine.single_robot.visits_shown import showing_visits
 from refine.slowing import Dip, slowed_at
 from refine.solvers import ipopt_engine
+from refine.spline.spline import Spline
+from refine.team_pauses import Resting
 from tests.helpers.few import few_of, given_few
 from tests.helpers.plans_by_hand import ball, fire_plan, patrol_plan, room, sequence_plan, straight
 from tests.helpers.random_missions import random_mission
@@ -212,6 +214,25 @@ def test_a_fast_flight_is_cut_into_parts_where_a_nominal_one_is() -> None:
     assert_holds(plan, fastest)
     assert fastest["q"].cuts
     assert lasts(fastest) < lasts(nominal)
+
+
+def test_a_flight_in_parts_is_no_slower_than_its_nominal_times(monkeypatch: pytest.MonkeyPatch) -> None:
+    text = LAPS + "agents: {q: {start: [0, 0, 1]}}\nlimits: {pieces: 6}\nspec: {formula: F (a & F (d & F b))}\n"
+    plan, said = ltlplan.plan(ltlplan.parse_mission(text)), list[str]()
+    nominal, fastest = (refine(plan, pace=pace, too_long="rest") for pace in ("nominal", 1))
+    assert nominal["q"].cuts
+    assert fastest["q"].cuts
+    assert lasts(fastest) < lasts(nominal)
+    cut = parts.resting
+
+    def slowly(paths: dict[str, Spline], *args: Any) -> Resting:
+        long = lasts(nominal) if paths["q"].duration < 0.9 * float(plan.robots["q"].times[-1]) else 0.0
+        found = cut(paths, *args)
+        return Resting({name: path.stretched(1.0 + long / path.duration) for name, path in found.paths.items()}, found.cuts)
+
+    monkeypatch.setattr(parts, "resting", slowly)
+    assert refine(plan, pace=1, too_long="rest", note=said.append) == nominal
+    assert any("longer in parts than at the plan's own times" in sentence for sentence in said)
 
 
 def test_robots_that_end_in_one_region_end_where_the_plan_has_them_apart() -> None:

@@ -46,6 +46,24 @@ def test_robots_that_are_outside_together_in_the_end_rest_apart_there() -> None:
     assert certified_team(made).certificate.holds
 
 
+ENDS = """format: 1
+name: ends
+spec: {formula: "F all(a)", team: joint}
+regions: {a: {center: [-1.6, 0.5, 1.0], radii: [0.4, 0.4, 0.4]}}
+agents: {q0: {start: [-0.9, -1.8, 1.0], end: [-0.9, 1.5, 1.0]}, q1: {start: [0.0, -1.8, 1.0]}}
+vehicle: crazyflie-2.1
+workspace: {min: [-2.8, -2.4, 0.2], max: [2.8, 2.4, 1.9]}
+"""
+
+
+def test_a_robot_that_ends_at_a_place_is_not_taken_for_one_that_ends_anywhere() -> None:
+    made = plan(parse_mission(ENDS))
+    assert {name: [set(letter) for letter in robot.word.prefix] for name, robot in made.robots.items()} == {
+        "q0": [set(), {"a"}, set()],
+        "q1": [set(), {"a"}],
+    }
+
+
 LAMPS = """format: 1
 name: lamps
 spec: {formula: "F(!dark & F !light)", team: joint}
