@@ -16,19 +16,17 @@ import pytest
 import verify
 from tests.helpers import proof_rules as rules
 from tests.helpers import random_teams
-from tests.helpers.kernel_records import Invariant, Tree, system_of
+from tests.helpers.kernel_records import EitherWay, Invariant, Tree, system_of
 from tests.helpers.kernel_words import proof_of
 from tests.helpers.proved_checkers import REALS, ask, system_case, team_case, word_case
 from tests.helpers.random_counts import random_counting_formula
 from tests.helpers.timelines import mission
-from verify.kernel.bodies import Body, Condition
 from verify.kernel.formulas import conjuncts
-from verify.kernel.labels import Relations, Timeline
 from verify.kernel.polynomials import Bernstein, Polynomial
 from verify.kernel.statement import Statement
-from verify.kernel.team import Claim
-from verify.kernel.trees import Cell, Part, leaves
-from verify.kernel.words import read_invariant
+from verify.kernel.timelines import Timeline
+from verify.kernel.trees import Cell, leaves
+from verify.kernel.words import flown, read_invariant
 
 pytestmark = pytest.mark.slow
 NAMES = "abc"
@@ -79,25 +77,32 @@ def random_region(draw: random.Random) -> Cell:
         covers = [(*parts[0], len(rows)), (*parts[1], len(rows) + 1), tuple(sorted({*parts[0], *parts[1]}))]
         parts = covers[:2]
         rows += [face, [2 * shift - x for x in face]]
-    asked = Condition(Polynomial([]), Fraction(-shift), Fraction(shift), [])
-    return Cell([Bernstein([-x for x in row], 1) for row in rows], Body([asked] * len(rows), parts, covers).claims)
+    low, high = Fraction(-shift), Fraction(shift)
+    rules = {
+        "m": [[[(k, Bernstein.at_most, low)] for k in cover] for cover in covers],
+        "n": [[[(k, Bernstein.above, high) for k in part] for part in parts]],
+    }
+    return Cell(lambda k: Bernstein([-x for x in rows[k]], 1), rules, () if shift else range(len(rows)))
 
 
-class Sought:
-    """Marks that hold, open ones where some depth does not suffice."""
-
-    def __init__(self) -> None:
-        self.marks: list[str] = []
-
-    def take(self, part: Part, depth: int) -> str:
-        self.marks.append(next(filter(part.holds, "mnc"), "s" if depth < 4 else "?"))
-        return self.marks[-1]
+def sought(whole: Cell) -> list[str]:
+    """Return marks that hold, open ones where some depth does not suffice."""
+    found: list[str] = []
+    waiting = [(EitherWay(whole), 0)]
+    while waiting:
+        part, depth = waiting.pop()
+        found.append(next(filter(part.holds, "mnc"), "s" if depth < 4 else "?"))
+        if found[-1] == "s":
+            first, second = part.halves()
+            waiting += [(second, depth + 1), (first, depth + 1)]
+    return found
 
 
 def assert_true(cell: Cell, leaves: str, draw: random.Random) -> None:
     """Look at what each leaf says at some instants of it."""
-    body = cell.claims.__self__
-    polynomials = [Polynomial.of(powers(row.numbers)) for row in cell.rows]
+    parts = [[form for form, _, _ in part] for part in cell.rules["n"][0]]
+    bounds = {form: bound for part in cell.rules["n"][0] for form, _, bound in part}
+    polynomials = {form: Polynomial.of(powers(cell.row(form).numbers)) for form in bounds}
     end = Fraction(0)
     for leaf in leaves.split():
         mark, place, depth = leaf.split(":")
@@ -107,13 +112,7 @@ def assert_true(cell: Cell, leaves: str, draw: random.Random) -> None:
         end = begin + width
         times = sorted({begin, end, *(begin + width * Fraction(draw.randint(0, 64), 64) for _ in range(5))})
         inside = [
-            any(
-                all(
-                    polynomials[k].at(t) <= (body.conditions[k].outside if mark == "n" else body.conditions[k].inside)
-                    for k in part
-                )
-                for part in body.parts
-            )
+            any(all(polynomials[k].at(t) <= (bounds[k] if mark == "n" else -bounds[k]) for k in part) for part in parts)
             for t in times
         ]
         if mark == "m":
@@ -136,9 +135,9 @@ def test_the_tree_checkers_agree(checkers: Path) -> None:
     draw = random.Random(1)
     cases: list[Tree] = []
     for _ in range(300):
-        whole, sought = random_region(draw), Sought()
-        list(leaves(whole, sought))
-        marks = sought.marks
+        whole = random_region(draw)
+        marks = sought(whole)
+        list(leaves(EitherWay(whole), iter(marks)))
         cases.append(Tree(whole, tuple(marks)))
         for _ in range(3):
             edited = list(marks)
@@ -315,7 +314,7 @@ def test_both_checkers_refuse_the_same_edits(
 # The kernel's own invariants
 
 
-def random_claim(draw: random.Random, *, laps: bool) -> tuple[Statement, dict[str, Timeline], Relations, dict[str, Any]]:
+def random_claim(draw: random.Random, *, laps: bool) -> tuple[Statement, dict[str, Timeline], dict[str, Any]]:
     """Return a team's labels and formula, with the evidence that is found."""
     robots = tuple(f"q{i}" for i in range(draw.randint(1, 2 if laps else 3)))
     counts = draw.random() < 0.4
@@ -341,12 +340,12 @@ def test_the_kernel_and_the_proved_checker_agree_on_invariants(checkers: Path, l
     cases: list[Invariant] = []
     found = 0
     for _ in range(150):
-        statement, lines, relations, evidence = random_claim(draw, laps=laps)
+        statement, lines, evidence = random_claim(draw, laps=laps)
         for number, tree in enumerate(conjuncts(statement.formula)):
             if f"formula/{number}" not in evidence:
                 continue
             found += 1
-            team, levels, sets = read_invariant(Claim(statement, lines, relations, tree), evidence[f"formula/{number}"])
+            team, levels, sets = read_invariant(flown(statement, lines, tree), evidence[f"formula/{number}"])
             cases.append(Invariant(team, tuple(levels), tuple(map(tuple, sets))))
             cases += [cases[-1].edited(draw) for _ in range(3) if any(sets)]
     expected = [case.says() for case in cases]

@@ -1,4 +1,4 @@
-"""What the judge of words is asked, put to the kernel: timelines, relations and formulas in its own values."""
+"""What the judge of words is asked, put to the kernel: timelines and formulas in its own values."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from types import SimpleNamespace
 from typing import Any, cast
 
 from verify.data import Mission
-from verify.kernel.evidence import Evidence
-from verify.kernel.labels import Relations, Span, Timeline
+from verify.kernel.places import check_transitions
 from verify.kernel.refused import Refused
 from verify.kernel.statement import Statement
-from verify.kernel.transitions import check_transitions
+from verify.kernel.timelines import Span, Timeline
+from verify.kernel.trees import Evidence
 from verify.kernel.words import check_formula
 from verify.model_checking import timeline as judge
 from verify.proofs.formula_tree import formula_tree
@@ -84,38 +84,29 @@ def _robot(mission: Mission, name: str) -> SimpleNamespace:
     )
 
 
-def kernel_relations(relations: judge.Relations) -> Relations:
-    """Return proved relations."""
-    return Relations(relations.disjoint, relations.nested)
-
-
 def proof_of(
-    mission: Mission, lines: Mapping[str, judge.Timeline], relations: judge.Relations | None = None, error: Fraction | int = 0
-) -> tuple[Statement, dict[str, Timeline], Relations, dict[str, Any]]:
+    mission: Mission, lines: Mapping[str, judge.Timeline], error: Fraction | int = 0
+) -> tuple[Statement, dict[str, Timeline], dict[str, Any]]:
     """Return what the kernel is asked of a team, and the evidence that the search finds, as it stands in a file."""
     statement = kernel_statement(mission, Fraction(error))
     own = {name: kernel_timeline(line) for name, line in lines.items()}
-    known = kernel_relations(relations or judge.Relations())
-    return statement, own, known, json.loads(json.dumps(find_formula(statement, own, known)))
+    return statement, own, json.loads(json.dumps(find_formula(statement, own)))
 
 
-def kernel_proves_transitions(mission: Mission, line: judge.Timeline, relations: judge.Relations | None = None) -> bool:
+def kernel_proves_transitions(mission: Mission, line: judge.Timeline) -> bool:
     """Return whether the kernel accepts all words of a robot."""
-    known = kernel_relations(relations or judge.Relations())
     try:
-        check_transitions(kernel_statement(mission, Fraction(0)), line.robot, kernel_timeline(line), known)
+        check_transitions(kernel_statement(mission, Fraction(0)), kernel_timeline(line))
     except Refused:
         return False
     return True
 
 
-def kernel_says_yes(
-    mission: Mission, lines: Mapping[str, judge.Timeline], relations: judge.Relations | None = None, error: Fraction | int = 0
-) -> bool:
+def kernel_says_yes(mission: Mission, lines: Mapping[str, judge.Timeline], error: Fraction | int = 0) -> bool:
     """Return whether the kernel accepts the proof that the search finds."""
-    statement, own, known, evidence = proof_of(mission, lines, relations, error)
+    statement, own, evidence = proof_of(mission, lines, error)
     try:
-        check_formula(statement, own, known, Evidence(evidence))
+        check_formula(statement, own, Evidence(evidence))
     except Refused:
         return False
     return True

@@ -9,9 +9,9 @@ from verify.data.files.trajectory_csv import write_csv
 from verify.data.plan import Plan
 from verify.data.trajectory import Trajectory
 from verify.kernel.checking import Check, Checked
-from verify.kernel.evidence import read_evidence
 from verify.kernel.flights import read_team
 from verify.kernel.statement import read_statement
+from verify.kernel.trees import read_evidence
 
 
 def tables(plan: Plan, team: Mapping[str, Trajectory]) -> dict[str, str]:

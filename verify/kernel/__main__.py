@@ -7,33 +7,25 @@ from pathlib import Path
 
 from . import VERSION
 from .checking import Check, Checked
-from .evidence import read_evidence
 from .flights import read_team
-from .refused import Refused
+from .refused import Refused, require
 from .report import claim_lines, statement_lines
 from .statement import Statement, read_statement
+from .trees import read_evidence
 
 MOST_BYTES = 50_000_000
 
 
 def _text(path: Path) -> str:
     try:
-        if path.stat().st_size > MOST_BYTES:
-            raise Refused(f"{path} is too large.")
+        require(path.stat().st_size <= MOST_BYTES, f"{path} is too large.")
         return path.read_text(encoding="utf-8")
     except (OSError, ValueError) as error:
         raise Refused(f"{path} cannot be read: {error}.") from None
 
 
 def check_folder(folder: Path) -> tuple[Statement, list[Checked]]:
-    """Check the proof in a folder that holds statement.json, proof.json and each robot's CSV file.
-
-    Returns:
-        The statement, and each claim that it owes.
-
-    Raises:
-        Refused: A file is missing or cannot be read.
-    """
+    """Return the statement of a folder with statement.json, proof.json and each robot's CSV file, and each claim that it owes."""
     statement = read_statement(_text(folder / "statement.json"))
     team = read_team(statement, {name: _text(folder / f"{name}.csv") for name in statement.robots})
     return statement, Check(statement, team, read_evidence(_text(folder / "proof.json"))).claims()
@@ -49,8 +41,7 @@ def main() -> int:
     except Refused as refused:
         print(f"refused: {refused}")
         return 2
-    print(f"Kernel {VERSION}")
-    for line in (*statement_lines(statement), "", *claim_lines(claims)):
+    for line in (f"Kernel {VERSION}", *statement_lines(statement), "", *claim_lines(claims)):
         print(line)
     return int(any(claim.missing for claim in claims))
 

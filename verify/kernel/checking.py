@@ -5,39 +5,23 @@ A claim is checked where all that it says follows from the statement, the CSV fi
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from fractions import Fraction
 from functools import partial
 from itertools import combinations
 from typing import Any, NamedTuple
 
-from . import distances, hoops, joints, limits, orders, rotors, timelines
-from .bodies import Body, body_of
-from .distances import Pace, Pair
-from .evidence import Evidence
-from .flights import Path, Team
-from .formulas import show
-from .hoops import Frame, Opening, Passage, Rim
-from .labels import Relations, Row, Timeline
-from .planned import check_ordered
-from .refused import Refused
-from .relations import check_relations
-from .statement import Statement, Wait
-from .timelines import Visits
-from .transitions import check_transitions
-from .words import check_formula
-
-LIMITS = (
-    "speed",
-    "acceleration",
-    "thrust_max",
-    "thrust_min",
-    "tilt",
-    "body_rate",
-    "yaw_rate",
-    "rotor_thrust_max",
-    "rotor_thrust_min",
-)
+from .distances import Pair, drift
+from .flights import Team
+from .joints import check_continuity, check_endurance, check_parts
+from .limits import LIMITS, TURNING, kept, turning
+from .places import check_transitions
+from .refused import Refused, require
+from .statement import Statement
+from .timelines import Course
+from .trees import Evidence, Rules, Trees
+from .words import check_formula, check_ordered
+from .zones import Hoop, Sums, along, obstacle, workspace
 
 
 class Checked(NamedTuple):
@@ -50,232 +34,142 @@ class Checked(NamedTuple):
 
 
 class Owed(NamedTuple):
-    """One claim that a statement owes, and its check, which returns a sentence or refuses."""
+    """One claim that a statement owes: its sentence, or what is checked and returns it, and its trees."""
 
     name: str
     robots: tuple[str, ...]
-    check: Callable[[], str]
-
-    def judge(self) -> Checked:
-        """Check it."""
-        try:
-            return Checked(self.name, self.robots, self.check(), "")
-        except Refused as refused:
-            return Checked(self.name, self.robots, "", str(refused))
-        except (ArithmeticError, LookupError, TypeError, ValueError) as error:  # a fault of the kernel's own proves nothing
-            return Checked(self.name, self.robots, "", f"the kernel cannot follow it: {type(error).__name__}")
+    rest: str | Callable[[], str]
+    trees: Iterable[Trees] = ()
 
 
 class Check:
-    """Consequences of a statement, a flight and evidence; each thing is looked at once."""
+    """Consequences of a statement, a flight and evidence; each tree is looked at once."""
 
     def __init__(self, statement: Statement, team: Team, evidence: Evidence) -> None:
-        self.statement = statement
-        self.team = team
-        self.evidence = evidence
-        self._known: dict[tuple[object, ...], Any] = {}
-
-    def owed(self) -> Iterator[Owed]:
-        """Yield every claim that the statement owes, in order."""
-        statement, paths = self.statement, list(self.team.paths.values())
-        yield Owed("formula", (), self._formula)
-        for path in paths:
-            claims: dict[str, Callable[[Path], str]] = {
-                "transitions": self._transitions, "visits": self._visits, "passages": self._passages, "workspace": self._workspace,
-                "continuity": self._continuity,
-            }  # fmt: skip
-            if any(shape.ring for shape in statement.regions.values()):
-                claims["rims"] = self._rims
-            if statement.obstacles:
-                claims["obstacles"] = self._obstacles
-            if any(other.robot.cuts for other in paths):
-                claims["parts"] = self._parts
-            if path.robot.limits.endurance is not None:
-                claims["limits.endurance"] = self._endurance
-            claims |= {f"limits.{name}": partial(self._limit, name) for name in LIMITS}
-            for name, claim in claims.items():
-                yield Owed(name, (path.name,), partial(claim, path))
-            for number, visit in enumerate(path.robot.visits):
-                for name in ("speed", "acceleration"):
-                    if (
-                        visit.region in path.robot.limits.legs
-                        and getattr(path.robot.limits.legs[visit.region], name) is not None
-                    ):
-                        yield Owed(f"limits.legs.{name}", (path.name,), partial(self._leg, path, number, name))
-        for one, other in combinations(paths, 2):
-            yield Owed("separation", (one.name, other.name), partial(self._separation, one, other))
-        if statement.words:
-            yield Owed("ordered", (), self._ordered)
-        for wait in statement.waits:
-            yield Owed("precedences", (wait.first[0], wait.then[0]), partial(self._wait, wait))
+        self.statement, self.team, self.evidence = statement, team, evidence
+        self.courses: Mapping[str, Course] = {name: Course(statement, path, evidence) for name, path in team.paths.items()}
+        self._proved, self._solid = set[str](), dict[tuple[str, Fraction], Rules]()
 
     def claims(self) -> list[Checked]:
         """Return all claims that the statement owes, each checked or not."""
-        return [claim.judge() for claim in self.owed()]
+        return [self._judge(owed) for owed in self.owed()]
 
-    def _once(self, find: Callable[..., Any], *arguments: Any) -> Any:
-        """Find something once; what is refused is refused as often as it is asked for."""
-        key = (find, *(one.name if isinstance(one, Path) else one for one in arguments))
-        if key not in self._known:
-            try:
-                self._known[key] = find(*arguments)
-            except Refused as refused:
-                self._known[key] = refused
-        if isinstance(self._known[key], Refused):
-            raise self._known[key]
-        return self._known[key]
+    def _judge(self, owed: Owed) -> Checked:
+        try:
+            for trees in owed.trees:
+                if trees.key not in self._proved:
+                    trees.check(self.evidence)
+                    self._proved.add(trees.key)
+            return Checked(owed.name, owed.robots, owed.rest if isinstance(owed.rest, str) else owed.rest(), "")
+        except Refused as refused:
+            return Checked(owed.name, owed.robots, "", str(refused))
+        except (ArithmeticError, LookupError, TypeError, ValueError) as error:  # a fault of the kernel's own proves nothing
+            return Checked(owed.name, owed.robots, "", f"the kernel cannot follow it: {type(error).__name__}")
+
+    def owed(self) -> Iterator[Owed]:
+        """Yield every claim that the statement owes, in order."""
+        yield Owed("formula", (), self._formula)
+        for course in self.courses.values():
+            yield from self._of_robot(course)
+        for one, other in combinations(self.courses.values(), 2):
+            yield Owed("separation", (one.name, other.name), partial(self._apart, one, other), self.separation(one, other))
+        if self.statement.words:
+            yield Owed("ordered", (), partial(check_ordered, self.statement, self.evidence))
+        for wait in self.statement.waits:
+            yield Owed(
+                "precedences",
+                (wait.first[0], wait.then[0]),
+                partial(self.courses[wait.then[0]].waits, wait, self.courses[wait.first[0]]),
+            )
+
+    def _of_robot(self, course: Course) -> Iterator[Owed]:
+        statement, team, path, name, of = self.statement, self.team, course.path, course.name, (course.name,)
+        margin, near, limits = statement.margin, statement.margin + course.robot.radius, course.robot.limits
+        yield Owed("transitions", of, lambda: check_transitions(statement, course.timeline))
+        visits = (
+            f"{name} makes its {len(course.robot.visits)} planned visits, in order, and no other; its actions are permitted."
+        )
+        yield Owed("visits", of, lambda: visits if course.timeline else "")
+        yield Owed("passages", of, lambda: f"{name} passes exactly its planned openings: {course.passages()}.")
+        walls = Trees(f"workspace/{name}", along(path, workspace(statement)))
+        yield Owed("workspace", of, f"{name} stays in the workspace by {float(margin):.4g} m.", [walls])
+        yield Owed("continuity", of, partial(check_continuity, path, team))
+        if hoops := {one: Hoop(shape) for one, shape in statement.regions.items() if shape.ring}:
+            rims = (Trees(f"rims/{name}/{one}", along(path, hoop.rim(near))) for one, hoop in hoops.items())
+            yield Owed("rims", of, f"{name} stays more than {float(near):.4g} m from every rim.", rims)
+        if statement.obstacles:
+            solid = (Trees(f"obstacles/{name}/{one}", along(path, self._obstacle(one, near))) for one in statement.obstacles)
+            yield Owed("obstacles", of, f"{name} stays more than {float(near):.4g} m from every obstacle.", solid)
+        if any(other.robot.cuts for other in team.paths.values()):
+            yield Owed("parts", of, partial(check_parts, path, team))
+        if limits.endurance is not None:
+            yield Owed("limits.endurance", of, partial(check_endurance, statement, team, path))
+        for limit in LIMITS:
+            most = f"{name}'s {limit.replace('_', ' ')} keeps its limit {float(getattr(limits, limit)):.5g}."
+            yield Owed(
+                f"limits.{limit}", of, partial(self._bound, course) if limit == "speed" else most, self._limit(limit, course)
+            )
+        for number, visit in enumerate(course.robot.visits):
+            for limit, value in limits.legs.get(visit.region, {}).items():
+                most = (
+                    f"{name}'s {limit} keeps the limit {float(value):.5g} on the way to its visit {number}, of {visit.region}."
+                )
+                yield Owed(f"limits.legs.{limit}", of, most, self._leg(course, number, limit))
 
     # What claims rest on
 
-    def _find_body(self, region: str, margin: Fraction) -> Body:
-        bridges = [bridge for row in self.evidence.rows(f"bridges/{region}", 4) for bridge in row]
-        return body_of(self.statement.regions[region], margin, bridges)
+    def _obstacle(self, name: str, length: Fraction) -> Rules:
+        if (name, length) not in self._solid:
+            sums: Any = self.evidence.get(f"sums/{name}", tuple[Sums, ...] | None)
+            none = ((),) * len(self.statement.obstacles[name].parts)
+            self._solid[name, length] = obstacle(self.statement, name, length, sums or none)
+        return self._solid[name, length]
 
-    def _find_rows(self, path: Path) -> dict[str, Row]:
-        found: dict[str, Row] = {}
-        for region in self.statement.regions:
-            body = self._once(self._find_body, region, self.statement.margin)
-            found[region] = timelines.spans(path, body, self.evidence.marks(f"inside/{path.name}/{region}"))
-        return found
-
-    def _find_nominal(self, path: Path, region: str) -> Row:
-        body, marks = self._once(self._find_body, region, Fraction(0)), self.evidence.marks(f"nominal/{path.name}/{region}")
-        return timelines.spans(path, body, marks)
-
-    def _find_visits(self, path: Path) -> Visits:
-        return timelines.visits(path, self._once(self._find_rows, path))
-
-    def _find_timeline(self, path: Path) -> Timeline:
-        robot, changes = path.robot, timelines.actions(path, self._once(self._find_visits, path))
-        rows = self._once(self._find_rows, path)
-        return Timeline(path.name, self.team.end, rows, robot.states[robot.initial], changes, path.lap)
-
-    def timelines(self) -> dict[str, Timeline]:
-        """Return what all robots may show over time.
-
-        Raises:
-            Refused: That is not proved.
-        """
-        return {name: self._once(self._find_timeline, path) for name, path in self.team.paths.items()}
-
-    def relations(self) -> Relations:
-        """Return the regions' relations that are proved.
-
-        Raises:
-            Refused: One that the proof names is not.
-        """
-        return self._once(self._find_relations)
-
-    def _find_relations(self) -> Relations:
-        return check_relations(self.statement, self.evidence)
-
-    def _find_speed(self, path: Path) -> Fraction:
-        bound = self.evidence.number(f"speed/{path.name}")
-        if not 0 <= bound <= path.robot.limits.speed:
-            raise Refused("its speed is not bounded within the limit")
-        limits.check_motion(path, "speed", bound, self.evidence.marks(f"limits/speed/{path.name}"))
+    def _speed(self, course: Course) -> Fraction:
+        """Return a bound on a robot's speed, m/s, that has trees of its own."""
+        bound: Fraction = self.evidence.get(f"speed/{course.name}", Fraction)
+        require(0 <= bound <= course.robot.limits.speed, "its speed is not bounded within the limit")
         return bound
 
-    def _find_pace(self, path: Path) -> Pace:
-        error = self.statement.clock_error
-        return distances.pace_of(path, self._once(self._find_speed, path) if error else Fraction(0), error)
+    def _bound(self, course: Course) -> str:
+        return f"{course.name}'s speed is at most {float(self._speed(course)):.5g} m/s (limit {float(course.robot.limits.speed):.5g})."
 
-    # Claims
+    def _leg(self, course: Course, visit: int, limit: str) -> Iterator[Trees]:
+        value, times = course.robot.limits.legs[course.robot.visits[visit].region][limit], course.windows(visit)
+        yield Trees(f"limits/legs/{limit}/{course.name}/{visit}", kept(course.path, limit, value, times))
+
+    def _limit(self, limit: str, course: Course) -> Iterator[Trees]:
+        if limit in TURNING:
+            yield Trees(f"turning/{course.name}", turning(course.path))
+        else:
+            value = self._speed(course) if limit == "speed" else getattr(course.robot.limits, limit)
+            yield Trees(f"limits/{limit}/{course.name}", kept(course.path, limit, value))
+
+    def separation(self, one: Course, other: Course) -> Iterator[Trees]:
+        """Yield the trees of a pair's distance: of all times that clocks may show together, where the proof has them, or of each time."""
+        key, error = f"{one.name}/{other.name}", self.statement.clock_error
+        if self.evidence.has(f"apart/{key}"):
+            yield Trees(f"apart/{key}", self.pair((one, other), all_times=True).at_all_times(error))
+        else:
+            for course in (one, other) if error else ():
+                yield from self._limit("speed", course)
+            yield Trees(f"pairs/{key}", self.pair((one, other), all_times=False).at_each_time())
+
+    def pair(self, both: tuple[Course, Course], *, all_times: bool) -> Pair:
+        """Return how far apart two paths have to be at all times that clocks may show together, or at each time."""
+        one, other = both
+        error, more = self.statement.clock_error, max(one.path.steps) + max(other.path.steps)
+        if error and not all_times:
+            more += min(drift(course.path, self._speed(course), error) for course in (one, other))
+        return Pair(self.statement, one.path, other.path, more)
+
+    # The rest of claims
 
     def _formula(self) -> str:
-        check_formula(self.statement, self.timelines(), self.relations(), self.evidence)
-        return f"Every word of the team satisfies {show(self.statement.formula)}."
+        return check_formula(self.statement, {name: one.timeline for name, one in self.courses.items()}, self.evidence)
 
-    def _ordered(self) -> str:
-        check_ordered(self.statement, self.evidence)
-        return "The planned words satisfy the formula in every order that keeps the waits."
-
-    def _transitions(self, path: Path) -> str:
-        check_transitions(self.statement, path.name, self._once(self._find_timeline, path), self.relations())
-        return f"Every word of {path.name} is a trace of its transition system."
-
-    def _visits(self, path: Path) -> str:
-        self._once(self._find_timeline, path)
-        return (
-            f"{path.name} makes its {len(path.robot.visits)} planned visits, in order, and no other; its actions are permitted."
-        )
-
-    def _passages(self, path: Path) -> str:
-        every: list[Passage] = []
-        for name, shape in self.statement.regions.items():
-            if shape.ring:
-                opening = Opening(Frame.of(shape), self.statement.margin, path.robot.radius)
-                every += hoops.passages(path, name, opening, self.evidence.marks(f"openings/{path.name}/{name}"))
-        every.sort(key=lambda one: one.start)
-        hoops.check_passages(self.statement, path, every, self._once(self._find_visits, path))
-        return f"{path.name} passes exactly its planned openings: {' '.join(one.hoop + one.way for one in every) or 'none'}."
-
-    def _rims(self, path: Path) -> str:
-        length = self.statement.margin + path.robot.radius
-        for name, shape in self.statement.regions.items():
-            if shape.ring:
-                hoops.check_rim(path, Rim(Frame.of(shape), length), self.evidence.marks(f"rims/{path.name}/{name}"))
-        return f"{path.name} stays more than {float(length):.4g} m from every rim."
-
-    def _obstacles(self, path: Path) -> str:
-        distances.check_obstacles(self.statement, path, self.evidence)
-        return f"{path.name} stays more than {float(self.statement.margin + path.robot.radius):.4g} m from every obstacle."
-
-    def _workspace(self, path: Path) -> str:
-        distances.check_workspace(self.statement, path, self.evidence.marks(f"workspace/{path.name}"))
-        return f"{path.name} stays in the workspace by {float(self.statement.margin):.4g} m."
-
-    def _continuity(self, path: Path) -> str:
-        joints.check_continuity(path, self.team)
-        return f"The pieces of {path.name} join, from rest at its start."
-
-    def _parts(self, path: Path) -> str:
-        joints.check_parts(path, self.team)
-        return f"{path.name} rests at each of {len(path.robot.cuts)} cuts."
-
-    def _endurance(self, path: Path) -> str:
-        return f"{path.name} is in the air for {float(joints.check_endurance(self.statement, self.team, path)):.5g} s."
-
-    def _limit(self, name: str, path: Path) -> str:
-        limit = float(getattr(path.robot.limits, name))
-        if name == "speed":
-            return f"{path.name}'s speed is at most {float(self._once(self._find_speed, path)):.5g} m/s (limit {limit:.5g})."
-        if name in ("yaw_rate", "rotor_thrust_max", "rotor_thrust_min"):
-            self._once(rotors.check_turning, path, self._once(self.evidence.marks, f"turning/{path.name}"))
-        else:
-            limits.check_limit(path, name, self.evidence.marks(f"limits/{name}/{path.name}"))
-        return f"{path.name}'s {name.replace('_', ' ')} keeps its limit {limit:.5g}."
-
-    def _leg(self, path: Path, visit: int, name: str) -> str:
-        region = path.robot.visits[visit].region
-        nominal, limit = self._once(self._find_nominal, path, region), getattr(path.robot.limits.legs[region], name)
-        times = orders.windows(self._once(self._find_visits, path), visit, nominal, path.lap)
-        limits.check_motion(path, name, limit, self.evidence.marks(f"limits/legs/{name}/{path.name}/{visit}"), times)
-        return f"{path.name}'s {name} on the way to its visit {visit}, of {region}, keeps the limit {float(limit):.5g} there."
-
-    def _separation(self, one: Path, other: Path) -> str:
-        error, key = self.statement.clock_error, f"{one.name}/{other.name}"
-        paces = [self._once(self._find_pace, path) for path in (one, other)]
-        steps = paces[0].step + paces[1].step
-        if self.evidence.optional(f"apart/{key}") is not None:
-            pair = Pair.of(self.statement, one, other, steps)
-            pair.check_all_times(error, self.team.end, self.evidence.marks(f"apart/{key}"))
-            return f"The paths of {one.name} and {other.name} stay {float(pair.least):.4f} m apart at all times that clocks may show together."
-        pair = Pair.of(self.statement, one, other, steps + min(pace.drift for pace in paces))
-        pair.check(self.evidence.marks(f"pairs/{key}"))
-        return f"The paths of {one.name} and {other.name} stay {float(pair.least):.4f} m apart; margin, clocks and steps may take some of that."
-
-    def _wait(self, wait: Wait) -> str:
-        (first, visit), (then, other) = wait.first, wait.then
-        one, two = (
-            orders.Events(self.team.paths[name], self._once(self._find_visits, self.team.paths[name]), self.team.end)
-            for name in (first, then)
-        )
-        found: list[Fraction] = []
-        for lap in (0, 1) if two.repeats(other) else (0,):
-            if (due := two.due(other, wait.due, lap)) is not None:
-                found.append(due - one.done(visit, wait.done, lap if one.repeats(visit) else 0))
-        if found and min(found) <= self.statement.clock_error:
-            raise Refused(f"only {float(min(found)):.4f} s are proved to lie in between")
-        by = f", by at least {float(min(found)):.4f} s" if found else ", which never happens"
-        return f"{first} has {wait.done} at its visit {visit} before {then} {wait.due} at its visit {other}{by}."
+    def _apart(self, one: Course, other: Course) -> str:
+        all_times = self.evidence.has(f"apart/{one.name}/{other.name}")
+        least, when = float(self.pair((one, other), all_times=all_times).least), "at all times that clocks may show together"
+        when = when if all_times else "at each time; margin, clocks and steps may take some of that"
+        return f"The paths of {one.name} and {other.name} stay {least:.4f} m apart {when}."

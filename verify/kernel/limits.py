@@ -1,92 +1,219 @@
-"""Limits of a robot's nominal flight that are polynomials: speed, acceleration, thrust, tilt and the rates of roll and pitch.
+"""Limits of a robot's nominal flight: polynomials, and by intervals the rate about the body's z axis and the thrust of each rotor.
 
 With f = r'' + g e3 the thrust is m |f| and the body's z axis f / |f|; roll and pitch turn it at |r''' x f| / |f|^2. All are asked
 squared, and multiplied out, so that nothing is divided.
+
+*Turning.* With heading psi (Z-Y-X Euler: the body's x axis lies in the plane of (cos psi, sin psi, 0) and the vertical), let (p, q, w)
+be f turned back by psi, F = |f|, D = p^2 + w^2, and j = r''', s = r'''' turned likewise:
+
+    x_B = (w, 0, -p) / sqrt D     y_B = (-p q, D, -q w) / (F sqrt D)     z_B = (p, q, w) / F
+    rate about y_B:  K / (F sqrt D)            with K = jx w - p jz
+    rate about x_B:  -(j . y_B) / F
+    rate about z_B:  N / (F D)                 with N = psi' w F^2 + q K
+
+from j = F' z_B + F (omega x z_B) and from x_B staying level with psi. Their derivatives follow from R' s = d/dt (R' j) + omega x R' j,
+and N' by the product rule. Torques are I omega' + omega x I omega. Rotor i stands at (sx, sy) arm / sqrt 2 with sx, sy = +-1 and
+carries m F / 4 + sy tau_x / (4 d) - sx tau_y / (4 d) + sx sy tau_z / (4 kappa), d = arm / sqrt 2. (Coq: `level_rate`, `accelerations`,
+`yaw_acceleration`, `rotors_share`)
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
+from functools import lru_cache, partial
+from typing import NamedTuple
 
-from .bodies import ZERO
-from .bounds import Interval, cosine_and_sine
-from .flights import Path, Piece
-from .polynomials import Bernstein, square
-from .trees import Marks, at_least, require
+from .flights import Path, Segment
+from .polynomials import Bernstein, Polynomial, square
+from .refused import Refused, require
+from .statement import ZERO, Robot
+from .trees import Cell, Rules
 
-Row = tuple[Bernstein, Fraction]
-"""A polynomial, and what it must not be below."""
+BITS = 64
+ONE = 1 << BITS
+PI = Fraction(3141592653589793238462643383279502884197, 10**39)
+"""Below pi, by less than 1e-39."""
+_GRID = 1 << 16
 
-Window = tuple[Fraction, Fraction]
-
-
-def motion_row(piece: Piece, name: str, limit: Fraction, part: Window | None = None) -> Row:
-    """Return what keeps speed or acceleration within a limit, on a part of a piece's time or all of it.
-
-    Args:
-        piece: The piece.
-        name: Which of the two.
-        limit: m/s or m/s^2.
-        part: From when to when, s.
-    """
-    low, high = part or (ZERO, piece.length)
-    squared = square(piece.derivatives[1 if name == "speed" else 2][:3])
-    return (-squared.moved(low) if low else -squared).stretched(high - low).bernstein(), -limit * limit
+TURNING = ("yaw_rate", "rotor_thrust_max", "rotor_thrust_min")
+LIMITS = ("speed", "acceleration", "thrust_max", "thrust_min", "tilt", "body_rate", *TURNING)
 
 
-def _rows(path: Path, piece: Piece, name: str) -> list[Row]:
-    """Return what keeps a limit on a piece."""
-    limits, mass = path.robot.limits, path.robot.mass
-    limit: Fraction = getattr(limits, name)
+@dataclass(slots=True)
+class Interval:
+    """All numbers from low / 2^64 to high / 2^64; every result holds all that may come of the operands (Coq: `times_sound`, `over_sound`)."""
+
+    low: int
+    high: int
+
+    @classmethod
+    def of(cls, value: Fraction) -> Interval:
+        """Return the least interval that holds a number."""
+        scaled = value.numerator << BITS
+        return cls(scaled // value.denominator, -(-scaled // value.denominator))
+
+    @classmethod
+    def range_of(cls, row: Bernstein) -> Interval:
+        """Return an interval that holds all values of a polynomial."""
+        return cls((row.lowest << BITS) // row.unit, -((-row.highest << BITS) // row.unit))
+
+    def __add__(self, other: Interval) -> Interval:
+        return Interval(self.low + other.low, self.high + other.high)
+
+    def __sub__(self, other: Interval) -> Interval:
+        return Interval(self.low - other.high, self.high - other.low)
+
+    def __neg__(self) -> Interval:
+        return Interval(-self.high, -self.low)
+
+    def __mul__(self, other: Interval) -> Interval:
+        a, b, c, d = self.low * other.low, self.low * other.high, self.high * other.low, self.high * other.high
+        return Interval(min(a, b, c, d) >> BITS, -(-max(a, b, c, d) >> BITS))
+
+    def __truediv__(self, other: Interval) -> Interval:
+        require(other.low > 0 or other.high < 0, "a divisor may be zero")
+        return self * Interval(ONE * ONE // other.high, -(-ONE * ONE // other.low))
+
+    def root(self) -> Interval:
+        """Return the roots of what is not negative."""
+        return Interval(math.isqrt(max(self.low, 0) << BITS), math.isqrt(max(self.high, 0) << BITS) + 1)
+
+    def cosine_and_sine(self) -> tuple[Interval, Interval]:
+        """Return all cosines and all sines of angles: those of one in the middle, and as far beside as angles are."""
+        middle = (self.low + self.high) * _GRID // (2 * ONE)
+        at = middle * ONE // _GRID
+        away = max(self.high - at, at - self.low)
+        cosine, sine = (Interval(max(c.low - away, -ONE), min(c.high + away, ONE)) for c in _cosine_and_sine(middle))
+        return cosine, sine
+
+    def within(self, low: Fraction, high: Fraction) -> bool:
+        """Return whether all of it lies between two numbers."""
+        return self.low * low.denominator >= low.numerator * ONE and self.high * high.denominator <= high.numerator * ONE
+
+
+@lru_cache(maxsize=65536)
+def _cosine_and_sine(middle: int) -> tuple[Interval, Interval]:
+    """Return cosine and sine of middle / _GRID, less full turns, by Taylor's sums; what they leave out is less than the next term (Coq: `taylor_rounded`)."""
+    angle = Fraction(middle, _GRID)
+    turns = round(angle / (2 * PI))
+    x = Fraction(round((angle - 2 * turns * PI) * ONE), ONE)
+    loose = abs(turns) * Fraction(2, 10**39) + Fraction(1, ONE)
+    sums, term = [Fraction(0), Fraction(0)], Fraction(1)
+    for k in range(40):
+        sums[k % 2] += term if k % 4 < 2 else -term
+        term = Fraction(round(term * x / (k + 1) * ONE * ONE), ONE * ONE)
+    loose += abs(term) + Fraction(100, ONE)  # and what comes of rounding terms, each by less than 2^-128
+    low, high = ([Interval.of(value + sign * loose) for value in sums] for sign in (-1, 1))
+    return Interval(low[0].low, high[0].high), Interval(low[1].low, high[1].high)
+
+
+def _asked(robot: Robot, name: str, limit: Fraction) -> list[tuple[Callable[[Segment], Polynomial], Fraction]]:
+    """Return polynomials of a piece, and what they must not be below (Coq: `speed_kept`, `tilt_kept`, `rate_kept`)."""
+
+    def thrust(piece: Segment) -> Polynomial:
+        return piece.size.times(robot.mass**2)
+
+    def turned(piece: Segment) -> Polynomial:
+        f, j = piece.force, piece.derivatives[3]
+        rates = [j[i] * f[k] - j[k] * f[i] for i, k in ((1, 2), (2, 0), (0, 1))]
+        return (piece.size * piece.size).times(limit**2) - square(rates)
+
+    enough = thrust, robot.limits.thrust_min**2  # so that f has a direction
     if name in ("speed", "acceleration"):
-        return [motion_row(piece, name, limit)]
-    f, size = piece.force, piece.size
-    thrust = size.times(mass * mass)
-    enough = piece.bernstein(thrust), limits.thrust_min**2  # so that f has a direction
-    if name == "thrust_max":
-        return [(piece.bernstein(-thrust), -limit * limit)]
-    if name == "thrust_min":
-        return [enough]
-    if name == "tilt":  # below a quarter turn
-        cosine = Fraction(max(cosine_and_sine(Interval.of(limit))[0].high, 0), 1 << 64)
-        upright = f[2] * f[2] - size.times(cosine * cosine)
-        return [enough, (piece.bernstein(f[2]), ZERO), (piece.bernstein(upright), ZERO)]
-    j = piece.derivatives[3]
-    turning = [j[i] * f[k] - j[k] * f[i] for i, k in ((1, 2), (2, 0), (0, 1))]
-    return [enough, (piece.bernstein((size * size).times(limit * limit) - square(turning)), ZERO)]
+        order = 1 if name == "speed" else 2
+        return [(lambda piece: -square(piece.derivatives[order][:3]), -(limit**2))]
+    if name == "tilt":  # below a quarter turn (Coq: `cosine_above`)
+        cosine = Fraction(max(Interval.of(limit).cosine_and_sine()[0].high, 0), ONE)
+        upright = lambda piece: piece.force[2] * piece.force[2] - piece.size.times(cosine**2)  # noqa: E731
+        return [enough, (lambda piece: piece.force[2], ZERO), (upright, ZERO)]
+    return {
+        "thrust_max": [(lambda piece: -thrust(piece), -(limit**2))],
+        "thrust_min": [enough],
+        "body_rate": [enough, (turned, ZERO)],
+    }[name]
 
 
-def check_limit(path: Path, name: str, marks: Marks) -> None:
-    """Check one limit for all times.
+def kept(path: Path, name: str, limit: Fraction, times: Sequence[tuple[Fraction, Fraction]] | None = None) -> Iterator[Cell]:
+    """Yield the claims `m` that a limit is kept at all times, or at some.
 
     Args:
         path: Of whom.
         name: Which limit.
-        marks: Evidence.
-
-    Raises:
-        Refused: It is not proved to be kept.
-    """
-    for piece in path.pieces:
-        require(at_least(_rows(path, piece, name)), marks, f"it keeps its limit of {name}")
-
-
-def check_motion(path: Path, name: str, limit: Fraction, marks: Marks, times: Sequence[Window] | None = None) -> None:
-    """Check speed or acceleration for all times, or for some.
-
-    Args:
-        path: Of whom.
-        name: Which of the two.
-        limit: m/s or m/s^2.
-        marks: Evidence.
+        limit: SI.
         times: From when to when, s.
-
-    Raises:
-        Refused: They are not proved to keep the limit.
     """
-    for piece, start, stop in zip(path.pieces, path.knots, path.knots[1:], strict=False):
-        for low, high in times if times is not None else [(start, stop)]:
-            if low < stop and start < high:
-                part = max(low, start) - start, min(high, stop) - start
-                require(at_least([motion_row(piece, name, limit, part)]), marks, f"it keeps its {name}")
+    rules: Rules = {"m": [[[(find, Bernstein.at_least, least)] for find, least in _asked(path.robot, name, limit)]]}
+
+    def row(piece: Segment, when: tuple[Fraction, Fraction], find: Callable[[Segment], Polynomial]) -> Bernstein:
+        return piece.within(find(piece), when).bernstein()
+
+    for piece in path.pieces:
+        for low, high in [(piece.start, piece.stop)] if times is None else times:
+            if low < piece.stop and piece.start < high:
+                yield Cell(partial(row, piece, (max(low, piece.start), min(high, piece.stop))), rules)
+
+
+def rates_and_thrusts(robot: Robot, given: Sequence[Interval]) -> list[Interval]:
+    """Return the rate about z and the four rotors' thrusts of f, r''', r'''', heading and two derivatives of it, |f|^2 and f . r'''."""
+    fx, fy, fz, ax, ay, az, bx, by, bz, yaw, turn, spin, f2, fj = given
+    of = type(yaw).of
+    cos, sin = yaw.cosine_and_sine()
+    (p, q, w), (jx, jy, jz), (sx, sy, sz) = (
+        (x * cos + y * sin, y * cos - x * sin, z) for x, y, z in ((fx, fy, fz), (ax, ay, az), (bx, by, bz))
+    )
+    f, d, two, quarter = f2.root(), p * p + w * w, of(Fraction(2)), of(Fraction(1, 4))
+    root_d, k = d.root(), jx * w - p * jz
+    y = k / (f * root_d)
+    x = ((p * jx + w * jz) * q - d * jy) / (f2 * root_d)
+    z = (turn * w * f + q * k / f) / d
+    growth = fj / f  # F'
+    snap_x, snap_y = (sx * w - sz * p) / root_d, (d * sy - (p * sx + w * sz) * q) / (f * root_d)
+    accel_y = (snap_x - growth * y * two) / f - z * x
+    accel_x = -(snap_y + growth * x * two) / f + y * z
+    p_rate, q_rate = jx + turn * q, jy - turn * p
+    k_rate = sx * w - p * sz + turn * (jy * w - q * jz)
+    n_rate = (spin * w + turn * jz) * f2 + turn * w * fj * two + q_rate * k + q * k_rate
+    accel_z = n_rate / (f * d) - z * (fj / f2 + (p * p_rate + w * jz) * two / d)
+    mass, arm, kappa, ix, iy, iz = map(of, (robot.mass, robot.arm, robot.torque_to_thrust, *robot.inertia))
+    lever = two.root() * arm * two  # 4 d
+    roll, pitch = (accel_x * ix + y * z * (iz - iy)) / lever, (accel_y * iy + z * x * (ix - iz)) / lever
+    share, yawing = f * mass * quarter, (accel_z * iz + x * y * (iy - ix)) / kappa * quarter
+    left, right = share + roll, share - roll
+    return [z, left - pitch + yawing, left + pitch - yawing, right - pitch - yawing, right + pitch + yawing]
+
+
+class Turning(NamedTuple):
+    """The claim `m` that on a piece the rate about z and all rotors' thrusts stay within the limits."""
+
+    robot: Robot
+    cell: Cell
+
+    def holds(self, mark: str) -> bool:
+        """Return whether it is so."""
+        limits = self.robot.limits
+        try:
+            rate, *thrusts = rates_and_thrusts(self.robot, [Interval.range_of(self.cell.row(k)) for k in range(14)])
+        except Refused:
+            return False  # a divisor may be zero
+        well = all(one.within(limits.rotor_thrust_min, limits.rotor_thrust_max) for one in thrusts)
+        return mark == "m" and well and rate.within(-limits.yaw_rate, limits.yaw_rate)
+
+    def halves(self) -> tuple[Turning, Turning]:
+        """Return both halves."""
+        first, second = self.cell.halves()
+        return Turning(self.robot, first), Turning(self.robot, second)
+
+
+def turning(path: Path) -> Iterator[Turning]:
+    """Yield the claims `m` that the rate about the body's z axis, and all rotors' thrusts, keep their limits."""
+
+    def row(piece: Segment, k: int) -> Bernstein:
+        f, (jx, jy, jz, _), s = piece.force, piece.derivatives[3], piece.derivatives[4]
+        headings = [piece.derivatives[order][3] for order in range(3)]
+        along = f[0] * jx + f[1] * jy + f[2] * jz if k == 13 else f[0]
+        return piece.bernstein([*f, jx, jy, jz, *s[:3], *headings, piece.size, along][k])
+
+    return (Turning(path.robot, Cell(partial(row, piece), {})) for piece in path.pieces)

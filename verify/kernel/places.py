@@ -11,254 +11,207 @@ Laps are unrolled: slots of the prefix, of one lap and of its copy, a lap later.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from bisect import bisect_left, bisect_right
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from itertools import combinations, pairwise
+from typing import NamedTuple
 
-from .labels import Relations, Row, Timeline
-from .refused import Refused
+from .refused import require
+from .statement import ZERO, Statement
+from .timelines import Row, Span, Timeline
 
-MOST_OPEN = 10
-"""Regions that are open at one time: 2 to this power letters are looked at."""
-
-MOST_LETTERS = 64
-"""Letters that are possible in one slot."""
+MOST_OPEN = 6
+"""Regions that are open at one time: 2 to this power letters are possible then."""
+MOST_STATES = 100_000
+"""States of a transition system that are walked, with places."""
 
 Letter = frozenset[str]
 
 
-@dataclass(frozen=True, slots=True)
-class Slot:
-    """A closed time in which no region changes its status.
-
-    Attributes:
-        start: s.
-        stop: s.
-        marks: Each region's, in the order of the names that are followed.
-        internal: Internal propositions.
-        done: How many changes of the internal state were made.
-        lap: 0 in a flight or prefix, 1 in the first lap, 2 in its copy.
+class Slot(NamedTuple):
+    """A closed time, s, in which no region that is followed changes its mark: with internal propositions, the number of their changes so far, and
+    the lap, 0 in a flight or prefix, 1 in the first lap, 2 in its copy.
     """
 
     start: Fraction
     stop: Fraction
-    marks: tuple[str, ...]
+    marks: Mapping[str, str]
     internal: Letter
     done: int
     lap: int
 
 
-@dataclass(frozen=True, slots=True)
-class Places:
-    """All that one robot may do, by the numbers of its places.
-
-    Attributes:
-        robot: Name.
-        slots: Each place's slot.
-        inside: The regions that hold the robot there.
-        letters: All that it shows there.
-        windows: From when to when it may be there, s.
-        following: Places that may come next.
-        initial: Where it may begin.
-        final: Where it may end; of laps none.
-        shift: From a place of the first lap to that of its copy.
-        length: How long a lap lasts, s.
+class Places(NamedTuple):
+    """All that one robot may do, by the numbers of its places: each has a lap, regions that hold the robot there, all that it shows there, from when
+    to when it may be there, s, and places that may come next. It begins in `initial` ones; a finite flight ends in `final` ones. `shift` leads from a
+    place of the first lap to that of its copy.
     """
 
     robot: str
-    slots: tuple[Slot, ...]
-    inside: tuple[Letter, ...]
-    letters: tuple[Letter, ...]
-    windows: tuple[tuple[Fraction, Fraction], ...]
-    following: tuple[tuple[int, ...], ...]
-    initial: tuple[int, ...]
+    laps: Sequence[int]
+    inside: Sequence[Letter]
+    letters: Sequence[Letter]
+    windows: Sequence[tuple[Fraction, Fraction]]
+    following: Sequence[Sequence[int]]
+    initial: Sequence[int]
     final: frozenset[int]
     shift: int = 0
-    length: Fraction = Fraction(0)
 
     def changed(self, place: int, target: int) -> bool:
         """Return whether to go from one place to another one is a change of what has to be read: of the letter, or of the lap."""
-        return self.letters[place] != self.letters[target] or self.slots[place].lap + self.slots[target].lap == 3
+        return self.letters[place] != self.letters[target] or self.laps[place] + self.laps[target] == 3
 
 
-def places_of(timeline: Timeline, names: frozenset[str] | None, regions: frozenset[str], relations: Relations) -> Places:
+def places_of(timeline: Timeline, names: frozenset[str], regions: frozenset[str]) -> Places:
     """Return all places of a robot, of letters that are cut down to some names.
 
     Args:
         timeline: What is proved of the robot.
-        names: Names that are followed; None follows all, and each change of the internal state.
+        names: Names that are followed.
         regions: All regions.
-        relations: Letters that they exclude are left out.
-
-    Raises:
-        Refused: The timeline lacks a region or is none, too many regions are open, or the timeline contradicts itself.
     """
-    followed = tuple(sorted(regions if names is None else names & regions))
-    slots = _slots(timeline, followed, names)
-    spread = [_letters(slot, followed, relations) for slot in slots]
-    slot_of = tuple(slot for slot, choices in zip(slots, spread, strict=True) for _ in choices)
-    inside = tuple(letter for choices in spread for letter in choices)
-    begins = [0]
-    for choices in spread:
-        begins.append(begins[-1] + len(choices))
-    ranges = [range(a, b) for a, b in pairwise(begins)]
-    following: list[tuple[int, ...]] = []
-    for number, (slot, here) in enumerate(zip(slots, ranges, strict=True)):
-        then = ranges[number + 1] if number + 1 < len(slots) else range(0)
-        after = slots[number + 1] if then else slot
-        for place in here:
-            targets = [
-                other for other in here if other != place and _may_change(inside[place], inside[other], (slot,), followed)
-            ]
-            targets += [other for other in then if _may_change(inside[place], inside[other], (slot, after), followed)]
-            following.append(tuple(targets))
-    falling = {name for name, mark in zip(followed, slots[0].marks, strict=True) if mark == "fall"}
-    rising = {name for name, mark in zip(followed, slots[-1].marks, strict=True) if mark == "rise"}
-    found = Places(
-        timeline.robot,
-        slot_of,
-        inside,
-        tuple(letter | slot.internal for letter, slot in zip(inside, slot_of, strict=True)),
-        tuple((slot.start, slot.stop) for slot in slot_of),
-        tuple(following),
-        tuple(place for place in ranges[0] if falling <= inside[place]),
-        frozenset(place for place in ranges[-1] if rising <= inside[place]),
-        0 if timeline.cycle is None else sum(slot.lap == 1 for slot in slot_of),
-        Fraction(0) if timeline.cycle is None else timeline.duration - timeline.cycle,
-    )
-    _require_a_way(found)
-    return found
-
-
-def _require_a_way(places: Places) -> None:
-    """Refuse a timeline that leaves no way from its beginning to its end."""
-    seen = set(places.initial)
-    waiting = list(seen)
+    slots = _slots(timeline, {name: _row(timeline, name) for name in sorted(names & regions)}, names)
+    every = [(slot, number, letter) for number, slot in enumerate(slots) for letter in _letters(slot)]
+    inside, numbers = [letter for _, _, letter in every], [number for _, number, _ in every]
+    following: list[list[int]] = []
+    for place, (slot, number, letter) in enumerate(every):
+        near = range(bisect_left(numbers, number), bisect_right(numbers, number + 1))
+        following.append([t for t in near if t != place and _may_change(letter, inside[t], slot, every[t][0])])
+    falling, rising = (_marked(slots[0], "fall"), _marked(slots[-1], "rise"))
+    initial = [place for place, (_, number, letter) in enumerate(every) if number == 0 and falling <= letter]
+    final = frozenset(place for place, (_, number, letter) in enumerate(every) if number == len(slots) - 1 and rising <= letter)
+    seen, waiting = set(initial), list(initial)
     while waiting:
-        new = [target for target in places.following[waiting.pop()] if target not in seen]
+        new = [target for target in following[waiting.pop()] if target not in seen]
         seen.update(new)
         waiting += new
-    if not seen & places.final:
-        raise Refused(f"the labels of {places.robot} contradict each other")
+    require(seen & final, f"the labels of {timeline.robot} contradict each other")
+    shown, windows = [letter | slot.internal for slot, _, letter in every], [(slot.start, slot.stop) for slot, _, _ in every]
+    laps = [slot.lap for slot, _, _ in every]
+    return Places(timeline.robot, laps, inside, shown, windows, following, initial, final, laps.count(1))
 
 
-def _slots(timeline: Timeline, followed: tuple[str, ...], names: frozenset[str] | None) -> list[Slot]:
-    rows = [_row(timeline, region) for region in followed]
-    changes = _changes(timeline, names)
-    end = timeline.duration
-    parts = [(0, Fraction(0), end, Fraction(0))]
-    if timeline.cycle is not None:
-        if not 0 <= timeline.cycle < end:
-            raise Refused(f"the lap of {timeline.robot} does not end after it begins")
-        length = end - timeline.cycle
-        parts = [
-            (0, Fraction(0), timeline.cycle, Fraction(0)),
-            (1, timeline.cycle, end, Fraction(0)),
-            (2, timeline.cycle, end, length),
-        ]
+def _slots(timeline: Timeline, rows: Mapping[str, Row], names: frozenset[str]) -> list[Slot]:
+    end, cycle, changes = timeline.duration, timeline.cycle, _changes(timeline, names)
+    parts = [(0, ZERO, end)] if cycle is None else [(0, ZERO, cycle), (1, cycle, end), (2, cycle, end)]
     found: list[Slot] = []
-    for lap, start, stop, later in parts:
-        if lap == 0 and timeline.cycle == 0:
-            continue
-        times = {start, stop, *(time for time, _ in changes if start <= time <= stop)}
-        times.update(time for row in rows for span in row for time in (span.start, span.stop) if start < time < stop)
-        ordered = sorted(times)
-        fine = [(t, t) for t in ordered[:1]]
-        for before, after in pairwise(ordered):
-            fine += [(before, after), (after, after)]
-        marks = [_marks(row, fine, start, stop) for row in rows]
+    for lap, start, stop in parts[cycle == 0 :]:
+        later = stop - start if lap == 2 else ZERO
+        own = {
+            name: [s for s in row if (s.start < stop and start < s.stop) or start <= s.start == s.stop <= stop]
+            for name, row in rows.items()
+        }
+        inner = [*(time for time, _ in changes), *(time for row in own.values() for span in row for time in span[:2])]
+        times = sorted({start, stop, *(time for time in inner if start < time < stop)})
+        fine = [(start, start), *(slot for a, b in pairwise(times) for slot in ((a, b), (b, b)))]
+        columns = {name: _marks(row, fine) for name, row in own.items()}
         for number, (low, high) in enumerate(fine):
-            here = tuple(column[number] for column in marks)
             made = sum(time <= low for time, _ in changes)
             for done in range(sum(time < low for time, _ in changes) if low == high else made, made + 1):
-                internal = timeline.internal if not done else changes[done - 1][1]
-                internal = internal if names is None else internal & names
-                slot = Slot(low + later, high + later, here, internal, done, lap)
-                if found and (found[-1].marks, found[-1].internal, found[-1].done, found[-1].lap) == (
-                    here,
-                    internal,
-                    done,
-                    lap,
-                ):
-                    found[-1] = Slot(found[-1].start, slot.stop, here, internal, done, lap)
-                else:
-                    found.append(slot)
+                internal = (changes[done - 1][1] if done else timeline.internal) & names
+                marks = {name: column[number] for name, column in columns.items()}
+                slot = Slot(low + later, high + later, marks, internal, done, lap)
+                if found and found[-1][2:] == slot[2:]:
+                    slot = slot._replace(start=found.pop().start)
+                found.append(slot)
     return found
 
 
-def _changes(timeline: Timeline, names: frozenset[str] | None) -> list[tuple[Fraction, Letter]]:
+def _changes(timeline: Timeline, names: frozenset[str]) -> list[tuple[Fraction, Letter]]:
     """Return changes of the internal state that are followed, each with its instant."""
-
-    def differ(one: Letter, other: Letter) -> bool:
-        return names is None or not (one ^ other).isdisjoint(names)
-
-    found: list[tuple[Fraction, Letter]] = []
-    last, before = Fraction(-1), timeline.internal
-    for time, internal in timeline.actions:
-        if not last < time <= timeline.duration or time == timeline.cycle:
-            raise Refused(f"the actions of {timeline.robot} are not in order")
-        if differ(internal, before):
-            found.append((time, internal))
-        last, before = time, internal
-    if timeline.cycle is not None:
-        at_lap = [timeline.internal, *(internal for time, internal in timeline.actions if time < timeline.cycle)]
-        if before != at_lap[-1]:
-            raise Refused(f"a lap of {timeline.robot} ends in another internal state than it begins in")
-    return found
+    cycle, changes = timeline.cycle, [(Fraction(-1), timeline.internal), *timeline.actions]
+    require(cycle is None or 0 <= cycle < timeline.duration, f"the lap of {timeline.robot} does not end after it begins")
+    in_order = all(a < b and 0 <= b <= timeline.duration and b != cycle for (a, _), (b, _) in pairwise(changes))
+    require(in_order, f"the actions of {timeline.robot} are not in order")
+    alike = cycle is None or changes[-1][1] == [internal for time, internal in changes if time < cycle][-1]
+    require(alike, f"a lap of {timeline.robot} ends in another internal state than it begins in")
+    return [(time, after) for (_, before), (time, after) in pairwise(changes) if (before ^ after) & names]
 
 
 def _row(timeline: Timeline, region: str) -> Row:
     """Return a region's spans, which have to cover the whole flight."""
-    row = timeline.rows.get(region)
-    if row is None:
-        raise Refused(f"nothing is proved of {timeline.robot} and {region}")
-    ends = [Fraction(0), *(span.stop for span in row)]
-    whole = bool(row) and [span.start for span in row] == ends[:-1] and ends[-1] == timeline.duration and sorted(ends) == ends
-    if not whole or any(span.mark not in ("no", "may", "must", "rise", "fall") for span in row):
-        raise Refused(f"the labels of {timeline.robot} in {region} do not cover its flight")
+    row = timeline.rows.get(region, ())
+    ends = [ZERO, *(span.stop for span in row)]
+    whole = (
+        [span.start for span in row] == ends[:-1] and ends[-1] == timeline.duration and sorted(ends) == ends and len(row) > 0
+    )
+    known = all(span.mark in ("no", "may", "must", "rise", "fall") for span in row)
+    require(whole and known, f"the labels of {timeline.robot} in {region} do not cover its flight")
     return row
 
 
-def _marks(row: Row, fine: list[tuple[Fraction, Fraction]], start: Fraction, stop: Fraction) -> list[str]:
+def _marks(row: Sequence[Span], fine: Sequence[tuple[Fraction, Fraction]]) -> list[str]:
     """Return a region's mark in each instant and gap: where spans meet that differ, what leaves more open."""
-    spans = [span for span in row if (span.start < stop and start < span.stop) or start <= span.start == span.stop <= stop]
+    starts, stops = [span.start for span in row], [span.stop for span in row]
     found: list[str] = []
-    at = 0
     for low, high in fine:
-        while spans[at].stop < low or (low < high and spans[at].stop <= low):
-            at += 1
-        marks = {spans[at].mark}
-        for span in spans[at + 1 :]:
-            if span.start > low or low < high:
-                break
-            marks.add(span.mark)
+        first, last = (bisect_left, bisect_right) if low == high else (bisect_right, bisect_left)
+        marks = {span.mark for span in row[first(stops, low) : last(starts, high)]}
         open_ = marks - {"no", "must"}
         found.append(marks.pop() if len(marks) == 1 else open_.pop() if len(open_) == 1 else "may")
     return found
 
 
-def _letters(slot: Slot, followed: tuple[str, ...], relations: Relations) -> list[Letter]:
+def _marked(slot: Slot, mark: str) -> Letter:
+    return frozenset(name for name, own in slot.marks.items() if own == mark)
+
+
+def _letters(slot: Slot) -> list[Letter]:
     """Return the sets of regions that a slot allows."""
-    held = frozenset(name for name, mark in zip(followed, slot.marks, strict=True) if mark == "must")
-    free = [name for name, mark in zip(followed, slot.marks, strict=True) if mark not in ("must", "no")]
-    if len(free) > MOST_OPEN:
-        raise Refused(f"not covered by the kernel: more than {MOST_OPEN} regions are open at one time")
-    choices = [held.union(some) for size in range(len(free) + 1) for some in combinations(free, size)]
-    known = frozenset(followed)
-    found = [letter for letter in choices if relations.allow(letter, known)]
-    if len(found) > MOST_LETTERS:
-        raise Refused(f"not covered by the kernel: more than {MOST_LETTERS} letters are possible at one time")
-    return found
+    held = _marked(slot, "must")
+    free = sorted(slot.marks.keys() - held - _marked(slot, "no"))
+    require(len(free) <= MOST_OPEN, f"not covered by the kernel: more than {MOST_OPEN} regions are open at one time")
+    return [held.union(some) for size in range(len(free) + 1) for some in combinations(free, size)]
 
 
-def _may_change(before: Letter, after: Letter, slots: tuple[Slot, ...], followed: tuple[str, ...]) -> bool:
-    """Return whether regions may come or go so, within one slot or from one to the next."""
-    if not (before <= after or after <= before):
-        return False
-    ways = ("may", "rise") if before <= after else ("may", "fall")
-    moved = before ^ after
-    return all(
-        any(mark in ways for mark in marks)
-        for name, *marks in zip(followed, *(slot.marks for slot in slots), strict=True)
-        if name in moved
-    )
+def _may_change(before: Letter, after: Letter, slot: Slot, then: Slot) -> bool:
+    """Return whether regions may come or go so, within one slot or from one to the next: at one instant they only come, or only go."""
+    way = "rise" if before <= after else "fall"
+    one_way = before <= after or after <= before
+    return one_way and all({slot.marks[name], then.marks[name]} & {"may", way} for name in before ^ after)
+
+
+def check_transitions(statement: Statement, timeline: Timeline) -> str:
+    """Check that every word of a robot is a trace of its transition system, whatever its labels leave open.
+
+    Regions that are entered one after another are joined by an edge, with free flight between. A robot comes from the region that it entered last,
+    and from those to which it has *gone back*: it left that region while it still was in one that an edge joins to it. All ways through the robot's
+    places are walked, with the regions from which it may be taken to come. Internal states change by planned actions alone.
+    """
+    robot, regions = timeline.robot, frozenset(statement.regions)
+    system = statement.robots[robot]
+    places = places_of(timeline, regions, regions)
+    edges = dict.fromkeys(regions | {system.vertex}, regions) if system.edges is None else system.edges
+    seen = {(place, frozenset({vertex})) for place in places.initial for vertex in places.inside[place] or {system.vertex}}
+    closed = any(places.inside[place] & system.closed for place in places.initial)
+    require(not closed, f"{robot} may begin in a region that is closed to it")
+    waiting = list(seen)
+    while waiting:
+        place, vertices = waiting.pop()
+        before = places.inside[place]
+        for target in _following(places, place):
+            now = places.inside[target]
+            came = now - before
+            if len(came) > 1:
+                one_by_one = any(
+                    before < places.inside[t] < now and target in _following(places, t) for t in _following(places, place)
+                )
+                require(one_by_one, f"{robot} may enter several regions at once")
+                continue
+            for region in came:
+                joined = region not in system.closed and any(region == v or region in edges.get(v, ()) for v in vertices)
+                require(joined, f"{robot} may enter {region} from {min(vertices)}, where no edge that is open to it leads")
+            left = vertices & before - now if system.edges is not None else ()
+            after = (came or vertices).union(*(now & edges.get(v, frozenset()) for v in left))
+            if (target, after) not in seen:
+                require(len(seen) < MOST_STATES, f"not covered by the kernel: {robot} may go too many ways")
+                seen.add((target, after))
+                waiting.append((target, after))
+    return f"Every word of {robot} is a trace of its transition system."
+
+
+def _following(places: Places, place: int) -> list[int]:
+    """Return the next places; after the copy of a lap the copy again."""
+    again = places.following[place - places.shift] if places.laps[place] == 2 else ()
+    return [*places.following[place], *(target for target in again if places.laps[target] == 2)]

@@ -11,14 +11,13 @@ from fractions import Fraction
 from functools import lru_cache
 from itertools import pairwise
 
-from .refused import Refused
+from .refused import require
 
 
 def _dyadic(value: Fraction | int) -> tuple[int, int]:
     """Return n and s with value = n / 2^s."""
     shift = value.denominator.bit_length() - 1
-    if value.denominator != 1 << shift:
-        raise Refused(f"{value} is no whole number over a power of two")
+    require(value.denominator == 1 << shift, "a number is no whole one over a power of two")
     return value.numerator, shift
 
 
@@ -28,8 +27,7 @@ class Polynomial:
     __slots__ = ("numbers", "shift")
 
     def __init__(self, numbers: Sequence[int], shift: int = 0) -> None:
-        self.numbers = numbers
-        self.shift = shift
+        self.numbers, self.shift = numbers, shift
 
     @classmethod
     def of(cls, values: Sequence[Fraction]) -> Polynomial:
@@ -54,7 +52,7 @@ class Polynomial:
     def __mul__(self, other: Polynomial) -> Polynomial:
         product = [0] * max(len(self.numbers) + len(other.numbers) - 1, 0)
         for i, a in enumerate(self.numbers):
-            for k, b in enumerate(other.numbers, start=i):
+            for k, b in enumerate(other.numbers if a else (), start=i):
                 product[k] += a * b
         return Polynomial(product, self.shift + other.shift)
 
@@ -69,14 +67,16 @@ class Polynomial:
 
     def stretched(self, length: Fraction) -> Polynomial:
         """Return p(length x)."""
-        number, shift = _dyadic(length)
-        last = max(len(self.numbers) - 1, 0)
-        return Polynomial([n * number**k << shift * (last - k) for k, n in enumerate(self.numbers)], self.shift + shift * last)
+        (number, shift), last = _dyadic(length), max(len(self.numbers) - 1, 0)
+        found, power = list[int](), 1
+        for k, n in enumerate(self.numbers):
+            found.append(n * power << shift * (last - k))
+            power *= number
+        return Polynomial(found, self.shift + shift * last)
 
     def moved(self, by: Fraction) -> Polynomial:
         """Return p(x + by), by Horner's rule for y = 2^shift x."""
-        number, shift = _dyadic(by)
-        last = max(len(self.numbers) - 1, 0)
+        (number, shift), last = _dyadic(by), max(len(self.numbers) - 1, 0)
         row = [n << shift * (last - k) for k, n in enumerate(self.numbers)]
         for first in range(last):
             for k in range(last - 1, first - 1, -1):
@@ -122,9 +122,7 @@ class Bernstein:
     __slots__ = ("highest", "lowest", "numbers", "unit")
 
     def __init__(self, numbers: list[int], unit: int) -> None:
-        self.numbers = numbers
-        self.unit = unit
-        self.lowest, self.highest = min(numbers), max(numbers)
+        self.numbers, self.unit, self.lowest, self.highest = numbers, unit, min(numbers), max(numbers)
 
     def at_least(self, value: Fraction) -> bool:
         """Return whether no coefficient is below a value."""
@@ -154,5 +152,12 @@ class Bernstein:
             row = [a + b for a, b in pairwise(row)]
             first.append(row[0] << left)
             second.append(row[-1] << left)
-        second.reverse()
-        return Bernstein(first, self.unit << degree), Bernstein(second, self.unit << degree)
+        return Bernstein(first, self.unit << degree), Bernstein(second[::-1], self.unit << degree)
+
+
+def root(value: Fraction) -> tuple[Fraction, Fraction]:
+    """Return numbers that enclose the root of a value that is not negative; the root itself twice where it is rational."""
+    fine = 1 << 80
+    scaled, under = value.numerator * value.denominator * fine * fine, value.denominator * fine
+    low = math.isqrt(scaled)
+    return Fraction(low, under), Fraction(low if low * low == scaled else low + 1, under)

@@ -11,16 +11,16 @@ import json
 import math
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, fields, is_dataclass, replace
 from fractions import Fraction
 from functools import lru_cache
-from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, Literal, NamedTuple, get_args, get_origin, get_type_hints
 
-from .refused import Refused
+from .refused import Refused, require
 
 FORMAT = 1
 LARGEST = 10**9
-"""Numbers are no larger in size, so that a mission of absurd numbers costs no more than another one."""
+"""Numbers are no larger in size, so that a mission of absurd numbers costs no more than another one; whole ones are below 2^64."""
+ZERO = Fraction(0)
 
 Positive = Annotated[Fraction, "positive"]
 NotNegative = Annotated[Fraction, "not negative"]
@@ -31,8 +31,7 @@ Way = Literal["F", "R"]
 """In which direction an opening is passed: along the hoop's normal, or against it."""
 
 
-@dataclass(frozen=True, slots=True)
-class Inequality:
+class Inequality(NamedTuple):
     """The points x, around a centre, with x' quadratic x + linear . x <= bound; what is missing is zero."""
 
     bound: Fraction
@@ -40,8 +39,7 @@ class Inequality:
     quadratic: Matrix | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class Ring:
+class Ring(NamedTuple):
     """A hoop's ring: its normal, the opening's radius, and the rim's width along and across the normal."""
 
     normal: Vector
@@ -49,8 +47,7 @@ class Ring:
     rim: Positive
 
 
-@dataclass(frozen=True, slots=True)
-class Shape:
+class Shape(NamedTuple):
     """A closed body: a union of convex parts. `openings` of an obstacle are hoops that lead through the parts that hold their centres."""
 
     center: Vector
@@ -59,16 +56,14 @@ class Shape:
     openings: tuple[str, ...] | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class Visit:
+class Visit(NamedTuple):
     """A planned visit."""
 
     region: str
     direction: Way | None
 
 
-@dataclass(frozen=True, slots=True)
-class Action:
+class Action(NamedTuple):
     """A change of the internal state that is permitted at a region."""
 
     before: str
@@ -76,8 +71,7 @@ class Action:
     at: str
 
 
-@dataclass(frozen=True, slots=True)
-class Deed:
+class Deed(NamedTuple):
     """A change of the internal state during a visit, at an instant."""
 
     before: str
@@ -86,8 +80,7 @@ class Deed:
     time: NotNegative
 
 
-@dataclass(frozen=True, slots=True)
-class Wait:
+class Wait(NamedTuple):
     """Of two visits, each a robot and a number: what the first is done with before the second may happen."""
 
     first: tuple[str, int]
@@ -96,17 +89,8 @@ class Wait:
     due: Literal["enters", "leaves", "acts", "sets out"]
 
 
-@dataclass(frozen=True, slots=True)
-class Leg:
-    """Limits on the way to a region."""
-
-    speed: Positive | None = None
-    acceleration: Positive | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class Limits:
-    """Limits of one robot; `pieces` is how many it holds at once."""
+class Limits(NamedTuple):
+    """Limits of one robot; `pieces` is how many it holds at once, `legs` has those of speed and acceleration on the way to regions."""
 
     speed: Positive
     acceleration: Positive
@@ -119,11 +103,10 @@ class Limits:
     yaw_rate: Positive
     endurance: Positive | None
     pieces: int | None
-    legs: Mapping[str, Leg]
+    legs: Mapping[str, Mapping[str, Positive]]
 
 
-@dataclass(frozen=True, slots=True)
-class Robot:
+class Robot(NamedTuple):
     """One robot: what it is, may do and plans to do.
 
     `edges` says where it may go from where (None: anywhere), `vertex` where it comes from at the start, `closed` which regions it may not
@@ -152,13 +135,13 @@ class Robot:
     cuts: tuple[int, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Statement:
+class Statement(NamedTuple):
     """Everything that is to be proved of a flight.
 
     `digests` link it to a certificate; nothing here depends on them. `lasso`: laps for ever, of which the files hold `repeat`. `joint`:
     letters of all robots are joined, else each robot is read by itself. `sequence`: passages to be flown exactly, before the laps and in
-    each. `words`: planned words, where they are to satisfy the formula in every order that keeps the `waits`; else none.
+    each. `low` and `high` are the workspace's corners. `words`: planned words, where they are to satisfy the formula in every order that
+    keeps the `waits`; else none.
     """
 
     format: int
@@ -173,7 +156,7 @@ class Statement:
     clock_error: NotNegative
     separation: NotNegative
     separation_z: Positive | None
-    low: Vector  # the workspace's corners
+    low: Vector
     high: Vector
     regions: Mapping[str, Shape]
     obstacles: Mapping[str, Shape]
@@ -191,14 +174,12 @@ def read_json(text: str, what: str) -> Any:
     """
 
     def table(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-        if len(dict(pairs)) != len(pairs):
-            raise ValueError("a key stands twice")
+        require(len(dict(pairs)) == len(pairs), f"{what} has a key twice.")
         return dict(pairs)
 
     def exact(number: str) -> Fraction:
-        if len(number) > 60 or not math.isfinite(value := float(number)):
-            raise ValueError(f"{number[:40]} is no number")
-        return Fraction(value)
+        require(len(number) <= 60 and math.isfinite(float(number)), f"{what} has {number[:40]}, which is no number.")
+        return Fraction(float(number))
 
     try:
         return json.loads(text, object_pairs_hook=table, parse_float=exact, parse_constant=exact)
@@ -211,23 +192,30 @@ def _hints(kind: type) -> dict[str, Any]:
     return get_type_hints(kind, include_extras=True)
 
 
-def _read(kind: Any, value: Any, where: str) -> Any:
-    """Return a value of some type; how deep this goes is given by the type."""
+def read(kind: Any, value: Any, where: str) -> Any:
+    """Return a value of JSON as one of some type; how deep this goes is given by the type.
+
+    Args:
+        kind: The type.
+        value: The value.
+        where: Where it stands.
+
+    Raises:
+        Refused: It is none.
+    """
     origin, args = get_origin(kind), get_args(kind)
     if kind is Any:
         return value
     if type(None) in args:
-        return None if value is None else _read(args[0], value, where)
+        return None if value is None else read(args[0], value, where)
     if origin is Annotated:
-        found = _read(args[0], value, where)
-        if found < 0 or (found == 0 and args[1] == "positive"):
-            raise Refused(f"{where} is not allowed to be {float(found):g}.")
+        found = read(args[0], value, where)
+        require(found > 0 or (found == 0 and args[1] != "positive"), f"{where} is not allowed to be {float(found):g}.")
         return found
-    if kind in (int, Fraction):
-        known = type(value) is int or (kind is Fraction and isinstance(value, Fraction))
-        if not known or abs(value) > LARGEST or (kind is int and value < 0):
-            raise Refused(f"{where} is no number that is allowed there.")
-        return kind(value)
+    if kind is int and type(value) is int and 0 <= value < 1 << 64:
+        return value
+    if kind is Fraction and (type(value) is int or isinstance(value, Fraction)) and abs(value) <= LARGEST:
+        return Fraction(value)
     if kind in (str, bool) and type(value) is kind and len(str(value)) < 1000:
         return value
     if origin is Literal and value in args:
@@ -235,56 +223,49 @@ def _read(kind: Any, value: Any, where: str) -> Any:
     if origin in (tuple, frozenset) and isinstance(value, list):
         kinds: list[Any] = [args[0]] * len(value) if args[1:] in ((), (...,)) else list(args)
         if len(kinds) == len(value):
-            return origin(_read(one, entry, where) for one, entry in zip(kinds, value, strict=True))
+            return origin(read(one, entry, where) for one, entry in zip(kinds, value, strict=True))
     if origin is collections.abc.Mapping and isinstance(value, dict) and all(len(key) < 1000 for key in value):
-        return {key: _read(args[1], entry, f"{where}, {key[:60]}") for key, entry in value.items()}
-    if is_dataclass(kind) and isinstance(value, dict):
+        return {key: read(args[1], entry, f"{where}, {key[:60]}") for key, entry in value.items()}
+    if hasattr(kind, "_fields") and isinstance(value, dict):
         hints = _hints(kind)
-        for key in {one.name for one in fields(kind)} ^ set(value):
-            if key not in hints or type(None) not in get_args(hints[key]):
-                raise Refused(f"{where} has no {key[:60]}, or should have none.")
-        return kind(**{key: _read(hint, value.get(key), f"{where}, {key}") for key, hint in hints.items()})
+        for key in {*hints} ^ {*value}:
+            optional = key in hints and type(None) in get_args(hints[key])
+            require(optional, f"{where} has no {key[:60]}, or should have none.")
+        return kind(**{key: read(hint, value.get(key), f"{where}, {key}") for key, hint in hints.items()})
     raise Refused(f"{where} is not what it should be.")
 
 
 def read_statement(text: str) -> Statement:
-    """Read a statement.
-
-    Raises:
-        Refused: It is none, or what it says does not fit together.
-    """
-    found: Statement = _read(Statement, read_json(text, "statement.json"), "statement.json")
-    hoops = {name for name, shape in found.regions.items() if shape.ring}
-    shapes = [*found.regions.values(), *found.obstacles.values()]
+    """Read a statement; what it says has to fit together."""
+    found: Statement = read(Statement, read_json(text, "statement.json"), "statement.json")
+    regions, robots, order = found.regions, found.robots, found.order
+    hoops = {name: shape.ring for name, shape in regions.items() if shape.ring}
+    shapes, named = [*regions.values(), *found.obstacles.values()], re.compile(r"[A-Za-z0-9][A-Za-z0-9_. -]{0,99}\Z")
     matrices = [one.quadratic for shape in shapes for part in shape.parts for one in part if one.quadratic]
-    order, named = found.order, re.compile(r"[A-Za-z0-9][A-Za-z0-9_. -]{0,99}\Z")
+    events = [event for wait in found.waits for event in (wait.first, wait.then)]
     fits = {
         "another format": found.format == FORMAT,
         "no laps": found.repeat > 0,
-        "other robots than named": sorted(order) == sorted(found.robots) and bool(order) and all(map(named.match, order)),
+        "other robots than named": sorted(order) == sorted(robots) and bool(order) and all(map(named.match, order)),
         "a shape without parts": all(shape.parts and all(shape.parts) for shape in shapes),
         "a form that is not symmetric": all(m == tuple(zip(*m, strict=True)) for m in matrices),
-        "a hoop without a normal": all(any(s.ring.normal) for s in found.regions.values() if s.ring),
-        "an opening of no hoop": all(set(s.openings or ()) <= hoops for s in found.obstacles.values()),
-        "words of other robots": set(found.words) in (set(), set(found.robots)),
-        "a wait for no visit": all(
-            name in found.robots and visit < len(found.robots[name].visits)
-            for w in found.waits
-            for name, visit in (w.first, w.then)
-        ),
+        "a hoop without a normal": all(any(ring.normal) for ring in hoops.values()),
+        "an opening of no hoop": all(set(shape.openings or ()) <= hoops.keys() for shape in shapes),
+        "words of other robots": set(found.words) in (set(), set(robots)),
+        "a wait for no visit": all(name in robots and visit < len(robots[name].visits) for name, visit in events),
     }
-    for name, robot in found.robots.items():
-        states = {robot.initial, *(one.after for one in (*robot.actions, *robot.changes))}
+    for name, robot in robots.items():
+        states, visits = {robot.initial, *(one.after for one in (*robot.actions, *robot.changes))}, robot.visits
         fits |= {
-            f"laps of {name} where there are none, or none": {robot.cycle is not None, robot.cycle_visit is not None}
-            == {found.lasso},
-            f"a visit of {name} that cannot be": all(
-                visit.region in (hoops if visit.direction else found.regions) for visit in robot.visits
-            ),
-            f"an action of {name} at no visit": all(one.visit < len(robot.visits) for one in robot.changes),
+            f"laps of {name} where there are none, or none": {robot.cycle is None, robot.cycle_visit is None}
+            == {not found.lasso},
+            f"a visit of {name} that cannot be": all(v.region in (hoops if v.direction else regions) for v in visits),
+            f"an action of {name} at no visit": all(one.visit < len(visits) for one in robot.changes),
             f"a state that {name} does not have": states <= set(robot.states),
+            f"other limits of {name} on its ways": all(
+                {*leg} <= {"speed", "acceleration"} for leg in robot.limits.legs.values()
+            ),
         }
     for fault, is_well in fits.items():
-        if not is_well:
-            raise Refused(f"statement.json has {fault}.")
-    return replace(found, robots={name: found.robots[name] for name in order})
+        require(is_well, f"statement.json has {fault}.")
+    return found._replace(robots={name: robots[name] for name in order})

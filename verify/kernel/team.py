@@ -17,71 +17,67 @@ beginning of a window and the next: what is possible in between is possible at t
 from __future__ import annotations
 
 import json
+import math
 from bisect import bisect_left, bisect_right
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
-from itertools import accumulate, pairwise, product
+from itertools import chain, pairwise, product
 from typing import TypeVar
 
 from .formulas import Letter, Table, Tree
-from .labels import Relations, Timeline
-from .places import Places, places_of
-from .refused import Refused
-from .statement import Statement
+from .places import Places
+from .refused import require
+from .statement import ZERO, Statement
 
 MOST_MOVES = 20_000
 """Ways in which robots may go on at one instant."""
-
 MOST_LETTERS = 64
 """Letters of the team that are possible at one place."""
 
 At = tuple[int, ...]
-Step = tuple[Letter | None, At, int]
-"""What is read, if anything; then where the robots are, and who was read, as bits."""
-
+State = tuple[At, int]
+"""Places of the robots that are followed, and who of them was read since its letter changed, as bits."""
+Step = tuple[Letter | None, State]
+"""What is read, if anything, and what is then."""
+Event = tuple[str, int]
+"""A robot, and the number of the place that it comes to."""
+Find = Callable[[str, frozenset[str]], Places]
+"""Returns one robot's places, of letters cut down to some names."""
 _T = TypeVar("_T")
 
 
 class Claim:
     """One conjunct, and the team of which it is claimed.
 
-    Args:
-        statement: Has the regions, and how words are read.
-        timelines: One for each robot.
-        relations: Letters that they exclude are left out.
-        tree: The conjunct.
-
-    Attributes:
-        table: Its negation.
-        robots: All robots' names.
-        names: Names that it asks of letters.
-        groups: By what is counted, and whose letter it is if not everybody's: numbers of propositions, and how many robots each asks for.
+    Its places are found by `find`; `lap` is when a lap begins and ends, None for finite flights; of two events that are waited for, the second
+    one comes after the first one, not with it. `names` are asked of letters, `shown` are all names that robots show. `groups` has, by what is
+    counted, and whose letter it is if not everybody's, numbers of propositions, and how many robots each asks for.
     """
 
-    def __init__(self, statement: Statement, timelines: Mapping[str, Timeline], relations: Relations, tree: Tree) -> None:
-        self.statement, self.relations = statement, relations
-        self.timelines = timelines
-        self.robots = tuple(statement.robots)
-        self.joint = statement.joint
-        self.regions = frozenset(statement.regions)
-        self.table = Table(tree, self.regions)
-        self._counted = {one.counted: Table(json.loads(one.counted), self.regions) for one in self.table.propositions}
-        if not all(one.is_combination for one in self._counted.values()):
-            raise Refused("what is counted is no combination of names")
-        self.names = frozenset(p.name for one in self._counted.values() for p in one.propositions)
-        internal = {name for robot in statement.robots.values() for shown in robot.states.values() for name in shown}
-        if unknown := self.names - self.regions - internal:
-            raise Refused(f"the formula names {min(unknown)[:60]!r}, which no robot shows")
-        if strange := {p.robot for p in self.table.propositions} - {"", *self.robots}:
-            raise Refused(f"the formula names robot {min(strange)[:60]!r}, which there is not")
-        if not self.joint and any(one.robot or one.least != 1 or not one.name for one in self.table.propositions):
-            raise Refused("the formula counts robots that are read one by one")
-        if set(timelines) != set(self.robots) or len({(line.duration, line.cycle) for line in timelines.values()}) != 1:
-            raise Refused("the robots' flights do not last equally long")
-        if any((line.cycle is not None) != statement.lasso for line in timelines.values()):
-            raise Refused("the trace is infinite, and flights have no laps, or the other way round")
+    lap: tuple[Fraction, Fraction] | None = None
+    waits: Sequence[tuple[Event, Event]] = ()
+
+    def __init__(self, statement: Statement, tree: Tree, find: Find) -> None:
+        self.robots, self.joint, self._find = tuple(statement.robots), statement.joint, find
+        self.error = statement.clock_error if len(self.robots) > 1 else ZERO
+        self.table = Table(tree, statement.regions)
+        asked = self.table.propositions
+        self._counted = {one.counted: Table(json.loads(one.counted), statement.regions) for one in asked}
+        propositions = [p for one in self._counted.values() for p in one.propositions]
+        plain = all(p.name for p in propositions) and not any(map(Table.has_untils, self._counted.values()))
+        require(plain, "what is counted is no combination of names")
+        self.names, internal = (
+            frozenset(p.name for p in propositions),
+            (one.states.values() for one in statement.robots.values()),
+        )
+        self.shown = frozenset(statement.regions).union(*chain.from_iterable(internal))
+        unknown, strange = [*self.names - self.shown, ""][0], [*{p.robot for p in asked} - {"", *self.robots}, ""][0]
+        require(not unknown, f"the formula names {unknown[:60]!r}, which no robot shows")
+        require(not strange, f"the formula names robot {strange[:60]!r}, which there is not")
+        one_by_one = all(not one.robot and one.least == 1 and one.name for one in asked)
+        require(self.joint or one_by_one, "the formula counts robots that are read one by one")
         self.groups: dict[tuple[str, str], list[tuple[int, int]]] = {}
-        for number, one in enumerate(self.table.propositions):
+        for one, number in asked.items():
             self.groups.setdefault((one.counted, one.robot), []).append((number, one.least))
         self._places: dict[tuple[str, frozenset[str]], Places] = {}
 
@@ -92,96 +88,67 @@ class Claim:
     def places(self, robot: str, names: frozenset[str]) -> Places:
         """Return one robot's places, of letters cut down to some names."""
         if (robot, names) not in self._places:
-            self._places[robot, names] = places_of(self.timelines[robot], names, self.regions, self.relations)
+            self._places[robot, names] = self._find(robot, names)
         return self._places[robot, names]
-
-    def team(self, followed: Sequence[str], more: frozenset[str] = frozenset()) -> Team:
-        """Return the team's moves, with some robots followed.
-
-        Args:
-            followed: Their names.
-            more: Names that letters are cut down to besides the formula's.
-        """
-        error = self.statement.clock_error if len(self.robots) > 1 else Fraction(0)
-        places = {robot: self.places(robot, self.names | more) for robot in self.robots}
-        return self.made([places[robot] for robot in followed], [p for r, p in places.items() if r not in followed], error)
-
-    def made(self, followed: Sequence[Places], others: Sequence[Places], error: Fraction) -> Team:
-        """Return the moves of a team.
-
-        Args:
-            followed: Places of robots that are followed.
-            others: Places of all others.
-            error: How far two clocks may be apart, s.
-        """
-        return Team(self, followed, others, error)
 
 
 class Team:
     """All that a team may do, in spans of time.
 
-    Attributes:
-        claim: What is claimed of it.
-        followed: Places of the robots that are followed.
-        size: Number of spans.
-        back: Of laps the span to which the last one hands over.
+    `names` are the robots that are followed, `more` names that letters are cut down to besides the formula's. `size` is the number of spans, `back`
+    of laps the span to which the last one hands over.
     """
 
-    def __init__(self, claim: Claim, followed: Sequence[Places], others: Sequence[Places], error: Fraction) -> None:
-        self.claim, self.followed = claim, tuple(followed)
-        lines = [*followed, *others]
-        lows = {low - error for places in lines for low, _ in places.windows}
-        highs = {high + error for places in lines for _, high in places.windows}
-        self._fine = claim.joint and any(len(set(places.letters)) > 1 for places in others)
-        times = lows | highs if self._fine else lows
-        lap: tuple[Fraction, Fraction] | None = None
-        line = next(iter(claim.timelines.values()))
-        if line.cycle is not None:
-            length = line.duration - line.cycle
-            if 2 * error >= length:
-                raise Refused("two clocks may be half a lap apart")
-            lap = line.cycle + length / 2, line.duration + length / 2
-            times |= set(lap)
-        ordered = sorted(time for time in times if lap is None or time <= lap[1])
+    def __init__(self, claim: Claim, names: Sequence[str], more: frozenset[str] = frozenset()) -> None:
+        self.claim, lines = claim, {robot: claim.places(robot, claim.names | more) for robot in claim.robots}
+        self.followed, others = [lines[robot] for robot in names], [lines[robot] for robot in lines if robot not in names]
+        windows = [window for places in lines.values() for window in places.windows]
+        lows, highs = {low - claim.error for low, _ in windows}, {high + claim.error for _, high in windows}
+        fine = claim.joint and any(len(set(places.letters)) > 1 for places in others)
+        begin, end = claim.lap or (ZERO, ZERO)
+        middle, last = (begin + end) / 2, end + (end - begin) / 2
+        require(not claim.lap or 2 * claim.error < end - begin, "two clocks may be half a lap apart")
+        times = {*lows, *(highs if fine else ()), *((middle, last) if claim.lap else ())}
+        ordered = sorted(time for time in times if not claim.lap or time <= last)
         spans = [(t, t) for t in ordered[:1]]
         for before, after in pairwise(ordered):
-            spans += [(before, after), (after, after)] if self._fine else [(after, after)]
-        if lap is not None:
+            spans += [(before, after), (after, after)] if fine else [(after, after)]
+        if claim.lap:
             spans.pop()  # which begins in the middle of the second lap
-        self.size = len(spans)
-        self.back = None if lap is None else spans.index((lap[0], lap[0]))
+        self.size, self.back = len(spans), spans.index((middle, middle)) if claim.lap else None
         self._lefts, self._rights = [left for left, _ in spans], [right for _, right in spans]
-        self._error = error
-        self._when = [[self._spans_of(low, high) for low, high in places.windows] for places in self.followed]
+        self._when = [[self._spans_of(window) for window in places.windows] for places in self.followed]
         self._shown = [] if claim.joint else self._show(others)
         self._numbers = [self._count(text, robot, others) for text, robot in claim.groups] if claim.joint else []
+        index = {robot: number for number, robot in enumerate(names)}
+        both = [(a, b) for a, b in claim.waits if a[0] in index and b[0] in index]
+        self._waits = [(index[first], i, index[then], j) for (first, i), (then, j) in both]
 
-    def _spans_of(self, low: Fraction, high: Fraction) -> tuple[int, int]:
-        """Return the first and the last span in which a window, not yet widened, is open."""
-        return bisect_left(self._lefts, low - self._error), bisect_right(self._rights, high + self._error) - 1
+    def _spans_of(self, window: tuple[Fraction, Fraction]) -> range:
+        """Return the spans in which a window, not yet widened, is open."""
+        low, high = window[0] - self.claim.error, window[1] + self.claim.error
+        return range(bisect_left(self._lefts, low), bisect_right(self._rights, high))
 
     def _show(self, others: Sequence[Places]) -> list[set[Letter]]:
         """Return for each span what others may show when they are read by themselves."""
         found: list[set[Letter]] = [set() for _ in range(self.size)]
         for places in others:
             for shown, window in zip(places.letters, places.windows, strict=True):
-                first, last = self._spans_of(*window)
-                for here in found[first : last + 1]:
-                    here.add(self.claim.table.letter_of(shown))
+                for span in self._spans_of(window):
+                    found[span].add(self.claim.table.letter_of(shown))
         return found
 
     def _count(self, text: str, robot: str, others: Sequence[Places]) -> list[tuple[int, int]]:
         """Return for each span how many others (of one robot, if it is named) must and how many may satisfy a combination."""
-        counted = [places for places in others if robot in ("", places.robot)]
-        must, may = [len(counted), *[0] * self.size], [0] * (self.size + 1)
-        for places in counted:
-            for wanted, change, sign in ((True, may, 1), (False, must, -1)):
-                shown = zip(places.letters, places.windows, strict=True)
-                open_ = [self._spans_of(*window) for letter, window in shown if self.claim.satisfies(letter, text) == wanted]
-                for first, last in _joined(open_):
-                    change[first] += sign
-                    change[last + 1] -= sign
-        return list(zip(accumulate(must), accumulate(may), strict=True))
+        found = [(0, 0)] * self.size
+        for places in (one for one in others if robot in ("", one.robot)):
+            may, may_not = [False] * self.size, [False] * self.size
+            for shown, window in zip(places.letters, places.windows, strict=True):
+                kind = may if self.claim.satisfies(shown, text) else may_not
+                for span in self._spans_of(window):
+                    kind[span] = True
+            found = [(must + (not b), most + a) for (must, most), a, b in zip(found, may, may_not, strict=True)]
+        return found
 
     def _letters(self, span: int, at: At) -> list[Letter]:
         """Return what the team may show together."""
@@ -190,98 +157,62 @@ class Team:
         for ((text, robot), levels), numbers in zip(self.claim.groups.items(), self._numbers, strict=True):
             own = sum(robot in ("", name) and self.claim.satisfies(letter, text) for name, letter in shown)
             least, most = numbers[span]
-            if least > most:
-                raise Refused("the robots' labels contradict each other")
+            require(least <= most, "the robots' labels contradict each other")
             holding = {frozenset(n for n, k in levels if total >= k): None for total in range(own + least, own + most + 1)}
             choices.append(list(holding))
         return [frozenset[int]().union(*chosen) for chosen in _bounded(choices, MOST_LETTERS)]
 
-    def _is_open(self, robot: int, place: int, span: int) -> bool:
-        """Return whether a robot may be at a place in a span."""
-        first, last = self._when[robot][place]
-        return first <= span <= last
+    def begin(self) -> list[Step]:
+        """Return how the flight may begin."""
+        return [
+            step for at in _bounded([one.initial for one in self.followed], MOST_MOVES) for step in self._entered(0, (at, 0))
+        ]
 
-    def begin(self) -> Iterator[Step]:
-        """Yield how the flight may begin."""
-        for at in _bounded([places.initial for places in self.followed], MOST_MOVES):
-            yield from self._entered(0, tuple(at), 0)
+    def _entered(self, span: int, state: State) -> list[Step]:
+        if not all(span in when[place] for when, place in zip(self._when, state[0], strict=True)):
+            return []
+        return [(letter, state) for letter in (self._letters(span, state[0]) if self.claim.joint else [None])]
 
-    def _entered(self, span: int, at: At, read: int) -> Iterator[Step]:
-        if all(self._is_open(robot, place, span) for robot, place in enumerate(at)):
-            if not self.claim.joint:
-                yield None, at, read
-            else:
-                for letter in self._letters(span, at):
-                    yield letter, at, read
+    def moves(self, span: int, state: State) -> Iterator[Step]:
+        """Yield what may happen within a span; who waits comes to its place when what it waits for was over before."""
+        at = state[0]
+        for step in (self._joint_moves if self.claim.joint else self._own_moves)(span, state):
+            if not any(at[then] < j == step[1][0][then] and at[first] < i for first, i, then, j in self._waits):
+                yield step
 
-    def moves(self, span: int, at: At, read: int) -> Iterator[Step]:
-        """Yield what may happen within a span.
+    def _joint_moves(self, span: int, state: State) -> Iterator[Step]:
+        every = zip(self.followed, self._when, state[0], strict=True)
+        options = [[place, *(t for t in places.following[place] if span in when[t])] for places, when, place in every]
+        return ((letter, (then, 0)) for then in _bounded(options, MOST_MOVES) for letter in self._letters(span, then))
 
-        Args:
-            span: Its number.
-            at: Where the robots that are followed are.
-            read: Who of them was read since its letter changed, as bits.
-        """
-        if self.claim.joint:
-            options: list[list[int]] = []
-            for robot, (places, place) in enumerate(zip(self.followed, at, strict=True)):
-                options.append([place, *(t for t in places.following[place] if self._is_open(robot, t, span))])
-            for then in _bounded(options, MOST_MOVES):
-                for letter in self._letters(span, tuple(then)):
-                    yield letter, tuple(then), 0
-            return
+    def _own_moves(self, span: int, state: State) -> Iterator[Step]:
+        at, read = state
         for letter in self._shown[span]:
-            yield letter, at, read
+            yield letter, state
         for robot, (places, place) in enumerate(zip(self.followed, at, strict=True)):
-            yield self.claim.table.letter_of(places.letters[place]), at, read | 1 << robot
+            yield self.claim.table.letter_of(places.letters[place]), (at, read | 1 << robot)
             for target in places.following[place]:
                 changed = places.changed(place, target)
-                if self._is_open(robot, target, span) and (not changed or read >> robot & 1):
-                    then = (*at[:robot], target, *at[robot + 1 :])
-                    yield None, then, read & ~(1 << robot) if changed else read
+                if span in self._when[robot][target] and (not changed or read >> robot & 1):
+                    yield None, ((*at[:robot], target, *at[robot + 1 :]), read & ~(1 << robot) if changed else read)
 
-    def handed(self, span: int, at: At, read: int) -> tuple[int, list[Step]]:
-        """Return the next span, of the last one of laps that in the lap before, and how a configuration comes there.
-
-        Args:
-            span: The span before.
-            at: Where the robots that are followed are.
-            read: Who of them was read since its letter changed, as bits.
-        """
-        if span + 1 < self.size:
-            return span + 1, list(self._entered(span + 1, at, read))
-        assert self.back is not None
-        if any(places.slots[place].lap != 2 for places, place in zip(self.followed, at, strict=True)):
+    def handed(self, span: int, state: State) -> tuple[int, list[Step]]:
+        """Return the next span, of the last one of laps that in the lap before, and how a state comes there."""
+        if span + 1 < self.size or self.back is None:
+            return span + 1, self._entered(span + 1, state)
+        if any(places.laps[place] != 2 for places, place in zip(self.followed, state[0], strict=True)):
             return self.back, []
-        at = tuple(place - places.shift for places, place in zip(self.followed, at, strict=True))
-        return self.back, list(self._entered(self.back, at, read))
+        before = tuple(place - places.shift for places, place in zip(self.followed, state[0], strict=True))
+        return self.back, self._entered(self.back, (before, state[1]))
 
-    def may_end(self, at: At, read: int) -> bool:
+    def may_end(self, state: State) -> bool:
         """Return whether the flight may end so."""
-        everyone = self.claim.joint or read == (1 << len(self.followed)) - 1
-        return everyone and all(place in places.final for places, place in zip(self.followed, at, strict=True))
-
-
-def _joined(spans: list[tuple[int, int]]) -> list[tuple[int, int]]:
-    """Return ranges put together where they touch; without those that are empty."""
-    found: list[tuple[int, int]] = []
-    for first, last in sorted(span for span in spans if span[0] <= span[1]):
-        if found and first <= found[-1][1] + 1:
-            found[-1] = found[-1][0], max(last, found[-1][1])
-        else:
-            found.append((first, last))
-    return found
+        everyone = self.claim.joint or state[1] == (1 << len(self.followed)) - 1
+        return everyone and all(place in places.final for places, place in zip(self.followed, state[0], strict=True))
 
 
 def _bounded(options: Sequence[Sequence[_T]], most: int) -> Iterator[tuple[_T, ...]]:
-    """Yield all ways to choose one of each.
-
-    Raises:
-        Refused: They are too many.
-    """
-    count = 1
-    for choices in options:
-        count *= len(choices)
-    if count > most:
-        raise Refused("not covered by the kernel: too many robots may change their letters at one instant")
+    """Return all ways to choose one of each, which have to be few."""
+    few = math.prod(map(len, options)) <= most
+    require(few, "not covered by the kernel: too many robots may change their letters at one instant")
     return product(*options)

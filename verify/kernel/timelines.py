@@ -1,177 +1,377 @@
-"""Times at which a robot must be in each region, and must not; its stays there, which are its visits; and when it acts.
+"""One robot's flight: when it must be in each region, and must not; its stays there, which are its visits; its actions, passages and waits.
 
-All of it is said of every path that stays within the margin of the robot's own at every time.
+All of it is said of every path that stays within the margin of the robot's own at every time. Of a lasso, rows of spans are *unrolled*
+where visits are compared: prefix and three laps, times going on, of which the first two show all that the later ones repeat.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
-from itertools import pairwise
+from functools import cached_property
+from itertools import dropwhile, pairwise
+from typing import Any, NamedTuple
 
-from .bodies import Body
-from .flights import Path
-from .labels import Row, Span
-from .refused import Refused
-from .trees import Cell, Marks, leaves
+from .flights import Path, Segment
+from .polynomials import Bernstein
+from .refused import require
+from .statement import ZERO, Statement, Visit, Wait
+from .trees import Cell, Evidence, leaves
+from .zones import Bridge, Hoop, along, region
 
-_MARKS = {"n": "no", "m": "must", "?": "may"}
+LAPS = 3
+_MARKS = {"n": "no", "m": "must", "?": "may", "r": "rise", "f": "fall"}
 _AROUND = {"rise": ("no", "must"), "fall": ("must", "no")}
+Window = tuple[Fraction, Fraction]
 
 
-@dataclass(frozen=True, slots=True)
-class Stay:
-    """A time in a region: not before `start`, and not after `stop`; in it for sure in the spans `must`, and else perhaps."""
+class Span(NamedTuple):
+    """A closed time with one status: `no` and `must` hold at every instant of it, ends included; in `may` anything happens.
 
-    region: str
+    A `rise` is exactly one change from `no` to `must` at an unknown instant, between a `no` and a `must`; a `fall` the other way.
+    """
+
     start: Fraction
     stop: Fraction
+    mark: str
+
+
+Row = tuple[Span, ...]
+"""Spans over a whole flight, one after another. Between a `no` and a `must` there is another one, if only of an instant."""
+
+
+class Timeline(NamedTuple):
+    """Labels of one robot until the team's flight, or its first lap, ends: in regions, and internal ones, which change at exact instants.
+
+    `cycle` is when the lap begins; None for a finite flight.
+    """
+
+    robot: str
+    duration: Fraction
+    rows: Mapping[str, Row]
+    internal: frozenset[str]
+    actions: tuple[tuple[Fraction, frozenset[str]], ...]
+    cycle: Fraction | None
+
+
+class Stay(NamedTuple):
+    """A time in a region: not before `start`, and not after `stop`; in it for sure in the spans `must`."""
+
+    start: Fraction
+    stop: Fraction
+    region: str
     must: list[Span]
 
-    @property
-    def sure(self) -> list[Span]:
-        """Spans in which it is in the region for sure.
-
-        Raises:
-            Refused: There is none.
-        """
-        if not self.must:
-            raise Refused(f"a stay in {self.region} may miss the region")
-        return self.must
+    def surely_holds(self, start: Fraction, stop: Fraction) -> bool:
+        """Return whether it is in the region for sure all the while."""
+        return any(span.start <= start and stop <= span.stop for span in self.must)
 
 
-def spans(path: Path, body: Body, marks: Marks) -> Row:
-    """Return a region's spans along a path, as its trees say.
-
-    Args:
-        path: The path.
-        body: The region.
-        marks: Evidence.
-
-    Raises:
-        Refused: A tree says what is not so.
+def settled(row: Sequence[Span]) -> Row:
+    """Join neighbours that are alike; make a `may` of an instant that differs from what is around it, and of a change that no `no` and
+    `must` are around; part those.
     """
-    found: list[tuple[Fraction, str]] = []
-    for segment in path.segments:
-        if body.is_far(segment):
-            parts = [(segment.start, "no")]
-        else:
-            parts = [
-                (
-                    segment.time(one.start),
-                    body.crossing(one.part.rows) if one.mark == "c" and isinstance(one.part, Cell) else _MARKS[one.mark],
-                )
-                for one in leaves(body.along(segment), marks)
-            ]
-        for start, mark in parts:
-            if not found or found[-1][1] != mark:
-                found.append((start, mark))
-    stops = [*(start for start, _ in found[1:]), path.segments[-1].stop]
-    return _settled([Span(start, stop, mark) for (start, mark), stop in zip(found, stops, strict=True)])
-
-
-def _settled(row: list[Span]) -> Row:
-    """Make a `may` of an instant that differs from what is around it, and of a change that no `no` and `must` are around; part those."""
+    joined: list[Span] = []
+    for span in row:
+        start = joined.pop().start if joined and joined[-1].mark == span.mark else span.start
+        joined.append(Span(start, span.stop, span.mark))
     found: list[Span] = []
-    marks = ["", *(span.mark for span in row), ""]
-    for span, before, after in zip(row, marks, marks[2:], strict=False):
-        mark = span.mark
-        if (span.start == span.stop and len(row) > 1) or _AROUND.get(mark, (before, after)) != (before, after):
+    marks = ["", *(span.mark for span in joined), ""]
+    for (start, stop, mark), before, after in zip(joined, marks, marks[2:], strict=False):
+        if (start == stop and len(joined) > 1) or _AROUND.get(mark, (before, after)) != (before, after):
             mark = "may"
         if found and {found[-1].mark, mark} == {"no", "must"}:
-            found.append(Span(span.start, span.start, "may"))
+            found.append(Span(start, start, "may"))
         if found and found[-1].mark == mark:
-            found[-1] = Span(found[-1].start, span.stop, mark)
-        else:
-            found.append(Span(span.start, span.stop, mark))
+            start = found.pop().start
+        found.append(Span(start, stop, mark))
     return tuple(found)
 
 
-def two_laps(row: Row, knot: Fraction | None) -> Row:
-    """Return the spans of a lasso's prefix and of two laps, times going on; of no lasso the spans."""
-    if knot is None:
-        return row
-    later = row[-1].stop - knot
-    again = [Span(max(span.start, knot) + later, span.stop + later, span.mark) for span in row if span.stop > knot]
-    return _settled([*row, *again])
-
-
 def stays(rows: Mapping[str, Row]) -> list[Stay]:
-    """Return the stays in regions, in order of their starts."""
+    """Return the stays in regions."""
     found: list[Stay] = []
-    for region, row in rows.items():
+    for name, row in rows.items():
         run: list[Span] = []
         for span in (*row, Span(row[-1].stop, row[-1].stop, "no")):
             if span.mark != "no":
                 run.append(span)
             elif run:
-                found.append(Stay(region, run[0].start, run[-1].stop, [s for s in run if s.mark == "must"]))
+                found.append(Stay(run[0].start, run[-1].stop, name, [s for s in run if s.mark == "must"]))
                 run = []
-    return sorted(found, key=lambda stay: (stay.start, stay.stop, stay.region))
+    return found
 
 
-@dataclass(frozen=True, slots=True)
-class Visits:
-    """A robot's planned visits as it makes them.
-
-    There is a stay for each planned visit. `flown` are the stays of a lasso's prefix and two laps, times going on, else the same; `lap` is
-    the number of the first visit that begins in the lap, `extra` the stay in which the flight begins, where that is no visit.
-    """
-
-    stays: list[Stay]
-    flown: list[Stay]
-    lap: int | None
-    extra: Stay | None
+def planned_stays(planned: Sequence[Visit], found: list[Stay]) -> tuple[list[Stay], list[Stay]]:
+    """Return the stay in which a robot begins, if that is no visit, and then the stay of each planned visit."""
+    wanted = [visit.region for visit in planned]
+    begins = int(bool(found) and found[0].start == 0 and len(found) == len(wanted) + 1)
+    shown = ", ".join(stay.region for stay in found[:20]) or "none"
+    require([stay.region for stay in found[begins:]] == wanted, f"it makes other visits than planned: {shown}")
+    return found[:begins], found[begins:]
 
 
-def visits(path: Path, rows: Mapping[str, Row]) -> Visits:
-    """Hold the k-th planned visit against the k-th stay; a stay at time 0 for which there is none is where the robot starts.
+class Course:
+    """One robot's path, and what follows from it and the evidence."""
 
-    Raises:
-        Refused: They differ, or a stay is nowhere in its region for sure, or laps begin with another visit.
-    """
-    wanted, found = [visit.region for visit in path.robot.visits], stays(rows)
-    extra = found.pop(0) if found and found[0].start == 0 and len(found) == len(wanted) + 1 else None
-    if [stay.region for stay in found] != wanted:
-        raise Refused(f"the flight makes other visits than planned: {', '.join(stay.region for stay in found[:20]) or 'none'}")
-    if missed := [stay.region for stay in found if not stay.must]:
-        raise Refused(f"a visit of {missed[0]} may miss the region")
-    if path.lap is None:
-        return Visits(found, found, None, extra)
-    flown = stays({region: two_laps(row, path.lap) for region, row in rows.items()})[(extra is not None) :]
-    lap = 2 * len(wanted) - len(flown)
-    if lap != path.robot.cycle_visit or [stay.region for stay in flown] != wanted + wanted[lap:]:
-        raise Refused("its laps begin with another visit than planned")
-    return Visits(found, flown, lap, extra)
+    def __init__(self, statement: Statement, path: Path, evidence: Evidence) -> None:
+        self.statement, self.path, self.evidence = statement, path, evidence
+        self.name, self.robot, self.lap = path.name, path.robot, path.lap
+        self.end = path.segments[-1].stop
+        self.length = ZERO if path.lap is None else self.end - path.lap
+
+    def cells(self, name: str, margin: Fraction) -> list[Cell]:
+        """Return claims about a region at a margin; without one, it may be crossed once."""
+        bridges: Any = self.evidence.get(f"bridges/{name}", tuple[Bridge, ...] | None)
+        rules = region(self.statement.regions[name], margin, bridges or ())
+        crossed = () if margin else [form for part in rules["n"][0] for form, _, _ in part]
+        return [Cell(segment.sum, rules, crossed) for segment in self.path.segments]
+
+    def _row(self, kind: str, name: str, margin: Fraction) -> Row:
+        marks, found = self.evidence.marks(f"{kind}/{self.name}/{name}"), list[tuple[Fraction, str]]()
+        for segment, cell in zip(self.path.segments, self.cells(name, margin), strict=True):
+            found += [(segment.time(start), mark) for start, mark, _ in leaves(cell, marks)]
+        return self.spans(found)
+
+    def spans(self, found: Sequence[tuple[Fraction, str]]) -> Row:
+        """Return spans of marks, each from its time to the next one's."""
+        stops = [*(start for start, _ in found[1:]), self.end]
+        return settled([Span(start, stop, _MARKS[mark]) for (start, mark), stop in zip(found, stops, strict=True)])
+
+    @cached_property
+    def rows(self) -> dict[str, Row]:
+        """Spans of each region."""
+        return {name: self._row("inside", name, self.statement.margin) for name in self.statement.regions}
+
+    def unrolled(self, row: Row) -> Row:
+        """Return the spans of a lasso's prefix and laps; of no lasso the spans."""
+        again, lap = range(1, LAPS if self.length else 1), self.lap or ZERO
+        return settled(
+            [
+                *row,
+                *(
+                    Span(max(a, lap) + k * self.length, b + k * self.length, mark)
+                    for k in again
+                    for a, b, mark in row
+                    if b > lap
+                ),
+            ]
+        )
+
+    @cached_property
+    def _stays(self) -> tuple[list[Stay], list[Stay]]:
+        return planned_stays(self.robot.visits, sorted(stays(self.rows)))
+
+    @property
+    def stays(self) -> list[Stay]:
+        """A stay for each planned visit, held against it in order."""
+        missed = [stay.region for stay in self._stays[1] if not stay.must]
+        require(not missed, f"a visit of {', '.join(missed)} may miss the region")
+        return self._stays[1]
+
+    @cached_property
+    def flown(self) -> list[Stay]:
+        """Stays of a lasso's prefix and laps."""
+        first, found = self.stays, sorted(stays({name: self.unrolled(row) for name, row in self.rows.items()}))
+        cycle = len(first) if self.robot.cycle_visit is None else self.robot.cycle_visit
+        found, wanted = found[len(self._stays[0]) :], [stay.region for stay in first]
+        alike = [stay.region for stay in found] == wanted + wanted[cycle:] * (LAPS - 1) and all(stay.must for stay in found)
+        require(alike, "its laps begin with another visit than planned")
+        return found
+
+    def _in_lap(self, visit: int) -> bool:
+        """Return whether every lap makes a visit."""
+        return self.robot.cycle_visit is not None and visit >= self.robot.cycle_visit
+
+    def _number(self, visit: int, lap: int) -> int:
+        """Return which of those that are flown a visit is in some lap, the first one 0; one before the laps is there once."""
+        return visit + lap * self._in_lap(visit) * (len(self.stays) - (self.robot.cycle_visit or 0))
+
+    def _is_aside(self, start: Fraction, stop: Fraction, visit: int) -> bool:
+        """Return whether something of a visit is on the right side of where the lap begins."""
+        return self.lap is None or (start > self.lap if self._in_lap(visit) else stop < self.lap)
+
+    @cached_property
+    def timeline(self) -> Timeline:
+        """Labels over time; its changes of the internal state are permitted, in order, each in its region for sure."""
+        state = at_lap = self.robot.initial
+        last: tuple[Fraction, int] = (Fraction(-1), 0)
+        permitted = {(action.before, action.after, action.at) for action in self.robot.actions}
+        flown = self.flown  # which are the planned visits
+        for before, after, visit, time in self.robot.changes:
+            stay = flown[visit]
+            allowed = before == state and (before, after, stay.region) in permitted
+            require(allowed, f"{before} may not become {after} in {stay.region}")
+            require(time > last[0] and visit >= last[1], "its actions are not in the order of its visits")
+            within = self.stays[visit].surely_holds(time, time)
+            require(within, f"its action at {float(time):.4f} s may be outside {stay.region}")
+            require(self._is_aside(time, time, visit), "an action is on the wrong side of where the lap begins")
+            state, last = after, (time, visit)
+            at_lap = at_lap if self._in_lap(visit) else state
+        require(self.lap is None or at_lap == state, "a lap ends in another internal state than it begins in")
+        states = self.robot.states
+        actions = tuple((deed.time, states[deed.after]) for deed in self.robot.changes)
+        return Timeline(self.name, self.end, self.rows, states[self.robot.initial], actions, self.lap)
+
+    # Passages of openings. A passage is a time before which the path is more than the margin on one side of the opening's plane, and after which
+    # it is on the other; all the while it is inside the opening by the margin and the radius. At other times no point within the margin is in it.
+
+    def passages(self) -> str:
+        """Return all passages, which have to be the planned ones, in order, each while its visit must be in the region, and those of the sequence."""
+        hoops = [name for name, shape in self.statement.regions.items() if shape.ring]
+        every = sorted(one for name in hoops for one in self._passages(name))  # from when to when, s, which hoop, and which way
+        shown = " ".join(hoop + way for _, _, hoop, way in every) or "none"
+        wanted = [(number, visit) for number, visit in enumerate(self.robot.visits) if visit.direction]
+        planned = [(hoop, way) for _, _, hoop, way in every] == [(visit.region, visit.direction) for _, visit in wanted]
+        require(planned, f"it passes {shown[:200]}, which is not planned")
+        require(all(a[1] < b[0] for a, b in pairwise(every)), "two of its passages cannot be told apart in time")
+        words: tuple[list[tuple[str, str]], list[tuple[str, str]]] = ([], [])
+        for (number, _), (start, stop, hoop, way) in zip(wanted, every, strict=True):
+            require(self.stays[number].surely_holds(start, stop), f"its visit of {hoop} may not contain the passage")
+            require(self._is_aside(start, stop, number), "a passage is on the wrong side of where the lap begins")
+            words[self._in_lap(number)].append((hoop, way))
+        if self.statement.sequence is not None:
+            prefix, cycle = self.statement.sequence
+            alike = _letters(*words) == _letters(prefix, cycle or ()) and bool(words[1]) == bool(cycle)
+            require(alike, f"it passes {shown[:200]}, which is not the mission's sequence")
+        return shown
+
+    def _passages(self, name: str) -> Iterator[tuple[Fraction, Fraction, str, str]]:
+        hoop, marks = Hoop(self.statement.regions[name]), self.evidence.marks(f"openings/{self.name}/{name}")
+        far, begin = self.statement.margin * hoop.high, ZERO
+        sides: list[Bernstein] = []  # D on leaves, since the path was far from the opening
+        rules = hoop.opening(self.statement.margin, self.robot.radius)
+        for segment, cell in zip(self.path.segments, along(self.path, rules), strict=True):
+            for start, mark, part in leaves(cell, marks):
+                time = segment.time(start)
+                require(mark != "?", f"the path may be near the opening of {name} and not inside it")
+                if mark == "i" and isinstance(part, Cell):
+                    begin = begin if sides else time
+                    sides.append(part.row(hoop.along))
+                elif sides:
+                    forward = sides[-1].ends()[1] > 0
+                    over = [row if forward else Bernstein([-n for n in row.numbers], row.unit) for row in sides]
+                    passes = over[0].ends()[0] < -far <= far < over[-1].ends()[1]
+                    require(passes, f"the path may enter the opening of {name} without passing it")
+                    # leaves before the far side is reached, leaves in which D never falls, and leaves after which the near side is not
+                    later = dropwhile(
+                        lambda row: row.numbers == sorted(row.numbers), dropwhile(lambda row: row.at_most(far), over)
+                    )
+                    require(all(row.at_least(-far) for row in later), f"the path may pass the opening of {name} more than once")
+                    yield begin, time, name, "F" if forward else "R"
+                    sides = []
+        require(not sides, f"the path ends in the opening of {name}")
+
+    # Ways to visits
+
+    def windows(self, visit: int) -> list[Window]:
+        """Return the times at which it may be on its way to a visit, in prefix and first lap.
+
+        The way ends when the robot must be in the region, and begins with the last earlier visit that is over before the robot may be in the
+        region, once that one may have been left; without one, with the flight. Times in which it must be in either do not count, gaps between
+        them do. After the last time surely in the region the nominal path's excursions count until it leaves for good.
+        """
+        nominal = self.unrolled(self._row("nominal", self.stays[visit].region, ZERO))
+        found = [window for number in {self._number(visit, lap) for lap in (0, 1)} for window in self._windows(number, nominal)]
+        laps = [(k * self.length, (self.lap or ZERO) if k else ZERO) for k in range(LAPS if self.length else 1)]
+        folded = [(max(low - later, begin), min(high - later, self.end)) for low, high in found for later, begin in laps]
+        return [(low, high) for low, high in folded if low < high]
+
+    def _windows(self, number: int, nominal: Row) -> list[Window]:
+        stay = self.flown[number]
+        before = next((earlier.must for earlier in reversed(self.flown[:number]) if earlier.stop < stay.start), [])
+        begin, last = before[-1].stop if before else ZERO, stay.must[-1].stop
+        found = [(begin, stay.must[0].start), *((a.stop, b.start) for must in (before, stay.must) for a, b in pairwise(must))]
+        left = [span for span in nominal if span.stop > last and span.start < stay.stop]
+        while left and left[-1].mark in ("no", "fall"):
+            left.pop()
+        if out := [span for span in left if span.mark != "must"]:
+            found.append((max(out[0].start, last), min(left[-1].stop, stay.stop)))
+        return found
+
+    # Events. Of one before which another waits the latest time counts, of the one that waits the earliest. A region is entered for sure when the
+    # path first must be in it, and left for sure when the stay is over; it may be entered when the stay begins, and left after the first time in
+    # it for sure. A robot sets out for its first visit when its nominal path first leaves the start, and for a later one where it stands still for
+    # the last time before it leaves where it is or comes to where it goes.
+
+    def _is_never(self, time: Fraction) -> bool:
+        return time >= self.end + (LAPS - 1) * self.length
+
+    def _acts(self, visit: int, lap: int) -> list[Fraction]:
+        return [deed.time + lap * self._in_lap(visit) * self.length for deed in self.robot.changes if deed.visit == visit]
+
+    def waits(self, wait: Wait, first: Course) -> str:
+        """Check that an event of another robot is over before its own may happen, however their clocks differ: in the first lap, 0, and the second."""
+        found: list[Fraction] = []
+        for lap in (0, 1) if self._in_lap(wait.then[1]) else (0,):
+            if (due := self._due(wait.due, wait.then[1], lap)) is not None:
+                found.append(due - first._done(wait.done, wait.first[1], lap))
+        least = min(found, default=None)
+        by = "which never happens" if least is None else f"by at least {float(least):.4f} s"
+        require(least is None or least > self.statement.clock_error, f"that is proved {by}, by which clocks may differ")
+        return f"{first.name} has {wait.done} at its visit {wait.first[1]} before {self.name} {wait.due} at its visit {wait.then[1]}, {by}."
+
+    def _done(self, what: str, visit: int, lap: int) -> Fraction:
+        stay = self.flown[self._number(visit, lap)]
+        left = [] if self._is_never(stay.stop) else [stay.stop]
+        over = {"entered": [stay.must[0].start], "left": left, "acted": self._acts(visit, lap)}[what]
+        require(over, "what is waited for may never be over")
+        return max(over)
+
+    def _due(self, what: str, visit: int, lap: int) -> Fraction | None:
+        number = self._number(visit, lap)
+        if what == "acts":
+            return min(self._acts(visit, lap), default=None)
+        if what == "leaves":
+            return self._leaves(self.flown[number])
+        return self.flown[number].start if what == "enters" else self._sets_out(visit, lap)
+
+    def _leaves(self, stay: Stay) -> Fraction | None:
+        require(stay.must, f"a stay in {stay.region} may miss the region")
+        return None if self._is_never(stay.must[0].stop) else stay.must[0].stop
+
+    def _sets_out(self, visit: int, lap: int) -> Fraction | None:
+        number, opens = (
+            self._number(visit, lap),
+            visit == self.robot.cycle_visit,
+        )  # the first visit of a lap sets out from where the lap begins
+        there, seam = self.flown[number].start, (self.lap or ZERO) + lap * self.length
+        before, moves = [*self._stays[0], *self.flown[:number]][-1:], self._first_motion(0)
+        left = self._leaves(before[0]) if before else None
+        if number == 0 and not (opens and moves is not None and moves < seam):
+            return None if moves is None else min(moves, there, there if left is None else left)
+        left = None if opens and before and before[0].stop <= seam else left
+        low = there if left is None else min(left, there)
+        departs = self._first_motion(self.robot.cycle or 0) if opens and left is None else None
+        low = low if departs is None else min(low, departs + lap * self.length)
+        begun = before[0].start if number else ZERO
+        return min(max((stop for start, stop in self._stands() if start <= low and stop >= begun), default=begun), low)
+
+    def _stands(self) -> list[Window]:
+        """Return when the nominal path stands still, if only for an instant with velocity, acceleration and jerk of zero."""
+        found = [(one.start, one.stop if _is_still(one, 8) else one.start) for one in self.path.pieces if _is_still(one, 4)]
+        return found + [(a + self.length, b + self.length) for a, b in found if self.lap is not None and a >= self.lap]
+
+    def _first_motion(self, since: int) -> Fraction | None:
+        """Return when a path first differs from where a piece begins, s; a polynomial that is not constant leaves its value at once."""
+        pieces = self.path.pieces[since:]
+        begin = pieces[0].ends()[0][:3]
+        return next((one.start for one in pieces if not _is_still(one, 8) or one.ends()[0][:3] != begin), None)
 
 
-def actions(path: Path, made: Visits) -> tuple[tuple[Fraction, frozenset[str]], ...]:
-    """Check the planned changes of a robot's internal state: permitted, one after another, each in its region for sure.
-
-    Raises:
-        Refused: One is not so.
-    """
-    robot, state, at_lap, last = path.robot, path.robot.initial, path.robot.initial, (Fraction(-1), 0)
-    for deed in robot.changes:
-        stay, in_lap = made.stays[deed.visit], made.lap is not None and deed.visit >= made.lap
-        if deed.before != state or (deed.before, deed.after, stay.region) not in {
-            (a.before, a.after, a.at) for a in robot.actions
-        }:
-            raise Refused(f"{deed.before} may not become {deed.after} in {stay.region}")
-        if not (deed.time > last[0] and deed.visit >= last[1]):
-            raise Refused("its actions are not in the order of its visits")
-        if not any(span.start <= deed.time <= span.stop for span in stay.must):
-            raise Refused(f"its action at {float(deed.time):.4f} s may be outside {stay.region}")
-        if path.lap is not None and not (deed.time > path.lap if in_lap else deed.time < path.lap):
-            raise Refused("an action is on the wrong side of where the lap begins")
-        state, last = deed.after, (deed.time, deed.visit)
-        at_lap = at_lap if in_lap else state
-    if path.lap is not None and at_lap != state:
-        raise Refused("a lap ends in another internal state than it begins in")
-    return tuple((deed.time, robot.states[deed.after]) for deed in robot.changes)
+def _is_still(piece: Segment, powers: int) -> bool:
+    return not any(any(axis.numbers[1:powers]) for axis in piece.axes[:3])
 
 
-def gaps(row: list[Span]) -> list[tuple[Fraction, Fraction]]:
-    """Return the times between spans."""
-    return [(a.stop, b.start) for a, b in pairwise(row) if a.stop < b.start]
+def _letters(
+    prefix: Sequence[tuple[str, str]], cycle: Sequence[tuple[str, str]]
+) -> tuple[Sequence[tuple[str, str]], Sequence[tuple[str, str]]]:
+    """Return a word, a prefix and what is repeated for ever, if anything, in its shortest form: words are one where these are."""
+    size = next(
+        (k for k in range(1, len(cycle)) if len(cycle) % k == 0 and list(cycle[:k]) * (len(cycle) // k) == list(cycle)),
+        len(cycle),
+    )
+    first, then = list(prefix), list(cycle[:size])
+    while first and then and first[-1] == then[-1]:
+        then = [first.pop(), *then[:-1]]
+    return first, then

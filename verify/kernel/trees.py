@@ -1,116 +1,139 @@
-"""Subdivision trees: an interval cut into halves, in preorder, with what holds on each leaf (Coq: `check_tree_sound`).
+"""Evidence, and subdivision trees: an interval cut into halves, in preorder, with what holds on each leaf (Coq: `check_tree_sound`).
 
 Marks of a tree are letters: `s` splits, `?` claims nothing, any other is a claim that is checked by whole numbers. The proof chooses marks; it
-cannot choose what they claim.
+cannot choose what they claim. They stand one after another in the order in which the kernel asks; a number before one says how often it stands there.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
+import re
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
-from typing import NamedTuple, Protocol, Self
+from functools import partial
+from typing import Any, NamedTuple, Protocol, Self
 
 from .polynomials import Bernstein
-from .refused import Refused
+from .refused import require
+from .statement import ZERO, read, read_json
 
+FORMAT = 2
 DEEPEST = 64
 """Halvings of an interval, at the most; they bound the work."""
 
-Rows = Sequence[Bernstein]
+Atom = tuple[Hashable, Callable[[Bernstein, Fraction], bool], Fraction]
+"""What tells a polynomial from others, how it is compared, and with what."""
+Rules = Mapping[str, Sequence[Sequence[Sequence[Atom]]]]
+"""What each mark claims: of some alternative, all of its clauses, of each of which some atom."""
+
+
+class Evidence:
+    """Evidence as a proof's file holds it, by what it is evidence of."""
+
+    def __init__(self, table: Mapping[str, Any]) -> None:
+        self._table = table
+
+    def has(self, key: str) -> bool:
+        """Return whether there is an entry."""
+        return self._table.get(key) is not None
+
+    def get(self, key: str, kind: Any) -> Any:
+        """Return an entry that is of some type; there has to be one, unless the type has None."""
+        return read(kind, self._table.get(key), f"the proof's {key}")
+
+    def marks(self, key: str) -> Iterator[str]:
+        """Return an entry's marks."""
+        text = self._table.get(key)
+        require(isinstance(text, str), f"the proof has no marks for {key}")
+        return (run[2] for run in re.finditer(r"(\d{0,9})(\D|$)", str(text)) for _ in range(int(run[1] or 1)))
+
+
+def read_evidence(text: str) -> Evidence:
+    """Read a proof's file."""
+    data = read_json(text, "proof.json")
+    fits = isinstance(data, dict) and data.get("format") == FORMAT and isinstance(data.get("evidence"), dict)
+    require(fits, f"proof.json is no proof of format {FORMAT}.")
+    return Evidence(data["evidence"])
 
 
 class Part(Protocol):
-    """Knowledge of one part of an interval."""
+    """Knowledge of one part of an interval: whether what a mark claims holds on all of it, and the same on both halves."""
 
-    def holds(self, mark: str) -> bool:
-        """Return whether what a mark claims is so on all of the part."""
-        ...
+    def holds(self, mark: str) -> bool: ...  # noqa: D102
 
-    def halves(self) -> tuple[Self, Self]:
-        """Return the same on its first and on its second half."""
-        ...
+    def halves(self) -> tuple[Self, Self]: ...  # noqa: D102
 
 
-class Marks(Protocol):
-    """Marks, one after another."""
-
-    def take(self, part: Part, depth: int) -> str:
-        """Return the next mark; those of a file do not depend on the arguments."""
-        ...
-
-
-@dataclass(frozen=True)
 class Cell:
-    """Polynomials on a part of an interval, and what marks claim of them."""
+    """Polynomials on a part of an interval, each found when it is asked for, and what marks claim of them.
 
-    rows: Rows
-    claims: Callable[[str, Rows], bool]
-    _known: dict[str, bool] = field(default_factory=dict[str, bool])
+    `r` and `f` claim that what a polynomial bounds is crossed once, inwards or outwards: it alone is open and decides whether `m` or `n`
+    holds, crosses zero, and never rises, or never falls (Coq: `crossing_in`, `crossing_out`). Those that may do so are named in `crossed`.
+    """
+
+    def __init__(self, find: Callable[[Any], Bernstein], rules: Rules, crossed: Sequence[Hashable] = ()) -> None:
+        self._find, self.rules, self.crossed, self._rows = find, rules, crossed, dict[Hashable, Bernstein]()
+
+    def row(self, form: Hashable) -> Bernstein:
+        """Return a polynomial."""
+        if form not in self._rows:
+            self._rows[form] = self._find(form)
+        return self._rows[form]
 
     def holds(self, mark: str) -> bool:
-        """Return whether what a mark claims is so."""
-        if mark not in self._known:
-            self._known[mark] = self.claims(mark, self.rows)
-        return self._known[mark]
+        """Return whether what a mark claims is so (Coq: `check_region_sound`, `check_nonneg_sound`)."""
+        return any(self._crosses(one, mark) for one in self.crossed) if mark in ("r", "f") else self._says(mark)
+
+    def _says(self, mark: str, kept: Mapping[Hashable, bool] | None = None) -> bool:
+        """Return whether a mark's rule holds, if some inequalities are taken to be kept, or not."""
+
+        def is_so(atom: Atom) -> bool:
+            form, compare, bound = atom
+            return (compare == Bernstein.at_most) == kept[form] if kept and form in kept else compare(self.row(form), bound)
+
+        return any(all(any(map(is_so, clause)) for clause in one) for one in self.rules.get(mark, ()))
+
+    def _crosses(self, form: Hashable, mark: str) -> bool:
+        numbers, (first, last) = self.row(form).numbers, self.row(form).ends()
+        once = first > 0 >= last if mark == "r" else first <= 0 < last
+        ordered = numbers == sorted(numbers, reverse=mark == "r")
+        known = all(one == form or self.row(one).above(ZERO) or self.row(one).at_most(ZERO) for one in self.crossed)
+        return once and ordered and known and self._says("m", {form: True}) and self._says("n", {form: False})
 
     def halves(self) -> tuple[Cell, Cell]:
         """Return both halves."""
-        first, second = zip(*(row.halves() for row in self.rows), strict=True)
-        return Cell(first, self.claims), Cell(second, self.claims)
+        known: dict[Hashable, tuple[Bernstein, Bernstein]] = {}
+
+        def half(which: int, form: Hashable) -> Bernstein:
+            if form not in known:
+                known[form] = self.row(form).halves()
+            return known[form][which]
+
+        return Cell(partial(half, 0), self.rules, self.crossed), Cell(partial(half, 1), self.rules, self.crossed)
 
 
-class Leaf(NamedTuple):
-    """A part of [0, 1], from place / 2^depth to (place + 1) / 2^depth, with its mark."""
-
-    place: int
-    depth: int
-    mark: str
-    part: Part
-
-    @property
-    def start(self) -> Fraction:
-        """Its beginning."""
-        return Fraction(self.place, 1 << self.depth)
-
-
-def leaves(whole: Part, marks: Marks) -> Iterator[Leaf]:
-    """Walk over one tree and yield its leaves from left to right, each of them checked.
-
-    Raises:
-        Refused: A mark is not so.
-    """
+def leaves(whole: Part, marks: Iterator[str]) -> Iterator[tuple[Fraction, str, Part]]:
+    """Yield the leaves of a tree over [0, 1] from left to right, each of them checked: its beginning, its mark and its part."""
     waiting = [(whole, 0, 0)]
     while waiting:
         part, place, depth = waiting.pop()
-        mark = marks.take(part, depth)
+        mark = next(marks, "")
         if mark == "s":
-            if depth == DEEPEST:
-                raise Refused("a tree is too deep")
+            require(depth < DEEPEST, "a tree is too deep")
             first, second = part.halves()
             waiting += [(second, 2 * place + 1, depth + 1), (first, 2 * place, depth + 1)]
-        elif mark == "?" or part.holds(mark):
-            yield Leaf(place, depth, mark, part)
         else:
-            raise Refused(f"a leaf is marked {mark!r}, and that is not so")
+            require(mark == "?" or part.holds(mark), f"a leaf is marked {mark!r}, and that is not so")
+            yield Fraction(place, 1 << depth), mark, part
 
 
-def require(whole: Part, marks: Marks, what: str) -> None:
-    """Check a tree that leaves nothing open.
+class Trees(NamedTuple):
+    """Parts of which marks have to hold everywhere, leaving nothing open, and where the proof has the marks."""
 
-    Args:
-        whole: The interval.
-        marks: Evidence.
-        what: What is not proved where it does.
+    key: str
+    parts: Iterable[Part]
 
-    Raises:
-        Refused: It does.
-    """
-    if any(leaf.mark == "?" for leaf in leaves(whole, marks)):
-        raise Refused(f"it is not proved that {what}")
-
-
-def at_least(rows: Sequence[tuple[Bernstein, Fraction]]) -> Cell:
-    """Return the claim `m` that polynomials are nowhere below their numbers."""
-    least = [bound for _, bound in rows]
-    return Cell([row for row, _ in rows], lambda mark, here: mark == "m" and all(map(Bernstein.at_least, here, least)))
+    def check(self, evidence: Evidence) -> None:
+        """Check all of them."""
+        marks = evidence.marks(self.key)
+        for part in self.parts:
+            require(all(mark != "?" for _, mark, _ in leaves(part, marks)), f"the proof's {self.key} leaves something open")

@@ -15,27 +15,36 @@ A configuration is covered by one with the same places, in which as many robots 
 *Laps.* Configurations have a level, which never rises. Each level names an until, which every reading within the level puts off, or the lap, which is then
 not gone round within the level. A flight goes round for ever, and so stays within a level that names an until in the end; that is put off for ever, and
 was not satisfied. (Coq: `check_laps_sound`.)
+
+*Planned words.* Every team word that keeps the plan's waits satisfies the formula, whatever the times. Robots come to the letters of their words one after
+another, at any times and at one instant as well. Of a wait the second event comes after the first one, not with it. So places are letters, and all of
+them are possible in one span.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Iterator, Mapping, Sequence
+from fractions import Fraction
+from typing import Any, NamedTuple
 
-from .evidence import Evidence
-from .formulas import Letter, Owed, conjuncts
-from .labels import Relations, Timeline
-from .refused import Refused
-from .statement import Statement
-from .team import At, Claim, Step, Team
+from .formulas import Owed, Tree, conjuncts, show
+from .places import Places, places_of
+from .refused import require
+from .statement import ZERO, Statement, read
+from .team import At, Claim, Event, Step, Team
+from .timelines import Span, Timeline, planned_stays, stays
+from .trees import Evidence
 
-LAP = -1
+_WRITTEN = tuple[
+    tuple[str, ...], tuple[str, ...], tuple[frozenset[int], ...], tuple[int | None, ...], tuple[tuple[tuple[int, ...], ...], ...],
+    tuple[tuple[int, int], ...],
+]  # fmt: skip
+"""Robots that are followed; names to which letters are cut down besides; alternatives; levels, of which None is the lap; sets of configurations;
+pairs (set, for how many spans). A configuration is a list: its alternative's number, its level, its robots that were read, and its places."""
 
 
-@dataclass(frozen=True, slots=True)
-class Configuration:
-    """Places of the robots that are followed, who was read (bits), what is owed, and of laps the level."""
+class Configuration(NamedTuple):
+    """Places of the robots that are followed, who was read (bits), what is owed, and the level."""
 
     at: At
     read: int
@@ -43,127 +52,175 @@ class Configuration:
     level: int = 0
 
 
-def check_formula(statement: Statement, timelines: Mapping[str, Timeline], relations: Relations, evidence: Evidence) -> None:
+def check_formula(statement: Statement, timelines: Mapping[str, Timeline], evidence: Evidence) -> str:
     """Check that every word that the timelines leave possible satisfies the formula.
 
     Args:
         statement: Has the formula, and how words are read.
         timelines: One for each robot.
-        relations: Letters that they exclude are left out.
-        evidence: Has under `formula/0` and so on for each conjunct what `read_invariant` reads.
-
-    Raises:
-        Refused: That is not proved.
+        evidence: Has under `formula/0` and so on for each conjunct an invariant.
     """
     for number, tree in enumerate(conjuncts(statement.formula)):
-        claim = Claim(statement, timelines, relations, tree)
-        check_invariant(*read_invariant(claim, evidence.get(f"formula/{number}")))
+        claim = flown(statement, timelines, tree)
+        check_invariant(*read_invariant(claim, evidence.get(f"formula/{number}", Any)))
+    return f"Every word of the team satisfies {show(statement.formula)}."
 
 
-def read_invariant(claim: Claim, data: Any) -> tuple[Team, list[int], list[list[Configuration]]]:  # of any type: JSON nests
-    """Read a team, levels and configurations.
+def check_ordered(statement: Statement, evidence: Evidence) -> str:
+    """Check that planned words satisfy the formula in every order that keeps the waits."""
+    for number, tree in enumerate(conjuncts(statement.formula)):
+        check_invariant(*read_invariant(planned(statement, tree), evidence.get(f"ordered/{number}", Any)))
+    return "The planned words satisfy the formula in every order that keeps the waits."
 
-    Args:
-        claim: What is proved.
-        data: A list: names of robots that are followed; names to which letters are cut down besides; alternatives, each a list of nodes;
-            levels; sets of configurations; pairs (set, for how many spans). A configuration is a list: its alternative's number; under `own` its
-            bits; of laps its level; the places.
 
-    Raises:
-        Refused: It is none.
-    """
-    if not isinstance(data, list) or len(data) != 6 or not all(isinstance(part, list) for part in data):
-        raise Refused("an invariant is no list of six lists")
-    followed, more, owed, levels, sets, runs = data
-    if not all(isinstance(name, str) for name in (*followed, *more)) or len({*followed} & {*claim.robots}) != len(followed):
-        raise Refused("an invariant follows robots that there are not")
-    nodes = len(claim.table)
-    alternatives = [frozenset(_whole(node, nodes) for node in _listed(one)) for one in owed]
-    named = [LAP if one == LAP else _whole(one, nodes) for one in levels]
-    if not named or any(one != LAP and not claim.table.is_until(one) for one in named):
-        raise Refused("an invariant's levels name no untils")
-    team = claim.team(followed, frozenset(more))
-    own, laps, places = not claim.joint, team.back is not None, [len(one.letters) for one in team.followed]
-    found: list[list[Configuration]] = []
-    for one in sets:
-        here: list[Configuration] = []
-        for entry in _listed(one):
-            numbers = [_whole(number, 1 << 64) for number in _listed(entry)]
-            head = 1 + own + laps
-            if len(numbers) != head + len(places) or any(a >= b for a, b in zip(numbers[head:], places, strict=True)):
-                raise Refused("a configuration has other places than the robots")
-            if numbers[0] >= len(alternatives) or (laps and numbers[head - 1] >= len(named)):
-                raise Refused("a configuration names what the proof does not have")
-            level = numbers[head - 1] if laps else 0
-            here.append(Configuration(tuple(numbers[head:]), numbers[1] if own else 0, alternatives[numbers[0]], level))
-        found.append(here)
+def read_invariant(
+    claim: Claim, data: Any
+) -> tuple[Team, list[int | None], list[list[Configuration]]]:  # of any type: JSON nests
+    """Read a team, what each level names, and the configurations of each span."""
+    followed, more, owed, levels, sets, runs = read(_WRITTEN, data, "an invariant")
+    require(len({*followed} & {*claim.robots}) == len(followed), "an invariant follows robots that there are not")
+    untils = all(one is None or claim.table.is_until(one) for one in levels)
+    known = all(part < 2 * len(claim.table.nodes) for one in owed for part in one)
+    require(levels and untils and known, "an invariant names no untils, or parts that there are not")
+    team = Team(claim, followed, frozenset(more))
+    limits = [len(owed), len(levels), 1 << len(followed), *(len(one.letters) for one in team.followed)]
+    fits = all(
+        len(one) == len(limits) and all(a < b for a, b in zip(one, limits, strict=True)) for here in sets for one in here
+    )
+    require(fits, "a configuration names what the proof or the flight does not have")
+    found = [[Configuration(tuple(at), seen, owed[which], level) for which, level, seen, *at in here] for here in sets]
     spans: list[list[Configuration]] = []
-    for run in runs:
-        which, times = (_whole(number, 1 << 64) for number in _listed(run, 2))
-        if which >= len(found) or times > team.size - len(spans):
-            raise Refused("the proof has another number of spans than the flight")
+    for which, times in runs:
+        require(which < len(found) and times <= team.size - len(spans), "the proof has another number of spans than the flight")
         spans += [found[which]] * times
-    return team, named, spans
+    return team, list(levels), spans
 
 
-def _listed(value: object, size: int | None = None) -> list[Any]:
-    if not isinstance(value, list) or (size is not None and len(value) != size):
-        raise Refused("a part of an invariant is no list")
-    return value
-
-
-def _whole(value: object, below: int) -> int:
-    if not isinstance(value, int) or isinstance(value, bool) or not 0 <= value < below:
-        raise Refused("a part of an invariant is no number, or too large")
-    return value
-
-
-def check_invariant(team: Team, levels: Sequence[int], sets: Sequence[Sequence[Configuration]]) -> None:
+def check_invariant(team: Team, levels: Sequence[int | None], sets: Sequence[Sequence[Configuration]]) -> None:
     """Check that configurations cover all that may come up, and that none ends well for the negation.
 
     Args:
         team: The team.
-        levels: What each level names: an until of the table, or `LAP`; of finite flights there is one, the lap.
+        levels: What each level names: an until of the table, or None, the lap; of finite flights there is one, the lap.
         sets: Configurations of each span.
-
-    Raises:
-        Refused: They do not.
     """
-    table = team.claim.table
-    if len(sets) != team.size:
-        raise Refused("the proof has another number of spans than the flight")
-    known: list[dict[At, list[Configuration]]] = []
+    table, known = team.claim.table, list[dict[At, list[Configuration]]]()
+    require(len(sets) == team.size, "the proof has another number of spans than the flight")
     for here in sets:
-        places: dict[At, list[Configuration]] = {}
+        known.append({})
         for one in here:
-            places.setdefault(one.at, []).append(one)
-        known.append(places)
+            known[-1].setdefault(one.at, []).append(one)
 
-    def stays(level: int, letter: Letter | None, off: Owed, *, lap: bool) -> bool:
-        """Return whether a step may stay within a level."""
-        return not lap if levels[level] == LAP else letter is None or levels[level] in off
-
-    def require(span: int, level: int, owed: Owed, step: Step, *, lap: bool = False) -> None:
-        """Refuse what a step makes of a configuration unless it is covered."""
-        letter, at, read = step
-        for then, off in table.after(letter, owed) if letter is not None else ((owed, owed),):
-            if not any(
-                one.read & read == read
-                and one.owed <= then
-                and (one.level < level or (one.level == level and stays(level, letter, off, lap=lap)))
-                for one in known[span].get(at, ())
-            ):
-                raise Refused("the proof leaves out what may come up")
+    def cover(span: int, level: int, owed: Owed, step: Step, *, lap: bool = False) -> None:
+        """Refuse what a step makes of a configuration unless it is covered, on its own level only if the step may stay there."""
+        letter, (at, seen) = step
+        name = levels[min(level, len(levels) - 1)]
+        for then, off in [(owed, owed)] if letter is None else table.after(letter, owed):
+            above = level if (not lap if name is None else letter is None or name in off) else level - 1
+            near = known[span].get(at, ())
+            covered = any(one.read & seen == seen and one.owed <= then and one.level <= above for one in near)
+            require(covered, "the proof leaves out what may come up")
 
     for step in team.begin():
-        require(0, len(levels), frozenset({table.root}), step)
+        cover(0, len(levels), frozenset({table.root}), step)
     for span, here in enumerate(sets):
-        for one in here:
-            for step in team.moves(span, one.at, one.read):
-                require(span, one.level, one.owed, step)
+        for at, seen, owed, level in here:
+            for step in team.moves(span, (at, seen)):
+                cover(span, level, owed, step)
             if span + 1 < team.size or team.back is not None:
-                then, steps = team.handed(span, one.at, one.read)
+                then, steps = team.handed(span, (at, seen))
                 for step in steps:
-                    require(then, one.level, one.owed, step, lap=then <= span)
-            elif team.may_end(one.at, one.read) and table.empty_word_keeps(one.owed):
-                raise Refused("the flight may end with the formula broken")
+                    cover(then, level, owed, step, lap=then <= span)
+            else:
+                ends = team.may_end((at, seen)) and table.empty_word_keeps(owed)
+                require(not ends, "the flight may end with the formula broken")
+
+
+def flown(statement: Statement, timelines: Mapping[str, Timeline], tree: Tree) -> Claim:
+    """Return a conjunct, and the team as it flies.
+
+    Args:
+        statement: Has the regions, and how words are read.
+        timelines: One for each robot.
+        tree: The conjunct.
+    """
+    regions, line = frozenset(statement.regions), next(iter(timelines.values()))
+    alike = {(one.duration, one.cycle) for one in timelines.values()} == {(line.duration, line.cycle)}
+    require(alike and set(timelines) == set(statement.robots), "the robots' flights do not last equally long")
+    require(
+        (line.cycle is not None) == statement.lasso, "the trace is infinite, and flights have no laps, or the other way round"
+    )
+    claim = Claim(statement, tree, lambda robot, names: places_of(timelines[robot], names, regions))
+    claim.lap = None if line.cycle is None else (line.cycle, line.duration)
+    return claim
+
+
+def planned(statement: Statement, tree: Tree) -> Claim:
+    """Return a conjunct, and the team with its planned words; some flight has to keep their waits."""
+    words, at, goes = statement.words, dict.fromkeys(statement.words, 0), True
+    require(set(words) == set(statement.robots) and all(words.values()), "a robot has no planned word")
+    require(not statement.lasso, "planned words have laps")
+    waits = list(waits_between(statement))
+    while goes:
+        goes = False
+        for name, letter in at.items():
+            free = all(at[first] >= number for (first, number), then in waits if then == (name, letter + 1))
+            if free and letter + 1 < len(words[name]):
+                at[name], goes = letter + 1, True
+    require(all(at[name] + 1 == len(word) for name, word in words.items()), "robots wait for each other in a circle")
+
+    def find(robot: str, names: frozenset[str]) -> Places:
+        letters = [letter & names for letter in words[robot]]
+        size, following = len(letters), [[place + 1] for place in range(len(letters) - 1)]
+        return Places(robot, [0] * size, letters, letters, [(ZERO, ZERO)] * size, [*following, []], [0], frozenset({size - 1}))
+
+    claim = Claim(statement, tree, find)
+    claim.waits = waits
+    return claim
+
+
+def waits_between(statement: Statement) -> Iterator[tuple[Event, Event]]:
+    """Yield the events that waits are between; not those that are over from the beginning, or never wait."""
+    regions = frozenset(statement.regions)
+    for (first, visit), (then, other), what_is_done, what_is_due in statement.waits:
+        enters, left, acts = _visits(statement, first)[visit]
+        done = {"entered": enters, "left": left, "acted": max(acts, default=enters)}[what_is_done]
+        its = _visits(statement, then)
+        enters, leaves, acts = its[other]
+        if what_is_due == "sets out":  # whatever it comes to or leaves first after it has set out
+            shown = [letter & regions for letter in statement.words[then]]
+            changes = (number for number, inside in enumerate(shown) if inside != shown[0])
+            sets_out = its[other - 1].left if other else next(changes, None)
+            due: int | None = enters if sets_out is None else min(enters, sets_out)
+        else:
+            due = {"enters": enters, "leaves": leaves, "acts": min(acts, default=None)}[what_is_due]
+        if due:
+            require(done is not None, f"{then} waits until {first} has left where it stays")
+        if due and done:
+            yield (first, done), (then, due)
+
+
+class _Planned(NamedTuple):
+    """Of a planned visit the first letter in its region, the first one after it, and those that its actions make."""
+
+    entered: int
+    left: int | None
+    acts: list[int]
+
+
+def _visits(statement: Statement, name: str) -> list[_Planned]:
+    """Return all planned visits, which the word has to show."""
+    robot, word, regions = statement.robots[name], statement.words[name], frozenset(statement.regions)
+    times = [Fraction(k) for k in range(len(word) + 1)]
+    rows = {
+        region: tuple(Span(times[k], times[k + 1], "must" if region in letter else "no") for k, letter in enumerate(word))
+        for region in sorted(regions)
+    }
+    shown = sorted(stays(rows), key=lambda stay: (stay.start, 0 if stay.start else stay.stop, stay.region))
+    _, made = planned_stays(robot.visits, shown)
+    changes = [k for k in range(1, len(word)) if word[k] - regions != word[k - 1] - regions]
+    seen = [deed.visit for deed in robot.changes if robot.states.get(deed.before) != robot.states.get(deed.after)]
+    require(len(seen) == len(changes), f"the planned word of {name} does not show its actions")
+    acts = [[changes.pop(0) for _ in range(seen.count(number))] for number in range(len(made))]
+    ends = [None if stay.stop == len(word) else int(stay.stop) for stay in made]
+    return [_Planned(int(stay.start), left, own) for stay, left, own in zip(made, ends, acts, strict=True)]

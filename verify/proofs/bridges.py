@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from fractions import Fraction
 from itertools import product
 
-from verify.kernel.bodies import holds, meet
 from verify.kernel.statement import Inequality, Shape, Statement, Vector
+from verify.kernel.zones import holds, meet
 
 _MOST = 64
 """Bodies of one region, parts included."""
@@ -16,10 +16,10 @@ Bridge = list[int]
 """Numbers of two bodies, and of a face of each, without which they are one."""
 
 
-def bridges(statement: Statement) -> dict[str, list[list[Bridge]]]:
+def bridges(statement: Statement) -> dict[str, list[Bridge]]:
     """Return the bridges of regions of several parts, by the key of their evidence."""
     found = {name: list(_bridges(shape)) for name, shape in statement.regions.items() if len(shape.parts) > 1}
-    return {f"bridges/{name}": [rows] for name, rows in found.items() if rows}
+    return {f"bridges/{name}": rows for name, rows in found.items() if rows}
 
 
 def _bridges(shape: Shape) -> Iterator[Bridge]:

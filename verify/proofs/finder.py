@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
@@ -13,13 +13,17 @@ from verify.certificate import Certificate
 from verify.data.files.trajectory_csv import write_csv
 from verify.data.plan import Plan
 from verify.data.trajectory import Trajectory
-from verify.kernel.checking import Check, Checked
-from verify.kernel.flights import read_team
+from verify.kernel.checking import Check, Owed
+from verify.kernel.flights import Path, read_team
 from verify.kernel.refused import Refused
-from verify.kernel.statement import read_statement
+from verify.kernel.statement import ZERO, Statement, read_statement
+from verify.kernel.timelines import Course, Row
+from verify.kernel.trees import Cell, Evidence, Part
+from verify.kernel.zones import Hoop, along
 from verify.proofs.bridges import bridges
 from verify.proofs.half_space_sums import half_space_sums
-from verify.proofs.search import Search, proof_text
+from verify.proofs.proposed_roots import FlownPieces, FlownSegments
+from verify.proofs.search import STYLES, proof_text, run_lengths, starts_of, trees_of
 from verify.proofs.statement import statement_of
 from verify.proofs.words import find_formula, find_ordered
 
@@ -37,14 +41,10 @@ class Proof:
     Attributes:
         statement: Text of statement.json.
         evidence: Text of proof.json.
-        checked: How many of the claims the kernel checked while the proof was sought.
-        claims: How many claims the statement owes.
     """
 
     statement: str
     evidence: str
-    checked: int
-    claims: int
 
 
 def prove(plan: Plan, team: Mapping[str, Trajectory], certificate: Certificate) -> Proof:
@@ -72,22 +72,80 @@ def prove_statement(text: str, tables: Mapping[str, str], speeds: Mapping[str, F
     """
     statement = read_statement(text)
     flown = read_team(statement, tables)
-    given: dict[str, Any] = {**speeds, **half_space_sums(statement, flown), **bridges(statement)}
-    search = Search(given)
-    check = Check(statement, flown, search)
+    floats = {name: FlownSegments(path) for name, path in flown.paths.items()}
+    hulls = {name: one.lines[:, :3].transpose(0, 2, 1) for name, one in floats.items()}
+    evidence: dict[str, Any] = {**speeds, **half_space_sums(statement, flown, hulls), **bridges(statement)}
+    check = Check(statement, flown, Evidence(evidence))
+    found = {name: _Found(statement, path, check.evidence, floats[name]) for name, path in flown.paths.items()}
     with suppress(Refused):  # without timelines there is nothing to say of words
-        search.give(find_formula(statement, check.timelines(), check.relations()))
+        evidence |= find_formula(statement, {name: one.timeline for name, one in found.items()})
     with suppress(Refused):
-        search.give(find_ordered(statement))
-    claims: list[Checked] = []
+        evidence |= find_ordered(statement)
+    for course in found.values():
+        evidence |= course.marks()
+    check.courses = found
     for owed in check.owed():
-        claim = owed.judge()
-        if claim.missing and owed.name == "separation":
-            search.look_at_all_times(*owed.robots)
-            claim = owed.judge()
-        claims.append(claim)
-    evidence = search.evidence()
-    return Proof(text, proof_text(evidence), sum(not claim.missing for claim in claims), len(claims))
+        with suppress(Refused):
+            evidence |= _trees(found, check, owed, evidence)
+    return Proof(text, proof_text(evidence))
+
+
+class _Found(Course):
+    """A robot's path whose evidence is found when it is asked for."""
+
+    def __init__(self, statement: Statement, path: Path, evidence: Evidence, segments: FlownSegments) -> None:
+        super().__init__(statement, path, evidence)
+        self.segments, self.pieces = segments, FlownPieces(path)
+        self._sought: dict[str, list[str]] = {}
+
+    def _row(self, kind: str, name: str, margin: Fraction) -> Row:
+        key = f"{kind}/{self.name}/{name}"
+        if key not in self._sought:
+            cells = self.cells(name, margin)
+            self._sought[key] = trees_of(kind, cells, self.segments.roots(cells[0].rules, "nm"))
+        both = zip(self.path.segments, self._sought[key], strict=True)
+        times = ((segment, one) for segment, tree in both for one in starts_of(tree))
+        return self.spans([(segment.time(start) if start else segment.start, mark) for segment, (start, mark) in times])
+
+    def marks(self) -> dict[str, str]:
+        """Return marks of regions and openings."""
+        with suppress(Refused):
+            self.rows  # noqa: B018  # which are sought
+        for name, shape in self.statement.regions.items():
+            if name in self.robot.limits.legs:
+                self._row("nominal", name, ZERO)
+            if shape.ring:
+                rules = Hoop(shape).opening(self.statement.margin, self.robot.radius)
+                cells = list(along(self.path, rules))
+                self._sought[f"openings/{self.name}/{name}"] = trees_of("openings", cells, self.segments.roots(rules, "n"))
+        return {key: run_lengths(trees) for key, trees in self._sought.items()}
+
+    def roots(self, key: str, parts: Sequence[Part]) -> list[str]:
+        """Return marks that parts of trees surely have, or nothing."""
+        kind, *names = key.split("/")
+        if kind in ("workspace", "rims", "obstacles") and isinstance(parts[0], Cell):
+            return self.segments.roots(parts[0].rules, STYLES[kind].marks)
+        if kind == "limits" and len(names) == 2:
+            limit: Any = (
+                self.evidence.get(f"speed/{self.name}", Fraction)
+                if names[0] == "speed"
+                else getattr(self.robot.limits, names[0])
+            )
+            return self.pieces.roots(names[0], float(limit))
+        return self.pieces.turning() if kind == "turning" else []
+
+
+def _trees(found: Mapping[str, _Found], check: Check, owed: Owed, known: Mapping[str, Any]) -> dict[str, str]:
+    """Return the marks of a claim's trees; of a distance for all times that clocks may show where some time alone does not do."""
+    texts: dict[str, str] = {}
+    for key, parts in ((trees.key, list(trees.parts)) for trees in owed.trees if trees.key not in known):
+        roots = found[owed.robots[0]].roots(key, parts) if len(owed.robots) == 1 and parts else []
+        texts[key] = run_lengths(trees_of(key.partition("/")[0], parts, roots))
+    if owed.name == "separation" and any("?" in marks for marks in texts.values()):
+        one, other = (check.courses[name] for name in owed.robots)
+        parts = check.pair((one, other), all_times=True).at_all_times(check.statement.clock_error)
+        return {"/".join(("apart", *owed.robots)): run_lengths(trees_of("apart", list(parts)))}
+    return texts
 
 
 def _speeds(certificate: Certificate) -> dict[str, Fraction]:

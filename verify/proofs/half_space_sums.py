@@ -5,12 +5,12 @@ Everything here is in floats and only proposes: the kernel takes the sums, which
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from verify.kernel.flights import Path, Team
+from verify.kernel.flights import Team
 from verify.kernel.statement import Inequality, Shape, Statement
 
 _DEPTH = 10
@@ -24,27 +24,24 @@ Sum = list[list[int]]
 _Floats = NDArray[np.float64]
 
 
-def half_space_sums(statement: Statement, team: Team) -> dict[str, list[Sum]]:
-    """Return sums of half-spaces for the parts of obstacles, by the key of their evidence."""
-    found: dict[str, list[Sum]] = {}
-    hulls = {name: _hulls(path) for name, path in team.paths.items()}
+def half_space_sums(statement: Statement, team: Team, hulls: Mapping[str, _Floats]) -> dict[str, list[list[Sum]]]:
+    """Return sums of half-spaces for the parts of obstacles, by the key of their evidence.
+
+    Args:
+        statement: Has the obstacles.
+        team: All paths.
+        hulls: For each robot the corners of what holds each segment, m. Shape (segments, 8, 3).
+    """
+    found: dict[str, list[list[Sum]]] = {}
     for name, obstacle in statement.obstacles.items():
-        for number, part in enumerate(obstacle.parts):
-            sums: list[Sum] = []
+        every: list[list[Sum]] = [[] for _ in obstacle.parts]
+        for part, sums in zip(obstacle.parts, every, strict=True):
             for path in team.paths.values():
                 length = float(statement.margin + path.robot.radius)
                 _add_sums(sums, _Planes.of(obstacle, part), hulls[path.name], length)
-            if sums:
-                found[f"sums/{name}/{number}"] = sums
+        if any(every):
+            found[f"sums/{name}"] = every
     return found
-
-
-def _hulls(path: Path) -> _Floats:
-    """Return the corners of what holds each segment, m. Shape (segments, 8, 3)."""
-    rows: list[list[list[float]]] = []
-    for segment in path.segments:
-        rows.append([[number / row.unit for number in row.numbers] for row in segment.places])
-    return np.array(rows).transpose(0, 2, 1)
 
 
 class _Planes:

@@ -1,39 +1,30 @@
-"""The search for evidence: the kernel's own walk, in which each mark is chosen by trying what holds.
-
-The kernel asks for marks one by one and checks each. Here a mark is what holds on the part at hand; where nothing does, the part is split, up to
-some depth. What was chosen is written down, and is the proof.
-"""
+"""The search for evidence: trees of what holds on parts of intervals, found with the kernel's own parts."""
 
 from __future__ import annotations
 
 import itertools
 import json
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
-from typing import Any
+from typing import Any, NamedTuple
 
-from verify.kernel.bodies import Body, Condition
-from verify.kernel.evidence import FORMAT, Evidence
-from verify.kernel.hoops import Opening
-from verify.kernel.polynomials import Bernstein
-from verify.kernel.trees import Cell, Marks, Part
+from verify.kernel.trees import FORMAT, Cell, Part
 
 PROOF_FILE = "proof.json"
 
 
-@dataclass(frozen=True, slots=True)
-class Style:
-    """Way in which a kind of tree is searched: for which marks, and how deep at the most."""
+class Style(NamedTuple):
+    """Way in which a kind of tree is searched: for which marks, how deep at the most, and whether it may leave something open."""
 
     marks: str
     depth: int
+    open: bool = False
 
 
-_STYLES: Mapping[str, Style] = {
-    "inside": Style("", 16),
-    "nominal": Style("", 30),
-    "openings": Style("", 18),
+STYLES: Mapping[str, Style] = {
+    "inside": Style("nm", 12, open=True),
+    "nominal": Style("nmrf", 30, open=True),
+    "openings": Style("ni", 18),
     "rims": Style("n", 16),
     "obstacles": Style("n", 14),
     "workspace": Style("m", 24),
@@ -50,91 +41,75 @@ NEAR = 8
 """Halvings from which on a path inside an opening's cylinder counts as near the opening."""
 
 
-@dataclass(eq=False)
-class _Chosen:
-    """Marks that are chosen as they are asked for."""
-
-    style: Style
-    marks: list[str] = field(default_factory=list[str])
-
-    def take(self, part: Part, depth: int) -> str:
-        """Return a mark that holds, or that splits, or none."""
-        what = getattr(part.claims, "__self__", None) if isinstance(part, Cell) else None
-        if isinstance(what, Body) and isinstance(part, Cell):
-            mark = _of_region(part, what, depth)
-        elif isinstance(what, Opening) and isinstance(part, Cell):
-            mark = _of_opening(part, what, depth)
-        else:
-            mark = next(filter(part.holds, self.style.marks), None)
-        mark = mark or ("s" if depth < self.style.depth else "?")
-        self.marks.append(mark)
-        return mark
-
-
-class Search(Evidence):
-    """Evidence that is sought as the kernel asks for it.
+def trees_of(kind: str, parts: Sequence[Part], roots: Sequence[str] = ()) -> list[str]:
+    """Return the marks of the trees of parts, up to what is open and must not be.
 
     Args:
-        table: Evidence that is known before: numbers, relations, sums of half-spaces.
+        kind: Of evidence.
+        parts: The parts.
+        roots: For each of them a mark of all of it, or nothing; none where none is known.
     """
-
-    def __init__(self, table: Mapping[str, Any]) -> None:
-        super().__init__(table)
-        self._given = dict(table)
-        self._chosen: dict[str, _Chosen] = {}
-
-    def give(self, more: Mapping[str, Any]) -> None:
-        """Add evidence that is known."""
-        self._given.update(more)
-
-    def look_at_all_times(self, one: str, other: str) -> None:
-        """Have a pair's distance looked at for all times that clocks allow, not at one time."""
-        self._chosen.pop(f"pairs/{one}/{other}", None)
-        self._given[f"apart/{one}/{other}"] = ""
-
-    def optional(self, key: str) -> Any:  # of any type: JSON nests
-        """Return what is known of a key."""
-        return self._given.get(key)
-
-    def marks(self, key: str) -> Marks:
-        """Return marks that are chosen when they are taken."""
-        chosen = self._chosen[key] = _Chosen(_STYLES[key.partition("/")[0]])
-        return chosen
-
-    def evidence(self) -> dict[str, Any]:
-        """Return what was given and chosen."""
-        return {**self._given, **{key: run_lengths(chosen.marks) for key, chosen in self._chosen.items()}}
+    found: list[str] = []
+    for part, root in zip(parts, roots or [""] * len(parts), strict=True):
+        found.append(root or tree_of(STYLES[kind], part))
+        if not STYLES[kind].open and found[-1].endswith("?"):
+            break
+    return found
 
 
-def _of_region(cell: Cell, body: Body, depth: int) -> str | None:
-    """Return what holds of a region, `?` where no half can tell more, or None."""
-    for mark in "nm":
-        if cell.holds(mark):
+def tree_of(style: Style, whole: Part) -> str:
+    """Return the marks of one tree, up to what is open and must not be."""
+    found: list[str] = []
+    waiting = [(whole, 0)]
+    while waiting and (style.open or found[-1:] != ["?"]):
+        part, depth = waiting.pop()
+        mark = _mark(style, part, depth)
+        if not mark and depth < style.depth:
+            mark = "s"
+            first, second = part.halves()
+            waiting += [(second, depth + 1), (first, depth + 1)]
+        found.append(mark or "?")
+    return "".join(found)
+
+
+def _mark(style: Style, part: Part, depth: int) -> str:
+    """Return what holds on a part, `?` where no half can tell more, or nothing."""
+    for mark in style.marks:
+        sought = depth >= CROSSING if mark in "rf" else mark != "i" or depth >= NEAR or _is_near(part)
+        if sought and part.holds(mark):
             return mark
-    if depth >= CROSSING and cell.holds("c"):
-        return "c"
-    known = [body.known(k, row) or _between(row, body.conditions[k]) for k, row in enumerate(cell.rows)]
-    never_out = any(all(known[k] in ("kept", "between") for k in part) for part in body.parts)
-    never_in = all(any(known[k] in ("broken", "between") for k in cover) for cover in body.covers)
-    return "?" if never_out and never_in else None
+    return "?" if style.open and isinstance(part, Cell) and _is_hopeless(part) else ""
 
 
-def _between(row: Bernstein, one: Condition) -> str:
-    return "between" if row.at_most(one.outside) and (one.inside is None or row.above(one.inside)) else ""
+def _is_near(part: Part) -> bool:
+    """Return whether all of a part is surely within the margin of an opening's plane."""
+    assert isinstance(part, Cell)
+    along, _, far = part.rules["n"][0][0][0]
+    return part.row(along).at_most(far) and part.row(along).at_least(-far)
 
 
-def _of_opening(cell: Cell, opening: Opening, depth: int) -> str | None:
-    """Return what holds of an opening; inside its cylinder a path is taken to be near once it surely is, or parts are small."""
-    if cell.holds("n"):
-        return "n"
-    along = cell.rows[0]
-    near = depth >= NEAR or (along.at_least(-opening.far) and along.at_most(opening.far))
-    return "i" if near and cell.holds("i") else None
+def _is_hopeless(cell: Cell) -> bool:
+    """Return whether no half can be out of a region, as some part nowhere is, nor in, as no body is anywhere."""
+    (outside,), covers = cell.rules["n"], cell.rules["m"]
+    if not any(all(cell.row(k).at_most(bound) for k, _, bound in part) for part in outside):
+        return False
+    return all(any(not face or cell.row(face[0][0]).above(face[0][2]) for face in cover) for cover in covers)
 
 
-def run_lengths(marks: list[str]) -> str:
+def starts_of(tree: str) -> Iterator[tuple[Fraction, str]]:
+    """Yield where the leaves of a tree begin, from 0 to 1, and their marks."""
+    waiting = [(0, 0)]
+    for mark in tree:
+        place, depth = waiting.pop()
+        if mark == "s":
+            waiting += [(2 * place + 1, depth + 1), (2 * place, depth + 1)]
+        else:
+            yield Fraction(place, 1 << depth), mark
+
+
+def run_lengths(trees: Iterable[str]) -> str:
     """Return marks as text, with how often each stands there one after another."""
-    runs = ((mark, len(list(run))) for mark, run in itertools.groupby(marks))
+    runs = ((mark, len(list(run))) for mark, run in itertools.groupby("".join(trees)))
     return "".join(f"{count if count > 1 else ''}{mark}" for mark, count in runs)
 
 

@@ -10,16 +10,15 @@ import itertools
 from collections import deque
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 from verify.kernel.formulas import Owed, conjuncts
-from verify.kernel.labels import Relations, Timeline
-from verify.kernel.planned import PlannedClaim
 from verify.kernel.refused import Refused
 from verify.kernel.statement import Statement
 from verify.kernel.team import Claim, Step, Team
-from verify.kernel.words import LAP, Configuration
+from verify.kernel.timelines import Timeline
+from verify.kernel.words import Configuration, flown, planned
 
 MOST_CONFIGURATIONS = 20_000
 """Of one team, over all spans."""
@@ -32,24 +31,21 @@ FOLLOWED = 3
 
 
 def find_formula(
-    statement: Statement, timelines: Mapping[str, Timeline], relations: Relations
+    statement: Statement, timelines: Mapping[str, Timeline]
 ) -> dict[str, str | list[Any]]:  # of any type: JSON nests
     """Return evidence for each conjunct of a formula for which some is found.
 
     Args:
         statement: Has the formula.
         timelines: One for each robot.
-        relations: Letters that they exclude are left out.
     """
     trees = conjuncts(statement.formula)
-    return _found("formula", (Claim(statement, timelines, relations, tree) for tree in trees))
+    return _found("formula", (flown(statement, timelines, tree) for tree in trees))
 
 
 def find_ordered(statement: Statement) -> dict[str, str | list[Any]]:  # of any type: JSON nests
     """Return evidence for each conjunct that planned words satisfy it under their waits, as far as some is found."""
-    return _found(
-        "ordered", (PlannedClaim(statement, tree) for tree in conjuncts(statement.formula)) if statement.words else ()
-    )
+    return _found("ordered", (planned(statement, tree) for tree in conjuncts(statement.formula)) if statement.words else ())
 
 
 def _found(key: str, claims: Iterable[Claim]) -> dict[str, str | list[Any]]:
@@ -62,10 +58,10 @@ def _invariant(claim: Claim) -> list[Any] | None:
     with suppress(Refused):
         for followed, more in itertools.islice(_choices(claim), MOST_TEAMS):
             with suppress(Refused):
-                team = claim.team(followed, more)
+                team = Team(claim, followed, more)
                 found = _finite(team) if team.back is None else _Laps(team).run()
                 if found is not None:
-                    return _written(team, followed, more, *found)
+                    return _written(followed, more, *found)
     return None
 
 
@@ -75,8 +71,7 @@ def _choices(claim: Claim) -> Iterator[tuple[tuple[str, ...], frozenset[str]]]:
     shown = {robot: len({letter & names for letter in claim.places(robot, names).letters}) for robot in claim.robots}
     order = sorted(claim.robots, key=lambda robot: (-shown[robot], claim.robots.index(robot)))
     sizes = [size for size in range(len(order) + 1) if size <= FOLLOWED or size == len(order)]
-    everything = claim.regions.union(*(names for robot in claim.statement.robots.values() for names in robot.states.values()))
-    for more in (frozenset[str](), everything - names):
+    for more in (frozenset[str](), claim.shown - names):
         for size in sizes:
             for chosen in itertools.combinations(order, size):
                 yield tuple(sorted(chosen, key=claim.robots.index)), more
@@ -96,7 +91,7 @@ class _Edge:
     lap: bool
 
 
-def _finite(team: Team) -> tuple[list[int], list[list[Configuration]]] | None:
+def _finite(team: Team) -> tuple[list[int | None], list[list[Configuration]]] | None:
     """Return the configurations of each span, those left out that another one covers; None where the flight may end badly."""
     table = team.claim.table
     waiting: list[Configuration] = _after(team, team.begin(), frozenset({table.root}))
@@ -117,19 +112,19 @@ def _finite(team: Team) -> tuple[list[int], list[list[Configuration]]] | None:
             count += 1
             if count > MOST_CONFIGURATIONS:
                 raise _OutOfBudget("too many configurations")
-            work.extend(_after(team, team.moves(span, one.at, one.read), one.owed))
+            work.extend(_after(team, team.moves(span, (one.at, one.read)), one.owed))
         sets.append(sorted((one for row in here.values() for one in row), key=_order))
         if span + 1 == team.size:
             break
-        waiting = [new for one in sets[-1] for new in _after(team, team.handed(span, one.at, one.read)[1], one.owed)]
-    if any(team.may_end(one.at, one.read) and table.empty_word_keeps(one.owed) for one in sets[-1]):
+        waiting = [new for one in sets[-1] for new in _after(team, team.handed(span, (one.at, one.read))[1], one.owed)]
+    if any(team.may_end((one.at, one.read)) and table.empty_word_keeps(one.owed) for one in sets[-1]):
         return None
-    return [LAP], sets
+    return [None], sets
 
 
 def _after(team: Team, steps: Iterator[Step] | Sequence[Step], owed: Owed) -> list[Configuration]:
     found: list[Configuration] = []
-    for letter, at, read in steps:
+    for letter, (at, read) in steps:
         left = [owed] if letter is None else [then for then, _ in team.claim.table.after(letter, owed)]
         found += [Configuration(at, read, then) for then in left]
     return found
@@ -152,20 +147,20 @@ class _Laps:
         self.order: list[tuple[int, Configuration]] = []
         self.edges: list[list[_Edge]] = []
 
-    def run(self) -> tuple[list[int], list[list[Configuration]]] | None:
+    def run(self) -> tuple[list[int | None], list[list[Configuration]]] | None:
         """Return what each level names, and the configurations of each span; None where a word may break the formula."""
         for step in self.team.begin():
             self._follow(0, step, frozenset({self.team.claim.table.root}), lap=False)
         for span, one in self.order:  # grows while it is walked
-            steps = list(self.team.moves(span, one.at, one.read))
-            then, handed = self.team.handed(span, one.at, one.read)
+            steps = list(self.team.moves(span, (one.at, one.read)))
+            then, handed = self.team.handed(span, (one.at, one.read))
             edges = [edge for step in steps for edge in self._follow(span, step, one.owed, lap=False)]
             edges += [edge for step in handed for edge in self._follow(then, step, one.owed, lap=then <= span)]
             self.edges.append(list(dict.fromkeys(edges)))
         return self._levels()
 
     def _follow(self, span: int, step: Step, owed: Owed, *, lap: bool) -> list[_Edge]:
-        letter, at, read = step
+        letter, (at, read) = step
         found: list[_Edge] = []
         for then, off in ((owed, owed),) if letter is None else self.team.claim.table.after(letter, owed):
             key = span, Configuration(at, read, then)
@@ -177,23 +172,23 @@ class _Laps:
             found.append(_Edge(self.numbers[key], letter is not None, off, lap))
         return found
 
-    def _levels(self) -> tuple[list[int], list[list[Configuration]]] | None:
+    def _levels(self) -> tuple[list[int | None], list[list[Configuration]]] | None:
         """Give each configuration a level: components that lead nowhere else first."""
-        named: list[int] = []
+        named: list[int | None] = []
         level = [-1] * len(self.order)
         for component in _components([[edge.target for edge in row] for row in self.edges]):
             inside = set(component)
             own = [edge for node in component for edge in self.edges[node] if edge.target in inside]
-            name: int | None = LAP
+            name: int | None = None  # the lap
             if any(edge.lap for edge in own):
                 puts_off = [edge.off for edge in own if edge.reads]
                 name = min((u for u in frozenset.intersection(*puts_off)), default=None) if puts_off else None
-            if name is None:
-                return None
+                if name is None:
+                    return None
             least = 0
             for edge in (edge for node in component for edge in self.edges[node] if edge.target not in inside):
                 there = level[edge.target]
-                stays = not edge.lap if name == LAP else not edge.reads or name in edge.off
+                stays = not edge.lap if name is None else not edge.reads or name in edge.off
                 least = max(least, there if stays and named[there] == name else there + 1)
             fitting = next((k for k in range(least, len(named)) if named[k] == name), None)
             if fitting is None:
@@ -203,8 +198,8 @@ class _Laps:
                 level[node] = fitting
         sets: list[list[Configuration]] = [[] for _ in range(self.team.size)]
         for (span, one), height in zip(self.order, level, strict=True):
-            sets[span].append(replace(one, level=height))
-        return named or [LAP], [sorted(here, key=_order) for here in sets]
+            sets[span].append(one._replace(level=height))
+        return named or [None], [sorted(here, key=_order) for here in sets]
 
 
 def _components(following: Sequence[Sequence[int]]) -> Iterator[list[int]]:
@@ -243,18 +238,20 @@ def _components(following: Sequence[Sequence[int]]) -> Iterator[list[int]]:
 
 
 def _written(
-    team: Team, followed: Sequence[str], more: frozenset[str], levels: Sequence[int], sets: Sequence[Sequence[Configuration]]
+    followed: Sequence[str],
+    more: frozenset[str],
+    levels: Sequence[int | None],
+    sets: Sequence[Sequence[Configuration]],
 ) -> list[Any]:
     """Return an invariant as the kernel reads it."""
     owed: dict[Owed, int] = {}
     known: dict[tuple[tuple[int, ...], ...], int] = {}
     runs: list[list[int]] = []
-    own, laps = not team.claim.joint, team.back is not None
     for here in sets:
         rows: list[tuple[int, ...]] = []
         for one in here:
             number = owed.setdefault(one.owed, len(owed))
-            rows.append((number, *([one.read] if own else []), *([one.level] if laps else []), *one.at))
+            rows.append((number, one.level, one.read, *one.at))
         which = known.setdefault(tuple(rows), len(known))
         if runs and runs[-1][0] == which:
             runs[-1][1] += 1

@@ -2,14 +2,15 @@
 
 import random
 from fractions import Fraction
+from types import SimpleNamespace
 
 import pytest
 
 from verify.data.shapes.covers import covers
 from verify.data.shapes.inequalities import Inequality as Stored
-from verify.kernel.bodies import body_of, condition
 from verify.kernel.refused import Refused
-from verify.kernel.statement import Inequality, Shape, Statement
+from verify.kernel.statement import Inequality, Shape
+from verify.kernel.zones import asked, bodies, terms_of
 from verify.proofs.bridges import bridges
 
 ORIGIN = (Fraction(0), Fraction(0), Fraction(0))
@@ -30,9 +31,7 @@ def union(*boxes):
 
 
 def proposed(shape):
-    statement = Statement.__new__(Statement)
-    object.__setattr__(statement, "regions", {"a": shape})
-    return bridges(statement).get("bridges/a", [[]])[0]
+    return bridges(SimpleNamespace(regions={"a": shape})).get("bridges/a", [])
 
 
 def keeps(inequality, point):
@@ -41,15 +40,15 @@ def keeps(inequality, point):
 
 def test_opposite_faces_of_one_box_make_no_body_of_it():
     shape = union(((0, 0, 0), (1, 1, 1)))
-    body = body_of(shape, Fraction(0), [[0, 0, 0, 1]])
-    assert all(set(cover) == set(range(6)) for cover in body.covers)
+    _, _, covers = bodies(shape, [(0, 0, 0, 1)])
+    assert all(set(cover) == set(range(6)) for cover in covers)
 
 
 @pytest.mark.parametrize("bridge", [[0, 1, 0, 0], [0, 9, 0, 1], [0, 1, 2, 1], [0, 1, 0, 99]])
 def test_what_is_no_bridge_is_refused(bridge):
     shape = union(((0, 0, 0), (1, 1, 1)), ((2, 0, 0), (3, 1, 1)))
     with pytest.raises(Refused):
-        body_of(shape, Fraction(0), [bridge])
+        bodies(shape, [bridge])
 
 
 def test_bodies_lie_in_the_region_whatever_bridges_are_named():
@@ -63,15 +62,15 @@ def test_bodies_lie_in_the_region_whatever_bridges_are_named():
         good = []
         for bridge in [*proposed(shape), *named]:
             try:
-                body_of(shape, Fraction(0), [*good, bridge])
+                bodies(shape, [*good, bridge])
             except Refused:
                 continue
             good.append(bridge)
-        body = body_of(shape, Fraction(0), good)
+        _, _, found = bodies(shape, good)
         made += len(good)
         for _ in range(40):
             point = [Fraction(rng.randrange(-1, 13), 2) for _ in range(3)]
-            if any(all(keeps(every[k], point) for k in cover) for cover in body.covers):
+            if any(all(keeps(every[k], point) for k in cover) for cover in found):
                 assert any(all(keeps(one, point) for one in part) for part in shape.parts), (shape, good)
     assert made > 30
 
@@ -81,8 +80,8 @@ def test_as_many_bodies_are_found_as_the_judge_finds():
     parts = tuple(
         tuple(Stored(linear=tuple(map(float, one.linear)), bound=float(one.bound)) for one in part) for part in shape.parts
     )
-    body = body_of(shape, Fraction(0), proposed(shape))
-    assert len(body.covers) == len(covers(parts))
+    _, _, found = bodies(shape, proposed(shape))
+    assert len(found) == len(covers(parts))
 
 
 def form(terms, p):
@@ -97,7 +96,7 @@ def test_a_quadric_moves_to_the_safe_side():
         off = Fraction(rng.randrange(-3, 4), 16)
         one = Inequality(Fraction(1), None, ((a, off, Fraction(0)), (off, b, off), (Fraction(0), off, c)))
         margin = Fraction(rng.randrange(0, 20), 64)
-        found = condition(one, ORIGIN, margin)
+        keeps, (_, _, outside) = asked(terms_of(one, ORIGIN), margin)
         terms = (a, b, c, off)
         for _ in range(50):
             point = [Fraction(rng.randrange(-64, 65), 64) for _ in range(3)]
@@ -107,7 +106,7 @@ def test_a_quadric_moves_to_the_safe_side():
                 continue
             share = margin / (1 + size)  # a step no longer than the margin, as sqrt(s) <= 1 + s
             near = [p + share * s for p, s in zip(point, step, strict=True)]
-            if found.inside is not None and form(terms, point) <= found.inside:
+            if keeps and form(terms, point) - 1 <= keeps[0][2]:
                 assert form(terms, near) <= 1
-            if form(terms, point) > found.outside:
+            if form(terms, point) - 1 > outside:
                 assert form(terms, near) > 1

@@ -48,9 +48,9 @@ def test_the_archive_checks_a_folder_by_itself(shipped_folder):
     for what in (
         "within 0.05 m",
         "region water",
-        "opening 0.25 m",
-        "speed 1,",
-        "quad2: starts at (1, 0.5, 0.8) m",
+        "opening: 0.25\n",
+        "speed: 1\n",
+        "starts at: (1, 0.5, 0.8)\n",
         "smoke -> carrying",
     ):
         assert what in done.stdout, what

@@ -5,32 +5,23 @@ from types import SimpleNamespace
 
 import pytest
 
-from verify.kernel.flights import Segment
-from verify.kernel.hoops import Frame, Opening, passages
+from verify.kernel.flights import Path, Segment
 from verify.kernel.polynomials import Polynomial
 from verify.kernel.refused import Refused
+from verify.kernel.timelines import Course
+from verify.kernel.trees import Evidence
 
 NOWHERE = Polynomial.of([Fraction(0)])
-
-
-class Given:
-    """Marks from a text."""
-
-    def __init__(self, text):
-        self.left = list(text)
-
-    def take(self, part, depth):
-        return self.left.pop(0)
 
 
 def passed(coefficients, marks):
     """The ways in which a path passes an opening around the origin: along x by a polynomial, and then away."""
     ring = SimpleNamespace(opening=Fraction(1), rim=Fraction(1, 50), normal=(Fraction(1), Fraction(0), Fraction(0)))
-    frame = Frame.of(SimpleNamespace(ring=ring, center=(Fraction(0),) * 3))
+    statement = SimpleNamespace(margin=Fraction(1, 20), regions={"h": SimpleNamespace(ring=ring, center=(Fraction(0),) * 3)})
     ways = [[Fraction(x) for x in coefficients], [Fraction(sum(coefficients)), Fraction(sum(coefficients))]]
     segments = [Segment(Fraction(k), Fraction(k + 1), [Polynomial.of(x), NOWHERE, NOWHERE]) for k, x in enumerate(ways)]
-    opening = Opening(frame, Fraction(1, 20), Fraction(1, 20))
-    return [one.way for one in passages(SimpleNamespace(segments=segments), "h", opening, Given(marks))]
+    path = Path("r", SimpleNamespace(radius=Fraction(1, 20)), segments, segments, None)
+    return [way for *_, way in Course(statement, path, Evidence({"openings/r/h": marks}))._passages("h")]
 
 
 def test_one_way_is_one_passage():

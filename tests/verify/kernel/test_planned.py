@@ -19,11 +19,11 @@ from verify import check_ordered
 from verify.data import Formula, Letter, Word
 from verify.data.plan import Meeting, Precedence, RobotPlan, Visit, Waypoint
 from verify.data.sections import Action
-from verify.kernel.evidence import Evidence
-from verify.kernel.planned import PlannedClaim
-from verify.kernel.planned import check_ordered as kernel_checks
 from verify.kernel.refused import Refused
 from verify.kernel.statement import Statement, Wait
+from verify.kernel.trees import Evidence
+from verify.kernel.words import check_ordered as kernel_checks
+from verify.kernel.words import planned
 from verify.proofs.words import find_ordered
 from verify.trace_checking import planned_order
 
@@ -56,7 +56,7 @@ def accepts(statement: Statement) -> bool:
 def test_planned_words_agree_with_brute_force_and_judge(seed: int, number: int, monkeypatch: pytest.MonkeyPatch) -> None:
     rng = Random(seed)
     events: Events = []
-    monkeypatch.setattr("verify.kernel.planned._waits", lambda _: events)
+    monkeypatch.setattr("verify.kernel.words.waits_between", lambda _: events)
     found: set[bool] = set()
     for _ in range(number):
         robots = ("q0", "q1", "q2")[: rng.randint(1, 3)]
@@ -150,7 +150,7 @@ def test_waits_are_between_the_same_events_as_the_judge_says(seed: int, number: 
         )
         wanted = judged(walks, waits, monkeypatch)
         try:
-            mine: Events | str | None = list(PlannedClaim(statement, ["true"]).waits)
+            mine: Events | str | None = list(planned(statement, ["true"]).waits)
         except Refused as refused:
             mine = str(refused)
         never = isinstance(mine, str)

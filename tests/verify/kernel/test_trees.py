@@ -6,20 +6,20 @@ from fractions import Fraction
 import pytest
 
 from tests.helpers.sturm import is_nowhere_negative, value
-from verify.kernel.polynomials import Polynomial
+from verify.kernel.polynomials import Bernstein, Polynomial
 from verify.kernel.refused import Refused
-from verify.kernel.trees import DEEPEST, at_least, leaves, require
-from verify.proofs.search import Style, _Chosen
+from verify.kernel.trees import DEEPEST, Cell, Evidence, Trees, leaves
+from verify.proofs.search import Style, tree_of
 
 
-class Given:
-    """Marks from a text."""
+def above_zero(coefficients):
+    """Return the claim that a polynomial is nowhere negative."""
+    row = Polynomial.of(coefficients).bernstein()
+    return Cell(lambda _: row, {"m": [[[(0, Bernstein.at_least, Fraction(0))]]]})
 
-    def __init__(self, text):
-        self.left = list(text)
 
-    def take(self, part, depth):
-        return self.left.pop(0) if self.left else "?"
+def check(part, marks):
+    Trees("limits", [part]).check(Evidence({"limits": marks}))
 
 
 def product(*factors):
@@ -50,13 +50,11 @@ def near_ties(rng):
 
 def is_proved(coefficients, depth=30):
     """Whether a search of some depth finds a proof, which is then checked."""
-    whole = at_least([(Polynomial.of(coefficients).bernstein(), Fraction(0))])
-    chosen = _Chosen(Style("m", depth))
-    try:
-        require(whole, chosen, "it is above zero")
-    except Refused:
+    whole = above_zero(coefficients)
+    marks = tree_of(Style("m", depth), whole)
+    if "?" in marks:
         return False
-    require(at_least([(Polynomial.of(coefficients).bernstein(), Fraction(0))]), Given(chosen.marks), "it is above zero")
+    check(above_zero(coefficients), marks)
     return True
 
 
@@ -77,7 +75,7 @@ def test_random_marks_prove_nothing_that_is_false():
         coefficients = near_ties(rng)
         marks = "".join(rng.choice("sm") for _ in range(rng.randrange(1, 40)))
         try:
-            require(at_least([(Polynomial.of(coefficients).bernstein(), Fraction(0))]), Given(marks), "it is above zero")
+            check(above_zero(coefficients), marks)
         except Refused:
             continue
         assert is_nowhere_negative(coefficients), (coefficients, marks)
@@ -108,13 +106,13 @@ def test_polynomials_are_moved_and_stretched():
 
 
 def test_a_tree_is_not_deeper_than_it_may_be():
-    whole = at_least([(Polynomial.of([Fraction(0), Fraction(1)]).bernstein(), Fraction(0))])
+    whole = above_zero([Fraction(0), Fraction(1)])
     with pytest.raises(Refused, match="too deep"):
-        list(leaves(whole, Given("s" * (DEEPEST + 1))))
+        list(leaves(whole, iter("s" * (DEEPEST + 1))))
 
 
 def test_a_tree_may_leave_open_only_what_is_not_required():
-    whole = at_least([(Polynomial.of([Fraction(1)]).bernstein(), Fraction(0))])
-    assert [leaf.mark for leaf in leaves(whole, Given("sm?"))] == ["m", "?"]
-    with pytest.raises(Refused, match="not proved"):
-        require(whole, Given("sm?"), "it is above zero")
+    whole = above_zero([Fraction(1)])
+    assert [mark for _, mark, _ in leaves(whole, iter("sm?"))] == ["m", "?"]
+    with pytest.raises(Refused, match="open"):
+        check(whole, "sm?")

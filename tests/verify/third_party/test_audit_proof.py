@@ -19,6 +19,7 @@ from tests.helpers.flights import small_mission
 from tests.verify.third_party.test_audit import HOP, hop
 from verify.checked_claims import checked_files
 from verify.data.files.trajectory_csv import write_csv
+from verify.kernel import VERSION
 from verify.third_party import audit_proof
 from verify.third_party.rounded_paths import rounded_paths
 
@@ -45,7 +46,7 @@ def test_what_holds_is_checked_by_the_kernel_alone(folder: Path, tmp_path: Path)
     assert found
     held = {"workspace", "height", "limits.speed", "separation"}
     assert {name for name, said in words(found).items() if said == {"checked"}} == held
-    assert (found.checked, found.kernel) == (4, 1)
+    assert (found.checked, found.kernel) == (4, VERSION)
     assert sorted(found.files) == ["check.pyz", "proof.json", "r0.csv", "r1.csv", "statement.json"]
     place = tmp_path / "proof"
     place.mkdir()
@@ -54,7 +55,7 @@ def test_what_holds_is_checked_by_the_kernel_alone(folder: Path, tmp_path: Path)
     done = subprocess.run([sys.executable, "-I", place / "check.pyz", place], capture_output=True, text=True, check=False)
     assert "checked: separation: The paths of r0 and r1 stay 0.4000 m apart" in done.stdout
     data = json.loads(found.to_json())
-    assert data["kernel"] == 1
+    assert data["kernel"] == VERSION
     assert [claim["proof"] for claim in data["claims"]] == [claim.proof for claim in found.claims]
     without = verify.audit(folder, limits=LIMITS)
     assert (without.kernel, words(without)["separation"], without.files) == (None, {"judged"}, {})

@@ -1,0 +1,78 @@
+"""Distances of pairs: trees are accepted only where paths that are sampled keep apart."""
+
+from __future__ import annotations
+
+import random
+from contextlib import suppress
+from fractions import Fraction
+from itertools import pairwise
+from math import dist
+from types import SimpleNamespace
+from typing import Any
+
+from verify.kernel.distances import Pair
+from verify.kernel.flights import Path, Segment
+from verify.kernel.polynomials import Polynomial
+from verify.kernel.refused import Refused
+from verify.kernel.trees import Evidence, Trees
+from verify.proofs.search import run_lengths, trees_of
+
+STATEMENT: Any = SimpleNamespace(separation=Fraction(3, 8), separation_z=None, margin=Fraction(0))
+ROBOT: Any = SimpleNamespace(radius=Fraction(1, 16))
+
+
+def flown(rng: random.Random) -> Path:
+    """Return a path of four pieces."""
+    times = sorted({Fraction(0), Fraction(4), *(Fraction(rng.randrange(1, 32), 8) for _ in range(3))})
+    segments = []
+    for start, stop in pairwise(times):
+        axes = [Polynomial.of([Fraction(rng.randrange(-64, 65), 64 << 2 * k) for k in range(4)]) for _ in range(3)]
+        segments.append(Segment(start, stop, axes))
+    return Path("r", ROBOT, segments, segments, None)
+
+
+def places(path: Path, time: Fraction) -> list[list[float]]:
+    """Return where a path is at a time, at a joint on both sides."""
+    here = [one for one in path.segments if one.start <= time <= one.stop]
+    return [[float(axis.at(time - one.start)) for axis in one.axes] for one in here]
+
+
+def is_near(one: Path, other: Path, error: Fraction) -> bool:
+    """Return whether two paths are sampled too near each other at times that differ by no more than an error."""
+    times = [Fraction(k, 32) for k in range(129)]
+    both = [(a, b) for a in times for b in times if abs(a - b) <= error]
+    return any(dist(p, q) < 0.375 for a, b in both for p in places(one, a) for q in places(other, b))
+
+
+def is_proved(parts: Any, marks: str) -> bool:
+    with suppress(Refused):
+        Trees("pairs", parts).check(Evidence({"pairs": marks}))
+        return True
+    return False
+
+
+def test_what_is_proved_is_so() -> None:
+    rng = random.Random(1)
+    found = {True: 0, False: 0}
+    for _ in range(60):
+        pair = Pair(STATEMENT, flown(rng), flown(rng), Fraction(0))
+        near = is_near(*pair.paths, Fraction(0))
+        marks = run_lengths(trees_of("pairs", list(pair.at_each_time())))
+        for text in (marks, "9m", "99m", "s9m"):
+            proved = is_proved(pair.at_each_time(), text)
+            assert not (proved and near)
+        found[is_proved(pair.at_each_time(), marks)] += 1
+    assert min(found.values()) > 5
+
+
+def test_what_is_proved_of_clocks_that_differ_is_so() -> None:
+    rng = random.Random(2)
+    found = {True: 0, False: 0}
+    for _ in range(20):
+        pair = Pair(STATEMENT, flown(rng), flown(rng), Fraction(0))
+        near = is_near(*pair.paths, Fraction(1, 16))
+        marks = run_lengths(trees_of("apart", list(pair.at_all_times(Fraction(1, 16)))))
+        for text in (marks, "99m", "99k", "s99m"):
+            assert not (is_proved(pair.at_all_times(Fraction(1, 16)), text) and near)
+        found[is_proved(pair.at_all_times(Fraction(1, 16)), marks)] += 1
+    assert min(found.values()) > 1

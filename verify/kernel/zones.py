@@ -1,0 +1,220 @@
+"""Zones that all of the ball around a path is inside of, or outside of: regions, obstacles, openings, rims, the workspace.
+
+Each inequality is f(x) <= 0, by the weights of xx, xy, xz, yy, yz, zz, x, y, z and 1 in f. A quadric is (x - c)'Q(x - c) <= B with Q semidefinite,
+its square completed. Of a ball of radius d around x all points keep it where sqrt((x - c)'Q(x - c)) <= sqrt(B) - s d, and none does where it is
+above sqrt(B) + s d, s^2 being at least Q's greatest eigenvalue (Coq: `quadric_must`, `quadric_no`). A half-space n.x <= h moves by |n| d (Coq:
+`half_space_must`, `half_space_no`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from fractions import Fraction
+from functools import lru_cache
+from itertools import chain
+
+from .flights import Path
+from .polynomials import Bernstein, Polynomial, root
+from .refused import require
+from .statement import ZERO, Inequality, Shape, Statement, Vector
+from .trees import Atom, Cell, Rules
+
+MOST_SUMS = 64
+"""Sums of half-spaces that a proof may name for one part of an obstacle."""
+CORNERS = 32
+"""Directions between a rim's plane and its axis in which a path may be away from its edge."""
+Bridge = tuple[int, int, int, int]
+"""Numbers of two convex bodies, and of a face of each, at which the one begins where the other ends."""
+Sums = tuple[tuple[tuple[int, int], ...], ...]
+"""Sums of inequalities, of each their numbers and weights."""
+Terms = tuple[Fraction, ...]
+NOTHING: Vector = (ZERO, ZERO, ZERO)
+
+
+def along(path: Path, rules: Rules) -> Iterator[Cell]:
+    """Yield claims of each segment of a path."""
+    return (Cell(segment.sum, rules) for segment in path.segments)
+
+
+@lru_cache(maxsize=65536)
+def terms_of(one: Inequality, center: Vector) -> Terms:
+    """Return the weights of an inequality around a centre."""
+    q, linear = one.quadratic or (NOTHING,) * 3, one.linear or NOTHING
+    pulled = [sum((q[i][k] * center[k] for k in range(3)), ZERO) for i in range(3)]
+    rest = sum(((pulled[i] - linear[i]) * center[i] for i in range(3)), -one.bound)
+    (xx, xy, xz), (_, yy, yz), (_, _, zz) = q
+    return (xx, 2 * xy, 2 * xz, yy, 2 * yz, zz, *(linear[i] - 2 * pulled[i] for i in range(3)), rest)
+
+
+def pivots(terms: Sequence[Fraction], size: int = 4) -> list[Fraction]:
+    """Return pivots of the symmetric matrix of a function of x, y, z and 1; none is below zero where it is nowhere below zero.
+
+    Where one is zero, and more stands in its row, it is -1 here. (Coq: `elimination_semidefinite`)
+    """
+    xx, xy, xz, yy, yz, zz, x, y, z, one = (value / (1 if i in (0, 3, 5, 9) else 2) for i, value in enumerate(terms))
+    whole = [[xx, xy, xz, x], [xy, yy, yz, y], [xz, yz, zz, z], [x, y, z, one]]
+    rows, found = [row[:size] for row in whole[:size]], list[Fraction]()
+    while rows:
+        pivot, *rest = rows[0]
+        found.append(pivot if pivot or not any(rest) else Fraction(-1))
+        rows = [[a - row[0] * b / pivot if pivot else a for a, b in zip(row[1:], rest, strict=True)] for row in rows[1:]]
+    return found
+
+
+def _scale(terms: Terms) -> Fraction:
+    """Return s such that s^2 is at least the greatest eigenvalue of a semidefinite form (Coq: `rest_grows`, `rows_grow`)."""
+    xx, xy, xz, yy, yz, zz = (abs(value) for value in terms[:6])
+    low, high = max(xx, yy, zz), max(2 * xx + xy + xz, xy + 2 * yy + yz, xz + yz + 2 * zz) / 2
+    for _ in range(32 if low < high else 0):
+        middle = (low + high) / 2
+        rest = [middle * (i in (0, 3, 5)) - value for i, value in enumerate(terms)]
+        low, high = (low, middle) if min(pivots(rest, 3)) >= 0 else (middle, high)
+    return root(high)[1]
+
+
+@lru_cache(maxsize=4096)
+def asked(terms: Terms, margin: Fraction) -> tuple[list[Atom], Atom]:
+    """Return that all of the ball keeps an inequality, which may be nowhere, and that none of it does."""
+    if any(terms[:6]):
+        *kept, last = pivots(terms)  # Coq: `square_completed`
+        require(min(kept) >= 0, "an inequality has a form that is not understood")
+        require(last < 0, "an inequality leaves no points")
+        (low, high), by = root(-last), _scale(terms) * margin
+        inside, outside = ((low - by) ** 2 + last if low > by else None, (high + by) ** 2 + last) if margin else (ZERO, ZERO)
+    else:
+        require(any(terms[6:9]), "an inequality has no coordinate in it")
+        outside = root(sum((x * x for x in terms[6:9]), ZERO))[1] * margin
+        inside = -outside
+    form = Polynomial.of(terms)
+    return [] if inside is None else [(form, Bernstein.at_most, inside)], (form, Bernstein.above, outside)
+
+
+def region(shape: Shape, margin: Fraction, bridges: Sequence[Bridge] = ()) -> Rules:
+    """Return the claims `m` that a path is inside a region by a margin, and `n` that it is outside.
+
+    Args:
+        shape: The region.
+        margin: m.
+        bridges: Convex bodies across faces; bodies are counted from the parts on.
+    """
+    every, parts, covers = bodies(shape, bridges)
+    claims = [asked(terms_of(one, shape.center), margin) for one in every]
+    return {"m": [[claims[k][0] for k in body] for body in covers], "n": [[[claims[k][1] for k in part] for part in parts]]}
+
+
+def bodies(shape: Shape, bridges: Sequence[Bridge]) -> tuple[list[Inequality], list[list[int]], list[list[int]]]:
+    """Return a region's inequalities, and their numbers in each part, and in each convex body within the region."""
+    every = list(dict.fromkeys(chain.from_iterable(shape.parts)))
+    parts = [[every.index(one) for one in part] for part in shape.parts]
+    found = list(parts)
+    for one, other, a, b in bridges:
+        joined = max(one, other) < len(found) and a in found[one] and b in found[other] and meet(every[a], every[b])
+        require(joined, "a bridge joins bodies that do not meet")
+        # a point that keeps all others of both keeps a, and is in the one, or is beyond it, and so keeps b and is in the other
+        # (Coq: `across_face`)
+        rest = [*(k for k in found[one] if k != a), *(k for k in found[other] if k != b)]
+        found.append([k for k in dict.fromkeys(rest) if not any(holds(every[j], every[k]) for j in rest)])
+    return every, parts, found
+
+
+def holds(one: Inequality, other: Inequality) -> bool:
+    """Return whether one half-space lies strictly within another of the same normal, which it makes needless."""
+    return one.linear == other.linear and one.quadratic == other.quadratic and one.bound < other.bound
+
+
+def meet(one: Inequality, other: Inequality) -> bool:
+    """Return whether all points beyond the one half-space are within the other (Coq: `faces_meet`)."""
+    first, second = one.linear or NOTHING, other.linear or NOTHING
+    share = next((-b / a for a, b in zip(first, second, strict=True) if a), ZERO)
+    opposite = all(b == -share * a for a, b in zip(first, second, strict=True))
+    return not one.quadratic and not other.quadratic and share > 0 and opposite and other.bound >= -share * one.bound
+
+
+class Hoop:
+    """A hoop, measured.
+
+    Of a place r, D = (r - c) . n with centre c and normal n, and P = |r - c|^2 |n|^2 - D^2: |D| / |n| is how far r is from the
+    opening's plane, and sqrt(P) / |n| how far from its axis. Lengths are compared with |n|^2, or with `high`, above |n|.
+    """
+
+    def __init__(self, shape: Shape) -> None:
+        assert shape.ring is not None
+        (a, b, c), self.ring = shape.ring.normal, shape.ring
+        self.square = a * a + b * b + c * c
+        across = (b * b + c * c, -a * b, -a * c), (-a * b, a * a + c * c, -b * c), (-a * c, -b * c, a * a + b * b)
+        self.high, self.along = root(self.square)[1], Polynomial.of(terms_of(Inequality(ZERO, (a, b, c)), shape.center))
+        self.across = Polynomial.of(terms_of(Inequality(ZERO, None, across), shape.center))
+
+    def within(self, length: Fraction) -> list[Atom]:
+        """Return that a path is inside the opening by more than a length."""
+        room = self.ring.opening - length
+        return [(self.across, Bernstein.below, room**2 * self.square)] if room > 0 else []
+
+    def beside(self, length: Fraction) -> Atom:
+        """Return that a path is farther from the opening's axis than its radius and a length."""
+        return self.across, Bernstein.above, (self.ring.opening + length) ** 2 * self.square
+
+    def apart(self, length: Fraction) -> list[Atom]:
+        """Return that a path is farther from the opening's plane than a length, which is not below zero: behind it, or before it."""
+        return [(self.along, Bernstein.above, length * self.high), (self.along, Bernstein.below, -length * self.high)]
+
+    def opening(self, margin: Fraction, radius: Fraction) -> Rules:
+        """Return the claims `n`, no point within the margin is in the opening, and `i`, a vehicle there is inside by its radius and the margin.
+
+        (Coq: `before_plane`, `behind_plane`, `beside_opening`, `inside_opening`)
+        """
+        inside = [(self.across, Bernstein.at_most, bound) for _, _, bound in self.within(margin + radius)]
+        return {"n": [[[*self.apart(margin), self.beside(margin)]]], "i": [[inside]]}
+
+    def rim(self, length: Fraction) -> Rules:
+        """Return the claim `n` that a path stays farther than a length from the rim: in its plane by one side of a right triangle,
+        along the axis by the other, of which the length is the longest (Coq: `rim_clear`).
+        """
+        ways: list[list[list[Atom]]] = [
+            [[self.beside(self.ring.rim + length), *self.within(length)]],
+            [self.apart(self.ring.rim / 2 + length)],
+        ]
+        for t in (Fraction(k, CORNERS) for k in range(1, CORNERS)):
+            aside, above = (1 - t * t) / (1 + t * t) * length, 2 * t / (1 + t * t) * length
+            ways.append([[self.beside(self.ring.rim + aside), *self.within(aside)], self.apart(self.ring.rim / 2 + above)])
+        return {"n": ways}
+
+
+def obstacle(statement: Statement, name: str, length: Fraction, sums: Sequence[Sums]) -> Rules:
+    """Return the claim `n` that a path is farther than a length from all that is solid of an obstacle.
+
+    Of each part one inequality, or one sum of half-spaces, is broken by the length (Coq: `quadric_no`, `farkas_ball`), or all within the
+    length is in an opening.
+
+    Args:
+        statement: Has the obstacle.
+        name: Its name.
+        length: m.
+        sums: For each part sums of its half-spaces, which all points of the part keep (Coq: `farkas_keeps`).
+    """
+    shape, clauses = statement.obstacles[name], list[list[Atom]]()
+    require(len(sums) == len(shape.parts), "a proof sums half-spaces of other parts")
+    for part, rows in zip(shape.parts, sums, strict=True):
+        terms = [terms_of(one, shape.center) for one in part]
+        fits = len(rows) <= MOST_SUMS and not any(k >= len(part) or part[k].quadratic for row in rows for k, _ in row)
+        require(fits, "a proof sums half-spaces that there are not")
+        summed = [tuple(sum((w * terms[k][i] for k, w in row), ZERO) for i in range(10)) for row in rows]
+        clauses.append([asked(one, length)[1] for one in (*terms, *summed)])
+        for hoop in (statement.regions[hoop] for hoop in shape.openings or ()):
+            x, y, z = hoop.center
+            powers = x * x, x * y, x * z, y * y, y * z, z * z, x, y, z, 1
+            if all(
+                sum(w * power for w, power in zip(one, powers, strict=True)) <= 0 for one in terms
+            ):  # the part holds its centre
+                clauses[-1] += Hoop(hoop).within(length)
+    return {"n": [clauses]}
+
+
+def workspace(statement: Statement) -> Rules:
+    """Return the claim `m` that a path stays in the workspace by the margin."""
+    walls: list[list[Atom]] = []
+    for axis in range(3):
+        form = Polynomial([int(k == axis + 6) for k in range(10)])
+        walls.append([(form, Bernstein.at_least, statement.low[axis] + statement.margin)])
+        walls.append([(form, Bernstein.at_most, statement.high[axis] - statement.margin)])
+    return {"m": [walls]}

@@ -1,0 +1,218 @@
+"""Marks of whole segments and pieces, proposed in floats: most trees are one leaf, for which nothing exact needs to be computed.
+
+The kernel checks each mark. What floats do not show with room to spare is left to the exact search.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Hashable, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cache
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from verify.kernel.flights import GRAVITY, Path, Segment
+from verify.kernel.limits import Interval, rates_and_thrusts
+from verify.kernel.polynomials import Bernstein, Polynomial
+from verify.kernel.statement import Robot
+from verify.kernel.trees import Atom, Rules
+
+Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+_ROOM = 1e-9
+"""Share of the numbers at hand by which a bound must be kept; roundings are far smaller."""
+
+
+@cache
+def _matrix(degree: int) -> Floats:
+    """Return the matrix from powers to Bernstein coefficients on [0, 1]."""
+    return np.array([[math.comb(i, k) / math.comb(degree, k) for i in range(degree + 1)] for k in range(degree + 1)])
+
+
+def _bernstein(powers: Floats) -> Floats:
+    return powers @ _matrix(powers.shape[-1] - 1)
+
+
+def _times(one: Floats, other: Floats) -> Floats:
+    """Return products of polynomials, in their last axis."""
+    found = np.zeros((*one.shape[:-1], one.shape[-1] + other.shape[-1] - 1))
+    for k in range(one.shape[-1]):
+        found[..., k : k + other.shape[-1]] += one[..., k, None] * other
+    return found
+
+
+def _square(vector: Floats) -> Floats:
+    return _times(vector, vector).sum(axis=-2)
+
+
+def _powers(segments: Sequence[Segment], axes: int) -> Floats:
+    """Return coefficients over u from 0 to 1. Shape (segments, axes, 8)."""
+    found = np.zeros((len(segments), axes, 8))
+    for row, segment in zip(found, segments, strict=True):
+        scale = float(segment.length) ** np.arange(8)
+        for values, axis in zip(row, segment.axes, strict=False):
+            values[: len(axis.numbers)] = [n / (1 << axis.shift) for n in axis.numbers]
+        row *= scale
+    return found
+
+
+def _exceeds(low: Floats, bound: float, size: Floats) -> Flags:
+    return low > bound + _ROOM * (1 + abs(bound) + size)
+
+
+class FlownSegments:
+    """All segments of a path: Bernstein coefficients of x, y, z and 1, and of their products.
+
+    Attributes:
+        lines: Shape (segments, 4, 8).
+    """
+
+    def __init__(self, path: Path) -> None:
+        places = _powers(path.segments, 3)
+        ones = np.zeros((len(places), 1, 8))
+        ones[:, 0, 0] = 1
+        pairs = np.array([(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)])
+        self.lines = _bernstein(np.concatenate([places, ones], axis=1))
+        products = _times(places[:, pairs[:, 0]], places[:, pairs[:, 1]])
+        raised = np.pad(np.concatenate([places, ones], axis=1), ((0, 0), (0, 0), (0, 7)))
+        self._squares = _bernstein(np.concatenate([products, raised], axis=1))
+
+    def roots(self, rules: Rules, marks: str) -> list[str]:
+        """Return for each segment one of some marks that surely holds on all of it, or nothing."""
+        atoms = [atom for mark in marks for one in rules[mark] for clause in one for atom in clause]
+        holds = iter(self._hold(atoms))
+        found = np.full(len(self.lines), "", dtype="<U1")
+        for mark in marks:
+            for one in rules[mark]:
+                every = np.ones(len(found), bool)
+                for clause in one:
+                    some = [next(holds) for _ in clause]
+                    every &= np.logical_or.reduce(some) if some else False
+                found[every & (found == "")] = mark
+        return found.tolist()
+
+    def _hold(self, atoms: Sequence[Atom]) -> Flags:
+        """Return where atoms surely hold. Shape (atoms, segments)."""
+        numbers: dict[Hashable, int] = {}
+        index = [numbers.setdefault(form, len(numbers)) for form, _, _ in atoms]
+        weights = np.array([_weights(form) for form in numbers]).reshape(-1, 10)
+        round_ = weights[:, :6].any(axis=1)
+        low, high = np.empty((len(weights), len(self.lines))), np.empty((len(weights), len(self.lines)))
+        for chosen, rows in ((round_, self._squares), (~round_, self.lines)):
+            if chosen.any():
+                forms = np.einsum("fk,skd->fsd", weights[chosen, -rows.shape[1] :], rows)
+                low[chosen], high[chosen] = forms.min(axis=-1), forms.max(axis=-1)
+        low, high = low[index], high[index]
+        bounds = np.array([float(bound) for _, _, bound in atoms]).reshape(-1, 1)
+        room = _ROOM * (1 + abs(bounds) + np.maximum(abs(low), abs(high)))
+        over = np.array([compare in (Bernstein.above, Bernstein.at_least) for _, compare, _ in atoms], bool).reshape(-1, 1)
+        return np.where(over, low > bounds + room, high < bounds - room)
+
+
+def _weights(form: Hashable) -> list[float]:
+    assert isinstance(form, Polynomial)
+    return [n / (1 << form.shift) for n in form.numbers]
+
+
+@dataclass(slots=True)
+class _Ranges:
+    """Intervals in arrays, in the stead of the kernel's own; where a divisor may be zero, all numbers."""
+
+    low: Floats
+    high: Floats
+
+    @classmethod
+    def of(cls, value: Fraction) -> _Ranges:
+        return cls(np.array(float(value)), np.array(float(value)))
+
+    def __add__(self, other: _Ranges) -> _Ranges:
+        return _Ranges(self.low + other.low, self.high + other.high)
+
+    def __sub__(self, other: _Ranges) -> _Ranges:
+        return _Ranges(self.low - other.high, self.high - other.low)
+
+    def __neg__(self) -> _Ranges:
+        return _Ranges(-self.high, -self.low)
+
+    def __mul__(self, other: _Ranges) -> _Ranges:
+        products = [self.low * other.low, self.low * other.high, self.high * other.low, self.high * other.high]
+        return _Ranges(np.minimum.reduce(products), np.maximum.reduce(products))
+
+    def __truediv__(self, other: _Ranges) -> _Ranges:
+        apart = (other.low > 0) | (other.high < 0)
+        low, high = np.where(apart, other.low, 1), np.where(apart, other.high, 1)
+        found = self * _Ranges(1 / high, 1 / low)
+        return _Ranges(np.where(apart, found.low, -1e300), np.where(apart, found.high, 1e300))
+
+    def root(self) -> _Ranges:
+        return _Ranges(np.sqrt(np.maximum(self.low, 0)), np.sqrt(np.maximum(self.high, 0)))
+
+    def cosine_and_sine(self) -> tuple[_Ranges, _Ranges]:
+        middle, away = (self.low + self.high) / 2, (self.high - self.low) / 2 + 1e-4  # the kernel takes angles on a grid
+        cosine, sine = np.cos(middle), np.sin(middle)
+        return _Ranges(np.maximum(cosine - away, -1), np.minimum(cosine + away, 1)), _Ranges(
+            np.maximum(sine - away, -1), np.minimum(sine + away, 1)
+        )
+
+
+class FlownPieces:
+    """All pieces of a path, and which limits they surely keep."""
+
+    def __init__(self, path: Path) -> None:
+        self._robot: Robot = path.robot
+        lengths = np.array([float(piece.length) for piece in path.pieces])[:, None, None]
+        self._derivatives = [_powers(path.pieces, 4)]
+        for _ in range(4):
+            before = self._derivatives[-1]
+            self._derivatives.append(before[..., 1:] * np.arange(1, before.shape[-1]) / lengths)
+        self._force = self._derivatives[2][:, :3].copy()
+        self._force[:, 2, 0] += float(GRAVITY)
+        self._size = _square(self._force)
+
+    def roots(self, name: str, limit: float) -> list[str]:
+        """Return `m` for each piece that surely keeps a limit, else nothing."""
+        robot, f = self._robot, self._force
+        thrust = self._size * float(robot.mass) ** 2
+        kept = np.ones(len(f), bool)
+        if name in ("speed", "acceleration"):
+            kept &= self._is_above(-_square(self._derivatives[1 if name == "speed" else 2][:, :3]), -(limit**2))
+        if name == "thrust_max":
+            kept &= self._is_above(-thrust, -(limit**2))
+        if name in ("thrust_min", "tilt", "body_rate"):
+            kept &= self._is_above(thrust, float(robot.limits.thrust_min) ** 2)
+        if name == "tilt":
+            upright = _times(f[:, 2], f[:, 2]) - self._size * math.cos(limit) ** 2
+            kept &= self._is_above(f[:, 2], 0.0) & self._is_above(upright, 0.0)
+        if name == "body_rate":
+            j = self._derivatives[3]
+            rates = [_times(j[:, i], f[:, k]) - _times(j[:, k], f[:, i]) for i, k in ((1, 2), (2, 0), (0, 1))]
+            most, turned = _times(self._size, self._size) * limit**2, _square(np.stack(rates, axis=1))
+            most[:, : turned.shape[1]] -= turned
+            kept &= self._is_above(most, 0.0)
+        return ["m" if one else "" for one in kept]
+
+    def turning(self) -> list[str]:
+        """Return `m` for each piece on which yaw rate and rotors surely keep their limits, else nothing."""
+        _, _, _, j, s = self._derivatives
+        rows = [*(self._force[:, k] for k in range(3)), *(j[:, k] for k in range(3)), *(s[:, k] for k in range(3))]
+        rows += [self._derivatives[order][:, 3] for order in range(3)]
+        rows += [self._size, np.sum([_times(self._force[:, k], j[:, k]) for k in range(3)], axis=0)]
+        given = [_Ranges(row.min(axis=-1), row.max(axis=-1)) for row in map(_bernstein, rows)]
+        with np.errstate(all="ignore"):
+            rate, *thrusts = rates_and_thrusts(self._robot, cast("Sequence[Interval]", given))
+        limits, kept = self._robot.limits, np.ones(len(j), bool)
+        for one, low, high in [
+            (rate, -limits.yaw_rate, limits.yaw_rate),
+            *((one, limits.rotor_thrust_min, limits.rotor_thrust_max) for one in thrusts),
+        ]:
+            range_: Any = one
+            kept &= (range_.low > float(low) + 1e-6 * float(high)) & (range_.high < float(high) * (1 - 1e-6))
+        return ["m" if one else "" for one in kept]
+
+    def _is_above(self, powers: Floats, bound: float) -> Flags:
+        rows = _bernstein(powers)
+        return _exceeds(rows.min(axis=-1), bound, abs(rows).max(axis=-1))
