@@ -3,7 +3,7 @@
 `link` says what a link is; `simulated` is one to our own simulation, with the commander that flies on board in `simulated_commander`. `preflight_checks` are
 asked before anything spins, `phases` is what is flown one after another, `live_executive` flies it under `tracking_monitor`,
 and `record` is what is kept of it.
-`crazyflie` and `mavlink` are links to vehicles: `addresses` says where each robot is reached, `framed` speaks in the laboratory's frame,
+`crazyflie` and `mavlink` (of many a `px4_vehicle`) are links to vehicles: `addresses` says where each robot is reached, `framed` speaks in the laboratory's frame,
 and `streaming` keeps the clock of set-points.
 """
 

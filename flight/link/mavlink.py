@@ -10,11 +10,8 @@ from __future__ import annotations
 import contextlib
 import math
 import os
-import threading
 import time
-from collections import deque
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -22,20 +19,18 @@ import numpy as np
 from flight.exports.px4 import FAILSAFE, to_ned
 from flight.exports.scripts.flying.reports import (
     ARM,
-    BEAT,
     CUSTOM_MODE,
     HOLD,
     LAND,
     OFFBOARD,
     SET_INTERVAL,
     SET_MODE,
-    Reports,
-    beat,
     encoded,
     intervals,
 )
 from flight.link.addresses import require_addresses, said_of
 from flight.link.link import Health, LinkLost, Pose
+from flight.link.px4_vehicle import AGAIN, Heartbeats, Vehicle
 from flight.link.streaming import RATE, SetpointStream
 from flight.monitoring.thresholds import PX4_ACCURACY
 from verify.data import BadInput, MissingEngine, Mission, Trajectory
@@ -46,55 +41,11 @@ LEAD = 1.5
 """s of set-points before offboard flight is asked for."""
 ANSWER = 5.0
 """s to wait for a mode, for arming, and for a parameter."""
-AGAIN = 0.3
-"""s after which what was not confirmed is asked for again."""
-SURE = 1.0
-"""s after it was asked to arm from which on a vehicle's word that it is not armed counts: what it said before may have crossed that."""
 LOOK = 2.5
 """s in which estimator and battery are reported, and checks before arming pass; what is not known until then is not checked."""
 _NO_SERIAL = "it is taken for a serial port, which needs pyserial (addresses in a network begin with udpin:, udpout: or tcp:)"
 _NO_PORT = "it has no port; write it as udpin:0.0.0.0:14540, udpout:, tcp: or a serial port, /dev/ttyUSB0"
 _LOCAL_NED = 1
-
-
-@dataclass(slots=True)
-class _Vehicle:
-    """One robot: how it is reached, and what it last said."""
-
-    name: str
-    system: int
-    link: Any  # pymavlink's links have no types
-    says: Reports = field(default_factory=Reports)
-    poses: deque[Pose] = field(default_factory=lambda: deque(maxlen=50))
-    asked: dict[str, float] = field(default_factory=dict[str, float])
-    turn: threading.Lock = field(default_factory=threading.Lock)  # of those who send
-
-    @property
-    def speaks(self) -> bool:
-        """Whether it is known, seen, and reports often."""
-        often = sum(pose.time > self.poses[-1].time - 0.5 for pose in self.poses) >= 0.25 * RATE
-        return self.says.mode is not None and often
-
-    @property
-    def off(self) -> bool:
-        """Whether its motors are known to stand still."""
-        return not self.says.armed and self.says.beats > self.asked.get("arm", -math.inf) + SURE
-
-    def command(self, number: int, *values: float) -> None:
-        """Send a command with up to seven values."""
-        with self.turn:
-            self.link.mav.command_long_send(self.system, 1, number, 0, *values, *(0.0 for _ in range(7 - len(values))))
-
-    def beat(self) -> None:
-        """Say that a ground station is here."""
-        with self.turn:
-            beat(self.link.mav)
-
-    def ask(self, what: str, now: float, number: int, *values: float) -> None:
-        """Send a command unless it was sent a moment ago."""
-        if now - self.asked.get(what, -math.inf) >= AGAIN:
-            self.asked[what] = now
-            self.command(number, *values)
 
 
 class MavlinkLink:
@@ -130,7 +81,7 @@ class MavlinkLink:
         except ImportError:
             raise MissingEngine("flying PX4 needs pymavlink: pip install 'ltlplan[px4]'.") from None
         self._mission, self._origin, self.accuracy = mission, np.array(origin, dtype=float), accuracy
-        self._vehicles: dict[str, _Vehicle] = {}
+        self._vehicles: dict[str, Vehicle] = {}
         for index, name in enumerate(mission.agents):
             try:
                 link = mavutil.mavlink_connection(addresses[name], source_system=255, source_component=190, dialect="common")
@@ -138,10 +89,10 @@ class MavlinkLink:
                 self.close()
                 reason = _NO_SERIAL if isinstance(error, ImportError) else _NO_PORT if isinstance(error, ValueError) else error
                 raise BadInput(f"{name} cannot be reached at {addresses[name]}: {reason}.") from None
-            self._vehicles[name] = _Vehicle(name, (systems or {}).get(name, index + 1), link)
+            self._vehicles[name] = Vehicle(name, (systems or {}).get(name, index + 1), link)
         self._stream, self._streaming = SetpointStream(self._vehicles), False
         self._waking: dict[str, tuple[int, float]] = {}
-        self._beats = _Heartbeats(tuple(self._vehicles.values()))
+        self._beats = Heartbeats(tuple(self._vehicles.values()))
         try:
             self._connect()
         except BaseException:
@@ -305,7 +256,7 @@ class MavlinkLink:
     def _connect(self) -> None:
         """Wait for all to speak, and set what acts on board."""
 
-        def often(vehicle: _Vehicle) -> None:
+        def often(vehicle: Vehicle) -> None:
             if vehicle.says.mode is None:  # before it was heard, a link that listens knows nobody to send to
                 return
             if self.now() - vehicle.asked.get("interval", -math.inf) >= AGAIN:
@@ -324,24 +275,24 @@ class MavlinkLink:
             self.sleep(0.02)
         for key, value in FAILSAFE.items():
 
-            def set_it(vehicle: _Vehicle, key: str = key, value: float = value) -> None:
+            def set_it(vehicle: Vehicle, key: str = key, value: float = value) -> None:
                 if self.now() - vehicle.asked.get(key, -math.inf) >= AGAIN:
                     vehicle.asked[key] = self.now()
                     with vehicle.turn:
                         vehicle.link.mav.param_set_send(vehicle.system, 1, key.encode(), *encoded(value))
 
-            def has_it(vehicle: _Vehicle, key: str = key, value: float = value) -> bool:
+            def has_it(vehicle: Vehicle, key: str = key, value: float = value) -> bool:
                 return vehicle.says.board.get(key) == value
 
             self._until(has_it, set_it, f"does not take the parameter {key} = {value:g}")
 
     def _until(
         self,
-        done: Callable[[_Vehicle], bool],
-        ask: Callable[[_Vehicle], object],
+        done: Callable[[Vehicle], bool],
+        ask: Callable[[Vehicle], object],
         otherwise: str,
         patience: float = ANSWER,
-        whom: Collection[_Vehicle] | None = None,
+        whom: Collection[Vehicle] | None = None,
     ) -> None:
         """Ask vehicles, all where nobody is named, for something until each has confirmed it.
 
@@ -366,7 +317,7 @@ class MavlinkLink:
                 if message.get_srcSystem() == vehicle.system:
                     self._hear(vehicle, message)
 
-    def _hear(self, vehicle: _Vehicle, message: Any) -> None:  # pymavlink's messages have no types
+    def _hear(self, vehicle: Vehicle, message: Any) -> None:  # pymavlink's messages have no types
         now = self.now()
         vehicle.says.take(message, now)
         if message.get_type() == "LOCAL_POSITION_NED":
@@ -400,19 +351,3 @@ class MavlinkLink:
                     rate[0],
                 )
         self._stream.require_in_time()
-
-
-class _Heartbeats(threading.Thread):
-    """Tells vehicles once a second that a ground station is here, also while this program computes and sends nothing else."""
-
-    def __init__(self, vehicles: tuple[_Vehicle, ...]) -> None:
-        super().__init__(name="heartbeats of a ground station", daemon=True)
-        self._vehicles, self.ended = vehicles, threading.Event()
-        self.start()
-
-    def run(self) -> None:
-        """Send them until it is ended, or the link is closed."""
-        while not self.ended.wait(BEAT):
-            for vehicle in self._vehicles:
-                with contextlib.suppress(Exception):  # pymavlink raises what its drivers do; what is lost is seen otherwise
-                    vehicle.beat()

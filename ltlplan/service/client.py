@@ -13,13 +13,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ltlplan.recording_options import in_words
+from ltlplan.service.client_parts.flights_client import FlightsClient
 from ltlplan.service.client_parts.job_handle import Submitted
-from ltlplan.service.client_parts.transport import Wire, checked, job_of, segment, unpacked
-from ltlplan.service.models import EventsAccepted, Health, Job, LiveEvent, LiveFlight, State
+from ltlplan.service.client_parts.transport import checked, job_of, segment, unpacked
+from ltlplan.service.models import Job, State
 from ltlplan.service.queries import zipped
 from ltlplan.service.recordings import ENDINGS
 from verify.data import BadInput, Mission, Plan, mission_to_yaml, parse_mission
-from verify.data.former_names import former_arguments, warn_former
+from verify.data.former_names import former_arguments
 from verify.data.progress import Progress
 from verify.data.storage.safe_reading import read_bytes
 
@@ -31,47 +32,16 @@ if TYPE_CHECKING:
     from verify.data.sections import TeamReading
     from verify.trace_checking.word_verdict import Letters
 
-PATIENCE = 60.0
-"""s that an answer is waited for."""
 _RECORDING = 400_000_000
 """Bytes of a recording, all of its files together."""
 _YAML = {"content-type": "application/yaml"}
 
 
-class Client:
+class Client(FlightsClient):
     """A service, by its address.
 
     Use it in a `with` statement, or call `close` at the end.
     """
-
-    def __init__(self, url: str, token: str | None = None, *, timeout: float = PATIENCE) -> None:
-        """Prepare to ask a service; nothing is sent yet.
-
-        Args:
-            url: Where it is, such as "http://127.0.0.1:8000".
-            token: A bearer token, where it needs one.
-            timeout: s that an answer is waited for.
-
-        Raises:
-            BadInput: That is no address.
-            MissingEngine: The extra `service` is not installed.
-        """
-        self._wire = Wire(url, token, timeout)
-
-    @property
-    def url(self) -> str:
-        """Address of the service."""
-        return self._wire.url
-
-    def __enter__(self) -> Client:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
-
-    def close(self) -> None:
-        """Let go of the connection."""
-        self._wire.close()
 
     # The library's names
 
@@ -372,57 +342,6 @@ class Client:
             BadInput: There is no such job, or it has not ended.
         """
         self._wire.ask("DELETE", f"/api/jobs/{segment(self._id(job))}")
-
-    # Flights in the air
-
-    def flights(self) -> tuple[LiveFlight, ...]:
-        """Return the flights that listen, or did: the newest of each name."""
-        return tuple(checked(LiveFlight, each) for each in self._wire.ask("GET", "/api/live").json())
-
-    def send_events(self, flight: str, *events: str) -> EventsAccepted:
-        """Send events to a flight, all or none. When this returns they are stored, and the flight receives them.
-
-        A call that failed may have been received.
-
-        Args:
-            flight: What it listens as, by `ltlplan online --follow http://.../live/NAME`.
-            events: Lines such as "quad1 fails".
-
-        Raises:
-            BadInput: No flight listens as that, one is no event, or the flight has been sent too many already.
-        """
-        text = "\n".join(events).encode()
-        accepted = self._wire.ask(
-            "POST", f"/api/live/{segment(flight)}/events", content=text, headers={"content-type": "text/plain"}
-        )
-        return checked(EventsAccepted, accepted.json())
-
-    def events(self, flight: str, *, after: int = 0) -> tuple[LiveEvent, ...]:
-        """Return the events that a flight was sent, with its answers: a hundred at most.
-
-        Args:
-            flight: What it listens as.
-            after: Only events of greater numbers.
-
-        Raises:
-            BadInput: No flight listens as that.
-        """
-        sent = self._wire.ask("GET", f"/api/live/{segment(flight)}/events", params={"after": after}).json()
-        return tuple(checked(LiveEvent, each) for each in sent)
-
-    def tell(self, flight: str, *events: str) -> EventsAccepted:
-        """Send events by this method's former name, with a `DeprecationWarning`; as `send_events`."""
-        warn_former("`Client.tell`", "`Client.send_events`")
-        return self.send_events(flight, *events)
-
-    def told(self, flight: str, *, after: int = 0) -> tuple[LiveEvent, ...]:
-        """Return events by this method's former name, with a `DeprecationWarning`; as `events`."""
-        warn_former("`Client.told`", "`Client.events`")
-        return self.events(flight, after=after)
-
-    def health(self) -> Health:
-        """Return whether the service works."""
-        return checked(Health, self._wire.ask("GET", "/health", also=(503,)).json())
 
     def _of(self, job: Submitted | str) -> Submitted:
         return job if isinstance(job, Submitted) else self.job(job)

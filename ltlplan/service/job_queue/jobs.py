@@ -17,20 +17,20 @@ from typing import Any, TypeVar
 
 from ltlplan.service.execution.exporting import ExportAsked
 from ltlplan.service.execution.turns import SharedPool
+from ltlplan.service.job_queue.admission import Admission
 from ltlplan.service.job_queue.database import folder_name, prepare, url_of, why
 from ltlplan.service.job_queue.engine import TRIES, Data, Engine, Step, tables
 from ltlplan.service.job_queue.events import state_event
 from ltlplan.service.job_queue.job_index import Register
 from ltlplan.service.job_queue.job_records import Entry, entry_of, export_record, job_of, record_of, told_again
-from ltlplan.service.job_queue.lru_cache import Recent
 from ltlplan.service.job_queue.results import RESERVE, Results, StoredFile
 from ltlplan.service.job_queue.runner import Pool, Runner, end
 from ltlplan.service.job_queue.store import Damaged
 from ltlplan.service.models import ENDED, Event, Health, Job, State
-from ltlplan.service.problems import Busy, Conflict, TooManyRequests
-from ltlplan.service.provenance import key_of, key_of_asked, software
+from ltlplan.service.problems import Busy, Conflict
+from ltlplan.service.provenance import key_of_asked, software
 from ltlplan.service.settings import Settings
-from verify.data import LtlplanError, Mission, check_mission
+from verify.data import LtlplanError, Mission
 from verify.data.errors import InternalError
 
 WATCH = 5.0
@@ -65,9 +65,9 @@ class Jobs:
         self._results = Results(settings.data)
         self._runner = Runner(self._results, shared, errands or shared)
         self._url = url_of(settings.data, settings.database)
-        self._keys: Recent[tuple[str, Mission, Mission]] = Recent(200)
         self._health: Health | None = None
         self._register = Register()
+        self._admission = Admission(settings.limits, self._register, self._results)
         self._submitting = asyncio.Lock()
         self._engine: Engine | None = None
         self._watching: asyncio.Task[None] | None = None
@@ -131,11 +131,11 @@ class Jobs:
             Busy: The database does not answer.
             NoRoom: The disk is full.
         """
-        key, mission = await self._asked(mission, seed)
+        key, mission = await self._admission.asked(mission, seed)
         async with self._submitting:
             if (known := self._register.answer(key)) is not None:
                 return known
-            self._require_room(who)
+            self._admission.require_room(who)
             value = await asyncio.to_thread(self._results.ask, mission)
             return await self._accept(record_of(mission, value, key, who))
 
@@ -165,30 +165,9 @@ class Jobs:
             self._register.entry(job_id)  # it may have been deleted while this waited
             if (known := self._register.answer(key)) is not None:
                 return known
-            self._require_room(who)
+            self._admission.require_room(who)
             value = await self._read(self._results.ask_export, job_id, asked)
             return await self._accept(export_record(flown.job, asked.target, value, key, who))
-
-    async def _asked(self, mission: Mission, seed: int | None) -> tuple[str, Mission]:
-        """Return the key of what is asked, and the mission with its seed; of a value that was asked before as they were."""
-        known = self._keys.get((id(mission), seed))
-        if known is None:
-            known = (
-                *await asyncio.to_thread(_asked, mission, seed),
-                mission,
-            )  # kept with it, so that no other has its identity
-            self._keys.put((id(mission), seed), known)
-        return known[:2]
-
-    def _require_room(self, who: str) -> None:
-        limits, waiting = self.settings.limits, self._register.count("queued")
-        if who and (own := self._register.count("queued", who)) >= limits.queued_each:
-            raise TooManyRequests(
-                f"{own} of your jobs are waiting already, the most there may be; submit this one later.", 30.0
-            )
-        if waiting >= limits.queued:
-            raise TooManyRequests(f"{waiting} jobs are waiting already, the most there may be; submit this one later.", 30.0)
-        self._results.require_room()
 
     async def _accept(self, asked: Data) -> Job:
         job_id = self._register.new_id(asked["key"])
@@ -408,13 +387,3 @@ class Jobs:
                 except Exception:  # the next look tries again
                     _log.exception("job %s cannot be resumed yet", job_id)
             missed = idle
-
-
-def _asked(mission: Mission, seed: int | None) -> tuple[str, Mission]:
-    """Return the key of what is asked, and the mission with its seed, checked against all rules."""
-    from flight.certificate_checks import require_tube
-    from ltlplan.planner import with_seed
-
-    mission = with_seed(check_mission(mission), seed)
-    require_tube(mission.margin)
-    return key_of(mission), mission

@@ -233,7 +233,7 @@ def test_a_ground_stations_heartbeat_is_sent_while_nothing_else_is(ready) -> Non
 @pytest.mark.slow
 def test_a_vehicle_that_hears_no_ground_station_does_not_arm(ready, monkeypatch) -> None:
     mission, done = ready
-    monkeypatch.setattr("flight.link.mavlink.beat", lambda _mav: None)
+    monkeypatch.setattr("flight.link.px4_vehicle.beat", lambda _mav: None)
     stage = Stage("flight", done.plan, done.team, done.certificate)
     with vehicle((0.0, -0.5, 0.3), Manner(armed=False)) as (peer, addresses):
         link = MavlinkLink(mission, addresses, accuracy=0.005)
