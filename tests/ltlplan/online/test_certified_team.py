@@ -128,7 +128,7 @@ def finished(flight):
 
 @pytest.mark.slow
 def test_robots_in_different_internal_states_go_on(firefighting):
-    flight = finished(flown(firefighting, NewFormula(time=3.5, formula=WATER)))
+    flight = finished(flown(firefighting, NewFormula(time=2.2, formula=WATER)))
     assert len(flight.certificates) == 2
     assert len(flight.pieces) == 3
     internals = {agent.internal for agent in flight.pieces[-1].mission.agents.values()}
