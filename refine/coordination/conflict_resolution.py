@@ -20,6 +20,7 @@ from refine.corridor.planned import hovering_corridor
 from refine.corridor.sampled_stays import violations
 from refine.heading.yaw import heading_spline
 from refine.limits.stretching import stretch_to_limits
+from refine.single_robot.pacing import headed
 from refine.single_robot.task import NOWHERE, Problem, RobotFlight
 from refine.spline.spline import Spline
 from verify.data import Infeasible, Plan, Witness
@@ -300,11 +301,12 @@ def along(problem: Problem, robot: RobotFlight, path: Spline) -> tuple[RobotFlig
     """
     mission, share = problem.plan.mission, problem.options.share(problem.plan.mission, robot.name)
     agent, own = mission.agents[robot.name], mission.seen_by(robot.name)
-    yaw = heading_spline(path, agent.heading, agent.yaw)
-    flown = replace(robot, path=path, yaw=yaw, halts={})
     if share is None:
+        yaw = heading_spline(path, agent.heading, agent.yaw)
+        flown = replace(robot, path=path, yaw=yaw, halts={})
         return flown, max(stretch_to_limits(path, yaw, robot.limits), slower_on_ways(own, robot.plan, path))
-    factor = stretch_to_limits(path, yaw, robot.limits, faster=True)
+    yaw, factor = headed(agent, path, robot.limits)
+    flown = replace(robot, path=path, yaw=yaw, halts={})
     return flown, factor * slower_on_ways(own, robot.plan, path.stretched(factor)) / share
 
 

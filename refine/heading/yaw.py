@@ -20,12 +20,18 @@ _SLOW = 0.05
 _NEAR = 0.05
 """m of horizontal distance below which a point has no direction."""
 _SAMPLES = 33
-_CORNER = 0.1
+CORNER = 0.1
 """Share of a mean leg's duration over which the heading turns a corner."""
 
 
 def heading_spline(
-    path: Spline, heading: Heading, start: float, *, cycle: int | None = None, rest: frozenset[int] = frozenset()
+    path: Spline,
+    heading: Heading,
+    start: float,
+    *,
+    cycle: int | None = None,
+    rest: frozenset[int] = frozenset(),
+    corner: float = CORNER,
 ) -> Spline | None:
     """Return yaw over a flight; None where it is 0 throughout.
 
@@ -35,6 +41,7 @@ def heading_spline(
         start: Yaw at the start, rad; kept for ever where heading is "fixed".
         cycle: Node where the cycle begins; the last node repeats its heading, perhaps full circles further.
         rest: Nodes at which the heading rests too, so that the vehicle may hover there.
+        corner: Share of a mean leg's duration over which the heading turns a corner.
     """
     if heading == "fixed":
         constant = np.zeros((len(path) + 1, ORDER, 1))
@@ -52,7 +59,7 @@ def heading_spline(
         given[-1, 0] = given[cycle, 0] + _nearest_turn(wanted[-1, -1] - given[cycle, 0])
         free[cycle], free[-1] = False, False
     values, _, accelerations = bases(path, at)
-    still = _CORNER * path.durations.mean()  # corners are rounded over about this time
+    still = corner * path.durations.mean()  # corners are rounded over about this time
     matrix = np.concatenate([values, still**2 * accelerations])
     aims = np.concatenate([wanted.ravel(), np.zeros(len(values))]) - matrix @ given.ravel()
     states = given + fitted(path, matrix, aims, free, np.ones(len(aims))).reshape(nodes, ORDER)

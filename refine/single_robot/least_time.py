@@ -68,7 +68,9 @@ class Guess:
     points: Floats
 
 
-def least_time(task: Task, rest: frozenset[int], rules: Rules, start: Guess, *, weight: float | None) -> Guess:
+def least_time(
+    task: Task, rest: frozenset[int], rules: Rules, start: Guess, shortest: Floats, *, weight: float | None
+) -> Guess:
     """Return durations and points of least time, or of least snap plus weighted time.
 
     Args:
@@ -76,6 +78,7 @@ def least_time(task: Task, rest: frozenset[int], rules: Rules, start: Guess, *, 
         rest: Points at which it rests.
         rules: Planes that are written down so far.
         start: First guess.
+        shortest: Least durations of the pieces, s. Shape (pieces,).
         weight: Of time against the integral of |snap|^2, m^2/s^7; None for time alone.
 
     Raises:
@@ -83,7 +86,8 @@ def least_time(task: Task, rest: frozenset[int], rules: Rules, start: Guess, *, 
     """
     search = Search(task, rest, rules, start, weight)
     longest = max(_LONGEST, _LONGER * float(start.durations.max()))
-    bounds = [(math.log(SHORTEST), math.log(longest))] * len(start.durations) + [(None, None)] * (3 * len(search.nodes))
+    bounds = [(math.log(max(each, SHORTEST)), math.log(max(each, longest))) for each in shortest]
+    bounds += [(None, None)] * (3 * len(search.nodes))
     options = {"maxiter": _STEPS, "maxcor": _MEMORY, "ftol": 1e-9, "gtol": 1e-6}
     with np.errstate(over="ignore", invalid="ignore"):  # of a step that went much too far, and is taken back
         try:

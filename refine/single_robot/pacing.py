@@ -7,11 +7,13 @@ from numpy.typing import NDArray
 
 from refine.corridor.fitting import fit
 from refine.corridor.leg_limits import slow_legs, slower_on_ways
-from refine.heading.yaw import heading_spline
+from refine.heading.yaw import CORNER, heading_spline
+from refine.limits.limits import Limits
 from refine.limits.stretching import stretch_to_limits
 from refine.single_robot.task import NOWHERE, Motion, Task
 from refine.spline.spline import Spline
 from verify.data import Infeasible
+from verify.data.sections import Agent
 
 Floats = NDArray[np.float64]
 
@@ -20,6 +22,12 @@ _SHARED = 0.5
 """Power of a leg's factor by which the legs beside it last longer."""
 _UNEVEN = 1.1
 """How much longer than planned a flight may become before other shares of its time are tried."""
+_CORNERS = (CORNER, 0.2, 0.3)
+"""Shares of a mean leg's duration over which the heading of a fast flight turns a corner, tried in this order."""
+_NEARLY = 1.01
+"""How much longer than without a heading a flight may last for no rounder corners to be tried."""
+_WORTH = 0.95
+"""Share of a flight's duration that rounder corners have to bring it down to."""
 _SHARES = (1.0, 0.5)
 """Powers of the legs' lengths that the other shares go by."""
 
@@ -86,6 +94,43 @@ def _beside(slow: Floats) -> Floats:
     return np.maximum(ends[:-2], ends[2:]) ** _SHARED
 
 
+def headed(
+    agent: Agent, path: Spline, limits: Limits, *, cycle: int | None = None, rest: frozenset[int] = NOWHERE
+) -> tuple[Spline | None, float]:
+    """Return the heading of a path that is flown as fast as limits allow, and by how much both must be slowed; below 1 to speed up.
+
+    It turns corners as sharply as at the plan's own times, and less sharply where that costs time.
+
+    Args:
+        agent: Says how to look.
+        path: Three axes.
+        limits: What must hold.
+        cycle: Node where the cycle begins.
+        rest: Nodes at which the heading rests, too.
+
+    Raises:
+        Infeasible: No pace keeps the limits.
+    """
+    alone = 0.0 if agent.heading == "fixed" else stretch_to_limits(path, None, limits, faster=True)
+    best: tuple[Spline | None, float] | None = None
+    refused: Infeasible | None = None
+    for corner in (CORNER,) if agent.heading == "fixed" else _CORNERS:
+        yaw = heading_spline(path, agent.heading, agent.yaw, cycle=cycle, rest=rest, corner=corner)
+        try:
+            factor = stretch_to_limits(path, yaw, limits, faster=True)
+        except Infeasible as error:
+            refused = refused or error
+            continue
+        if best is None or factor < _WORTH * best[1]:
+            best = yaw, factor
+        if factor <= _NEARLY * alone:
+            break
+    if best is None:
+        assert refused is not None
+        raise refused
+    return best
+
+
 def slowed(task: Task, path: Spline, rest: frozenset[int], *, faster: bool = False) -> Motion:
     """Return the path with its yaw, both slowed until all limits hold.
 
@@ -100,8 +145,11 @@ def slowed(task: Task, path: Spline, rest: frozenset[int], *, faster: bool = Fal
     """
     agent, cycle = task.mission.agents[task.name], task.corridor.cycle
     lap = 0 if task.options.closes else cycle
-    yaw = heading_spline(path, agent.heading, agent.yaw, cycle=lap, rest=rest)
-    factor = stretch_to_limits(path, yaw, task.limits, faster=faster)
+    if faster:
+        yaw, factor = headed(agent, path, task.limits, cycle=lap, rest=rest)
+    else:
+        yaw = heading_spline(path, agent.heading, agent.yaw, cycle=lap, rest=rest)
+        factor = stretch_to_limits(path, yaw, task.limits)
     factor *= float(np.max(slow_legs(task.mission, task.robot, task.corridor, path.stretched(factor)), initial=1.0))
     if cycle is None:
         factor *= slower_on_ways(task.mission, task.robot, path.stretched(factor))

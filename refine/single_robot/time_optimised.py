@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import pickle
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
 from functools import lru_cache
 
@@ -22,7 +22,7 @@ from refine.corridor.leg_limits import own_limits
 from refine.corridor.sampled_stays import certain_orders
 from refine.limits.limits import Limits
 from refine.limits.stretching import stretch_to_limits
-from refine.limits.usage import peaks
+from refine.limits.usage import peaks, shares_used
 from refine.single_robot.least_time import Guess, least_time, rooms_of
 from refine.single_robot.pacing import slowed
 from refine.single_robot.task import Fitted, Motion, Task
@@ -44,6 +44,12 @@ _TIME_WEIGHT = 1e2
 and yaw, which the programme leaves out, would stretch greedier answers."""
 _INSTANTS = 10
 """Instants a piece at which the programme keeps the limits: what they miss is stretched away."""
+_TURNS = 4
+"""How often pieces in which the heading turns are given more time."""
+_TURNING = {"yaw_rate": 1.0, "rotor_thrust_max": 0.5, "rotor_thrust_min": 0.5}
+"""Limits that a turning heading uses, and the powers of their shares that a piece is slowed by."""
+_NEARLY = 1.01
+"""Share of such a limit up to which the flight is slowed as a whole."""
 _OFTEN_FAR, _REACH = ("thrust_max", "thrust_min", "body_rate"), 0.4
 """Limits that the programme leaves out where a fitted path uses less than this share of each: it is solved twice as soon, and what an
 answer breaks of them is stretched away. All or none of them, so that few programmes are compiled."""
@@ -146,6 +152,7 @@ class _Search:
         self.monotone = fitted.monotone
         self.rules: Rules = monotone_rules(task.corridor, fitted.monotone)
         self.first = self.last = start
+        self.shortest = np.zeros(len(start))
         self.order = certain_orders(fitted.motion.path, task.mission)
 
     @property
@@ -157,7 +164,7 @@ class _Search:
         """Return a minimum-snap path of least time that keeps the planes exactly."""
         task = self.task
         for _ in range(_ROUNDS):
-            found = least_time(task, self.rest, self.rules, self.guess, weight=task.options.blend)
+            found = least_time(task, self.rest, self.rules, self.guess, self.shortest, weight=task.options.blend)
             self.guess = Guess(found.durations, np.clip(found.points, task.corridor.low, task.corridor.high))
             self.last = self._fit()
             fresh = self._broken(self.last)
@@ -183,6 +190,21 @@ class _Search:
             return False
         self.task, self.guess = _pinned(self.task, nodes), Guess(self.first.durations, self.first.nodes)
         self.timed()
+        return True
+
+    def turn_slower(self, motion: Motion) -> bool:
+        """Give more time to pieces that yaw faster than they may at the pace of all other limits; tell whether there are any."""
+        limits = self.task.limits
+        fast = motion.stretched(stretch_to_limits(motion.path, None, replace(limits, yaw_rate=np.inf), faster=True))
+        used = shares_used(fast.path, fast.yaw, limits)
+        needed = np.ones(len(fast.path))
+        for name, power in _TURNING.items():
+            if name in used:
+                needed = np.maximum(needed, np.maximum(used[name][2], 0.0).max(axis=1) ** power)
+        shortest = np.where(needed > _NEARLY, needed * fast.path.durations, 0.0)
+        if np.all(shortest <= self.shortest):
+            return False
+        self.shortest = np.maximum(self.shortest, shortest)
         return True
 
     def _broken(self, path: Spline) -> Rules:
@@ -228,6 +250,7 @@ class _Search:
             accelerations=accelerations,
             cycle=task.corridor.cycle,
             instants=_INSTANTS,
+            shortest=self.shortest,
             warm=True,
         )
 
@@ -257,7 +280,22 @@ def _answers(search: _Search) -> tuple[list[Motion], list[str]]:
             found.append(_shown(search, answer))
         except (Infeasible, SolverTimeout) as error:  # another answer stands
             failures.append(str(error))
-    return found, failures
+    return [*found, *(_turned(search, found[-1], answers) if found else ())], failures
+
+
+def _turned(search: _Search, motion: Motion, answers: Sequence[Callable[[], Spline]]) -> list[Motion]:
+    """Return motions with more time for pieces in which the one before yaws too fast, as far as they are found."""
+    found: list[Motion] = []
+    try:
+        for _ in range(_TURNS):
+            if not search.turn_slower(found[-1] if found else motion):
+                break
+            found.append(_shown(search, answers[0]))
+        for answer in answers[1:] if found else ():
+            found.append(_shown(search, answer))
+    except Infeasible:  # those before stand
+        pass
+    return found
 
 
 def _shown(search: _Search, answer: Callable[[], Spline]) -> Motion:

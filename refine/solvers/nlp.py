@@ -55,6 +55,7 @@ class Timing:
         accelerations: Limit on acceleration of single pieces, m/s^2, likewise.
         cycle: Node whose state the last node repeats, or None.
         instants: A piece.
+        shortest: Least durations of the pieces, s; None for `SHORTEST`. Shape (pieces,).
         warm: Whether `start` is nearly the answer: the barrier then begins small, and an answer that keeps all constraints and no
             longer gets better is enough, even if its multipliers do not come to rest.
     """
@@ -70,6 +71,7 @@ class Timing:
     accelerations: Floats | None = None
     cycle: int | None = None
     instants: int = INSTANTS
+    shortest: Floats | None = None
     warm: bool = False
 
 
@@ -151,7 +153,8 @@ def _unknowns(problem: Timing) -> Unknowns:
     nodes, log_durations = _nodes(problem), np.log(np.maximum(problem.start.durations, SHORTEST))
     units = _units(nodes, log_durations)[:, :, None]
     fixed = _fixed(problem) / units
-    lower = np.append(np.where(np.isnan(fixed), -np.inf, fixed), np.full(len(log_durations), math.log(SHORTEST)))
+    shortest = np.full(len(log_durations), SHORTEST) if problem.shortest is None else np.maximum(problem.shortest, SHORTEST)
+    lower = np.append(np.where(np.isnan(fixed), -np.inf, fixed), np.log(shortest))
     upper = np.append(np.where(np.isnan(fixed), np.inf, fixed), np.full(len(log_durations), np.inf))
     guess = np.append(problem.start.states[: len(nodes)] / units, log_durations)
     return Unknowns(np.clip(guess, lower, upper), lower, upper)
