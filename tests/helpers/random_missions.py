@@ -84,3 +84,52 @@ def mission_of_many_tasks(
     planner = mission.planner.model_copy(update={"objective": objective})
     parts = {name: getattr(mission, name) for name in Mission.model_fields}
     return Mission.model_validate({**parts, "spec": spec, "planner": planner})
+
+
+_SHAPES = (
+    "radii: [0.35, 0.3, 0.3]",
+    "size: [0.7, 0.6, 0.6], yaw_deg: 30",
+    "cylinder: {radius: 0.35, height: 0.6}",
+    "radii: [0.2, 0.2, 0.2], opening: 0.25, rim: 0.02, yaw_deg: 70",
+)
+"""Bodies around a centre; the last one is a hoop's."""
+_TASKS = {
+    "finite": ("F a & F b", "F (a & F (c & F a))", "(!b U a) & F b", "F a & F G c", "F a & G !b"),
+    "infinite": ("G F a & G F b", "G F (a & F c)", "F b & G F c"),
+}
+
+
+def mission_of_many_kinds(seed: int) -> Mission:
+    """Return a small mission of one or two robots with some of what a mission may ask of its flight; a few have no plan."""
+    rng = np.random.default_rng(seed)
+
+    def one_of(*several: str) -> str:
+        return several[int(rng.integers(len(several)))]
+
+    trace = one_of("finite", "infinite")
+    centres = {"a": (1.4, 1.1), "b": (-1.5, 1.0), "c": (0.2, -1.2)}
+    bodies = {
+        name: f"{{center: [{x}, {y}, {rng.uniform(0.9, 1.3):.3f}], {one_of(*_SHAPES)}}}" for name, (x, y) in centres.items()
+    }
+    hoops = {name: body for name, body in bodies.items() if "opening" in body}
+    heading, pace = one_of("", ", heading: path", ", yaw_deg: 71", ", heading: [0, 0, 1]"), one_of("", "", ", pace: 1")
+    end = one_of("", ", end: [-0.6, -1.0, 1.1]") if trace == "finite" else ""
+    agents = [f"q0: {{start: [-0.2, 0.1, 1.0]{heading}{pace}}}", f"q1: {{start: [1.4, -1.3, 1.0]{end}}}"]
+    limits = one_of("", "legs: {a: {speed: 0.25}, b: {acceleration: 0.5}}", "pieces: 6", "speed: 0.8", "acceleration: 1.5")
+    soft = one_of("", f", soft: [{{formula: '{'F c' if trace == 'finite' else 'G F c'}'}}]")
+    return parse_mission(
+        f"""
+format: 1
+name: kinds-{seed}
+spec: {{formula: "{one_of(*_TASKS[trace])}", trace: {trace}, team: {one_of("own", "joint")}{soft}}}
+regions: {{{", ".join(f"{name}: {body}" for name, body in bodies.items() if name not in hoops)}}}
+hoops: {{{", ".join(f"{name}: {body}" for name, body in hoops.items())}}}
+agents: {{{", ".join(agents[: int(rng.integers(1, 3))])}}}
+vehicle: {one_of("crazyflie-2.1", "crazyflie-brushless")}
+limits: {{{limits}}}
+workspace: {{min: [-2.6, -2.2, 0.2], max: [2.6, 2.2, {one_of("1.8", "2.6")}]}}
+margin: {one_of("0.05", "0.03", "0.002")}
+clock_error: {one_of("0", "0.05", "0.3")}
+planner: {{cost: {{{one_of("length", "time")}: 1}}, samples: 20, iterations: 2}}
+"""
+    )

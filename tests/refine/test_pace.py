@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 import ltlplan
 import verify
+from ltlplan.pipeline import certified_team
 from refine import parts, refine
 from refine.coordination import conflict_resolution
 from refine.coordination.common_clock import Flown, on_faster_clock
@@ -31,8 +32,8 @@ from refine.spline.spline import Spline
 from refine.team_pauses import Resting
 from tests.helpers.few import few_of, given_few
 from tests.helpers.plans_by_hand import ball, fire_plan, patrol_plan, room, sequence_plan, straight
-from tests.helpers.random_missions import random_mission
-from verify.data import Infeasible, Plan, Trajectory
+from tests.helpers.random_missions import mission_of_many_kinds, random_mission
+from verify.data import Infeasible, LtlplanError, Plan, Trajectory
 from verify.data.progress import silent
 from verify.data.sections import Agent, LegLimits, Limits
 from verify.data.shapes.region import Region
@@ -107,6 +108,18 @@ def test_flights_of_random_teams_are_judged_and_never_slower_than_the_plans_own_
     fastest = refine(plan, pace=1)
     assert_holds(plan, fastest)
     assert lasts(fastest) <= lasts(refine(plan, pace="nominal"))
+
+
+@given_few(1, 60, st.integers(0, 10_000))
+def test_missions_of_many_kinds_that_nominal_times_certify_are_certified_at_every_pace(seed: int) -> None:
+    mission = mission_of_many_kinds(seed)
+    try:
+        nominal = certified_team(ltlplan.plan(mission, pace="nominal"))
+    except LtlplanError:
+        return  # not every one can be flown
+    fastest, usual = (certified_team(ltlplan.plan(mission, pace=pace)) for pace in (1.0, 0.7))
+    assert nominal.certificate.holds == fastest.certificate.holds == usual.certificate.holds is True
+    assert fastest.plan.words != nominal.plan.words or lasts(fastest.team) <= lasts(nominal.team)
 
 
 def test_limits_of_a_leg_slow_that_leg_and_not_the_whole() -> None:
