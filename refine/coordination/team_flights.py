@@ -231,7 +231,8 @@ def _giving_way(attempt: _Attempt) -> Together | None:
 
 def _waiting_on_the_way(attempt: _Attempt) -> Together | None:
     problem, options = attempt.problem, attempt.problem.options
-    if problem.feedback.precedences or options.pace != "nominal":  # no other pace is taken for the one that was asked for
+    paced = any(options.share(problem.plan.mission, name) is not None for name in problem.plan.robots)
+    if problem.feedback.precedences or paced:  # no other pace is taken for the one that was asked for
         return None
     attempt.tell("letting robots wait on the way", 0.9)
     resting = resting_teams(replace(problem, options=replace(options, rests=True)))

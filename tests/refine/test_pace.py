@@ -13,7 +13,7 @@ import ltlplan
 import verify
 from ltlplan.pipeline import certified_team
 from refine import parts, refine
-from refine.coordination import conflict_resolution
+from refine.coordination import conflict_resolution, team_flights
 from refine.coordination.common_clock import Flown, on_faster_clock
 from refine.coordination.midway_waits import with_hovers
 from refine.coordination.spacing import spacing_for
@@ -108,6 +108,22 @@ def test_flights_of_random_teams_are_judged_and_never_slower_than_the_plans_own_
     fastest = refine(plan, pace=1)
     assert_holds(plan, fastest)
     assert lasts(fastest) <= lasts(refine(plan, pace="nominal"))
+
+
+def test_a_mission_whose_own_pace_is_nominal_waits_on_the_way_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    def waited(*_: object) -> None:
+        raise Infeasible("Robots wait on the way.")
+
+    agents = {name: Agent(start=(-1.5, y, 1)) for name, y in (("q0", 0.5), ("q1", -0.5))}
+    robots = {name: straight(agent.start, (1.0, agent.start[1], 1.0)) for name, agent in agents.items()}
+    plan = Plan(mission=room({}, agents), robots=robots)
+    planner = plan.mission.planner.model_copy(update={"pace": "nominal"})
+    monkeypatch.setattr(team_flights, "MEANS", team_flights.MEANS[-1:])
+    monkeypatch.setattr(team_flights, "schedule_safe_intervals", waited)
+    with pytest.raises(Infeasible, match="wait on the way"):
+        refine(plan, pace="nominal")
+    with pytest.raises(Infeasible, match="wait on the way"):
+        refine(plan.changed(mission=plan.mission.changed(planner=planner)))
 
 
 @given_few(1, 60, st.integers(0, 10_000))
