@@ -1,6 +1,6 @@
 (** Print the axioms of each theorem that the kernel rests on. *)
 
-From LtlPlan Require Bernstein Crossing Halves Tree Regions Margins Elimination Farkas Pairs Hoops Intervals Sines Rotors Instants Progression Counts Invariant Endless Laps Clocks Timeline.
+From LtlPlan Require Bernstein Crossing Halves Tree Regions Rules Margins Elimination Farkas Pairs Hoops Intervals Sines Rotors Instants Progression Counts Invariant Endless Laps Clocks Timeline.
 
 Print Assumptions Bernstein.bern_sum.
 Print Assumptions Bernstein.bern_power.
@@ -16,7 +16,7 @@ Print Assumptions Halves.second_half_value.
 Print Assumptions Tree.check_tree_sound.
 Print Assumptions Tree.tiles_cover.
 Print Assumptions Regions.check_region_sound.
-Print Assumptions Regions.check_nonneg_sound.
+Print Assumptions Rules.check_rules_sound.
 Print Assumptions Regions.must_tube.
 Print Assumptions Regions.no_tube.
 Print Assumptions Regions.across_face.
@@ -26,11 +26,11 @@ Print Assumptions Margins.half_space_must.
 Print Assumptions Margins.half_space_no.
 Print Assumptions Margins.quadric_must.
 Print Assumptions Margins.quadric_no.
-Print Assumptions Margins.square_completed.
 Print Assumptions Margins.rows_grow.
 Print Assumptions Margins.rest_grows.
 Print Assumptions Elimination.elimination_semidefinite.
 Print Assumptions Elimination.elimination_quadratic.
+Print Assumptions Elimination.square_completed.
 Print Assumptions Farkas.farkas_empty.
 Print Assumptions Farkas.farkas_keeps.
 Print Assumptions Farkas.farkas_ball.
@@ -51,7 +51,6 @@ Print Assumptions Intervals.minus_sound.
 Print Assumptions Intervals.opposite_sound.
 Print Assumptions Intervals.times_sound.
 Print Assumptions Intervals.over_sound.
-Print Assumptions Intervals.squared_sound.
 Print Assumptions Intervals.root_sound.
 Print Assumptions Intervals.within_sound.
 Print Assumptions Sines.pi_between.

@@ -1,4 +1,4 @@
-(** Trees for regions and for limits.
+(** Trees for regions.
 
     A region is a union of parts, each a list of conditions by their numbers.  A condition
     has two polynomials in time: [kept] is not negative where it holds, [broken] is positive
@@ -230,24 +230,3 @@ Proof. intros v k a b Hk H; destruct (Rle_lt_dec v a); [left; lra | right; nra].
 (** Of two faces with one normal the inner one makes the outer one needless. *)
 Theorem needless_face : forall v a b, a < b -> v <= a -> v <= b.
 Proof. intros; lra. Qed.
-
-(** ** Limits: one polynomial that is nowhere negative *)
-
-Definition check_nonneg (l : list Z) (steps : list (step unit)) : bool :=
-  match check_tree _ _ first_half second_half (fun _ => all_nonneg) l steps with
-  | Some (_ :: _) => true
-  | _ => false
-  end.
-
-Theorem check_nonneg_sound : forall l f steps, represents l f 0 1 ->
-  check_nonneg l steps = true -> always (fun x => 0 <= f x) 0 1.
-Proof.
-  intros l f steps K H x Hx; unfold check_nonneg in H.
-  destruct (check_tree _ _ _ _ _ _ _) as [[|p leaves]|] eqn:E; try discriminate.
-  pose proof (check_tree_sound _ _ first_half second_half (fun _ : unit => all_nonneg)
-    (fun a b c => represents c f a b) (fun _ a b => always (fun x => 0 <= f x) a b)) as T.
-  specialize (T (fun a b c => first_represents c f a b) (fun a b c => second_represents c f a b)
-    (fun _ a b c L R => all_nonneg_sound c f a b L R) _ _ _ K E).
-  destruct (tiles_cover _ _ _ _ _ x T Hx) as (m & k & d & _ & B & S); [discriminate|].
-  apply S; auto.
-Qed.

@@ -72,7 +72,21 @@ let walk () =
   let holds m (k, d) = m = Open || Hashtbl.mem known (name m, show k, d) in
   leaves (check_tree (half 0) (half 1) holds (Z0, 0))
 
-let step () = match next () with "s" -> Split | _ -> Leaf ()
+(* Marks of which it is written what they claim: alternatives, of clauses, of atoms. *)
+let atom () =
+  let number = nat () in
+  let strict = int () = 1 in
+  let turned = int () = 1 in
+  let num = z () in
+  { number; strict; turned; num; den = z () }
+
+let rule () = list (fun () -> list (fun () -> list atom))
+let form () = let row = list z in { row; unit0 = z () }
+let rules () =
+  let musts = rule () in
+  let nos = rule () in
+  let forms = list form in
+  leaves (check_rules { musts; nos } forms)
 
 (* Formulas and words *)
 
@@ -205,7 +219,7 @@ let () =
       | "" -> raise End_of_file
       | "tree" -> print_endline (tree ())
       | "walk" -> print_endline (walk ())
-      | "limit" -> let row = list z in print_endline (yes (check_nonneg row (list step)))
+      | "rules" -> print_endline (rules ())
       | "word" -> print_endline (word ())
       | "joint" -> print_endline (joint ())
       | "team" -> print_endline (team ())
