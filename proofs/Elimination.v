@@ -136,22 +136,12 @@ Proof.
     rewrite (inner_zeros r v), (inner_zeros r (difference v c)) by auto; lra.
 Qed.
 
-(** ** Forms of points, and quadratic functions *)
+(** ** Forms of points *)
 
 Theorem elimination_semidefinite : forall Q,
   eliminates [[xx Q; xy Q; xz Q]; [yy Q; yz Q]; [zz Q]] -> semidefinite Q.
 Proof.
   intros Q E a; pose proof (elimination_nonneg _ E 3 [vx a; vy a; vz a]) as P; cbn in P.
-  unfold quad, form, dot, apply; cbn.
-  apply Rle_trans with (1 := P ltac:(repeat split)); apply Req_le; ring.
-Qed.
-
-(** Where a quadratic function's matrix of four rows eliminates, it is nowhere negative. *)
-Theorem elimination_quadratic : forall Q l k,
-  eliminates [[xx Q; xy Q; xz Q; vx l]; [yy Q; yz Q; vy l]; [zz Q; vz l]; [k]] ->
-  forall a, 0 <= quad Q a + 2 * dot l a + k.
-Proof.
-  intros Q l k E a; pose proof (elimination_nonneg _ E 4 [vx a; vy a; vz a; 1]) as P; cbn in P.
   unfold quad, form, dot, apply; cbn.
   apply Rle_trans with (1 := P ltac:(repeat split)); apply Req_le; ring.
 Qed.

@@ -25,7 +25,6 @@ Definition known_of (q : condition) : status :=
 
 Definition is_kept (s : status) : bool := match s with Kept => true | _ => false end.
 Definition is_broken (s : status) : bool := match s with Broken => true | _ => false end.
-Definition is_unclear (s : status) : bool := match s with Unclear => true | _ => false end.
 
 Definition all_kept (r : region) (st : nat -> status) : bool :=
   existsb (forallb (fun k => is_kept (st k))) (covers r).
@@ -45,16 +44,14 @@ Fixpoint opposite (l m : list Z) : bool :=
   | _, _ => false
   end.
 
-(** One condition alone is unclear, and decides. *)
+(** One condition decides, whatever others leave open. *)
 Definition decides (r : region) (c : list condition) (k : nat) : bool :=
-  let st := statuses c in
-  forallb (fun j => (j =? k)%nat || negb (is_unclear (st j))) (seq 0 (length c))
-  && all_kept r (with_status st k Kept) && all_broken r (with_status st k Broken).
+  all_kept r (with_status (statuses c) k Kept) && all_broken r (with_status (statuses c) k Broken).
 
 Definition crossed (r : region) (c : list condition) : bool :=
   existsb (fun k =>
     match nth_error c k with
-    | Some q => is_unclear (known_of q) && opposite (kept q) (broken q) && decides r c k
+    | Some q => opposite (kept q) (broken q) && decides r c k
         && (comes (kept q) || comes (rev (kept q)))
     | None => false
     end) (seq 0 (length c)).
@@ -143,7 +140,7 @@ Section Marks.
     forall x, a <= x <= b -> (0 <= fst (f k) x <-> inside x).
   Proof.
     intros a b c k Hab K D [E1 E2] x Hx; unfold decides in D.
-    apply andb_prop in D as [D B]; apply andb_prop in D as [_ M].
+    apply andb_prop in D as [M B].
     assert (S : forall j, j <> k -> (statuses c j = Kept -> 0 <= fst (f j) x)
       /\ (statuses c j = Broken -> fst (f j) x < 0)).
     { intros j _; destruct (known_sound a b c j x Hab K Hx) as [S1 S2]; split; auto. }
