@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from flight.storage.folders import PROOF, put_files, write_folder, write_texts
+from flight.storage.folders import PROOF, put_files, write_folder
 from verify.checked_claims import PROOF_FOLDER
 from verify.data import Mission, Plan, Trajectory, mission_to_yaml
 from verify.data.files.trajectory_csv import write_csv
@@ -136,7 +136,7 @@ def write_rehearsal(plan: Plan, found: Rehearsal, folder: Path) -> None:
 
 def write_plan_files(plan: Plan, folder: Path) -> None:
     """Write `mission.yaml` and `plan.json`."""
-    write_texts(plan_files(plan), folder)
+    _write(plan_files(plan), folder)
 
 
 def plan_files(plan: Plan) -> dict[str, str]:
@@ -152,12 +152,17 @@ def write_trajectories(plan: Plan, team: Mapping[str, Trajectory], folder: Path)
         team: A trajectory for each robot.
         folder: Where; it exists.
     """
-    write_texts(trajectory_files(plan, team), folder)
+    _write(trajectory_files(plan, team), folder)
 
 
 def trajectory_files(plan: Plan, team: Mapping[str, Trajectory]) -> dict[str, str]:
     """Return what `write_trajectories` writes, by file name."""
     return {f"{name}.csv": write_csv(trajectory, plan.mission.spec.repeat) for name, trajectory in team.items()}
+
+
+def _write(texts: Mapping[str, str], folder: Path) -> None:
+    for name, text in texts.items():
+        (folder / name).write_text(text, encoding="utf-8")
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 from ltlplan.online.braking import Stop, StoppingManoeuvre, Ways, come_to_rest
 from ltlplan.online_mtac.team_in_flight import PERIOD, LocatedRobot, TeamInFlight
 from verify.data import Mission, Trajectory
-from verify.data.arrays import point_of
 from verify.data.events import WorldEvent
 from verify.data.sections import Action, Agent
 from verify.data.shapes.inequalities import Point
@@ -238,3 +237,9 @@ def _hovering(position: Point, agent: Agent) -> Trajectory:
     still = np.zeros((1, 4, 8))
     still[0, :3, 0], still[0, 3, 0] = position, agent.yaw
     return Trajectory([1.0], still.astype(np.float32))
+
+
+def point_of(values: Floats) -> Point:
+    """Return three numbers as a point, m."""
+    x, y, z = (float(value) for value in values)
+    return (x, y, z)

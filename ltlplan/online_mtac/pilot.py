@@ -22,7 +22,6 @@ from ltlplan.online_mtac.possible_states import can_finish
 from ltlplan.online_mtac.team_in_flight import TeamInFlight
 from ltlplan.paths.hoops import route_itinerary
 from verify.data import Letter, Mission, RobotPlan, Word
-from verify.data.arrays import point_of
 from verify.data.language.counting import require_plain
 from verify.data.sections import Action
 from verify.data.shapes.inequalities import Point
@@ -243,7 +242,8 @@ class PilotedTeam(TeamInFlight[Pilot], ABC):
 
     def root(self, pilot: Pilot, now: float) -> None:
         """Let a robot's state be where it hovers, so that its next course begins without a jump."""
-        pilot.where = replace(pilot.where, position=point_of(pilot.way.course.flat(pilot.way.clock, now)[0]))
+        x, y, z = (float(v) for v in pilot.way.course.flat(pilot.way.clock, now)[0])
+        pilot.where = replace(pilot.where, position=(x, y, z))
 
     def acts(self, pilot: Pilot) -> Action | None:
         """Return a robot's next planned action, once it is at its region's centre."""

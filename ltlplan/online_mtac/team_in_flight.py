@@ -20,7 +20,7 @@ from ltlplan.mtac.decomposable_task import Reader
 from ltlplan.online_mtac.formula_progression import mission_left
 from ltlplan.online_mtac.possible_states import Belief, after_events, at_start
 from verify.data import BadInput, Letter, LtlplanError, Mission
-from verify.data.arrays import Floats, point_of
+from verify.data.arrays import Floats
 from verify.data.events import RobotJoins, RobotLeaves, WorldEvent
 from verify.data.sections import Action, Agent
 from verify.data.shapes.inequalities import Point
@@ -165,8 +165,9 @@ class TeamInFlight(ABC, Generic[Robot]):
             np.array([positions[name] for name in self.pilots], dtype=np.float64).reshape(-1, 3)
         )
         for (name, pilot), here in zip(self.pilots.items(), where, strict=True):
+            x, y, z = (float(v) for v in positions[name])
             inside[name] = here
-            pilot.where = replace(pilot.where, position=point_of(positions[name]))
+            pilot.where = replace(pilot.where, position=(x, y, z))
             action = self.acts(pilot) if here else None
             if action is not None and action.at in here:
                 pilot.where = replace(pilot.where, internal=action.target)

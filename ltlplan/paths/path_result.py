@@ -19,7 +19,7 @@ from ltlplan.paths.hoops.keep_out import KeptRegion, Room, room
 from ltlplan.paths.sampling.least_snap_spline import LeastSnapSpline
 from ltlplan.paths.sampling.path_problem import PathProblem
 from verify.data import Mission, RobotPlan, Waypoint
-from verify.data.arrays import Floats, point_of
+from verify.data.arrays import Floats
 from verify.data.plan import Role
 
 _STEP = 0.01  # m between the instants at which entries and exits are looked for
@@ -107,7 +107,7 @@ def _plan(where: Room, plan: RobotPlan, spline: LeastSnapSpline, points: Floats,
     if conflicts(path.through(positions), path.durations, where, permitted):
         return None
     waypoints = tuple(
-        Waypoint(position=point_of(p), role=cut.role, region=cut.region, visit=cut.visit)
+        Waypoint(position=(float(p[0]), float(p[1]), float(p[2])), role=cut.role, region=cut.region, visit=cut.visit)
         for cut, p in zip(cuts, positions, strict=True)
     )
     return plan.model_copy(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from datetime import UTC, datetime
 from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator
@@ -16,11 +15,6 @@ Kind = Literal["state", "stage", "progress", "claim"]
 
 ONLY_OF_JOBS = ("manifest.json", "watch.json")
 """Files of a job that are none of the run's folder: a folder gets a manifest of its own when it is written."""
-
-
-def utc_now() -> str:
-    """Return the time, as it is told."""
-    return datetime.now(UTC).isoformat(timespec="milliseconds")
 
 
 class Told(BaseModel):

@@ -55,7 +55,6 @@ def fly_over_link(source: str, out: Path | None, asked: Asked, said: Said, seed:
         LinkLost: A robot cannot be reached.
     """
     from flight.link.live_executive import fly_live
-    from flight.storage.folders import write_texts
     from ltlplan.live_phases import stages
 
     require_sense(asked, said)
@@ -112,6 +111,17 @@ def keep_record(out: Path | None) -> None:
 def flown_over(kind: str, texts: Mapping[str, str]) -> dict[str, str]:
     """Return the files of a live flight, its record saying over which kind of link it was flown."""
     return {**texts, "live.json": json_text.dumps({"link": kind, **json_text.loads(texts["live.json"])}, indent=1) + "\n"}
+
+
+def write_texts(texts: Mapping[str, str], folder: Path) -> None:
+    """Write files of a live flight.
+
+    Args:
+        texts: By name.
+        folder: Where; it exists.
+    """
+    for name, text in texts.items():
+        (folder / name).write_text(text, encoding="utf-8")
 
 
 def _abort(kind: str, flown: tuple[Stage, ...]) -> str:

@@ -28,6 +28,7 @@ from ltlplan.commands.support.live_flight import (
     keep_record,
     refusal_of,
     worst_lines,
+    write_texts,
 )
 from ltlplan.commands.support.live_view import View, interrupts_land
 from ltlplan.commands.support.simulation import Outcome, simulating, written
@@ -137,7 +138,6 @@ def _kept(
     course: OnlineCourse, done: LiveFlight, planned_cost: float, out: Path | None, *, kind: str, failsafe: str
 ) -> tuple[tuple[Path, ...], Outcome]:
     """Check what was flown and write it; return the files, and what is shown of how it ended."""
-    from flight.storage.folders import write_texts
     from ltlplan.online.files import write_online
     from ltlplan.online.measured_result import flown_live
 

@@ -171,7 +171,8 @@ class _Counted:
         names = tuple(self.mission.agents)
         robots = {name: itinerary(system, path) for name, system, path in zip(names, self.systems, plan.paths, strict=True)}
         try:
-            meetings, precedences = waits_of(self.systems, plan)
+            parts = () if self._rooms or self.mission.formula.uses_next() else [self._marks([part]) for part in self._asked]
+            meetings, precedences = waits_of(self.systems, plan, parts)
             require_endurance(self.mission, self._systems, robots)
         except (HoversOutside, Infeasible):
             return None
@@ -187,9 +188,7 @@ class _Counted:
                 f"By straight lines this costs {straight:.3f}, and nothing less than {least:.3f}: a gap of at most {gap:.1f} %."
             )
         if meetings or precedences:
-            notes.append(
-                f"Robots wait for each other: the plan has {len(plan.stages)} stages, each begun when the one before has ended."
-            )
+            notes.append("Robots wait for each other where the formula asks for it.")
         order = tuple(name for name, does in robots.items() if does.visits)
         return Allocation(
             robots=robots, cost=team_cost(self.mission, priced), order=order, lower_bound=least or None,

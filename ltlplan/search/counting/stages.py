@@ -7,13 +7,13 @@ say which robot must have arrived before which other one sets out, or acts.
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import accumulate, pairwise
 
 from ltlplan.allocation import Allocation
 from ltlplan.logic.budget import Budget, TooLarge
 from ltlplan.search.counting.capacities import small_rooms
-from ltlplan.search.counting.counted_plans import CountedPlan, Turn
+from ltlplan.search.counting.counted_plans import CountedPlan, Turn, needed_waits
 from ltlplan.search.counting.counting_propositions import Marks
 from ltlplan.search.counting.planning import plan_counts, plan_hovering, roomy_marks
 from ltlplan.search.counting.symmetry_classes import CountedTeam, Rooms
@@ -48,7 +48,10 @@ def plan_stages(problem: Problem) -> Allocation:
 
         raise NoWords(lambda: relaxed(mission, no_counted_plan(mission, each, kinds, problem.asked, rooms), problem.cheapest))
     try:
-        waits, precedences = waits_of(each, found)
+        parts = (
+            () if rooms or problem.asked.uses_next() else [Marks([automaton], problem.known) for automaton in problem.automata]
+        )
+        waits, precedences = waits_of(each, found, parts)
     except HoversOutside:  # but flights may be timed so that nobody has to, or it waits there
         with contextlib.suppress(TooLarge, Infeasible):
             ordered = orders.plan(problem)
@@ -67,9 +70,7 @@ def plan_stages(problem: Problem) -> Allocation:
             "A cheaper plan was not ruled out, one in which robots end just outside regions or where they act included."
         )
     if waits or precedences:
-        notes.append(
-            f"Robots wait for each other: the plan has {len(found.stages)} stages, each begun when the one before has ended."
-        )
+        notes.append("Robots wait for each other where the formula asks for it.")
     said = (*notes, *problem.systems.unclear())
     return Allocation(
         robots=robots, cost=total, lower_bound=min(found.bound, total), complete=complete, notes=said, meetings=tuple(waits),
@@ -111,28 +112,37 @@ class HoversOutside(BadInput):
     """A robot would have to hover outside all regions, or act where it stays, while others are still to set out."""
 
 
-def waits_of(systems: Sequence[TransitionSystem], plan: CountedPlan) -> tuple[list[Meeting], list[Precedence]]:
+def waits_of(
+    systems: Sequence[TransitionSystem], plan: CountedPlan, parts: Sequence[Marks] = ()
+) -> tuple[list[Meeting], list[Precedence]]:
     """Return the waits between stages: each robot of a stage sets out, or acts where it is, when all others of the one before have arrived.
 
     Args:
         systems: One for each robot.
         plan: Its paths, turns and stages.
+        parts: The marks of each conjunct's propositions; of waits between stages only those are kept then that the formula needs.
 
     Raises:
         HoversOutside: A robot would have to come to rest in no region, or act where it stays, while others are still to set out.
     """
-    found = list(dict.fromkeys(_waits(systems, plan)))
+    found = list(dict.fromkeys(_waits(systems, plan, _handovers(plan))))
+    pairs = needed_waits(systems, parts, plan) if parts and found else None
+    if pairs is not None:
+        with contextlib.suppress(HoversOutside):
+            found = list(dict.fromkeys(_waits(systems, plan, _needed(plan, pairs))))
     return [wait for wait in found if isinstance(wait, Meeting)], [wait for wait in found if isinstance(wait, Precedence)]
 
 
-def _waits(systems: Sequence[TransitionSystem], plan: CountedPlan) -> Iterator[Meeting | Precedence]:
+def _waits(
+    systems: Sequence[TransitionSystem], plan: CountedPlan, handovers: Iterable[tuple[Turn, list[Turn]]]
+) -> Iterator[Meeting | Precedence]:
     def visits(robot: int, length: int) -> int:
         log = VisitLog()
         for node in plan.paths[robot][:length]:
             log.enter(systems[robot].nodes[node].regions)
         return len(log.visits)
 
-    for (robot, before, after), others in _handovers(plan):
+    for (robot, before, after), others in handovers:
         setting_out, path = visits(robot, before), plan.paths[robot]
         acts, flies = _acts(systems[robot], path[before - 1 : before + 1]), visits(robot, after) > setting_out
         if not (acts or flies):
@@ -157,6 +167,14 @@ def _handovers(plan: CountedPlan) -> Iterator[tuple[Turn, list[Turn]]]:
         first = {plan.turns[turn][0]: plan.turns[turn] for turn in reversed(later)}
         for robot, turn in sorted(first.items()):
             yield turn, [other for who, other in sorted(last.items()) if who != robot]
+
+
+def _needed(plan: CountedPlan, pairs: Iterable[tuple[int, int]]) -> Iterator[tuple[Turn, list[Turn]]]:
+    """Yield each turn that waits, with those that it waits for."""
+    awaited: dict[int, list[Turn]] = {}
+    for first, then in pairs:
+        awaited.setdefault(then, []).append(plan.turns[first])
+    yield from ((plan.turns[then], others) for then, others in sorted(awaited.items()))
 
 
 def _acting_visit(system: TransitionSystem, path: Sequence[int], step: int) -> int:

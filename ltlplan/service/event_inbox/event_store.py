@@ -13,10 +13,11 @@ import threading
 from collections.abc import Generator, Iterable
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from pathlib import Path
 
 from ltlplan.service.job_queue.store import NoRoom
-from ltlplan.service.models import FlightAnswered, LiveEvent, utc_now
+from ltlplan.service.models import FlightAnswered, LiveEvent
 from ltlplan.service.problems import Busy
 from verify.data import BadInput
 
@@ -214,6 +215,11 @@ class Book:
         with self._changing() as run:
             run.execute("UPDATE flights SET ended = ? WHERE id = ? AND ended IS NULL", (utc_now(), entry.id))
             run.execute("UPDATE events SET heard = 0, answer = ? WHERE flight = ? AND heard IS NULL", (why, entry.id))
+
+
+def utc_now() -> str:
+    """Return the time, as it is told."""
+    return datetime.now(UTC).isoformat(timespec="milliseconds")
 
 
 def _told(error: sqlite3.OperationalError) -> BadInput:
