@@ -88,55 +88,7 @@ Proof.
   - rewrite inner_zeros by auto; specialize (IH (length r) v U); lra.
 Qed.
 
-(** ** A square completed: the last pivot is the least value *)
-
-Fixpoint difference (v c : list R) : list R :=
-  match v, c with x :: v', y :: c' => (x - y) :: difference v' c' | _, _ => [] end.
-
-(** [ts] are halves of the linear weights, [k] the constant. *)
-Inductive completes : list (list R) -> list R -> R -> R -> Prop :=
-  | completes_none : forall k, completes [] [] k k
-  | completes_pivot : forall a r M t ts k last, 0 < a ->
-      completes (reduced a r M) (lessened (t / a) r ts) (k - t * t / a) last ->
-      completes ((a :: r) :: M) (t :: ts) k last
-  | completes_zero : forall r M ts k last, Forall (fun b => b = 0) r ->
-      completes M ts k last -> completes ((0 :: r) :: M) (0 :: ts) k last.
-
-Lemma completes_eliminates : forall M ts k last, completes M ts k last -> eliminates M.
-Proof. induction 1; [apply eliminates_none | apply eliminates_pivot | apply eliminates_zero]; auto. Qed.
-
-Lemma inner_difference : forall r v c, length v = length r -> length c = length r ->
-  inner r (difference v c) = inner r v - inner r c.
-Proof.
-  induction r as [|b r IH]; intros [|x v] [|y c] V C; try discriminate; cbn; [ring|].
-  injection V as V; injection C as C; rewrite IH by auto; ring.
-Qed.
-
-Theorem completed : forall M ts k last, completes M ts k last -> forall n, upper n M -> length ts = n ->
-  exists c, length c = n /\ forall v, length v = n ->
-    rows_form M v + 2 * inner ts v + k = rows_form M (difference v c) + last.
-Proof.
-  induction 1 as [k | a r M t ts k last Ha C IH | r M ts k last Z C IH]; intros n U L.
-  - exists []; split; auto; intros v _; cbn; ring.
-  - destruct n as [|n]; [destruct U|]; destruct U as [Lr U]; injection Lr as Lr; injection L as L; subst n.
-    destruct (IH (length r)) as (c & Lc & E).
-    { apply reduced_upper; auto. }
-    { rewrite lessened_length; auto. }
-    exists ((- (inner r c + t) / a) :: c); split; [cbn; auto|]; intros [|x v] Lv; [discriminate|]; injection Lv as Lv.
-    specialize (E v Lv); rewrite !reduced_form, inner_lessened in E by (auto; lra).
-    cbn [rows_form inner difference]; rewrite inner_difference in * by auto.
-    set (A := rows_form M v) in *; set (B := rows_form M (difference v c)) in *.
-    set (P := inner r v) in *; set (Q := inner r c) in *; set (T := inner ts v) in *.
-    assert (D : B = A - P * P / a + 2 * (T - t / a * P) + (k - t * t / a) + (P - Q) * (P - Q) / a - last) by lra.
-    rewrite D; field; lra.
-  - destruct n as [|n]; [destruct U|]; destruct U as [Lr U]; injection Lr as Lr; injection L as L; subst n.
-    destruct (IH (length r) U L) as (c & Lc & E).
-    exists (0 :: c); split; [cbn; auto|]; intros [|x v] Lv; [discriminate|]; injection Lv as Lv.
-    specialize (E v Lv); cbn [rows_form inner difference].
-    rewrite (inner_zeros r v), (inner_zeros r (difference v c)) by auto; lra.
-Qed.
-
-(** ** Forms of points *)
+(** ** Forms of points, and quadratic functions *)
 
 Theorem elimination_semidefinite : forall Q,
   eliminates [[xx Q; xy Q; xz Q]; [yy Q; yz Q]; [zz Q]] -> semidefinite Q.
@@ -146,13 +98,12 @@ Proof.
   apply Rle_trans with (1 := P ltac:(repeat split)); apply Req_le; ring.
 Qed.
 
-(** A quadric around its own centre. *)
-Theorem square_completed : forall Q l k last,
-  completes [[xx Q; xy Q; xz Q]; [yy Q; yz Q]; [zz Q]] [vx l; vy l; vz l] k last ->
-  semidefinite Q /\ exists c, forall a, quad Q a + 2 * dot l a + k = quad Q (sub a c) + last.
+(** Where a quadratic function's matrix of four rows eliminates, it is nowhere negative. *)
+Theorem elimination_quadratic : forall Q l k,
+  eliminates [[xx Q; xy Q; xz Q; vx l]; [yy Q; yz Q; vy l]; [zz Q; vz l]; [k]] ->
+  forall a, 0 <= quad Q a + 2 * dot l a + k.
 Proof.
-  intros Q l k last C; split; [apply elimination_semidefinite, (completes_eliminates _ _ _ _ C)|].
-  destruct (completed _ _ _ _ C 3) as ([|x [|y [|z [|]]]] & L & E); try discriminate; [cbn; repeat split | auto |].
-  exists (Vec x y z); intros a; specialize (E [vx a; vy a; vz a] eq_refl); cbn in E.
-  unfold quad, form, dot, apply, sub; cbn; lra.
+  intros Q l k E a; pose proof (elimination_nonneg _ E 4 [vx a; vy a; vz a; 1]) as P; cbn in P.
+  unfold quad, form, dot, apply; cbn.
+  apply Rle_trans with (1 := P ltac:(repeat split)); apply Req_le; ring.
 Qed.

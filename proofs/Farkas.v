@@ -28,6 +28,18 @@ Proof.
   nra.
 Qed.
 
+(** Inequalities of any kind: a positive sum leaves the point outside. *)
+Theorem farkas_outside : forall X weights (body : list (X -> R)) x,
+  nonneg weights -> 0 < weighted weights body x -> ~ inside body x.
+Proof. intros X ws body x HW H HB; pose proof (weighted_inside X ws body x HW HB); lra. Qed.
+
+(** Multipliers for relations: a positive constant below the sum, at every point
+    of a set, leaves no point of the set in the body. *)
+Theorem farkas_empty : forall X (P : X -> Prop) weights (body : list (X -> R)),
+  nonneg weights -> (forall x, P x -> 0 < weighted weights body x) ->
+  forall x, P x -> ~ inside body x.
+Proof. intros; apply farkas_outside with weights; auto. Qed.
+
 (** Multipliers of which the sum bounds [g] show that the body keeps [g]. *)
 Theorem farkas_keeps : forall X weights (body : list (X -> R)) (g : X -> R),
   nonneg weights -> (forall x, g x <= weighted weights body x) ->

@@ -148,16 +148,6 @@ Section Hoop.
       assert (u + gap * k < opening * k) by lra. nra.
   Qed.
 
-  (** [N] bounds |n|. *)
-  Theorem apart_ahead : forall N gap p, dot n n <= N * N -> 0 <= N -> 0 <= gap ->
-    (rim / 2 + gap) * N < along p \/ along p < - ((rim / 2 + gap) * N) -> ahead p gap.
-  Proof.
-    intros N g p H HN Hg A; unfold ahead; set (k := rim / 2 + g) in *; assert (K : 0 <= k) by (unfold k; lra).
-    assert (S : k * k * dot n n <= k * N * (k * N)).
-    { replace (k * N * (k * N)) with (k * k * (N * N)) by ring; apply Rmult_le_compat_l; auto; apply Rmult_le_pos; auto. }
-    assert (P : 0 <= k * N) by (apply Rmult_le_pos; auto). destruct A as [A|A]; nra.
-  Qed.
-
   (** The gaps are the sides of a right triangle; its longest side is the distance. *)
   Theorem rim_clear : forall p y up out length, dot n n <> 0 -> 0 <= up -> 0 <= out ->
     up * up + out * out = length * length -> 0 < length ->

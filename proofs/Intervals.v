@@ -30,10 +30,20 @@ Section Intervals.
     Interval (floor_over (least a b c d) unit) (ceiling_over (greatest a b c d) unit).
 
   (** Nothing where a divisor may be zero. *)
-  Definition inverse (i : interval) : interval :=
-    Interval (floor_over (unit * unit) (high i)) (ceiling_over (unit * unit) (low i)).
   Definition over (i j : interval) : option interval :=
-    if (0 <? low j) || (high j <? 0) then Some (times i (inverse j)) else None.
+    if (low j <=? 0) && (0 <=? high j) then None
+    else
+      let q f n d := f (n * unit) d in
+      Some (Interval
+        (least (q floor_over (low i) (low j)) (q floor_over (low i) (high j))
+               (q floor_over (high i) (low j)) (q floor_over (high i) (high j)))
+        (greatest (q ceiling_over (low i) (low j)) (q ceiling_over (low i) (high j))
+                  (q ceiling_over (high i) (low j)) (q ceiling_over (high i) (high j)))).
+
+  Definition squared (i : interval) : interval :=
+    let a := low i * low i in let b := high i * high i in
+    Interval (floor_over (if (low i <=? 0) && (0 <=? high i) then 0 else Z.min a b) unit)
+             (ceiling_over (Z.max a b) unit).
 
   Definition root (i : interval) : interval :=
     Interval (Z.sqrt (Z.max (low i) 0 * unit)) (Z.sqrt (Z.max (high i) 0 * unit) + 1).
@@ -161,26 +171,56 @@ Section Intervals.
     y <> 0 /\ contains k (x / y).
   Proof.
     intros i j k x y O X Y; unfold over in O.
-    destruct ((0 <? low j)%Z || (high j <? 0)%Z) eqn:E; [|discriminate]; injection O as <-.
-    pose proof unit_real as U; destruct Y as [Y1 Y2]; set (s := y * IZR unit) in *.
-    assert (L : (low j <= high j)%Z) by (apply le_IZR; lra).
-    assert (C : (0 < low j \/ high j < 0)%Z)
-      by (apply orb_prop in E as [E|E]; [left | right]; apply Z.ltb_lt in E; auto).
-    assert (NL : low j <> 0%Z /\ high j <> 0%Z) by lia; destruct NL as [NL NH].
-    assert (S : s <> 0) by (destruct C as [C|C]; apply IZR_lt in C; lra).
-    assert (Ny : y <> 0) by (intros ->; apply S; unfold s; ring).
+    destruct ((low j <=? 0)%Z && (0 <=? high j)%Z) eqn:E; [discriminate|]; injection O as <-.
+    pose proof unit_real as U; set (s := y * IZR unit) in *.
+    assert (C : (0 < low j \/ high j < 0)%Z).
+    { apply andb_false_iff in E as [E|E]; [left | right]; apply Z.leb_gt in E; auto. }
+    assert (NL : low j <> 0%Z /\ high j <> 0%Z /\ (low j <= high j)%Z).
+    { destruct Y as [Y1 Y2]; assert (IZR (low j) <= IZR (high j)) by lra.
+      apply le_IZR in H; destruct C; lia. }
+    destruct NL as (NL & NH & LH).
     assert (I : / IZR (high j) <= / s <= / IZR (low j)).
-    { destruct C as [C|C]; apply IZR_lt in C.
+    { destruct Y as [Y1 Y2]; fold s in Y1, Y2; destruct C as [C|C]; apply IZR_lt in C.
       - split; apply Rinv_le_contravar; lra.
       - split; apply inverse_falls; lra. }
-    split; auto; unfold Rdiv; apply times_sound; auto.
-    unfold contains, inverse; cbn [low high].
-    replace (/ y * IZR unit) with (IZR unit * IZR unit * / s) by (unfold s; field; split; auto; lra).
-    assert (P : 0 <= IZR unit * IZR unit) by (apply Rmult_le_pos; lra).
-    pose proof (floor_below (unit * unit) (high j) NH) as F; pose proof (ceiling_above (unit * unit) (low j) NL) as G.
-    rewrite mult_IZR in F, G; unfold Rdiv in F, G; split.
-    - apply Rle_trans with (1 := F), Rmult_le_compat_l; lra.
-    - apply Rle_trans with (2 := G), Rmult_le_compat_l; lra.
+    assert (S : s <> 0) by (destruct Y as [Y1 Y2]; fold s in Y1, Y2; destruct C as [C|C]; apply IZR_lt in C; lra).
+    assert (Ny : y <> 0) by (intros ->; apply S; unfold s; ring).
+    split; auto; unfold contains; cbn [low high].
+    replace (x / y * IZR unit) with ((x * IZR unit) * IZR unit * / s) by (unfold s; field; split; auto; lra).
+    assert (Q : forall n d, d <> 0%Z -> IZR (n * unit) / IZR d = IZR n * IZR unit * / IZR d)
+      by (intros; rewrite mult_IZR; auto).
+    assert (F : forall n d, d <> 0%Z -> IZR (floor_over (n * unit) d) <= IZR n * IZR unit * / IZR d
+      /\ IZR n * IZR unit * / IZR d <= IZR (ceiling_over (n * unit) d)).
+    { intros n d D; rewrite <- Q by auto; split; [apply floor_below | apply ceiling_above]; auto. }
+    destruct X as [X1 X2].
+    assert (X' : IZR (low i) * IZR unit <= x * IZR unit * IZR unit <= IZR (high i) * IZR unit)
+      by (split; apply Rmult_le_compat_r; lra).
+    destruct (F (low i) (low j) NL), (F (low i) (high j) NH), (F (high i) (low j) NL), (F (high i) (high j) NH).
+    split.
+    - match goal with |- IZR (least ?a ?b ?c ?d) <= _ => pose proof (least_all a b c d) as (A1 & A2 & A3 & A4) end.
+      apply IZR_le in A1, A2, A3, A4.
+      apply (product_above _ _ _ _ _ _ _ X' I); lra.
+    - match goal with |- _ <= IZR (greatest ?a ?b ?c ?d) => pose proof (greatest_all a b c d) as (A1 & A2 & A3 & A4) end.
+      apply IZR_le in A1, A2, A3, A4.
+      apply (product_below _ _ _ _ _ _ _ X' I); lra.
+  Qed.
+
+  Theorem squared_sound : forall i x, contains i x -> contains (squared i) (x * x).
+  Proof.
+    intros i x [A B]; apply rounded.
+    replace (x * x * IZR unit * IZR unit) with ((x * IZR unit) * (x * IZR unit)) by ring.
+    set (s := x * IZR unit) in *; split.
+    - destruct ((low i <=? 0)%Z && (0 <=? high i)%Z) eqn:E; [pose proof (Rle_0_sqr s); unfold Rsqr in *; lra|].
+      assert (C : (0 < low i \/ high i < 0)%Z).
+      { apply andb_false_iff in E as [E|E]; [left | right]; apply Z.leb_gt in E; auto. }
+      pose proof (Z.le_min_l (low i * low i) (high i * high i)) as L1.
+      pose proof (Z.le_min_r (low i * low i) (high i * high i)) as L2.
+      apply IZR_le in L1, L2; rewrite mult_IZR in L1, L2.
+      destruct C as [C|C]; apply IZR_lt in C; nra.
+    - pose proof (Z.le_max_l (low i * low i) (high i * high i)) as L1.
+      pose proof (Z.le_max_r (low i * low i) (high i * high i)) as L2.
+      apply IZR_le in L1, L2; rewrite mult_IZR in L1, L2.
+      destruct (Rle_lt_dec 0 s); nra.
   Qed.
 
   Theorem root_sound : forall i x, 0 <= x -> contains i x -> contains (root i) (sqrt x).

@@ -38,6 +38,18 @@ Definition quad (Q : sym) (a : vec) : R := form Q a a.
 
 Definition semidefinite (Q : sym) : Prop := forall a, 0 <= quad Q a.
 
+(** A square completed: with Q c = -l/2 the form x'Qx + l.x is (x - c)'Q(x - c) - c'Qc. *)
+Theorem square_completed : forall Q l c x, apply Q c = scale (- / 2) l ->
+  quad Q x + dot l x = quad Q (sub x c) - quad Q c /\ quad Q c = - dot l c / 2.
+Proof.
+  intros Q [l1 l2 l3] [c1 c2 c3] [x1 x2 x3] E; unfold apply, scale in E; simpl in E.
+  injection E as E1 E2 E3; unfold quad, form, dot, apply, sub; simpl.
+  assert (L1 : l1 = - 2 * (xx Q * c1 + xy Q * c2 + xz Q * c3)) by lra.
+  assert (L2 : l2 = - 2 * (xy Q * c1 + yy Q * c2 + yz Q * c3)) by lra.
+  assert (L3 : l3 = - 2 * (xz Q * c1 + yz Q * c2 + zz Q * c3)) by lra.
+  rewrite L1, L2, L3; split; field.
+Qed.
+
 (** The trace bounds what a quadric grows by, as does any bound on its eigenvalues. *)
 Definition grows_at_most (Q : sym) (L : R) : Prop := forall a, quad Q a <= L * dot a a.
 

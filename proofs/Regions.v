@@ -1,4 +1,4 @@
-(** Trees for regions.
+(** Trees for regions and for limits.
 
     A region is a union of parts, each a list of conditions by their numbers.  A condition
     has two polynomials in time: [kept] is not negative where it holds, [broken] is positive
@@ -25,6 +25,7 @@ Definition known_of (q : condition) : status :=
 
 Definition is_kept (s : status) : bool := match s with Kept => true | _ => false end.
 Definition is_broken (s : status) : bool := match s with Broken => true | _ => false end.
+Definition is_unclear (s : status) : bool := match s with Unclear => true | _ => false end.
 
 Definition all_kept (r : region) (st : nat -> status) : bool :=
   existsb (forallb (fun k => is_kept (st k))) (covers r).
@@ -44,14 +45,16 @@ Fixpoint opposite (l m : list Z) : bool :=
   | _, _ => false
   end.
 
-(** One condition decides, whatever others leave open. *)
+(** One condition alone is unclear, and decides. *)
 Definition decides (r : region) (c : list condition) (k : nat) : bool :=
-  all_kept r (with_status (statuses c) k Kept) && all_broken r (with_status (statuses c) k Broken).
+  let st := statuses c in
+  forallb (fun j => (j =? k)%nat || negb (is_unclear (st j))) (seq 0 (length c))
+  && all_kept r (with_status st k Kept) && all_broken r (with_status st k Broken).
 
 Definition crossed (r : region) (c : list condition) : bool :=
   existsb (fun k =>
     match nth_error c k with
-    | Some q => opposite (kept q) (broken q) && decides r c k
+    | Some q => is_unclear (known_of q) && opposite (kept q) (broken q) && decides r c k
         && (comes (kept q) || comes (rev (kept q)))
     | None => false
     end) (seq 0 (length c)).
@@ -140,7 +143,7 @@ Section Marks.
     forall x, a <= x <= b -> (0 <= fst (f k) x <-> inside x).
   Proof.
     intros a b c k Hab K D [E1 E2] x Hx; unfold decides in D.
-    apply andb_prop in D as [M B].
+    apply andb_prop in D as [D B]; apply andb_prop in D as [_ M].
     assert (S : forall j, j <> k -> (statuses c j = Kept -> 0 <= fst (f j) x)
       /\ (statuses c j = Broken -> fst (f j) x < 0)).
     { intros j _; destruct (known_sound a b c j x Hab K Hx) as [S1 S2]; split; auto. }
@@ -227,3 +230,24 @@ Proof. intros v k a b Hk H; destruct (Rle_lt_dec v a); [left; lra | right; nra].
 (** Of two faces with one normal the inner one makes the outer one needless. *)
 Theorem needless_face : forall v a b, a < b -> v <= a -> v <= b.
 Proof. intros; lra. Qed.
+
+(** ** Limits: one polynomial that is nowhere negative *)
+
+Definition check_nonneg (l : list Z) (steps : list (step unit)) : bool :=
+  match check_tree _ _ first_half second_half (fun _ => all_nonneg) l steps with
+  | Some (_ :: _) => true
+  | _ => false
+  end.
+
+Theorem check_nonneg_sound : forall l f steps, represents l f 0 1 ->
+  check_nonneg l steps = true -> always (fun x => 0 <= f x) 0 1.
+Proof.
+  intros l f steps K H x Hx; unfold check_nonneg in H.
+  destruct (check_tree _ _ _ _ _ _ _) as [[|p leaves]|] eqn:E; try discriminate.
+  pose proof (check_tree_sound _ _ first_half second_half (fun _ : unit => all_nonneg)
+    (fun a b c => represents c f a b) (fun _ a b => always (fun x => 0 <= f x) a b)) as T.
+  specialize (T (fun a b c => first_represents c f a b) (fun a b c => second_represents c f a b)
+    (fun _ a b c L R => all_nonneg_sound c f a b L R) _ _ _ K E).
+  destruct (tiles_cover _ _ _ _ _ x T Hx) as (m & k & d & _ & B & S); [discriminate|].
+  apply S; auto.
+Qed.

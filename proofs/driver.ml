@@ -72,21 +72,7 @@ let walk () =
   let holds m (k, d) = m = Open || Hashtbl.mem known (name m, show k, d) in
   leaves (check_tree (half 0) (half 1) holds (Z0, 0))
 
-(* Marks of which it is written what they claim: alternatives, of clauses, of atoms. *)
-let atom () =
-  let number = nat () in
-  let strict = int () = 1 in
-  let turned = int () = 1 in
-  let num = z () in
-  { number; strict; turned; num; den = z () }
-
-let rule () = list (fun () -> list (fun () -> list atom))
-let form () = let row = list z in { row; unit0 = z () }
-let rules () =
-  let musts = rule () in
-  let nos = rule () in
-  let forms = list form in
-  leaves (check_rules { musts; nos } forms)
+let step () = match next () with "s" -> Split | _ -> Leaf ()
 
 (* Formulas and words *)
 
@@ -219,7 +205,7 @@ let () =
       | "" -> raise End_of_file
       | "tree" -> print_endline (tree ())
       | "walk" -> print_endline (walk ())
-      | "rules" -> print_endline (rules ())
+      | "limit" -> let row = list z in print_endline (yes (check_nonneg row (list step)))
       | "word" -> print_endline (word ())
       | "joint" -> print_endline (joint ())
       | "team" -> print_endline (team ())

@@ -122,7 +122,7 @@ def shipped_page(once: Once, shipped_run: Callable[[str], ltlplan.Result]) -> Ca
 
 @pytest.fixture(scope="session")
 def proofs(once: Once) -> tuple[Path, dict[str, set[str]]]:
-    """Return the folder in which the proofs in Coq are built, and the axioms of each file's theorems."""
+    """Return the folder in which the proofs in Coq are built, and the axioms of each theorem."""
     if shutil.which("coqc") is None:
         pytest.skip("needs Coq: apt-get install coq")
     from tests.helpers.proved_checkers import build_proofs

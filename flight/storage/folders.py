@@ -117,12 +117,6 @@ def put_files(files: Mapping[str, bytes], folder: Path) -> None:
         (folder / name).write_bytes(content)
 
 
-def write_texts(texts: Mapping[str, str], folder: Path) -> None:
-    """Write texts into a folder that exists, by name."""
-    for name, text in texts.items():
-        (folder / name).write_text(text, encoding="utf-8")
-
-
 def _check_replaceable(target: Path, place: Path) -> None:
     """Reject a target that is no folder, or one that must stay where it is."""
     if not target.is_dir():

@@ -71,7 +71,7 @@ def _one_at_a_time(plan: Plan, feedback: Feedback) -> Iterator[Way]:
 
 
 ALTERNATIVES = (
-    _as_planned, _waiting_nearest, _taking_turns, _giving_way_in_shared_places, _meeting_nearest, _one_at_a_time
+    _as_planned, _waiting_nearest, _meeting_nearest, _taking_turns, _giving_way_in_shared_places, _one_at_a_time
 )  # fmt: skip
 """Each yields ways for a team to fly, where it applies; they are tried in this order."""
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -90,6 +91,22 @@ def on_faster_clock(team: Mapping[str, Flown]) -> dict[str, tuple[Spline, float]
         if breach == _BREACHES[-1] and not search.corrected(clock, found):
             break
     return found
+
+
+class Retiming(Protocol):
+    """A map between the plan's times and those at which they are flown."""
+
+    def flown(self, plan: Floats) -> Floats:
+        """Return when times of the plan are flown, s."""
+        ...
+
+    def plan(self, flown: Floats) -> Floats:
+        """Return the plan's times at times that are flown, s, about."""
+        ...
+
+    def rates(self, plan: Floats) -> tuple[Floats, Floats, Floats]:
+        """Return the first three derivatives of the plan's time by the flown one. Shapes (times,)."""
+        ...
 
 
 class Clock:
@@ -254,13 +271,13 @@ def _derivatives(path: Spline, times: Floats) -> Floats:
     return np.stack([values(path.coefficients[piece], local, order)[:, 0] for order in (1, 2, 3, 4)])
 
 
-def retimed(path: Spline, start: float, clock: Clock) -> Spline:
+def retimed(path: Spline, start: float, clock: Retiming) -> Spline:
     """Return a robot's pieces on a clock: they meet the motion at their nodes up to jerk, and follow it between them.
 
     Args:
         path: By the plan's times.
         start: When it departs, s.
-        clock: The team's.
+        clock: The team's, or its own.
     """
     nodes = path.knots
     found = _through(path, start, clock, nodes)
@@ -282,7 +299,7 @@ def _places(path: Spline, times: Floats) -> Floats:
     return values(path.coefficients[piece], (at - path.knots[piece])[:, None])[:, 0]
 
 
-def _through(path: Spline, start: float, clock: Clock, nodes: Floats) -> Spline:
+def _through(path: Spline, start: float, clock: Retiming, nodes: Floats) -> Spline:
     """Return the pieces that meet a robot's motion on the clock at nodes, times since its departure, up to jerk."""
     rate, bend, turn = (each[:, None] for each in clock.rates(start + nodes))
     known = path.knots

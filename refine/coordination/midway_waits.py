@@ -118,12 +118,12 @@ def with_hovers(robot: RobotFlight, waits: dict[int, float]) -> RobotFlight:
         waits: Point at which it rests: s that it waits there, or 0.
     """
     nodes = sorted(node for node, wait in waits.items() if wait > 0.0)
-    corridor, cycle = robot.corridor, robot.cycle
+    corridor = robot.corridor
     if not nodes or corridor is None:
         return robot
     longer = [waits[node] for node in nodes]
     leaving = [min(node, len(corridor) - 1) for node in nodes]
-    hovering = replace(
+    led = replace(
         corridor,
         points=np.insert(corridor.points, nodes, corridor.points[nodes], axis=0),
         durations=np.insert(corridor.durations, nodes, longer),
@@ -132,11 +132,23 @@ def with_hovers(robot: RobotFlight, waits: dict[int, float]) -> RobotFlight:
         rooms=_inserted(corridor.rooms, nodes, [None] * len(nodes)),
         cycle=None if corridor.cycle is None else corridor.cycle + sum(node <= corridor.cycle for node in nodes),
     )
+    return replace(hovering(robot, waits), corridor=led)
+
+
+def hovering(robot: RobotFlight, waits: dict[int, float]) -> RobotFlight:
+    """Return a robot that rests longer at some of its points, with pieces for the hovers but no legs.
+
+    Args:
+        robot: Its flight.
+        waits: Point at which it rests: s that it waits there, or 0.
+    """
+    nodes = sorted(node for node, wait in waits.items() if wait > 0.0)
+    longer, cycle = [waits[node] for node in nodes], robot.cycle
     return replace(
         robot,
-        corridor=hovering,
         path=_resting(robot.path, nodes, longer),
         yaw=None if robot.yaw is None else _resting(robot.yaw, nodes, longer),
+        planned=None if robot.planned is None else _resting(robot.planned, nodes, longer),
         cycle=None if cycle is None else cycle + sum(node <= cycle for node in nodes),
         halts={visit: node + sum(other <= node for other in nodes) for visit, node in robot.halts.items()},
     )

@@ -17,6 +17,7 @@ from refine.coordination.conflict_resolution import Together, arrival, departure
 from refine.coordination.departures import DepartureConflict
 from refine.coordination.joint_avoidance import avoid_jointly
 from refine.coordination.midway_waits import with_waits
+from refine.coordination.own_clocks import on_own_clocks
 from refine.coordination.safe_intervals import schedule_safe_intervals
 from refine.coordination.spacing import firm_pairs, hovers_of, idle_others, spacing_for
 from refine.coordination.visit_relocation import resting_teams, with_visits_relocated
@@ -72,7 +73,9 @@ def together(plan: Plan, feedback: Feedback, options: RefinementOptions, tell: P
     faster = hurried(Problem(plan, feedback, options, spacing_for(plan, feedback)), *planned)
     teams = [] if faster is None else [_noted(faster, _HURRIED)]
     teams += [] if found is None else [found]
-    return min(teams if teams and min(shares) < 1.0 else [*teams, planned], key=arrival)
+    best = min(teams, key=arrival, default=planned)
+    slow = min(shares) == 1.0 or min(shares) * arrival(best) > arrival(planned)  # even as fast as its limits allow
+    return min(best, planned, key=arrival) if slow else best
 
 
 def _noted(team: Together, sentence: str) -> Together:
@@ -193,6 +196,14 @@ def _departing_in_time(attempt: _Attempt) -> Together | None:
     return None
 
 
+def _on_own_clocks(attempt: _Attempt) -> Together | None:
+    """Keep all paths, and let each robot fly more slowly before it would come too near another one."""
+    if not attempt.problem.plan.meetings or attempt.way.gives_way == "never":
+        return None
+    attempt.tell("retiming all robots", 0.71)
+    return on_own_clocks(attempt.problem, attempt.alone)
+
+
 def _swerving_fast(attempt: _Attempt) -> Together | None:
     """Swerve, of few robots too, where all are hurried on one clock after; at the plan's own times they give way in turns."""
     problem = attempt.problem
@@ -248,6 +259,7 @@ def _waiting_on_the_way(attempt: _Attempt) -> Together | None:
 MEANS = (
     _departing_without_delay,
     _swerving,
+    _on_own_clocks,
     _departing_in_time,
     _swerving_fast,
     _visiting_elsewhere,

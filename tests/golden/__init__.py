@@ -35,7 +35,7 @@ RESULTS = Path(__file__).parent / "results.json"
 LATER = ("ordered", "precedences")
 """Claims that certificates did not make when the results were written."""
 
-CHANGED: dict[str, str] = {}
+CHANGED: dict[str, str] = {"shipped meeting": "a robot that the formula lets depart at once waits for nobody"}
 """Cases whose results differ from the golden ones, each with its reason."""
 
 

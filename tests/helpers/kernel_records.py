@@ -12,14 +12,14 @@ from typing import Any
 
 import pytest
 
-from tests.helpers.proved_checkers import Region, formula, hexadecimal, listed, numbers, tree_case
+from tests.helpers.proved_checkers import Region, formula, listed, numbers, tree_case
 from verify.kernel import timelines, trees, words
 from verify.kernel.__main__ import check_folder
 from verify.kernel.places import Places
 from verify.kernel.polynomials import Bernstein
 from verify.kernel.refused import Refused
 from verify.kernel.team import At, State, Step, Team
-from verify.kernel.trees import Atom, Cell, Part
+from verify.kernel.trees import Cell, Part
 from verify.kernel.words import Configuration
 
 _check_leaves, _check_invariant = trees.leaves, words.check_invariant
@@ -65,8 +65,8 @@ class Tree:
         """Return the case: polynomials and marks, or, where more than signs of polynomials counts, what the kernel says of each leaf."""
         known = _marks(self.whole)
         marks = [known.get(mark, "x") for mark in self.marks]
-        if isinstance(self.whole, Cell) and self.whole.rules:
-            return tree_case(_region(self.whole), marks) if "c" in known else f"rules {_rules(self.whole)} {listed(marks)}"
+        if (region := _region(self.whole)) is not None:
+            return tree_case(region, marks)
         so = [f"{known[mark]} {place:b} {depth}" for mark, place, depth, part in self._places() if part.holds(mark)]
         return f"walk {listed(so)} {listed(marks)}"
 
@@ -122,39 +122,29 @@ def _asked(row: Bernstein, inside: Fraction | None, outside: Fraction | None) ->
     return kept, NEVER if outside is None else _above(row, outside, scale)
 
 
-def _region(cell: Cell) -> Region:
-    """Return what marks claim of a region as its conditions."""
-    (parts,), covers = cell.rules["n"], cell.rules["m"]
-    bounds: dict[Hashable, dict[bool, Fraction]] = {}  # of a polynomial: is it kept?
+def _minus(row: Bernstein) -> Bernstein:
+    return Bernstein([-n for n in row.numbers], row.unit)
 
-    def number(atom: Atom, *, kept: bool) -> int:
+
+def _region(whole: Part) -> Region | None:
+    """Return what a part's marks claim as a region's conditions; None where more than signs of polynomials counts."""
+    if not isinstance(whole, Cell) or not whole.rules or len(whole.rules.get("n", [[]])) > 1:
+        return None
+    parts, covers = whole.rules.get("n", [[[]]])[0], whole.rules.get("m", whole.rules.get("i", []))
+    bounds: dict[tuple[Hashable, bool], dict[bool, Fraction]] = {}  # of a polynomial, or of it turned round: is it kept?
+
+    def number(atom: tuple[Hashable, Callable[[Bernstein, Fraction], bool], Fraction], *, kept: bool) -> int:
         form, compare, bound = atom
-        assert compare == (Bernstein.at_most if kept else Bernstein.above)
-        bounds.setdefault(form, {})[kept] = bound
-        return list(bounds).index(form)
+        turned = compare in (Bernstein.at_least, Bernstein.below)
+        bounds.setdefault((form, turned), {})[kept] = -bound if turned else bound
+        return list(bounds).index((form, turned))
 
     outside = [[number(atom, kept=False) for atom in clause] for clause in parts]
     inside = [[number(clause[0], kept=True) if clause else -1 for clause in cover] for cover in covers]
-    asked = [_asked(cell.row(form), two.get(True), two.get(False)) for form, two in bounds.items()]
+    rows = [(_minus(whole.row(form)) if turned else whole.row(form)) for form, turned in bounds]
+    asked = [_asked(row, two.get(True), two.get(False)) for row, two in zip(rows, bounds.values(), strict=True)]
     never = len(asked)
     return outside, [[never if k < 0 else k for k in cover] for cover in inside], [*asked, (NEVER, NEVER)]
-
-
-def _rules(cell: Cell) -> str:
-    """Return what marks claim as alternatives of clauses of atoms, and the polynomials."""
-    forms: dict[Hashable, int] = {}
-
-    def atom(one: Atom) -> str:
-        form, compare, bound = one
-        strict, turned = compare in (Bernstein.above, Bernstein.below), compare in (Bernstein.at_most, Bernstein.below)
-        return f"{forms.setdefault(form, len(forms))} {strict:d} {turned:d} {bound.numerator:x} {bound.denominator:x}"
-
-    def rule(*marks: str) -> str:
-        ways = [way for mark in marks for way in cell.rules.get(mark, ())]
-        return listed(ways, lambda way: listed(way, lambda clause: listed(clause, atom)))
-
-    both = f"{rule('m', 'i')} {rule('n')}"
-    return f"{both} {listed(map(cell.row, forms), lambda row: f'{hexadecimal(row.numbers)} {row.unit:x}')}"
 
 
 @dataclass(frozen=True)
@@ -273,16 +263,17 @@ def robots_of(team: Team, levels: Sequence[int | None], sets: Sequence[Sequence[
         at = listed(enumerate(one.at), lambda x: f"{x[1]} {one.read >> x[0] & 1}") if own else numbers(one.at)
         return f"{at} {listed(one.owed, lambda n: formula(nodes[n]))}{_level(team, one)}"
 
+    def start(step: Step) -> str:
+        letter, (at, _) = step
+        return numbers(at) if own else f"{numbers(sorted(letter or ()))} {numbers(at)}"
+
     laps = team.back is not None
     return " ".join(
         [
             f"{'own' if own else 'team'}{'-laps' if laps else ''}",
             listed(team.followed, robot),
             formula(("!", _spec(nodes[table.root]))),
-            listed(
-                team.begin(),
-                lambda step: numbers(step[1][0]) if own else f"{numbers(sorted(step[0] or ()))} {numbers(step[1][0])}",
-            ),
+            listed(team.begin(), start),
             listed(team.followed, copy if laps else lambda places: numbers(sorted(places.final))),
             listed(range(team.size), span),
             *_named(team, levels, nodes),

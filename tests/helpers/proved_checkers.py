@@ -24,7 +24,7 @@ REALS = {
 
 
 def build_proofs(folder: Path) -> dict[str, set[str]]:
-    """Build all proofs in a copy, and return the axioms that `Axioms.v` prints of each file's theorems."""
+    """Build all proofs in a copy, and return the axioms of each theorem that `Axioms.v` prints."""
     shutil.copytree(PROOFS, folder, ignore=shutil.ignore_patterns("*.vo*", "*.glob", ".*", "*CoqMakefile*"))
     project = (folder / "_CoqProject").read_text().split()
     printed = ""
@@ -32,12 +32,12 @@ def build_proofs(folder: Path) -> dict[str, set[str]]:
         done = _run(["coqc", *project[:3], name], folder)
         if name == "Axioms.v":
             printed = done
-    files = re.findall(r"^Print Assumptions of_(\w+)\.$", (folder / "Axioms.v").read_text(), re.MULTILINE)
+    theorems = re.findall(r"^Print Assumptions (\S+)\.$", (folder / "Axioms.v").read_text(), re.MULTILINE)
     blocks = re.split(r"^(?=Axioms:|Closed under the global context)", printed, flags=re.MULTILINE)[1:]
-    assert len(blocks) == len(files)
+    assert len(blocks) == len(theorems)
     return {
-        file: set(re.findall(r"^([A-Z][\w.]*)(?= :|$)", block, re.MULTILINE)) - {"Closed"}
-        for file, block in zip(files, blocks, strict=True)
+        theorem: set(re.findall(r"^([A-Z][\w.]*)(?= :|$)", block, re.MULTILINE)) - {"Closed"}
+        for theorem, block in zip(theorems, blocks, strict=True)
     }
 
 

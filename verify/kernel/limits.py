@@ -13,8 +13,8 @@ be f turned back by psi, F = |f|, D = p^2 + w^2, and j = r''', s = r'''' turned 
 
 from j = F' z_B + F (omega x z_B) and from x_B staying level with psi. Their derivatives follow from R' s = d/dt (R' j) + omega x R' j,
 and N' by the product rule. Torques are I omega' + omega x I omega. Rotor i stands at (sx, sy) arm / sqrt 2 with sx, sy = +-1 and
-carries m F / 4 + sy tau_x / (4 d) - sx tau_y / (4 d) + sx sy tau_z / (4 kappa), d = arm / sqrt 2. (Coq: `turned_slopes`,
-`body_axes`, `rates`, `level_rate`, `accelerations`, `yaw_acceleration`, `rotors_share`)
+carries m F / 4 + sy tau_x / (4 d) - sx tau_y / (4 d) + sx sy tau_z / (4 kappa), d = arm / sqrt 2. (Coq: `level_rate`, `accelerations`,
+`yaw_acceleration`, `rotors_share`)
 """
 
 from __future__ import annotations
@@ -44,10 +44,7 @@ LIMITS = ("speed", "acceleration", "thrust_max", "thrust_min", "tilt", "body_rat
 
 @dataclass(slots=True)
 class Interval:
-    """All numbers from low / 2^64 to high / 2^64; every result holds all that may come of the operands.
-
-    (Coq: `of_sound`, `plus_sound`, `minus_sound`, `opposite_sound`, `times_sound`, `over_sound`, `root_sound`, `within_sound`)
-    """
+    """All numbers from low / 2^64 to high / 2^64; every result holds all that may come of the operands (Coq: `times_sound`, `over_sound`)."""
 
     low: int
     high: int
@@ -85,10 +82,7 @@ class Interval:
         return Interval(math.isqrt(max(self.low, 0) << BITS), math.isqrt(max(self.high, 0) << BITS) + 1)
 
     def cosine_and_sine(self) -> tuple[Interval, Interval]:
-        """Return all cosines and all sines of angles: those of one in the middle, and as far beside as angles are.
-
-        (Coq: `cosine_near`, `sine_near_by`, `beside`)
-        """
+        """Return all cosines and all sines of angles: those of one in the middle, and as far beside as angles are."""
         middle = (self.low + self.high) * _GRID // (2 * ONE)
         at = middle * ONE // _GRID
         away = max(self.high - at, at - self.low)
@@ -102,10 +96,7 @@ class Interval:
 
 @lru_cache(maxsize=65536)
 def _cosine_and_sine(middle: int) -> tuple[Interval, Interval]:
-    """Return cosine and sine of middle / _GRID, less full turns, by Taylor's sums; what they leave out is less than the next term.
-
-    (Coq: `taylor_rounded`, `turned`, `pi_between`)
-    """
+    """Return cosine and sine of middle / _GRID, less full turns, by Taylor's sums; what they leave out is less than the next term (Coq: `taylor_rounded`)."""
     angle = Fraction(middle, _GRID)
     turns = round(angle / (2 * PI))
     x = Fraction(round((angle - 2 * turns * PI) * ONE), ONE)
@@ -134,7 +125,7 @@ def _asked(robot: Robot, name: str, limit: Fraction) -> list[tuple[Callable[[Seg
     if name in ("speed", "acceleration"):
         order = 1 if name == "speed" else 2
         return [(lambda piece: -square(piece.derivatives[order][:3]), -(limit**2))]
-    if name == "tilt":  # below a quarter turn
+    if name == "tilt":  # below a quarter turn (Coq: `cosine_above`)
         cosine = Fraction(max(Interval.of(limit).cosine_and_sine()[0].high, 0), ONE)
         upright = lambda piece: piece.force[2] * piece.force[2] - piece.size.times(cosine**2)  # noqa: E731
         return [enough, (lambda piece: piece.force[2], ZERO), (upright, ZERO)]

@@ -4,7 +4,7 @@ A robot's time is cut into slots in which no region changes its status. In a slo
 open: in `may` it is entered and left at will, in `rise` it is entered once, in `fall` left once. A *place* is a slot with a letter that
 it allows. Regions are closed and paths continuous: where one region is left and another one entered at one instant, both hold the robot
 there. So from one place to the next regions only come, or only go. A change of the internal state cuts slots at its instant, at which regions may
-change as well. (Coq: `instant_letter`, `flight_course`, of windows and changes as they are made here.)
+change as well. (Coq: `flight_course`, of windows and changes as they are made here.)
 
 Laps are unrolled: slots of the prefix, of one lap and of its copy, a lap later.
 """

@@ -89,7 +89,7 @@ class Polynomial:
         return Fraction(sum(moved.numbers), 1 << moved.shift)
 
     def bernstein(self, degree: int | None = None) -> Bernstein:
-        """Return its Bernstein coefficients on [0, 1], of a degree not below its own (Coq: `bern_from_powers`)."""
+        """Return its Bernstein coefficients on [0, 1], of a degree not below its own (Coq: `bern_power`)."""
         factor, weights = _weights(len(self.numbers) - 1 if degree is None else degree)
         row = [n * w for n, w in zip(self.numbers, weights, strict=False)]
         row += [0] * (len(weights) - len(row))

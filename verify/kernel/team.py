@@ -6,14 +6,12 @@ Robots are *followed*, or only counted. Of a robot that is not followed no more 
 place in silence, where that changes its letter only after it was read. Letters are cut down to names of the formula and others that the proof
 adds: fewer names give fewer changes, before which a robot has to be read, and so more words. Under `joint` any of the robots that are followed go on at
 one instant, and the letter is that of the whole team. In each span a letter is read, for there is an instant in it, and a letter that is held may be
-read again: no formula has a next. (Coq: `check_own_sound`, `check_joint_sound`, `read_in_each_cut`, `cut_letters`, `stutter`)
+read again: no formula has a next.
 
 *Spans.* Each place has a window, widened by the clock error at both ends: two clocks never differ by more. Spans are [t, t') between one
 beginning of a window and the next: what is possible in between is possible at t. Where others' numbers count, spans are instants and what is between them.
-(Coq: `flight_own`, `flight_joint`)
 
 *Laps.* Spans end in the middle of the second lap, where the last one hands over to the middle of the first.
-(Coq: `check_own_laps_sound`, `check_joint_laps_sound`)
 """
 
 from __future__ import annotations
@@ -141,7 +139,7 @@ class Team:
         return found
 
     def _count(self, text: str, robot: str, others: Sequence[Places]) -> list[tuple[int, int]]:
-        """Return for each span how many others (of one robot, if it is named) must and how many may satisfy a combination (Coq: `counted_between`)."""
+        """Return for each span how many others (of one robot, if it is named) must and how many may satisfy a combination."""
         found = [(0, 0)] * self.size
         for places in (one for one in others if robot in ("", one.robot)):
             may, may_not = [False] * self.size, [False] * self.size
@@ -153,7 +151,7 @@ class Team:
         return found
 
     def _letters(self, span: int, at: At) -> list[Letter]:
-        """Return what the team may show together (Coq: `counted_letters`)."""
+        """Return what the team may show together."""
         choices: list[list[Letter]] = []
         shown = [(places.robot, places.letters[place]) for places, place in zip(self.followed, at, strict=True)]
         for ((text, robot), levels), numbers in zip(self.claim.groups.items(), self._numbers, strict=True):

@@ -237,7 +237,6 @@ class Course:
         return shown
 
     def _passages(self, name: str) -> Iterator[tuple[Fraction, Fraction, str, str]]:
-        """Yield when an opening is passed, s, its name, and which way (Coq: `passes_disc`, `passes_once`)."""
         hoop, marks = Hoop(self.statement.regions[name]), self.evidence.marks(f"openings/{self.name}/{name}")
         far, begin = self.statement.margin * hoop.high, ZERO
         sides: list[Bernstein] = []  # D on leaves, since the path was far from the opening
@@ -302,7 +301,7 @@ class Course:
         return [deed.time + lap * self._in_lap(visit) * self.length for deed in self.robot.changes if deed.visit == visit]
 
     def waits(self, wait: Wait, first: Course) -> str:
-        """Check that an event of another robot is over before its own may happen, however their clocks differ (Coq: `order_forced`): in the first lap, 0, and the second."""
+        """Check that an event of another robot is over before its own may happen, however their clocks differ: in the first lap, 0, and the second."""
         found: list[Fraction] = []
         for lap in (0, 1) if self._in_lap(wait.then[1]) else (0,):
             if (due := self._due(wait.due, wait.then[1], lap)) is not None:

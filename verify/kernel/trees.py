@@ -80,7 +80,7 @@ class Cell:
         return self._rows[form]
 
     def holds(self, mark: str) -> bool:
-        """Return whether what a mark claims is so (Coq: `check_rules_sound`, `check_region_sound`)."""
+        """Return whether what a mark claims is so (Coq: `check_region_sound`, `check_nonneg_sound`)."""
         return any(self._crosses(one, mark) for one in self.crossed) if mark in ("r", "f") else self._says(mark)
 
     def _says(self, mark: str, kept: Mapping[Hashable, bool] | None = None) -> bool:

@@ -74,9 +74,9 @@ def _scale(terms: Terms) -> Fraction:
 
 @lru_cache(maxsize=4096)
 def asked(terms: Terms, margin: Fraction) -> tuple[list[Atom], Atom]:
-    """Return that all of the ball keeps an inequality, which may be nowhere, and that none of it does (Coq: `square_completed`)."""
+    """Return that all of the ball keeps an inequality, which may be nowhere, and that none of it does."""
     if any(terms[:6]):
-        *kept, last = pivots(terms)
+        *kept, last = pivots(terms)  # Coq: `square_completed`
         require(min(kept) >= 0, "an inequality has a form that is not understood")
         require(last < 0, "an inequality leaves no points")
         (low, high), by = root(-last), _scale(terms) * margin
@@ -90,7 +90,7 @@ def asked(terms: Terms, margin: Fraction) -> tuple[list[Atom], Atom]:
 
 
 def region(shape: Shape, margin: Fraction, bridges: Sequence[Bridge] = ()) -> Rules:
-    """Return the claims `m` that a path is inside a region by a margin, and `n` that it is outside (Coq: `must_tube`, `no_tube`).
+    """Return the claims `m` that a path is inside a region by a margin, and `n` that it is outside.
 
     Args:
         shape: The region.
@@ -103,7 +103,7 @@ def region(shape: Shape, margin: Fraction, bridges: Sequence[Bridge] = ()) -> Ru
 
 
 def bodies(shape: Shape, bridges: Sequence[Bridge]) -> tuple[list[Inequality], list[list[int]], list[list[int]]]:
-    """Return a region's inequalities, and their numbers in each part, and in each convex body within the region (Coq: `across_face`)."""
+    """Return a region's inequalities, and their numbers in each part, and in each convex body within the region."""
     every = list(dict.fromkeys(chain.from_iterable(shape.parts)))
     parts = [[every.index(one) for one in part] for part in shape.parts]
     found = list(parts)
@@ -111,13 +111,14 @@ def bodies(shape: Shape, bridges: Sequence[Bridge]) -> tuple[list[Inequality], l
         joined = max(one, other) < len(found) and a in found[one] and b in found[other] and meet(every[a], every[b])
         require(joined, "a bridge joins bodies that do not meet")
         # a point that keeps all others of both keeps a, and is in the one, or is beyond it, and so keeps b and is in the other
+        # (Coq: `across_face`)
         rest = [*(k for k in found[one] if k != a), *(k for k in found[other] if k != b)]
         found.append([k for k in dict.fromkeys(rest) if not any(holds(every[j], every[k]) for j in rest)])
     return every, parts, found
 
 
 def holds(one: Inequality, other: Inequality) -> bool:
-    """Return whether one half-space lies strictly within another of the same normal, which it makes needless (Coq: `needless_face`)."""
+    """Return whether one half-space lies strictly within another of the same normal, which it makes needless."""
     return one.linear == other.linear and one.quadratic == other.quadratic and one.bound < other.bound
 
 
@@ -154,7 +155,7 @@ class Hoop:
         return self.across, Bernstein.above, (self.ring.opening + length) ** 2 * self.square
 
     def apart(self, length: Fraction) -> list[Atom]:
-        """Return that a path is farther from the opening's plane than a length, which is not below zero: behind it, or before it (Coq: `apart_ahead`)."""
+        """Return that a path is farther from the opening's plane than a length, which is not below zero: behind it, or before it."""
         return [(self.along, Bernstein.above, length * self.high), (self.along, Bernstein.below, -length * self.high)]
 
     def opening(self, margin: Fraction, radius: Fraction) -> Rules:

@@ -86,20 +86,6 @@ class ShowArchive:
             raise BadInput(f"{where} is damaged: {error}.") from None
         return parse_json(data, where, finite=False)
 
-    def table(self, value: Any, what: str) -> dict[str, Any]:
-        """Return a value that must be a table.
-
-        Args:
-            value: What JSON may hold.
-            what: Its name.
-
-        Raises:
-            BadInput: It is none.
-        """
-        if not isinstance(value, dict):
-            raise BadInput(f"{self.source}: {what} must be a table (an object), not {value!r:.40}.")
-        return value
-
     def _printable(self) -> list[str]:
         return [name for name in list(self._members)[:1000] if name.isprintable()]
 

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ltlplan.paths.hoops import choose, control_points
-from ltlplan.paths.hoops.primitives import DELTA, s_curve, straight, turn, u_turn
+from ltlplan.paths.hoops.primitives import s_curve, s_curve_as_printed, straight, turn, u_turn
 from verify.data.shapes.region import Hoop
 
 # Control points
@@ -64,6 +64,7 @@ def test_an_s_curve_is_two_tangent_arcs_that_join_the_two_points():
 @given(st.floats(0.1, 5.0))
 def test_lengths_are_continuous_between_primitives(dist):
     assert s_curve(dist, 1e-7 * dist) == pytest.approx(straight(dist), rel=1e-9)
+    assert s_curve_as_printed(dist, 1e-7 * dist) == pytest.approx(straight(dist), rel=1e-9)
     assert s_curve(dist, dist * (1 - 1e-9)) == pytest.approx(u_turn(dist, dist), rel=1e-6)
     assert turn(dist, 1e-9) == pytest.approx(straight(dist), rel=1e-6)
 
@@ -77,10 +78,7 @@ def test_no_primitive_is_shorter_than_the_distance(dist_x, dist_yz):
 
 
 def test_the_printed_s_curve_falls_below_the_distance_which_is_why_we_do_not_fly_it():
-    dist_x, dist_yz = 1.0, 0.99
-    theta = math.atan2(dist_yz, dist_x)
-    printed = 4 * theta / math.sin(theta) * DELTA * math.sqrt(dist_x**2 - dist_yz**2)
-    assert printed < 0.2 * math.hypot(dist_x, dist_yz)
+    assert s_curve_as_printed(1.0, 0.99) < 0.2 * math.hypot(1.0, 0.99)
 
 
 @given(st.integers(0, 10**6))

@@ -335,16 +335,3 @@ def test_a_workspace_where_float32_is_coarse_is_refused(far, accepted):
 def test_halves_of_surrogate_pairs_are_no_characters(text: str) -> None:
     with pytest.raises(MissionError, match="half of a surrogate pair"):
         parse_mission(text)
-
-
-@pytest.mark.parametrize(
-    ("planner", "says"),
-    [
-        ("{method: online-mtac-e, samples: 50, elite: 0.02}", "more than 1 / elite = 50 are needed"),
-        ("{method: mtac-e, samples: 50, elite: 0.05}", "0.1 <= elite < 0.3"),
-        ("{method: mtac-e, samples: 10, elite: 0.1}", "10 samples at elite 0.1 leave fewer than 2 elites"),
-    ],
-)
-def test_cross_entropy_needs_elites(planner: str, says: str) -> None:
-    assert says in faults(f"{GOOD}planner: {planner}\n")
-    assert parse_mission(f"{GOOD}planner: {{method: mtac-e, samples: 11, elite: 0.1}}\n").planner.samples == 11

@@ -1,0 +1,256 @@
+"""Who passes first where two robots would come too near each other on paths that stay as they are.
+
+For two robots the pairs of own times at which they are too near form zones of a plane, their coordination space (O'Donnell and Lozano-Perez,
+ICRA 1989). Clocks lead past a zone on one side or the other: either robot may pass first, and the other one follows no sooner than
+the zone's border lets it. Every choice is a set of differences of times, so that earliest times follow by longest paths. Zones are
+decided in the order of time, each on the side by which the team arrives sooner; a zone that left no side is decided before all others.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.intp]
+
+GAP = 0.05
+"""s by which whoever follows stays behind the border of a zone."""
+_RESTARTS = 12
+"""How often zones are decided again with one that left no side before all others."""
+_LATEST = 2.0
+"""How many times longer than all flights one after another earliest times may become: then robots wait for each other in a circle."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Line:
+    """One robot's path by its own time.
+
+    Attributes:
+        times: Own times of samples, s; those of halts stand twice: before the wait and after it. Shape (samples,).
+        places: m, z scaled. Shape (samples, 3).
+        reach: How far it may be from each sample until the next, and in the clocks' error, m. Shape (samples,).
+        earliest: Least departure, s.
+    """
+
+    times: Floats
+    places: Floats
+    reach: Floats
+    earliest: float
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class After:
+    """Differences of times: samples of one robot come no sooner than samples of another one, and a gap.
+
+    Attributes:
+        first: The other robot.
+        done: Its samples.
+        then: The robot.
+        due: Its samples.
+        gap: s.
+    """
+
+    first: int
+    done: Indices
+    then: int
+    due: Indices
+    gap: float = GAP
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Zone:
+    """Samples at which two robots are too near each other, in one piece.
+
+    Attributes:
+        sides: Either robot first: what the other one then waits for; None where the first one rests there at its start or end.
+        begins: Where the two come into it.
+        pair: The robots.
+    """
+
+    sides: tuple[After | None, After | None]
+    begins: tuple[int, int]
+    pair: tuple[int, int]
+
+
+def zones_of(lines: Sequence[Line], distance: float) -> list[Zone]:
+    """Return all zones of a team.
+
+    Args:
+        lines: One a robot.
+        distance: m that they keep.
+    """
+    from scipy.spatial import KDTree  # here: it takes long to load, and few teams need it
+
+    trees = [KDTree(line.places) for line in lines]
+    found: list[Zone] = []
+    for one in range(len(lines)):
+        for other in range(one + 1, len(lines)):
+            a, b = lines[one], lines[other]
+            near = trees[one].query_ball_tree(trees[other], distance + float(a.reach.max() + b.reach.max()))
+            rows = np.repeat(np.arange(len(near)), [len(each) for each in near])
+            columns = np.array([column for each in near for column in each], dtype=np.intp)
+            if not len(rows):
+                continue
+            gaps = np.linalg.norm(a.places[rows] - b.places[columns], axis=1)
+            met = gaps < distance + a.reach[rows] + b.reach[columns]
+            found += _zones(one, other, rows[met], columns[met], (len(a.times), len(b.times)))
+    return found
+
+
+def _zones(one: int, other: int, rows: Indices, columns: Indices, shape: tuple[int, int]) -> list[Zone]:
+    """Return the zones of two robots, given all pairs of samples at which they are too near each other."""
+    if not len(rows):
+        return []
+    low, high = np.array([rows.min(), columns.min()]), np.array([rows.max(), columns.max()])
+    table = np.zeros(high - low + 1, dtype=np.bool_)
+    table[rows - low[0], columns - low[1]] = True
+    labels, count = _labelled(table)
+    found: list[Zone] = []
+    for number in range(1, count + 1):
+        at = np.argwhere(labels == number) + low
+        sides = (_side(one, other, at, shape[0]), _side(other, one, at[:, ::-1], shape[1]))
+        found.append(Zone(sides, (int(at[:, 0].min()), int(at[:, 1].min())), (one, other)))
+    return found
+
+
+def _labelled(table: NDArray[np.bool_]) -> tuple[NDArray[np.int32], int]:
+    """Return the connected parts of a table, corners included, by number from 1 on, and how many there are."""
+    labels = np.zeros(table.shape, dtype=np.int32)
+    return labels, int(ndimage.label(table, np.ones((3, 3)), output=labels))  # pyright: ignore[reportArgumentType]  # a number with an output
+
+
+def _side(first: int, then: int, at: NDArray[np.intp], samples: int) -> After | None:
+    """Return what the second robot waits for where the first one passes first; None where the first one would have to leave its end."""
+    due, done = at[:, 1], at[:, 0] + 1
+    if (
+        due.min() == 0 or done.max() >= samples
+    ):  # the second one rests there before it departs, or the first one when it has arrived
+        return None
+    latest = np.full(due.max() - due.min() + 1, -1)
+    np.maximum.at(latest, due - due.min(), done)
+    latest = np.maximum.accumulate(latest)
+    new = np.flatnonzero(np.diff(latest, prepend=-1) > 0)
+    return After(first, latest[new], then, new + due.min())
+
+
+class Times:
+    """Earliest times of all samples under differences that are added one after the other."""
+
+    def __init__(self, lines: Sequence[Line]) -> None:
+        self._lines = lines
+        self._most = _LATEST * sum(float(line.times[-1]) + line.earliest for line in lines)
+        self.times = [line.earliest + line.times for line in lines]
+        self._known: list[list[After]] = [[] for _ in lines]
+
+    @property
+    def arrivals(self) -> tuple[float, float]:
+        """When the last robot arrives, and the sum of all arrivals, s."""
+        ends = [float(times[-1]) for times in self.times]
+        return max(ends), sum(ends)
+
+    def copy(self) -> Times:
+        """Return the same times, to be changed apart."""
+        other = Times.__new__(Times)
+        other._lines, other._most = self._lines, self._most
+        other.times, other._known = list(self.times), [list(known) for known in self._known]
+        return other
+
+    def add(self, more: Sequence[After]) -> bool:
+        """Take more differences; return whether any times keep all of them."""
+        for after in more:
+            self._known[after.first].append(after)
+        most = 1 + sum(
+            len(after.done) for after in more
+        )  # each of the new ones may be the cause of later ones, but not of itself
+        waiting, rounds = deque(more), dict.fromkeys(map(id, more), 0)
+        while waiting:
+            after = waiting.popleft()
+            times, due = self.times[after.then], self.times[after.first][after.done] + after.gap
+            if not (times[after.due] < due - 1e-9).any():
+                continue
+            if id(after) in rounds:
+                rounds[id(after)] += 1
+                if rounds[id(after)] > most:
+                    return False
+            own = self._lines[after.then].times
+            late = times - own
+            np.maximum.at(late, after.due, due - own[after.due])
+            times = own + np.maximum.accumulate(late)
+            if times[-1] > self._most:
+                return False
+            self.times[after.then] = times
+            waiting += self._known[after.then]
+        return True
+
+    def keeps(self, after: After | None) -> bool:
+        """Return whether the times keep differences."""
+        if after is None:
+            return False
+        return bool(np.all(self.times[after.then][after.due] >= self.times[after.first][after.done] + after.gap - 1e-9))
+
+
+def passing_orders(
+    lines: Sequence[Line], zones: Sequence[Zone], waits: Sequence[After]
+) -> list[After] | tuple[int, int] | None:
+    """Return differences that lead past all zones; else two robots that find no side of a zone.
+
+    None says that not even the waits can be kept.
+
+    Args:
+        lines: One a robot.
+        zones: Where they are too near each other.
+        waits: Differences that are kept in any case.
+    """
+    before: list[int] = []
+    for _ in range(_RESTARTS):
+        found = _decided(lines, zones, waits, before)
+        if not isinstance(found, int):
+            return found
+        if found < 0:
+            return None
+        if before[:1] == [found]:
+            break
+        before = [found, *(number for number in before if number != found)]
+    return zones[before[0]].pair
+
+
+def _decided(lines: Sequence[Line], zones: Sequence[Zone], waits: Sequence[After], before: Sequence[int]) -> list[After] | int:
+    """Return differences past all zones, with some zones decided before all others; or a zone without a side."""
+    times = Times(lines)
+    if not times.add(waits):
+        return -1
+    left = set(range(len(zones)))
+    chosen: list[After] = []
+    queue = list(before)
+    while True:
+        if queue:
+            number = queue.pop(0)
+        else:
+            open_zones = [number for number in left if not any(times.keeps(side) for side in zones[number].sides)]
+            if not open_zones:
+                break
+            number = min(open_zones, key=lambda each: (_entered(zones[each], times), each))
+        left.discard(number)
+        best: tuple[tuple[float, float], Times, After] | None = None
+        for side in zones[number].sides:
+            if side is not None:
+                tried = times.copy()
+                if tried.add((side,)) and (best is None or tried.arrivals < best[0]):
+                    best = tried.arrivals, tried, side
+        if best is None:
+            return number
+        times = best[1]
+        chosen.append(best[2])
+    chosen += [next(side for side in zones[number].sides if side is not None and times.keeps(side)) for number in sorted(left)]
+    return [*waits, *chosen]
+
+
+def _entered(zone: Zone, times: Times) -> float:
+    """Return when both robots have come into a zone, s."""
+    return max(float(times.times[robot][at]) for robot, at in zip(zone.pair, zone.begins, strict=True))

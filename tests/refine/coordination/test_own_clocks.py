@@ -1,0 +1,132 @@
+"""Robots on paths that stay as they are, each on a clock of its own: apart at all times, and hardly later than if alone."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+from hypothesis import strategies as st
+
+import ltlplan
+import verify
+from refine import refine
+from refine.coordination.passing_orders import Line, Times, Zone, passing_orders, zones_of
+from tests.helpers.few import given_few
+
+HALL = """
+format: 1
+name: hall
+regions:
+  a: {{center: [0, 0, 1], radii: [2, 2, 1]}}
+  b: {{center: [6, 0, 1], radii: [2, 2, 1]}}
+  home: {{center: [0, 8, 1], radii: [2, 2, 1]}}
+agents: {{{agents}}}
+vehicle: crazyflie-2.1
+separation: 0.3
+workspace: {{min: [-20, -20, 0.2], max: [20, 20, 4]}}
+planner: {{pace: {pace}}}
+spec: {{formula: "{formula}", team: joint}}
+"""
+
+
+def hall(count: int, formula: str, pace: str) -> ltlplan.Mission:
+    agents = ", ".join(f"q{i}: {{start: [{-8 + 1.6 * i:.2f}, -6, 1]}}" for i in range(count))
+    return ltlplan.parse_mission(HALL.format(agents=agents, formula=formula, pace=pace))
+
+
+def crossing(rng: np.random.Generator, robots: int) -> list[Line]:
+    """Straight paths at even speeds across a square, departing from places apart."""
+    found: list[Line] = []
+    for number in range(robots):
+        angle = 2.0 * np.pi * number / robots + rng.uniform(-0.2, 0.2)
+        begin = 2.0 * np.array([np.cos(angle), np.sin(angle), 0.0])
+        end = -begin + rng.uniform(-0.6, 0.6, 3) * np.array([1.0, 1.0, 0.0])
+        times = np.linspace(0.0, 4.0, 81)
+        places = begin + (end - begin) * times[:, None] / 4.0
+        found.append(Line(times, places, np.full(81, 0.03), 0.0))
+    return found
+
+
+def apart(lines: list[Line], times: Times) -> float:
+    """Return the least distance at dense times, by what the robots do then."""
+    until = max(float(each[-1]) for each in times.times)
+    dense = np.linspace(0.0, until, 4000)
+    where = [
+        np.stack([np.interp(np.interp(dense, when, line.times), line.times, line.places[:, axis]) for axis in range(3)], 1)
+        for line, when in zip(lines, times.times, strict=True)
+    ]
+    return min(float(np.linalg.norm(a - b, axis=1).min()) for a, b in itertools.combinations(where, 2))
+
+
+def best_by_trying_all(lines: list[Line], zones: list[Zone]) -> float:
+    """Return the soonest last arrival over all choices of who passes first; infinite where there is none."""
+    best = np.inf
+    for sides in itertools.product((0, 1), repeat=len(zones)):
+        chosen = [zone.sides[side] for zone, side in zip(zones, sides, strict=True)]
+        times = Times(lines)
+        if all(side is not None for side in chosen) and times.add([side for side in chosen if side is not None]):
+            best = min(best, times.arrivals[0])
+    return best
+
+
+@given_few(10, 80, st.integers(0, 2**32 - 1), st.integers(2, 4))
+def test_whoever_passes_first_robots_are_apart_and_nearly_as_soon_as_by_trying_all(seed: int, robots: int) -> None:
+    lines = crossing(np.random.default_rng(seed), robots)
+    zones = zones_of(lines, 0.4)
+    best, found = best_by_trying_all(lines, zones), passing_orders(lines, zones, [])
+    if not isinstance(found, list):
+        assert best == np.inf
+        return
+    times = Times(lines)
+    assert times.add(found)
+    assert apart(lines, times) >= 0.4
+    assert best - 1e-6 <= times.arrivals[0] <= 1.4 * best
+
+
+def test_robots_that_stand_in_each_others_way_for_good_are_named() -> None:
+    """Each ends where the other one starts."""
+    times = np.linspace(0.0, 2.0, 41)
+    ways = [np.stack([x, 0 * x, 0 * x], 1) for x in (times, 2.0 - times)]
+    lines = [Line(times, way, np.full(41, 0.03), 0.0) for way in ways]
+    assert passing_orders(lines, zones_of(lines, 0.3), []) == (0, 1)
+
+
+@pytest.mark.parametrize("pace", ["nominal", "0.7"])
+def test_robots_that_are_counted_wait_only_for_what_is_in_their_way(pace: str) -> None:
+    mission = hall(4, "F(count(a) >= 2) & F(count(b) >= 1) & G(count(b) <= 1) & F all(home)", pace)
+    plan = ltlplan.plan(mission)
+    crowd = [name for name, robot in plan.robots.items() if robot.visits[0].region == "a"]
+    assert {(meeting.first[0], meeting.then[0]) for meeting in plan.meetings} == set(itertools.permutations(crowd, 2))
+    team = refine(plan)
+    assert [claim.sentence for claim in verify.judge(plan, team, largest=False).claims if claim.outcome != "holds"] == []
+    alone = max(
+        refine(plan.model_copy(update={"robots": {name: robot}, "meetings": (), "mission": _only(mission, name)}))[
+            name
+        ].duration
+        for name, robot in plan.robots.items()
+    )
+    assert max(flight.duration for flight in team.values()) <= 1.3 * alone
+
+
+def _only(mission: ltlplan.Mission, name: str) -> ltlplan.Mission:
+    return mission.changed(agents={name: mission.agents[name]}, spec=mission.spec.model_copy(update={"formula": "true"}))
+
+
+def test_waits_that_the_formula_asks_for_stay() -> None:
+    plan = ltlplan.plan(hall(2, "F(all(a) & F all(home))", "nominal"))
+    assert {(meeting.first, meeting.then) for meeting in plan.meetings} == {
+        (("q0", 0), ("q1", 1)),
+        (("q1", 0), ("q0", 1)),
+    }
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("count", "crowd", "pace"), [(6, 3, "nominal"), (6, 3, "0.7"), (10, 5, "nominal"), (10, 5, "0.7")])
+def test_six_and_ten_robots_arrive_hardly_later_than_the_longest_alone(count: int, crowd: int, pace: str) -> None:
+    formula = f"F(count(a) >= {crowd}) & F(count(b) >= 2) & G(count(b) <= 2) & F all(home)"
+    plan = ltlplan.plan(hall(count, formula, pace))
+    team = refine(plan)
+    assert verify.judge(plan, team, largest=False).holds
+    longest = max(robot.times[-1] for robot in plan.robots.values()) * (1.0 if pace == "nominal" else 0.55)
+    assert max(flight.duration for flight in team.values()) <= 1.6 * longest
