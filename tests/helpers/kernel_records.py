@@ -143,8 +143,9 @@ def _region(whole: Part) -> Region | None:
     inside = [[number(clause[0], kept=True) if clause else -1 for clause in cover] for cover in covers]
     rows = [(_minus(whole.row(form)) if turned else whole.row(form)) for form, turned in bounds]
     asked = [_asked(row, two.get(True), two.get(False)) for row, two in zip(rows, bounds.values(), strict=True)]
-    never = len(asked)
-    return outside, [[never if k < 0 else k for k in cover] for cover in inside], [*asked, (NEVER, NEVER)]
+    if any(k < 0 for cover in inside for k in cover):
+        asked.append((NEVER, NEVER))
+    return outside, [[len(asked) - 1 if k < 0 else k for k in cover] for cover in inside], asked
 
 
 @dataclass(frozen=True)

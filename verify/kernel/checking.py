@@ -11,7 +11,7 @@ from functools import partial
 from itertools import combinations
 from typing import Any, NamedTuple
 
-from .distances import Pair, drift
+from .distances import Pair
 from .flights import Team
 from .joints import check_continuity, check_endurance, check_parts
 from .limits import LIMITS, TURNING, kept, turning
@@ -76,19 +76,14 @@ class Check:
         if self.statement.words:
             yield Owed("ordered", (), partial(check_ordered, self.statement, self.evidence))
         for wait in self.statement.waits:
-            yield Owed(
-                "precedences",
-                (wait.first[0], wait.then[0]),
-                partial(self.courses[wait.then[0]].waits, wait, self.courses[wait.first[0]]),
-            )
+            first, then = self.courses[wait.first[0]], self.courses[wait.then[0]]
+            yield Owed("precedences", (first.name, then.name), partial(then.waits, wait, first))
 
     def _of_robot(self, course: Course) -> Iterator[Owed]:
         statement, team, path, name, of = self.statement, self.team, course.path, course.name, (course.name,)
         margin, near, limits = statement.margin, statement.margin + course.robot.radius, course.robot.limits
         yield Owed("transitions", of, lambda: check_transitions(statement, course.timeline))
-        visits = (
-            f"{name} makes its {len(course.robot.visits)} planned visits, in order, and no other; its actions are permitted."
-        )
+        visits = f"{name} makes its {len(course.robot.visits)} planned visits, in order; its actions are permitted."
         yield Owed("visits", of, lambda: visits if course.timeline else "")
         yield Owed("passages", of, lambda: f"{name} passes exactly its planned openings: {course.passages()}.")
         walls = Trees(f"workspace/{name}", along(path, workspace(statement)))
@@ -103,17 +98,14 @@ class Check:
         if any(other.robot.cuts for other in team.paths.values()):
             yield Owed("parts", of, partial(check_parts, path, team))
         if limits.endurance is not None:
-            yield Owed("limits.endurance", of, partial(check_endurance, statement, team, path))
+            yield Owed("limits.endurance", of, partial(check_endurance, team, path))
         for limit in LIMITS:
             most = f"{name}'s {limit.replace('_', ' ')} keeps its limit {float(getattr(limits, limit)):.5g}."
-            yield Owed(
-                f"limits.{limit}", of, partial(self._bound, course) if limit == "speed" else most, self._limit(limit, course)
-            )
+            kept_by = partial(self._bound, course) if limit == "speed" else most
+            yield Owed(f"limits.{limit}", of, kept_by, self._limit(limit, course))
         for number, visit in enumerate(course.robot.visits):
             for limit, value in limits.legs.get(visit.region, {}).items():
-                most = (
-                    f"{name}'s {limit} keeps the limit {float(value):.5g} on the way to its visit {number}, of {visit.region}."
-                )
+                most = f"{name}'s {limit} keeps the limit {float(value):.5g} on the way to visit {number}, of {visit.region}."
                 yield Owed(f"limits.legs.{limit}", of, most, self._leg(course, number, limit))
 
     # What claims rest on
@@ -160,7 +152,7 @@ class Check:
         one, other = both
         error, more = self.statement.clock_error, max(one.path.steps) + max(other.path.steps)
         if error and not all_times:
-            more += min(drift(course.path, self._speed(course), error) for course in (one, other))
+            more += min(course.path.drift(self._speed(course), error) for course in (one, other))
         return Pair(self.statement, one.path, other.path, more)
 
     # The rest of claims

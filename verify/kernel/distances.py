@@ -13,24 +13,13 @@ from typing import NamedTuple
 
 from .flights import Path, Segment
 from .polynomials import Bernstein, square
-from .refused import require
 from .statement import ZERO, Statement
 from .trees import Cell
 
+BITS = 40
 Row = tuple[Bernstein, Bernstein, Bernstein]
-
-
-def drift(path: Path, speed: Fraction, error: Fraction) -> Fraction:
-    """Return how far a robot may fly within the clocks' error, steps included, m (Coq: `flown`).
-
-    Args:
-        path: Its path.
-        speed: A proved bound, m/s.
-        error: By how much two clocks differ at most, s.
-    """
-    once = path.lap is None or error <= path.segments[-1].stop - path.lap
-    require(once, "clocks differ by more than a lap, in which a path has each step once")
-    return speed * error + sum(path.steps) if error else ZERO
+_Flown = tuple[tuple[Fraction, Fraction], Segment, Row, list[tuple[int, int]]]
+"""A segment's times, the segment, its places, and along x, y and z from where to where it is, m, over 2^40."""
 
 
 class Pair:
@@ -44,14 +33,14 @@ class Pair:
         self.paths, self._end, stretch = (one, other), one.segments[-1].stop, max(Fraction(1), weight)
         touching = (one.robot.radius + other.robot.radius) * stretch
         self.least = max(statement.separation, touching) + stretch * (2 * statement.margin + more)
-        self._weights = weight.denominator, weight.denominator, weight.numerator
+        self.weights = weight.denominator, weight.denominator, weight.numerator
         self._square = (self.least * weight.denominator) ** 2  # where lengths are whole numbers of times the world's
 
     def at_each_time(self) -> Iterator[Cell]:
         """Yield the claims `m` that they are far enough apart at a time, where planes do not part them."""
 
         def row(a: Segment, b: Segment, _: str) -> Bernstein:
-            times, both = (max(a.start, b.start), min(a.stop, b.stop)), zip(a.axes, b.axes, self._weights, strict=False)
+            times, both = (max(a.start, b.start), min(a.stop, b.stop)), zip(a.axes, b.axes, self.weights, strict=False)
             return square([(a.within(p, times) - b.within(q, times)).times(weight) for p, q, weight in both]).bernstein()
 
         for together in self.at_all_times(ZERO):
@@ -60,26 +49,28 @@ class Pair:
                 yield Cell(partial(row, a, b), {"m": [[[("square", Bernstein.at_least, self._square)]]]})
 
     def at_all_times(self, error: Fraction) -> Iterator[Two]:
-        """Yield the claims `m` that they are far enough apart at times of theirs that differ by at most an error, s."""
+        """Yield the claims `m` that they are far enough apart at times of theirs that differ by at most an error, s, where boxes do not part them."""
         one, other = (self._flown(path, error) for path in self.paths)
-        starts, stops = [start for (start, _), _, _ in other], [stop for (_, stop), _, _ in other]
-        for times, a, rows in one:
-            for its, b, its_rows in other[bisect_left(stops, times[0] - error) : bisect_right(starts, times[1] + error)]:
-                yield Two((a, b), times, its, rows, its_rows, error, self._square)
+        starts, stops = [own[0][0] for own in other], [own[0][1] for own in other]
+        least, under = self._square.numerator << 2 * BITS, self._square.denominator
+        for times, a, rows, box in one:
+            near = other[bisect_left(stops, times[0] - error) : bisect_right(starts, times[1] + error)]
+            for its, b, its_rows, its_box in near:
+                gaps = [max(0, low - d, c - high) for (low, high), (c, d) in zip(box, its_box, strict=True)]
+                if sum(gap * gap for gap in gaps) * under < least:
+                    yield Two((a, b), times, its, rows, its_rows, error, self._square)
 
-    def _flown(self, path: Path, error: Fraction) -> list[tuple[tuple[Fraction, Fraction], Segment, Row]]:
-        """Return a path's segments with their times, those of a lap's beginning once more behind its end."""
-        found: list[tuple[tuple[Fraction, Fraction], Segment, Row]] = []
-        for one in path.segments:
-            if one.start < one.stop:
-                rows, unit = one.lines
-                x, y, z = (Bernstein([n * w for n in row], unit) for row, w in zip(rows, self._weights, strict=False))
-                found.append(((one.start, one.stop), one, (x, y, z)))
-        lap, again = path.lap, list(found) if error and path.lap is not None else []
-        later = self._end - (lap or ZERO)
-        found += [
-            ((a + later, b + later), one, row) for (a, b), one, row in again if (lap or ZERO) <= a <= (lap or ZERO) + error
-        ]
+    def _flown(self, path: Path, error: Fraction) -> list[_Flown]:
+        """Return a path's segments with their times and boxes, those of a lap's beginning once more behind its end."""
+        found: list[_Flown] = []
+        for one in (one for one in path.segments if one.start < one.stop):
+            rows, unit = one.lines
+            x, y, z = (Bernstein([n * w for n in row], unit) for row, w in zip(rows, self.weights, strict=False))
+            box = [((row.lowest << BITS) // unit, -((-row.highest << BITS) // unit)) for row in (x, y, z)]
+            found.append(((one.start, one.stop), one, (x, y, z), box))
+        if error and path.lap is not None:
+            lap, later = path.lap, self._end - path.lap
+            found += [((a + later, b + later), one, row, box) for (a, b), one, row, box in found if lap <= a <= lap + error]
         return found
 
 

@@ -121,37 +121,39 @@ class Path:
         gaps = [[b - a for a, b in zip(*one.ends(), strict=True)] for one in self.segments if one.start == one.stop]
         return [root(x * x + y * y + z * z)[1] for x, y, z in gaps]
 
+    def drift(self, speed: Fraction, error: Fraction) -> Fraction:
+        """Return how far its robot may fly at most at a speed within the time by which two clocks differ, steps included, m (Coq: `flown`)."""
+        once = self.lap is None or error <= self.segments[-1].stop - self.lap
+        require(once, "clocks differ by more than a lap, in which a path has each step once")
+        return speed * error + sum(self.steps)
+
 
 class Team(NamedTuple):
-    """All paths, and the time at which the flight, or its first lap, ends, in s."""
+    """All paths, the time at which the flight, or its first lap, ends, in s, and how many laps are flown."""
 
     paths: Mapping[str, Path]
     end: Fraction
+    repeat: int
 
 
 def _read_pieces(text: str, name: str) -> list[Segment]:
     """Read a CSV file."""
     rows = [[cell.strip() for cell in line.split(",")] for line in text.removeprefix("\ufeff").splitlines() if line.strip()]
     fits = 2 <= len(rows) <= MOST_PIECES + 1 and rows[0] == HEADER and all(len(row) == len(HEADER) for row in rows)
-    require(
-        fits, f"{name}.csv is no flight of 1 to {MOST_PIECES} pieces, each a line of 33 numbers below the names of columns."
-    )
+    require(fits, f"{name}.csv is no flight of 1 to {MOST_PIECES} pieces, each a line of 33 numbers below their names.")
     found: list[Segment] = []
     start = ZERO
     for row in rows[1:]:
         try:
             require(all(map(_NUMBER.match, row)), f"{name}.csv has what is no number.")
-            exact = [
-                Fraction(value) for value in struct.unpack("<33f", struct.pack("<33f", *map(float, row)))
-            ]  # as a vehicle reads
+            numbers = struct.unpack("<33f", struct.pack("<33f", *map(float, row)))  # as a vehicle reads them
         except (ValueError, OverflowError):
             raise Refused(f"{name}.csv has what is no float32.") from None
-        require(
-            exact[0] > 0 and max(map(abs, exact)) <= LARGEST, f"{name}.csv has a piece of no length, or what no flight has."
-        )
-        axes = [Polynomial.of(exact[k : k + 8]) for k in (1, 9, 17, 25)]
-        found.append(Segment(start, start + exact[0], axes))
-        start += exact[0]
+        fits = numbers[0] > 0 and max(map(abs, numbers)) <= LARGEST
+        require(fits, f"{name}.csv has a piece of no length, or what no flight has.")
+        axes = [Polynomial.of(numbers[k : k + 8]) for k in (1, 9, 17, 25)]
+        found.append(Segment(start, start + Fraction(numbers[0]), axes))
+        start = found[-1].stop
     return found
 
 
@@ -162,7 +164,7 @@ def read_team(statement: Statement, texts: Mapping[str, str]) -> Team:
     paths = {name: _path(name, statement.robots[name], row, end) for name, row in pieces.items()}
     laps = {(path.lap, path.pieces[-1].stop) for path in paths.values()}
     require(not statement.lasso or len(laps) == 1, "The laps of a team do not begin and end together.")
-    return Team(paths, end)
+    return Team(paths, end, statement.repeat)
 
 
 def _one_lap(pieces: list[Segment], statement: Statement, name: str) -> list[Segment]:

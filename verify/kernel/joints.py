@@ -9,7 +9,7 @@ from itertools import pairwise
 from .flights import Path, Team
 from .limits import PI
 from .refused import require
-from .statement import ZERO, Statement
+from .statement import ZERO
 
 JUMPS = (Fraction(1, 10_000), Fraction(1, 1_000), Fraction(1, 100), Fraction(1, 10))
 """Greatest jumps in position (m), velocity, acceleration and jerk, and the same in rad for heading, its rate and its acceleration."""
@@ -68,19 +68,13 @@ def check_parts(path: Path, team: Team) -> str:
     return f"{path.name} rests at each of {len(cuts)} cuts."
 
 
-def check_endurance(statement: Statement, team: Team, path: Path) -> str:
-    """Check that a robot lands in time, all laps counted, and all pauses of the robot that pauses most.
-
-    Args:
-        statement: Says how many laps are flown.
-        team: All robots.
-        path: Whose endurance.
-    """
-    total = team.end + CLIMB_AND_LANDING + (0 if path.lap is None else (statement.repeat - 1) * (team.end - path.lap))
+def check_endurance(team: Team, path: Path) -> str:
+    """Check that a robot lands in time, all laps counted, and all pauses of the robot that pauses most."""
+    total = team.end + CLIMB_AND_LANDING + (0 if path.lap is None else (team.repeat - 1) * (team.end - path.lap))
     pauses = [0]
     for robot in (other.robot for other in team.paths.values()):
         begins, first = {0, *robot.cuts} if robot.cuts else set[int](), robot.cycle or 0
-        again = sum(begin >= first for begin in begins) * (1 if robot.cycle is None else statement.repeat)
+        again = sum(begin >= first for begin in begins) * (1 if robot.cycle is None else team.repeat)
         pauses.append(sum(begin < first for begin in begins) + again - 1)
     total += max(pauses) * PAUSE
     within = path.robot.limits.endurance is not None and total <= path.robot.limits.endurance

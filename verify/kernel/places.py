@@ -98,10 +98,7 @@ def _slots(timeline: Timeline, rows: Mapping[str, Row], names: frozenset[str]) -
     found: list[Slot] = []
     for lap, start, stop in parts[cycle == 0 :]:
         later = stop - start if lap == 2 else ZERO
-        own = {
-            name: [s for s in row if (s.start < stop and start < s.stop) or start <= s.start == s.stop <= stop]
-            for name, row in rows.items()
-        }
+        own = {name: [span for span in row if _meets(span, start, stop)] for name, row in rows.items()}
         inner = [*(time for time, _ in changes), *(time for row in own.values() for span in row for time in span[:2])]
         times = sorted({start, stop, *(time for time in inner if start < time < stop)})
         fine = [(start, start), *(slot for a, b in pairwise(times) for slot in ((a, b), (b, b)))]
@@ -116,6 +113,10 @@ def _slots(timeline: Timeline, rows: Mapping[str, Row], names: frozenset[str]) -
                     slot = slot._replace(start=found.pop().start)
                 found.append(slot)
     return found
+
+
+def _meets(span: Span, start: Fraction, stop: Fraction) -> bool:
+    return (span.start < stop and start < span.stop) or start <= span.start == span.stop <= stop
 
 
 def _changes(timeline: Timeline, names: frozenset[str]) -> list[tuple[Fraction, Letter]]:
@@ -133,9 +134,7 @@ def _row(timeline: Timeline, region: str) -> Row:
     """Return a region's spans, which have to cover the whole flight."""
     row = timeline.rows.get(region, ())
     ends = [ZERO, *(span.stop for span in row)]
-    whole = (
-        [span.start for span in row] == ends[:-1] and ends[-1] == timeline.duration and sorted(ends) == ends and len(row) > 0
-    )
+    whole = [span.start for span in row] == ends[:-1] and ends[-1] == timeline.duration > 0 and sorted(ends) == ends
     known = all(span.mark in ("no", "may", "must", "rise", "fall") for span in row)
     require(whole and known, f"the labels of {timeline.robot} in {region} do not cover its flight")
     return row
@@ -194,9 +193,8 @@ def check_transitions(statement: Statement, timeline: Timeline) -> str:
             now = places.inside[target]
             came = now - before
             if len(came) > 1:
-                one_by_one = any(
-                    before < places.inside[t] < now and target in _following(places, t) for t in _following(places, place)
-                )
+                between = [t for t in _following(places, place) if before < places.inside[t] < now]
+                one_by_one = any(target in _following(places, t) for t in between)
                 require(one_by_one, f"{robot} may enter several regions at once")
                 continue
             for region in came:

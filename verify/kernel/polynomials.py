@@ -14,11 +14,12 @@ from itertools import pairwise
 from .refused import require
 
 
-def _dyadic(value: Fraction | int) -> tuple[int, int]:
+def _dyadic(value: Fraction | float) -> tuple[int, int]:
     """Return n and s with value = n / 2^s."""
-    shift = value.denominator.bit_length() - 1
-    require(value.denominator == 1 << shift, "a number is no whole one over a power of two")
-    return value.numerator, shift
+    number, under = value.as_integer_ratio()
+    shift = under.bit_length() - 1
+    require(under == 1 << shift, "a number is no whole one over a power of two")
+    return number, shift
 
 
 class Polynomial:
@@ -30,7 +31,7 @@ class Polynomial:
         self.numbers, self.shift = numbers, shift
 
     @classmethod
-    def of(cls, values: Sequence[Fraction]) -> Polynomial:
+    def of(cls, values: Sequence[Fraction | float]) -> Polynomial:
         """Return the polynomial with these coefficients, ascending."""
         pairs = [_dyadic(value) for value in values]
         shift = max((s for _, s in pairs), default=0)
@@ -85,7 +86,7 @@ class Polynomial:
 
     def at(self, place: Fraction | int) -> Fraction:
         """Return its value."""
-        moved = self.stretched(Fraction(place))
+        moved = self.stretched(Fraction(place)) if place else Polynomial(self.numbers[:1], self.shift)
         return Fraction(sum(moved.numbers), 1 << moved.shift)
 
     def bernstein(self, degree: int | None = None) -> Bernstein:

@@ -242,6 +242,7 @@ def read_statement(text: str) -> Statement:
     hoops = {name: shape.ring for name, shape in regions.items() if shape.ring}
     shapes, named = [*regions.values(), *found.obstacles.values()], re.compile(r"[A-Za-z0-9][A-Za-z0-9_. -]{0,99}\Z")
     matrices = [one.quadratic for shape in shapes for part in shape.parts for one in part if one.quadratic]
+    straight = {not found.lasso}
     events = [event for wait in found.waits for event in (wait.first, wait.then)]
     fits = {
         "another format": found.format == FORMAT,
@@ -257,13 +258,12 @@ def read_statement(text: str) -> Statement:
     for name, robot in robots.items():
         states, visits = {robot.initial, *(one.after for one in (*robot.actions, *robot.changes))}, robot.visits
         fits |= {
-            f"laps of {name} where there are none, or none": {robot.cycle is None, robot.cycle_visit is None}
-            == {not found.lasso},
+            f"laps of {name} where there are none, or none": {robot.cycle is None, robot.cycle_visit is None} == straight,
             f"a visit of {name} that cannot be": all(v.region in (hoops if v.direction else regions) for v in visits),
             f"an action of {name} at no visit": all(one.visit < len(visits) for one in robot.changes),
             f"a state that {name} does not have": states <= set(robot.states),
-            f"other limits of {name} on its ways": all(
-                {*leg} <= {"speed", "acceleration"} for leg in robot.limits.legs.values()
+            f"other limits of {name} on ways": all(
+                leg.keys() <= {"speed", "acceleration"} for leg in robot.limits.legs.values()
             ),
         }
     for fault, is_well in fits.items():

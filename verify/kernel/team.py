@@ -66,10 +66,8 @@ class Claim:
         propositions = [p for one in self._counted.values() for p in one.propositions]
         plain = all(p.name for p in propositions) and not any(map(Table.has_untils, self._counted.values()))
         require(plain, "what is counted is no combination of names")
-        self.names, internal = (
-            frozenset(p.name for p in propositions),
-            (one.states.values() for one in statement.robots.values()),
-        )
+        self.names = frozenset(p.name for p in propositions)
+        internal = (one.states.values() for one in statement.robots.values())
         self.shown = frozenset(statement.regions).union(*chain.from_iterable(internal))
         unknown, strange = [*self.names - self.shown, ""][0], [*{p.robot for p in asked} - {"", *self.robots}, ""][0]
         require(not unknown, f"the formula names {unknown[:60]!r}, which no robot shows")
@@ -164,9 +162,8 @@ class Team:
 
     def begin(self) -> list[Step]:
         """Return how the flight may begin."""
-        return [
-            step for at in _bounded([one.initial for one in self.followed], MOST_MOVES) for step in self._entered(0, (at, 0))
-        ]
+        every = _bounded([one.initial for one in self.followed], MOST_MOVES)
+        return [step for at in every for step in self._entered(0, (at, 0))]
 
     def _entered(self, span: int, state: State) -> list[Step]:
         if not all(span in when[place] for when, place in zip(self._when, state[0], strict=True)):

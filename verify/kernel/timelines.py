@@ -23,6 +23,7 @@ LAPS = 3
 _MARKS = {"n": "no", "m": "must", "?": "may", "r": "rise", "f": "fall"}
 _AROUND = {"rise": ("no", "must"), "fall": ("must", "no")}
 Window = tuple[Fraction, Fraction]
+Word = Sequence[tuple[str, str]]
 
 
 class Span(NamedTuple):
@@ -145,18 +146,11 @@ class Course:
 
     def unrolled(self, row: Row) -> Row:
         """Return the spans of a lasso's prefix and laps; of no lasso the spans."""
-        again, lap = range(1, LAPS if self.length else 1), self.lap or ZERO
-        return settled(
-            [
-                *row,
-                *(
-                    Span(max(a, lap) + k * self.length, b + k * self.length, mark)
-                    for k in again
-                    for a, b, mark in row
-                    if b > lap
-                ),
-            ]
-        )
+        found = list(row)
+        for k in range(1, LAPS if self.lap is not None else 1):
+            begin, later = self.lap or ZERO, k * self.length
+            found += [Span(max(start, begin) + later, stop + later, mark) for start, stop, mark in row if stop > begin]
+        return settled(found)
 
     @cached_property
     def _stays(self) -> tuple[list[Stay], list[Stay]]:
@@ -254,9 +248,8 @@ class Course:
                     passes = over[0].ends()[0] < -far <= far < over[-1].ends()[1]
                     require(passes, f"the path may enter the opening of {name} without passing it")
                     # leaves before the far side is reached, leaves in which D never falls, and leaves after which the near side is not
-                    later = dropwhile(
-                        lambda row: row.numbers == sorted(row.numbers), dropwhile(lambda row: row.at_most(far), over)
-                    )
+                    later = dropwhile(lambda row: row.at_most(far), over)
+                    later = dropwhile(lambda row: row.numbers == sorted(row.numbers), later)
                     require(all(row.at_least(-far) for row in later), f"the path may pass the opening of {name} more than once")
                     yield begin, time, name, "F" if forward else "R"
                     sides = []
@@ -363,15 +356,11 @@ def _is_still(piece: Segment, powers: int) -> bool:
     return not any(any(axis.numbers[1:powers]) for axis in piece.axes[:3])
 
 
-def _letters(
-    prefix: Sequence[tuple[str, str]], cycle: Sequence[tuple[str, str]]
-) -> tuple[Sequence[tuple[str, str]], Sequence[tuple[str, str]]]:
+def _letters(prefix: Word, cycle: Word) -> tuple[Word, Word]:
     """Return a word, a prefix and what is repeated for ever, if anything, in its shortest form: words are one where these are."""
-    size = next(
-        (k for k in range(1, len(cycle)) if len(cycle) % k == 0 and list(cycle[:k]) * (len(cycle) // k) == list(cycle)),
-        len(cycle),
-    )
-    first, then = list(prefix), list(cycle[:size])
+    first, then = tuple(prefix), tuple(cycle)
+    size = next((k for k in range(1, len(then)) if then[:k] * (len(then) // k) == then), len(then))
+    then = then[:size]
     while first and then and first[-1] == then[-1]:
-        then = [first.pop(), *then[:-1]]
+        first, then = first[:-1], (first[-1], *then[:-1])
     return first, then

@@ -84,9 +84,8 @@ def read_invariant(
     require(levels and untils and known, "an invariant names no untils, or parts that there are not")
     team = Team(claim, followed, frozenset(more))
     limits = [len(owed), len(levels), 1 << len(followed), *(len(one.letters) for one in team.followed)]
-    fits = all(
-        len(one) == len(limits) and all(a < b for a, b in zip(one, limits, strict=True)) for here in sets for one in here
-    )
+    every = [one for here in sets for one in here]
+    fits = all(len(one) == len(limits) and all(a < b for a, b in zip(one, limits, strict=True)) for one in every)
     require(fits, "a configuration names what the proof or the flight does not have")
     found = [[Configuration(tuple(at), seen, owed[which], level) for which, level, seen, *at in here] for here in sets]
     spans: list[list[Configuration]] = []
@@ -147,9 +146,7 @@ def flown(statement: Statement, timelines: Mapping[str, Timeline], tree: Tree) -
     regions, line = frozenset(statement.regions), next(iter(timelines.values()))
     alike = {(one.duration, one.cycle) for one in timelines.values()} == {(line.duration, line.cycle)}
     require(alike and set(timelines) == set(statement.robots), "the robots' flights do not last equally long")
-    require(
-        (line.cycle is not None) == statement.lasso, "the trace is infinite, and flights have no laps, or the other way round"
-    )
+    require((line.cycle is not None) == statement.lasso, "either the trace is infinite or flights have laps, not both")
     claim = Claim(statement, tree, lambda robot, names: places_of(timelines[robot], names, regions))
     claim.lap = None if line.cycle is None else (line.cycle, line.duration)
     return claim
@@ -190,7 +187,7 @@ def waits_between(statement: Statement) -> Iterator[tuple[Event, Event]]:
         if what_is_due == "sets out":  # whatever it comes to or leaves first after it has set out
             shown = [letter & regions for letter in statement.words[then]]
             changes = (number for number, inside in enumerate(shown) if inside != shown[0])
-            sets_out = its[other - 1].left if other else next(changes, None)
+            sets_out = its[other - 1][1] if other else next(changes, None)
             due: int | None = enters if sets_out is None else min(enters, sets_out)
         else:
             due = {"enters": enters, "leaves": leaves, "acts": min(acts, default=None)}[what_is_due]
@@ -200,22 +197,12 @@ def waits_between(statement: Statement) -> Iterator[tuple[Event, Event]]:
             yield (first, done), (then, due)
 
 
-class _Planned(NamedTuple):
-    """Of a planned visit the first letter in its region, the first one after it, and those that its actions make."""
-
-    entered: int
-    left: int | None
-    acts: list[int]
-
-
-def _visits(statement: Statement, name: str) -> list[_Planned]:
-    """Return all planned visits, which the word has to show."""
+def _visits(statement: Statement, name: str) -> list[tuple[int, int | None, list[int]]]:
+    """Return of each planned visit, which the word has to show, the first letter in its region, the first one after it, and those of its actions."""
     robot, word, regions = statement.robots[name], statement.words[name], frozenset(statement.regions)
     times = [Fraction(k) for k in range(len(word) + 1)]
-    rows = {
-        region: tuple(Span(times[k], times[k + 1], "must" if region in letter else "no") for k, letter in enumerate(word))
-        for region in sorted(regions)
-    }
+    marks = {region: ["must" if region in letter else "no" for letter in word] for region in regions}
+    rows = {region: tuple(map(Span, times, times[1:], row)) for region, row in marks.items()}
     shown = sorted(stays(rows), key=lambda stay: (stay.start, 0 if stay.start else stay.stop, stay.region))
     _, made = planned_stays(robot.visits, shown)
     changes = [k for k in range(1, len(word)) if word[k] - regions != word[k - 1] - regions]
@@ -223,4 +210,4 @@ def _visits(statement: Statement, name: str) -> list[_Planned]:
     require(len(seen) == len(changes), f"the planned word of {name} does not show its actions")
     acts = [[changes.pop(0) for _ in range(seen.count(number))] for number in range(len(made))]
     ends = [None if stay.stop == len(word) else int(stay.stop) for stay in made]
-    return [_Planned(int(stay.start), left, own) for stay, left, own in zip(made, ends, acts, strict=True)]
+    return [(int(stay.start), left, own) for stay, left, own in zip(made, ends, acts, strict=True)]

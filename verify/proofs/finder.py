@@ -72,11 +72,11 @@ def prove_statement(text: str, tables: Mapping[str, str], speeds: Mapping[str, F
     """
     statement = read_statement(text)
     flown = read_team(statement, tables)
-    floats = {name: FlownSegments(path) for name, path in flown.paths.items()}
-    hulls = {name: one.lines[:, :3].transpose(0, 2, 1) for name, one in floats.items()}
+    floats = FlownSegments(flown.paths)
+    hulls = {name: floats.lines[own, :3].transpose(0, 2, 1) for name, own in floats.of.items()}
     evidence: dict[str, Any] = {**speeds, **half_space_sums(statement, flown, hulls), **bridges(statement)}
     check = Check(statement, flown, Evidence(evidence))
-    found = {name: _Found(statement, path, check.evidence, floats[name]) for name, path in flown.paths.items()}
+    found = {name: _Found(statement, path, check.evidence, floats) for name, path in flown.paths.items()}
     with suppress(Refused):  # without timelines there is nothing to say of words
         evidence |= find_formula(statement, {name: one.timeline for name, one in found.items()})
     with suppress(Refused):
@@ -102,7 +102,12 @@ class _Found(Course):
         key = f"{kind}/{self.name}/{name}"
         if key not in self._sought:
             cells = self.cells(name, margin)
-            self._sought[key] = trees_of(kind, cells, self.segments.roots(cells[0].rules, "nm"))
+            rules = cells[0].rules
+            self._sought[key] = (
+                self.segments.region_trees(self.name, name, rules)
+                if margin
+                else trees_of(kind, cells, self.segments.roots(self.name, rules, "nm"))
+            )
         both = zip(self.path.segments, self._sought[key], strict=True)
         times = ((segment, one) for segment, tree in both for one in starts_of(tree))
         return self.spans([(segment.time(start) if start else segment.start, mark) for segment, (start, mark) in times])
@@ -117,14 +122,16 @@ class _Found(Course):
             if shape.ring:
                 rules = Hoop(shape).opening(self.statement.margin, self.robot.radius)
                 cells = list(along(self.path, rules))
-                self._sought[f"openings/{self.name}/{name}"] = trees_of("openings", cells, self.segments.roots(rules, "n"))
+                self._sought[f"openings/{self.name}/{name}"] = trees_of(
+                    "openings", cells, self.segments.roots(self.name, rules, "n")
+                )
         return {key: run_lengths(trees) for key, trees in self._sought.items()}
 
     def roots(self, key: str, parts: Sequence[Part]) -> list[str]:
         """Return marks that parts of trees surely have, or nothing."""
         kind, *names = key.split("/")
         if kind in ("workspace", "rims", "obstacles") and isinstance(parts[0], Cell):
-            return self.segments.roots(parts[0].rules, STYLES[kind].marks)
+            return self.segments.roots(self.name, parts[0].rules, STYLES[kind].marks)
         if kind == "limits" and len(names) == 2:
             limit: Any = (
                 self.evidence.get(f"speed/{self.name}", Fraction)
@@ -138,6 +145,10 @@ class _Found(Course):
 def _trees(found: Mapping[str, _Found], check: Check, owed: Owed, known: Mapping[str, Any]) -> dict[str, str]:
     """Return the marks of a claim's trees; of a distance for all times that clocks may show where some time alone does not do."""
     texts: dict[str, str] = {}
+    if owed.name == "separation":
+        mine, its = (found[name] for name in owed.robots)
+        if mine.segments.are_parted(check.pair((mine, its), all_times=False)):
+            return {"/".join(("pairs", *owed.robots)): ""}
     for key, parts in ((trees.key, list(trees.parts)) for trees in owed.trees if trees.key not in known):
         roots = found[owed.robots[0]].roots(key, parts) if len(owed.robots) == 1 and parts else []
         texts[key] = run_lengths(trees_of(key.partition("/")[0], parts, roots))

@@ -5,8 +5,10 @@ The kernel checks each mark. What floats do not show with room to spare is left 
 
 from __future__ import annotations
 
+import functools
 import math
-from collections.abc import Hashable, Sequence
+import operator
+from collections.abc import Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
@@ -15,11 +17,13 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from verify.kernel.distances import Pair
 from verify.kernel.flights import GRAVITY, Path, Segment
 from verify.kernel.limits import Interval, rates_and_thrusts
 from verify.kernel.polynomials import Bernstein, Polynomial
 from verify.kernel.statement import Robot
 from verify.kernel.trees import Atom, Rules
+from verify.proofs.search import STYLES
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -65,14 +69,21 @@ def _exceeds(low: Floats, bound: float, size: Floats) -> Flags:
 
 
 class FlownSegments:
-    """All segments of a path: Bernstein coefficients of x, y, z and 1, and of their products.
+    """All segments of a team's paths: Bernstein coefficients of x, y, z and 1, and of their products.
 
     Attributes:
         lines: Shape (segments, 4, 8).
+        of: For each robot which of them are its own.
     """
 
-    def __init__(self, path: Path) -> None:
-        places = _powers(path.segments, 3)
+    def __init__(self, paths: Mapping[str, Path]) -> None:
+        segments = [segment for path in paths.values() for segment in path.segments]
+        ends = np.cumsum([0, *(len(path.segments) for path in paths.values())])
+        self.of = {name: slice(first, last) for name, first, last in zip(paths, ends, ends[1:], strict=False)}
+        self._known: dict[tuple[Hashable, ...], tuple[Rules, list[str]]] = {}
+        self._starts = np.array([float(one.start) for one in segments])
+        self._stops = np.array([float(one.stop) for one in segments])
+        places = _powers(segments, 3)
         ones = np.zeros((len(places), 1, 8))
         ones[:, 0, 0] = 1
         pairs = np.array([(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)])
@@ -81,8 +92,19 @@ class FlownSegments:
         raised = np.pad(np.concatenate([places, ones], axis=1), ((0, 0), (0, 0), (0, 7)))
         self._squares = _bernstein(np.concatenate([products, raised], axis=1))
 
-    def roots(self, rules: Rules, marks: str) -> list[str]:
-        """Return for each segment one of some marks that surely holds on all of it, or nothing."""
+    def roots(self, name: str, rules: Rules, marks: str) -> list[str]:
+        """Return for each segment of a robot one of some marks that surely holds on all of it, or nothing.
+
+        Args:
+            name: The robot's.
+            rules: What marks claim.
+            marks: The marks.
+        """
+        if (id(rules), marks) not in self._known:
+            self._known[id(rules), marks] = rules, self._roots(rules, marks)
+        return self._known[id(rules), marks][1][self.of[name]]
+
+    def _roots(self, rules: Rules, marks: str) -> list[str]:
         atoms = [atom for mark in marks for one in rules[mark] for clause in one for atom in clause]
         holds = iter(self._hold(atoms))
         found = np.full(len(self.lines), "", dtype="<U1")
@@ -94,6 +116,66 @@ class FlownSegments:
                     every &= np.logical_or.reduce(some) if some else False
                 found[every & (found == "")] = mark
         return found.tolist()
+
+    def region_trees(self, name: str, region: str, rules: Rules) -> list[str]:
+        """Return for each segment of a robot the marks of its tree in a region at the margin, open where neither side can be told.
+
+        Args:
+            name: The robot's.
+            region: The region's.
+            rules: What marks claim.
+        """
+        if (region,) not in self._known:
+            self._known[(region,)] = rules, self._region_trees(rules, STYLES["inside"].depth)
+        return self._known[(region,)][1][self.of[name]]
+
+    def _region_trees(self, rules: Rules, depth: int) -> list[str]:
+        (outside,), bodies = rules["n"], rules["m"]
+        numbers = {form: k for k, form in enumerate(dict.fromkeys(form for part in outside for form, _, _ in part))}
+        parts = [[(numbers[form], float(bound)) for form, _, bound in part] for part in outside]
+        covers = [[(numbers[face[0][0]], float(face[0][2])) if face else None for face in body] for body in bodies]
+        weights = np.array([_weights(form) for form in numbers]).reshape(-1, 10)
+        flat = ~weights[:, :6].any(axis=1)  # the kernel looks at these by fewer coefficients
+        order = np.argsort(np.concatenate([np.flatnonzero(flat), np.flatnonzero(~flat)]))
+        both = [
+            np.einsum("fk,skd->sfd", weights[flat, 6:], self.lines),
+            np.einsum("fk,skd->sfd", weights[~flat], self._squares),
+        ]
+        levels: list[NDArray[np.str_]] = []
+        for _ in range(depth + 1):
+            low = np.concatenate([rows.min(axis=-1) for rows in both], axis=1)[:, order]
+            high = np.concatenate([rows.max(axis=-1) for rows in both], axis=1)[:, order]
+            room = _ROOM * (1 + np.maximum(abs(low), abs(high)))
+            marks = np.full(len(low), "", dtype="<U1")
+            inside = [[high[:, one[0]] < one[1] - room[:, one[0]] if one else False for one in body] for body in covers]
+            never = [[low[:, one[0]] > one[1] if one else True for one in body] for body in covers]
+            within = [[high[:, k] <= bound for k, bound in part] for part in parts]
+            beyond = [[low[:, k] > bound + room[:, k] for k, bound in part] for part in parts]
+            marks[_any(map(_all, within)) & _all(map(_any, never))] = "?"
+            marks[_any(map(_all, inside))] = "m"
+            marks[_all(map(_any, beyond))] = "n"
+            levels.append(marks)
+            open_ = marks == ""
+            if not open_.any():
+                break
+            both = [_halves(rows[open_]) for rows in both]
+        found: list[str] = []
+        for marks in reversed(levels):
+            below = iter(found)
+            found = [mark or ("s" + one + next(below) if (one := next(below, "")) else "?") for mark in marks.tolist()]
+        return found
+
+    def are_parted(self, pair: Pair) -> bool:
+        """Return whether planes surely part all segments of two paths that share some time, by what is asked of the pair."""
+        one, other = (self.of[path.name] for path in pair.paths)
+        starts, stops, lines = self._starts, self._stops, self.lines
+        at, its = np.nonzero((starts[one, None] <= stops[other] + _ROOM) & (starts[other] <= stops[one, None] + _ROOM))
+        weights, least = np.array(pair.weights, float)[:, None], float(pair.least) * pair.weights[0]
+        near, far = lines[one][at, :3] * weights, lines[other][its, :3] * weights
+        normals = (near - far).mean(axis=-1)
+        gaps = np.einsum("nk,nkd->nd", normals, near).min(axis=-1) - np.einsum("nk,nkd->nd", normals, far).max(axis=-1)
+        lengths = np.linalg.norm(normals, axis=-1)
+        return bool((gaps > (least * (1 + 1e-6) + 1e-6) * lengths).all() and (lengths > 0.01).all())
 
     def _hold(self, atoms: Sequence[Atom]) -> Flags:
         """Return where atoms surely hold. Shape (atoms, segments)."""
@@ -111,6 +193,27 @@ class FlownSegments:
         room = _ROOM * (1 + abs(bounds) + np.maximum(abs(low), abs(high)))
         over = np.array([compare in (Bernstein.above, Bernstein.at_least) for _, compare, _ in atoms], bool).reshape(-1, 1)
         return np.where(over, low > bounds + room, high < bounds - room)
+
+
+def _any(every: Iterable[Any]) -> Any:  # of arrays, or of what is so of all
+    return functools.reduce(operator.or_, every, False)
+
+
+def _all(every: Iterable[Any]) -> Any:  # as above
+    return functools.reduce(operator.and_, every, True)
+
+
+@cache
+def _half(degree: int, which: int) -> Floats:
+    """Return the matrix from Bernstein coefficients on an interval to those on one of its halves."""
+    rows = [[math.comb(k, i) / 2**k for k in range(degree + 1)] for i in range(degree + 1)]
+    return np.array(rows)[::-1, ::-1].copy() if which else np.array(rows)
+
+
+def _halves(rows: Floats) -> Floats:
+    """Return both halves of each row, one after the other."""
+    degree = rows.shape[-1] - 1
+    return np.stack([rows @ _half(degree, 0), rows @ _half(degree, 1)], axis=1).reshape(2 * len(rows), *rows.shape[1:])
 
 
 def _weights(form: Hashable) -> list[float]:
