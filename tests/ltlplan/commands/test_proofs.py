@@ -20,6 +20,7 @@ from verify.data import BadInput, NotCertified
 from verify.data.files.trajectory_csv import load_csv
 from verify.data.plan import Visit
 from verify.data.sections import Action
+from verify.kernel import VERSION
 from verify.run_folder import read_folder
 
 runner = CliRunner()
@@ -75,7 +76,7 @@ def test_every_claim_says_whether_the_kernel_checked_it(folder: Path) -> None:
     printed, count = ok("certify", str(folder)), len(judged["claims"])
     assert printed.splitlines()[-1] == f"{count} of {count} claims checked by the kernel"
     checked = json.loads(path.read_text())
-    assert checked["kernel"] == 1
+    assert checked["kernel"] == VERSION
     assert {claim["proof"] for claim in checked["claims"]} == {"checked"}
     assert checked["digest"] == judged["digest"], "the kernel's words are no part of what is claimed"
     rows = printed.splitlines()

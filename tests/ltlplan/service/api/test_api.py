@@ -19,6 +19,7 @@ from tests.helpers.few import few_of
 from tests.helpers.services import ONE_HOOP
 from verify.data import parse_mission
 from verify.data.shapes.region_shapes import REGION_SHAPES
+from verify.kernel import VERSION
 
 YAML = {"content-type": "application/yaml"}
 JSON = {"content-type": "application/json"}
@@ -152,7 +153,7 @@ def test_files_are_fetched_by_job_and_name(done: Submitted, http: httpx.Client, 
     again = http.post(f"{place}/recheck").json()
     assert again["digest"] == verify.recheck(tmp_path).digest()
     for certificate in (http.get(f"{place}/certificate").json(), again):
-        assert certificate["kernel"] == 1
+        assert certificate["kernel"] == VERSION
         assert {claim["proof"] for claim in certificate["claims"]} == {"checked"}
     with zipfile.ZipFile(io.BytesIO(http.get(f"{place}/proof").content)) as packed:
         assert sorted(packed.namelist()) == ["check.pyz", "proof.json", "quad0.csv", "statement.json"]
