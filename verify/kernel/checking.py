@@ -150,7 +150,7 @@ class Check:
     def pair(self, both: tuple[Course, Course], *, all_times: bool) -> Pair:
         """Return how far apart two paths have to be at all times that clocks may show together, or at each time."""
         one, other = both
-        error, more = self.statement.clock_error, max(one.path.steps) + max(other.path.steps)
+        error, more = self.statement.clock_error, one.path.steps[0] + other.path.steps[0]
         if error and not all_times:
             more += min(course.path.drift(self._speed(course), error) for course in (one, other))
         return Pair(self.statement, one.path, other.path, more)

@@ -116,16 +116,17 @@ class Path:
     lap: Fraction | None
 
     @cached_property
-    def steps(self) -> list[Fraction]:
-        """Bounds on the lengths of its steps, m."""
+    def steps(self) -> tuple[Fraction, Fraction]:
+        """Bounds on the length of its longest step, and of all together, m."""
         gaps = [[b - a for a, b in zip(*one.ends(), strict=True)] for one in self.segments if one.start == one.stop]
-        return [root(x * x + y * y + z * z)[1] for x, y, z in gaps]
+        lengths = [root(x * x + y * y + z * z)[1] for x, y, z in gaps]
+        return max(lengths), sum(lengths, ZERO)
 
     def drift(self, speed: Fraction, error: Fraction) -> Fraction:
         """Return how far its robot may fly at most at a speed within the time by which two clocks differ, steps included, m (Coq: `flown`)."""
         once = self.lap is None or error <= self.segments[-1].stop - self.lap
         require(once, "clocks differ by more than a lap, in which a path has each step once")
-        return speed * error + sum(self.steps)
+        return speed * error + self.steps[1]
 
 
 class Team(NamedTuple):

@@ -101,16 +101,17 @@ class _Found(Course):
     def _row(self, kind: str, name: str, margin: Fraction) -> Row:
         key = f"{kind}/{self.name}/{name}"
         if key not in self._sought:
-            cells = self.cells(name, margin)
-            rules = cells[0].rules
             self._sought[key] = (
-                self.segments.region_trees(self.name, name, rules)
+                self.segments.region_trees(self.name, name, lambda: self.cells(name, margin)[0].rules)
                 if margin
-                else trees_of(kind, cells, self.segments.roots(self.name, rules, "nm"))
+                else self._exactly(kind, self.cells(name, margin))
             )
         both = zip(self.path.segments, self._sought[key], strict=True)
         times = ((segment, one) for segment, tree in both for one in starts_of(tree))
         return self.spans([(segment.time(start) if start else segment.start, mark) for segment, (start, mark) in times])
+
+    def _exactly(self, kind: str, cells: Sequence[Cell]) -> list[str]:
+        return trees_of(kind, cells, self.segments.roots(self.name, cells[0].rules, "nm"))
 
     def marks(self) -> dict[str, str]:
         """Return marks of regions and openings."""
@@ -127,11 +128,11 @@ class _Found(Course):
                 )
         return {key: run_lengths(trees) for key, trees in self._sought.items()}
 
-    def roots(self, key: str, parts: Sequence[Part]) -> list[str]:
-        """Return marks that parts of trees surely have, or nothing."""
+    def roots(self, key: str, first: Part) -> list[str]:
+        """Return marks that parts of trees, of which this is the first, surely have, or nothing."""
         kind, *names = key.split("/")
-        if kind in ("workspace", "rims", "obstacles") and isinstance(parts[0], Cell):
-            return self.segments.roots(self.name, parts[0].rules, STYLES[kind].marks)
+        if kind in ("workspace", "rims", "obstacles") and isinstance(first, Cell):
+            return self.segments.roots(self.name, first.rules, STYLES[kind].marks)
         if kind == "limits" and len(names) == 2:
             limit: Any = (
                 self.evidence.get(f"speed/{self.name}", Fraction)
@@ -149,9 +150,13 @@ def _trees(found: Mapping[str, _Found], check: Check, owed: Owed, known: Mapping
         mine, its = (found[name] for name in owed.robots)
         if mine.segments.are_parted(check.pair((mine, its), all_times=False)):
             return {"/".join(("pairs", *owed.robots)): ""}
-    for key, parts in ((trees.key, list(trees.parts)) for trees in owed.trees if trees.key not in known):
-        roots = found[owed.robots[0]].roots(key, parts) if len(owed.robots) == 1 and parts else []
-        texts[key] = run_lengths(trees_of(key.partition("/")[0], parts, roots))
+    for key, parts in ((trees.key, iter(trees.parts)) for trees in owed.trees if trees.key not in known):
+        first = next(parts, None)
+        roots = found[owed.robots[0]].roots(key, first) if len(owed.robots) == 1 and first else []
+        if not roots or not all(roots):
+            every = [] if first is None else [first, *parts]
+            roots = trees_of(key.partition("/")[0], every, roots)
+        texts[key] = run_lengths(roots)
     if owed.name == "separation" and any("?" in marks for marks in texts.values()):
         one, other = (check.courses[name] for name in owed.robots)
         parts = check.pair((one, other), all_times=True).at_all_times(check.statement.clock_error)

@@ -8,7 +8,7 @@ from __future__ import annotations
 import functools
 import math
 import operator
-from collections.abc import Hashable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
@@ -117,16 +117,17 @@ class FlownSegments:
                 found[every & (found == "")] = mark
         return found.tolist()
 
-    def region_trees(self, name: str, region: str, rules: Rules) -> list[str]:
+    def region_trees(self, name: str, region: str, rules: Callable[[], Rules]) -> list[str]:
         """Return for each segment of a robot the marks of its tree in a region at the margin, open where neither side can be told.
 
         Args:
             name: The robot's.
             region: The region's.
-            rules: What marks claim.
+            rules: Returns what marks claim.
         """
         if (region,) not in self._known:
-            self._known[(region,)] = rules, self._region_trees(rules, STYLES["inside"].depth)
+            claims = rules()
+            self._known[(region,)] = claims, self._region_trees(claims, STYLES["inside"].depth)
         return self._known[(region,)][1][self.of[name]]
 
     def _region_trees(self, rules: Rules, depth: int) -> list[str]:
