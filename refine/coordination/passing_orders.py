@@ -1,4 +1,4 @@
-"""Who passes first where two robots would come too near each other on paths that stay as they are.
+"""Orders in which robots pass where they would come too near each other, on paths that stay as they are.
 
 For two robots the pairs of own times at which they are too near form zones of a plane, their coordination space (O'Donnell and Lozano-Perez,
 ICRA 1989). Clocks lead past a zone on one side or the other: either robot may pass first, and the other one follows no sooner than
@@ -150,7 +150,7 @@ class Times:
 
     @property
     def arrivals(self) -> tuple[float, float]:
-        """When the last robot arrives, and the sum of all arrivals, s."""
+        """The last arrival, and the sum of all arrivals, s."""
         ends = [float(times[-1]) for times in self.times]
         return max(ends), sum(ends)
 
