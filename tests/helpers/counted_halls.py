@@ -1,0 +1,43 @@
+"""Halls in which robots are counted: many come from one side, some gather, few pass a door's width, all go home."""
+
+from __future__ import annotations
+
+import ltlplan
+from refine import refine
+from verify.data import Mission, Plan
+
+_HALL = """
+format: 1
+name: hall
+regions:
+  a: {{center: [0, 0, 1], radii: [2, 2, 1]}}
+  b: {{center: [6, 0, 1], radii: [2, 2, 1]}}
+  home: {{center: [0, 8, 1], radii: [2, 2, 1]}}
+agents: {{{agents}}}
+vehicle: crazyflie-2.1
+separation: 0.3
+workspace: {{min: [-20, -20, 0.2], max: [20, 20, 4]}}
+planner: {{pace: {pace}}}
+spec: {{formula: "{formula}", team: joint}}
+"""
+
+
+def hall(count: int, formula: str, pace: str) -> Mission:
+    """Return a mission of robots q0, q1, ... that depart from one row."""
+    agents = ", ".join(f"q{i}: {{start: [{-8 + 1.6 * i:.2f}, -6, 1]}}" for i in range(count))
+    return ltlplan.parse_mission(_HALL.format(agents=agents, formula=formula, pace=pace))
+
+
+def gathering(count: int, pace: str) -> Mission:
+    """Return the hall in which half of the robots gather, and never more than two are in b."""
+    return hall(count, f"F(count(a) >= {count // 2}) & F(count(b) >= 2) & G(count(b) <= 2) & F all(home)", pace)
+
+
+def longest_alone(plan: Plan) -> float:
+    """Return how long the flight of a plan's robots lasts that takes longest if each flies alone, s."""
+    mission = plan.mission
+    flights = []
+    for name, robot in plan.robots.items():
+        only = mission.changed(agents={name: mission.agents[name]}, spec=mission.spec.model_copy(update={"formula": "true"}))
+        flights.append(refine(plan.model_copy(update={"robots": {name: robot}, "meetings": (), "mission": only}))[name])
+    return max(flight.duration for flight in flights)
