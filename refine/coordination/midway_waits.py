@@ -148,7 +148,6 @@ def hovering(robot: RobotFlight, waits: dict[int, float]) -> RobotFlight:
         robot,
         path=_resting(robot.path, nodes, longer),
         yaw=None if robot.yaw is None else _resting(robot.yaw, nodes, longer),
-        planned=None if robot.planned is None else _resting(robot.planned, nodes, longer),
         cycle=None if cycle is None else cycle + sum(node <= cycle for node in nodes),
         halts={visit: node + sum(other <= node for other in nodes) for visit, node in robot.halts.items()},
     )

@@ -329,10 +329,7 @@ def _flown(problem: Problem, robots: dict[str, RobotFlight], clocks: Mapping[str
     for name, robot in flown.items():
         clock, _ = clocks[name]
         waits = {int(np.argmin(np.abs(robot.path.knots - clock.flown(np.array([at]))[0]))): wait for at, wait in clock.waits}
-        flight = hovering(
-            replace(paced(robot, slower), planned=None), {node: slower * wait for node, wait in waits.items() if wait > GAP / 2}
-        )
-        team[name] = replace(flight, planned=robot.planned)
+        team[name] = hovering(paced(robot, slower), {node: slower * wait for node, wait in waits.items() if wait > GAP / 2})
     starts = {name: slower * departure for name, (_, departure) in clocks.items()}
     if any(violations(robot.path, plan.mission, name, plan.robots[name]) for name, robot in team.items()):
         return None
