@@ -42,7 +42,7 @@ BACK = "F left & F right & F(left & F right)"
 @pytest.fixture(scope="module")
 def ready():
     """A certified team, and its way to its starts."""
-    team = CertifiedTeam(parse_mission(PAIR), seed=1)
+    team = CertifiedTeam(parse_mission(PAIR + "planner: {pace: nominal}\n"), seed=1)  # events come when it is half done
     return team, [transfer.stage for transfer in to_starts(team.mission, team.present.team, PLACES)]
 
 
