@@ -46,6 +46,12 @@ def ready():
     return team, [transfer.stage for transfer in to_starts(team.mission, team.present.team, PLACES)]
 
 
+@pytest.fixture(scope="module")
+def ready_at_default_pace():
+    team = CertifiedTeam(parse_mission(PAIR), seed=1)
+    return team, [transfer.stage for transfer in to_starts(team.mission, team.present.team, PLACES)]
+
+
 class AtOnce:
     """Answers in this process, while time stands still."""
 
@@ -189,6 +195,13 @@ def test_an_event_while_a_way_to_stop_is_looked_for_waits_for_that(ready):
     assert asked.kinds[:3] == [way_to_stop, next_piece, way_to_stop]
     assert [event.time for event in course.happened] == pytest.approx([1.0, 1.12], abs=0.03)
     nothing_flown_that_was_not_proved(course, done)
+
+
+@pytest.mark.xfail(strict=True, reason="no next piece is proved, and the robots hold their positions")
+def test_an_event_while_a_way_to_stop_is_looked_for_is_answered_at_the_default_pace(ready_at_default_pace):
+    events = NewFormula(time=1.0, formula=BACK), HoopMoves(time=1.04, region="left", center=(-1.0, 0.7, 1.3))
+    course, _, _ = fly(ready_at_default_pace, *events, computer=Asked(late={way_to_stop: [0.1]}))
+    assert course.answered[-1].proved is not None
 
 
 def test_a_way_to_stop_that_comes_too_late_is_asked_for_anew_and_begins_later(ready):
