@@ -19,6 +19,8 @@ from verify.data.language.counting import negated
 from verify.data.language.formula import FALSE, TRUE
 from verify.data.sections import Agent, TeamReading
 
+_PROPOSITIONAL = frozenset({"true", "false", "name", "!", "&", "|", "->", "<->", "xor"})
+
 
 @dataclass(frozen=True, slots=True)
 class _Told:
@@ -94,7 +96,14 @@ def formula_left(
     belief = at_start(_Telling(reader, formula), first, reading=reading)
     for _, events in shown:
         belief = after_events(belief, events)
-    found = {str(told.formula): told.formula for told in belief.states if isinstance(told, _Told)}
+    held = frozenset(belief.held.values())
+    found: dict[str, Formula] = {}
+    for told, unread in belief.pairs:
+        if isinstance(told, _Told):
+            read = held - unread if reading == "own" else ()
+            again = [letter for letter in read if reader.successor(told.state, letter) != told.state]
+            rest = _anew(told.formula, again) if again else told.formula
+            found[str(rest)] = rest
     left = TRUE
     for text in sorted(found):
         left = _and(left, found[text])
@@ -141,6 +150,35 @@ def _after(node: Formula, letter: Letter) -> Formula:
             raise BadInput(
                 f"`{node}` depends on how many robots there are; what is left of a formula is asked of one that is written out."
             )
+
+
+def _anew(node: Formula, letters: Sequence[Letter]) -> Formula:
+    """Return a stronger formula: what letters that are held and were read show is to be shown anew, as nobody need read them again.
+
+    A guide for planning: it is exact for goals that are propositional, and whole flights are judged by their own word.
+    """
+    parts = node.arguments
+    match node.operator:
+        case "&":
+            return _and(_anew(parts[0], letters), _anew(parts[1], letters))
+        case "|":
+            return _or(_anew(parts[0], letters), _anew(parts[1], letters))
+        case "F" | "U":
+            now = _now(parts[-1])
+            if now == TRUE or all(_after(now, letter) == FALSE for letter in letters):
+                return node
+            return Formula(node.operator, (*parts[:-1], _and(negated(now), node)))
+        case _:
+            return node
+
+
+def _now(node: Formula) -> Formula:
+    """Return what a formula asks of the first letter at least, a propositional formula."""
+    if node.operator == "&":
+        return _and(_now(node.arguments[0]), _now(node.arguments[1]))
+    if node.operator == "|":
+        return _or(_now(node.arguments[0]), _now(node.arguments[1]))
+    return node if all(part.operator in _PROPOSITIONAL for part in node.walk()) else TRUE
 
 
 def _and(one: Formula, other: Formula) -> Formula:
