@@ -10,6 +10,7 @@ Every arrow is a function from one frozen value to the next. Between plan and ce
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -25,6 +26,7 @@ from verify.data.trajectory import MAX_PIECES
 
 if TYPE_CHECKING:
     from flight.processes import Workers
+    from refine.single_robot.task import Effort
 
 __all__ = [
     "MAX_ROUNDS",
@@ -44,13 +46,16 @@ __all__ = [
 ]
 
 
-def certified_team(made: Plan, *, margin: float | None = None, progress: Progress | None = None) -> Certified:
+def certified_team(
+    made: Plan, *, margin: float | None = None, progress: Progress | None = None, effort: Effort = "full"
+) -> Certified:
     """Refine a plan until its trajectories are certified.
 
     Args:
         made: The plan.
         margin: Margin to prove, in m, instead of the mission's.
         progress: Told a sentence and the share done, 0 to 1.
+        effort: How hard fastest flights are looked for, as `refine.refine` takes it.
 
     Raises:
         BadInput: The plan or its mission is not sound.
@@ -62,7 +67,7 @@ def certified_team(made: Plan, *, margin: float | None = None, progress: Progres
     certified = None
     for candidate in candidates(first, refused):
         step = min(candidate.rounds, MAX_ROUNDS - 1) / MAX_ROUNDS  # more rounds are rare
-        found = attempted(candidate, margin=margin, progress=part_of(progress, step, step + 1 / MAX_ROUNDS))
+        found = attempted(candidate, margin=margin, progress=part_of(progress, step, step + 1 / MAX_ROUNDS), effort=effort)
         certified = candidate.better_of(found)
         refused.append(found)
     if certified is None:
@@ -70,13 +75,16 @@ def certified_team(made: Plan, *, margin: float | None = None, progress: Progres
     return certified
 
 
-def attempted(candidate: Candidate, *, margin: float | None = None, progress: Progress | None = None) -> Flight | Conflict:
+def attempted(
+    candidate: Candidate, *, margin: float | None = None, progress: Progress | None = None, effort: Effort = "full"
+) -> Flight | Conflict:
     """Refine once and judge.
 
     Args:
         candidate: The plan, and what was refused before.
         margin: Margin to prove, in m, instead of the mission's.
         progress: Told a sentence and the share of this round done, 0 to 1.
+        effort: As for `certified_team`.
 
     Raises:
         BadInput: The plan or its mission is not sound.
@@ -92,26 +100,27 @@ def attempted(candidate: Candidate, *, margin: float | None = None, progress: Pr
 
     refining("one flight for each robot", 0.0)
     try:
-        plan, team = _refined(candidate, refining)
+        plan, team = _refined(candidate, effort, refining)
     except (Infeasible, DoesNotFit) as error:
         return Conflict(error)
     say(f"proving{again}", 0.5)
     return Flight(plan, team, with_proposed_waits(verify.judge(plan, team, margin=margin)))
 
 
-def _refined(candidate: Candidate, refining: Progress) -> tuple[Plan, dict[str, Trajectory]]:
+def _refined(candidate: Candidate, effort: Effort, refining: Progress) -> tuple[Plan, dict[str, Trajectory]]:
     """Return one trajectory a robot, and the plan with a note on flights that are cut into parts for a vehicle's memory."""
     import refine
 
     plan, witnesses, pace = candidate.plan, candidate.witnesses, candidate.pace
     notes: list[str] = []
+    refined = partial(refine.refine, plan, witnesses=witnesses, pace=pace, note=notes.append, progress=refining, effort=effort)
     try:
-        team = refine.refine(plan, witnesses=witnesses, pace=pace, too_long="rest", note=notes.append, progress=refining)
+        team = refined(too_long="rest")
         return _with_parts(with_flown_times(_with_notes(plan, *notes), team), team), team
     except DoesNotFit as error:
         refining("leaving the flight whole, to be streamed", 0.0)
         notes = [f"The flight is longer than its vehicles hold, and no parts of it were found: stream it (px4, ros2). {error}"]
-        team = refine.refine(plan, witnesses=witnesses, pace=pace, max_pieces=MAX_PIECES, note=notes.append, progress=refining)
+        team = refined(max_pieces=MAX_PIECES)
         return with_flown_times(_with_notes(plan, *notes), team), team
 
 

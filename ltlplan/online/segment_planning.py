@@ -94,7 +94,7 @@ def find_piece(left: Left) -> Found:
         Infeasible: No trajectory keeps the limits.
         NotCertified: A proof was rejected.
     """
-    certified = certified_team(plan(check_mission(left.mission), seed=left.seed))
+    certified = certified_team(plan(check_mission(left.mission), seed=left.seed), effort="soon" if left.latest else "full")
     limited = any(left.mission.leg_limits_of(name) for name in left.mission.agents)
     return Found(certified, approaches(certified.plan, certified.team) if limited else {})
 

@@ -74,7 +74,7 @@ def on_own_clocks(problem: Problem, robots: dict[str, RobotFlight]) -> Together 
     """
     if any(robot.cycle is not None for robot in robots.values()):
         return None
-    quick = replace(problem, options=replace(problem.options, quick=True))
+    quick = replace(problem, options=replace(problem.options, effort="least"))
     clear_of: dict[str, tuple[str, ...]] = dict.fromkeys(robots, ())
     kept_out: dict[str, tuple[Ball, ...]] = {}
     tried: set[tuple[str, str]] = set()

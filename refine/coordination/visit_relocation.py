@@ -84,7 +84,7 @@ def _at_best(problem: Problem, tried: RobotFlight) -> RobotFlight:
 
 def _relocated(problem: Problem, name: str) -> list[RobotFlight]:
     """Return flights of one robot whose visits are made at other places of their regions, found quickly."""
-    problem = replace(problem, options=replace(problem.options, quick=True))
+    problem = replace(problem, options=replace(problem.options, effort="least"))
     plan, idle = problem.plan, idle_others(problem, name)
     ways = [place for other in plan.robots if other != name for place in _passages(plan, other, problem.spacing)]
     flights = []

@@ -79,7 +79,7 @@ def _moving(problem: Problem, name: str, limits: Limits, extra: tuple[Ball, ...]
     task = Task(mission, name, robot, corridor, limits, more, options)
     fitted = showing_visits(task, rest)
     share = options.share(problem.plan.mission, name)
-    fastest = sped_up if options.quick else time_optimised
+    fastest = sped_up if options.effort == "least" else time_optimised
     motion = fitted.motion if share is None else fastest(task, fitted).stretched(1.0 / share)
     path, yaw, cycle = motion.path, motion.yaw, corridor.cycle
     if hovering:

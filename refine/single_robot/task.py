@@ -18,6 +18,10 @@ from verify.data.validation.spacing import Spacing
 Pace = float | Literal["nominal", "time", "blend"]
 TooLong = Literal["refuse", "rest"]
 
+Effort = Literal["full", "soon", "least"]
+"""How hard a fastest flight is looked for: by every programme; without those whose states are free, which take longest; by speeding the plan's own
+times up as a whole, where places are only tried."""
+
 NOWHERE: frozenset[int] = frozenset()
 """No points, no legs."""
 
@@ -40,7 +44,7 @@ class RefinementOptions:
         rests: Whether the flight rests at every point.
         closes: Whether it is a lap, which ends with the heading that it began with.
         lingers: Whether a robot that acts only after others comes to the region first, and rests there.
-        quick: Whether the plan's own times, sped up as a whole, stand for the fastest flight: places are only tried.
+        effort: How hard the fastest flight is looked for.
     """
 
     pace: Pace | None
@@ -52,7 +56,7 @@ class RefinementOptions:
     rests: bool = False
     closes: bool = False
     lingers: bool = False
-    quick: bool = False
+    effort: Effort = "full"
 
     @property
     def blend(self) -> float | None:

@@ -124,7 +124,7 @@ def _digest(task: Task, fitted: Fitted) -> str:
     corridor, robot, yaw = task.corridor, task.robot, fitted.motion.yaw
     asked = (
         corridor,
-        (task.limits, task.clearance, task.options.blend, task.options.closes),
+        (task.limits, task.clearance, task.options.blend, task.options.closes, task.options.effort),
         (
             fitted.motion.path.durations,
             fitted.motion.path.states,
@@ -271,7 +271,7 @@ def _in_reach(path: Spline, limits: Limits) -> Limits:
 def _answers(search: _Search) -> tuple[list[Motion], list[str]]:
     """Return the motions of one series that keep corridor, limits and visits, fitted and with free states, and why others do not."""
     answers = [search.timed]
-    if np.isnan(fixed_states(search.task.corridor, search.rest)[:, 1:]).any():
+    if search.task.options.effort == "full" and np.isnan(fixed_states(search.task.corridor, search.rest)[:, 1:]).any():
         answers.append(search.freed)
     found: list[Motion] = []
     failures: list[str] = []

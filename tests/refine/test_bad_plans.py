@@ -34,6 +34,7 @@ def plan_of(*points: tuple[float, float, float], visit: int = 1, times: tuple[fl
         ({"pace": float("nan")}, "pace is nan"),
         ({"pace": True}, "pace is True"),
         ({"too_long": "cut"}, "too_long is 'cut'; it must be one of 'refuse', 'rest'"),
+        ({"effort": "much"}, "effort is 'much'; it must be one of 'full', 'soon', 'least'"),
         ({"weight": 0.0}, "weight is 0.0"),
         ({"weight": float("nan")}, "weight is nan"),
         ({"weight": "much"}, "weight is 'much'"),

@@ -348,6 +348,18 @@ spec: {formula: 'G F b & G F c & G F a', team: joint, trace: infinite, repeat: 2
     assert lasts(fast) < 0.5 * lasts(refine(plan, pace="nominal"))
 
 
+@few_of(1, "make", [fire_plan, sequence_plan])
+def test_flights_that_are_wanted_soon_are_found_without_programmes_of_free_states(
+    make: Callable[[], Plan], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    plan = make()
+    full, nominal = refine(plan), refine(plan, pace="nominal")
+    monkeypatch.setattr(time_optimised, "optimise", None)
+    soon = refine(plan, effort="soon")
+    assert_holds(plan, soon)
+    assert lasts(full) <= lasts(soon) < lasts(nominal)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["door-puzzle", "wall-swap", "meeting", "office"])
 def test_shipped_teams_are_certified_at_the_greatest_pace(name: str) -> None:
