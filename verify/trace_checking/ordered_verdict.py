@@ -19,6 +19,7 @@ from verify.data.language.word import Letter
 from verify.data.sections import TeamReading
 from verify.logic.explanation import show
 from verify.logic.normal_form import Normal
+from verify.logic.progression import OutOfBudget
 from verify.logic.team_letters import TeamLetters
 from verify.logic.verdict import TEAM, Verdict
 from verify.model_checking.inclusion import DEFAULT_BUDGET, find_broken
@@ -113,6 +114,29 @@ def _circle(letters: Mapping[str, tuple[Letter, ...]], pairs: _Pairs) -> str:
     return ", after ".join(f"{name}'s letter {index + 1}" for name, index in (*seen[seen.index(at) :], at))
 
 
+def _earlier(words: Mapping[str, tuple[Letter, ...]], pairs: _Pairs) -> dict[LetterEvent, dict[str, int]]:
+    """Return for each event the last letter of each robot that is come to earlier for sure; precedences must not go round in a circle."""
+    waits: dict[LetterEvent, list[LetterEvent]] = {}
+    for first, then in pairs:
+        waits.setdefault(then, []).append(first)
+    found: dict[LetterEvent, dict[str, int]] = {}
+    left = [(name, index) for name, word in words.items() for index in range(1, len(word))]
+    while left:
+        later: list[LetterEvent] = []
+        for name, index in left:
+            events = [*waits.get((name, index), ()), *([(name, index - 1)] if index > 1 else ())]
+            if any(event not in found for event in events):
+                later.append((name, index))
+                continue
+            last: dict[str, int] = {}
+            for event in events:
+                for other, at in (*found[event].items(), event):
+                    last[other] = max(last.get(other, 0), at)
+            found[name, index] = last
+        left = later
+    return found
+
+
 @dataclass(frozen=True)
 class _Seen:
     """What one conjunct sees of the robots.
@@ -148,6 +172,8 @@ class _Ordered:
 
     def _broken(self, part: Normal) -> Failure | None:
         """Return a team word that keeps the precedences and breaks one conjunct, or None."""
+        if self.reading == "joint" and not part.uses_next and self._always_holds(part):
+            return None
         seen = self._seen(part)
         broken = find_broken(self._graph(part, seen), part, self.budget)
         require_second_opinion(self._graph(part, seen), part, broken=broken is not None)
@@ -156,6 +182,16 @@ class _Ordered:
         read = self._together if self.reading == "joint" else self._turns
         how = "With these precedences the flights can still come so: " if self.pairs else "When the flights interleave: "
         return read(seen, broken.observations), how
+
+    def _always_holds(self, part: Normal) -> bool:
+        """Tell whether a conjunct holds in all orders of the events that it sees; False where the budget does not suffice to know."""
+        seen = self._seen_alone(part)
+        try:
+            broken = find_broken(self._graph(part, seen), part, self.budget) is not None
+        except OutOfBudget:
+            return False
+        require_second_opinion(self._graph(part, seen), part, broken=broken)
+        return not broken
 
     def _graph(self, part: Normal, seen: _Seen) -> OrderedTurns | OrderedTogether:
         if self.reading == "own":
@@ -200,6 +236,29 @@ class _Ordered:
             before,
             equals,
         )
+
+    def _seen_alone(self, part: Normal) -> _Seen:
+        """Cut words to the letters that change what a conjunct sees, in the order in which those come by all precedences.
+
+        The order of the other events is left out: as time passes they may come at any time that it allows, and nothing is seen of them.
+        """
+        own = TeamLetters.of(part, self.atoms).own
+        seen = {name: [own(name, letter) for letter in word] for name, word in self.words.items()}
+        changes = {name: [i for i, cut in enumerate(cuts) if i == 0 or cut != cuts[i - 1]] for name, cuts in seen.items()}
+        number = {name: i for i, name in enumerate(self.words)}
+        before: dict[Event, tuple[Event, ...]] = {}
+        earlier = _earlier(self.words, self.pairs)
+        for name, kept in changes.items():
+            for place, index in enumerate(kept[1:], start=1):
+                events = [
+                    (number[other], at)
+                    for other, last in earlier[name, index].items()
+                    if other != name and (at := sum(i <= last for i in changes[other]) - 1) > 0
+                ]
+                if events:
+                    before[number[name], place] = tuple(events)
+        words = tuple(tuple(seen[name][i] for i in kept) for name, kept in changes.items())
+        return _Seen(tuple(self.words), words, (), before, {})
 
     def _turns(self, seen: _Seen, observations: Sequence[Observation]) -> list[Reading]:
         """Read whole letters of single robots."""

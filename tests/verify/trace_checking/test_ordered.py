@@ -104,6 +104,23 @@ def test_a_formula_may_ask_for_the_next_letter() -> None:
     assert check_ordered(parse_formula("F(a & X a)"), words, [], "joint").outcome == "holds"
 
 
+def test_events_that_a_conjunct_does_not_see_are_left_out_of_its_order() -> None:
+    """Fifteen of thirty robots gather: their order is nothing to who sees all at home."""
+    gather = {f"quad{i}": word(", a, , home") for i in range(15)}
+    words = {**gather, **{f"quad{i}": word(", home") for i in range(15, 30)}}
+    pairs = [((one, 1), (other, 2)) for one in gather for other in gather if one != other]
+    formula = "F(count(a) >= 15) & F all(home)"
+    assert check_ordered(formula, words, pairs, "joint").outcome == "holds"
+    assert check_ordered(formula, words, pairs[1:], "joint").outcome == "fails"
+
+
+def test_what_comes_between_unseen_keeps_the_order_of_what_is_seen() -> None:
+    words = {"quad0": word(", a"), "quad1": word(", c, d"), "quad2": word(", b")}
+    between = [(("quad0", 1), ("quad1", 1)), (("quad1", 2), ("quad2", 1))]
+    assert check_ordered("!b U a & F !(a & b)", words, between, "joint").outcome == "holds"
+    assert check_ordered("!b U a", words, between[1:], "joint").outcome == "fails"
+
+
 def _teams_of_equals(seed: int, cases: int) -> Iterator[tuple[Formula, Words, Pairs]]:
     """Yield random formulas, words of which two are the same, and precedences that see no difference, or now and then do."""
     rng = Random(seed)
