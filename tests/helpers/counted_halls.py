@@ -23,8 +23,9 @@ spec: {{formula: "{formula}", team: joint}}
 
 
 def hall(count: int, formula: str, pace: str) -> Mission:
-    """Return a mission of robots q0, q1, ... that depart from one row."""
-    agents = ", ".join(f"q{i}: {{start: [{-8 + 1.6 * i:.2f}, -6, 1]}}" for i in range(count))
+    """Return a mission of robots q0, q1, ... that depart from rows of ten."""
+    starts = [(-8 + 1.6 * (i % 10), -6 - 1.6 * (i // 10)) for i in range(count)]
+    agents = ", ".join(f"q{i}: {{start: [{x:.2f}, {y:.2f}, 1]}}" for i, (x, y) in enumerate(starts))
     return ltlplan.parse_mission(_HALL.format(agents=agents, formula=formula, pace=pace))
 
 

@@ -13,8 +13,9 @@ from itertools import accumulate, pairwise
 from ltlplan.allocation import Allocation
 from ltlplan.logic.budget import Budget, TooLarge
 from ltlplan.search.counting.capacities import small_rooms
-from ltlplan.search.counting.counted_plans import CountedPlan, Turn, needed_waits
+from ltlplan.search.counting.counted_plans import CountedPlan, Turn
 from ltlplan.search.counting.counting_propositions import Marks
+from ltlplan.search.counting.needed_waits import needed_waits
 from ltlplan.search.counting.planning import plan_counts, plan_hovering, roomy_marks
 from ltlplan.search.counting.symmetry_classes import CountedTeam, Rooms
 from ltlplan.search.orders import planning as orders

@@ -1,0 +1,104 @@
+"""Orders in which robots that are counted make their letters: all that some waits allow, those at one instant included."""
+
+from __future__ import annotations
+
+import itertools
+from collections import defaultdict
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+from ltlplan.search.counting.counting_propositions import Marks, States, Sums
+
+MOST_STEPS = 20_000
+"""Steps of trying all orders."""
+_Progress = tuple[tuple[int, ...], ...]
+"""For each kind of robots how many are at each of its letters."""
+
+
+@dataclass(frozen=True, slots=True)
+class Interleaved:
+    """Robots that make letters one after another, in kinds that are alike.
+
+    Attributes:
+        ways: The letters of each kind's robots, that before the first move included.
+        counts: How many there are of each.
+        others: The marks that all other robots make.
+    """
+
+    ways: tuple[tuple[Sums, ...], ...]
+    counts: tuple[int, ...]
+    others: Sums
+
+
+@dataclass(frozen=True, slots=True)
+class KindWait:
+    """No robot of kind `then` comes to its letter `due` before all robots of kind `first` have come to their letter `done`."""
+
+    first: int
+    done: int
+    then: int
+    due: int
+
+    def allows(self, before: _Progress, after: _Progress) -> bool:
+        """Tell whether what happens at one instant keeps it."""
+        return sum(after[self.then][self.due :]) == sum(before[self.then][self.due :]) or not any(
+            before[self.first][: self.done]
+        )
+
+
+def in_all_orders(marks: Marks, states: set[States], team: Interleaved, waits: Sequence[KindWait] = ()) -> set[States] | None:
+    """Return the states that all orders of a team's letters lead to; None where one loses the task, or they are too many.
+
+    Args:
+        marks: What the formula sees.
+        states: Where its conjuncts may be at the beginning.
+        team: Who makes which letters.
+        waits: Orders are left out that do not keep them.
+    """
+    start = tuple((count, *(0,) * (len(way) - 1)) for way, count in zip(team.ways, team.counts, strict=True))
+    layers: dict[int, dict[_Progress, set[States]]] = defaultdict(dict)
+    layers[0][start] = states
+    last, steps = sum(count * (len(way) - 1) for way, count in zip(team.ways, team.counts, strict=True)), 0
+    for depth in range(last):
+        for progress, here in layers.pop(depth, {}).items():
+            for after, shown in _further(team.ways, progress):
+                if not all(wait.allows(progress, after) for wait in waits):
+                    continue
+                steps += len(here)
+                if steps > MOST_STEPS:
+                    return None
+                sums = total((team.others, *shown))
+                read = {marks.read(state, sums) for state in here}
+                if None in read:
+                    return None
+                reached = layers[_depth(after)].setdefault(after, set())
+                reached |= {state for state in read if state is not None}
+    return next(iter(layers[last].values()))
+
+
+def _depth(progress: _Progress) -> int:
+    return sum(place * count for counts in progress for place, count in enumerate(counts))
+
+
+def _further(kinds: Sequence[tuple[Sums, ...]], progress: _Progress) -> Iterator[tuple[_Progress, tuple[Sums, ...]]]:
+    """Yield what can follow when some robots, one at least, go on by one letter at one instant, with the marks that each kind makes then."""
+    options = map(_options, kinds, progress)
+    for chosen in itertools.islice(itertools.product(*options), 1, None):  # the first one is that nobody does
+        after, shown = zip(*chosen, strict=True)
+        yield after, shown
+
+
+@lru_cache(maxsize=10_000)
+def _options(way: tuple[Sums, ...], counts: tuple[int, ...]) -> list[tuple[tuple[int, ...], Sums]]:
+    """Return what can follow for one kind, how many of which are at each of their letters; at first that nobody goes on."""
+    found: list[tuple[tuple[int, ...], Sums]] = []
+    for going in itertools.product(*(range(count + 1) for count in counts[:-1])):
+        after = tuple(count - out + new for count, out, new in zip(counts, (*going, 0), (0, *going), strict=True))
+        found.append((after, tuple(sum(a * m for a, m in zip(after, marks, strict=True)) for marks in zip(*way, strict=True))))
+    return found
+
+
+def total(held: Sequence[Sums]) -> Sums:
+    """Return the sum of the marks that robots make."""
+    return tuple(map(sum, zip(*held, strict=True)))
