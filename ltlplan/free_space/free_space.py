@@ -68,15 +68,13 @@ class FreeSpace:
     _lengths: dict[Place, dict[Place, float]] = field(default_factory=dict, init=False, repr=False)
 
     @classmethod
-    def of(cls, mission: Mission, radius: float | None = None) -> FreeSpace | None:
-        """Return a mission's free space; None where it has no obstacles, so that ways are straight or lead past hoops.
+    def of(cls, mission: Mission, radius: float | None = None) -> FreeSpace:
+        """Return a mission's free space; it is laid out when a way is asked for.
 
         Args:
             mission: Obstacles, hoops, regions, workspace, margin.
             radius: Of the vehicle, m; by default of the mission's.
         """
-        if not mission.obstacles:
-            return None
         size = mission.vehicle.radius if radius is None else radius
         things = (*mission.obstacles.items(), *mission.all_regions.items(), *mission.agents.items())
         key = (tuple((name, id(thing)) for name, thing in things), mission.workspace, mission.margin, size)
@@ -170,7 +168,7 @@ class FreeSpace:
 
     def _found(self, start: Place, ends: Sequence[Place], touching: Booleans) -> Floats:
         """Return the lengths of ways to some places, of which some are in regions that touch those around the start. Shape (ends,)."""
-        found = np.array([self._turning(start, end, touch) for end, touch in zip(ends, touching.tolist(), strict=True)])
+        found = np.full(len(ends), np.nan)
         asked = np.flatnonzero([self._is_free(start) and self._is_free(end) for end in ends])
         roadmap, points = self.roadmap(), np.array([end.point for end in ends]).reshape(-1, 3)
         starts = np.broadcast_to(np.array(start.point), points.shape)
@@ -182,6 +180,8 @@ class FreeSpace:
             direct[segment] &= name in start.inside or name in ends[int(asked[segment])].inside
         straight = asked[direct]
         found[straight] = np.linalg.norm(points[straight] - starts[straight], axis=1)
+        for k in np.flatnonzero(np.isnan(found)).tolist():
+            found[k] = self._turning(start, ends[k], bool(touching[k]))
         return found
 
     def _turning(self, start: Place, end: Place, touch: bool) -> float:

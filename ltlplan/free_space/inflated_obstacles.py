@@ -74,9 +74,6 @@ class Solids:
         return below & np.all(self._high[:, None] > low[None], axis=2)
 
 
-NO_SOLIDS = Solids(())
-
-
 def grown_solids(mission: Mission, clearance: float) -> Solids:
     """Return a mission's solid parts, grown.
 

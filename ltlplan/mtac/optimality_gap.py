@@ -23,25 +23,20 @@ _STATES_FOR_MANY = 60_000
 
 
 def straight_line_costs(mission: Mission) -> Callable[[str, Point, str], float]:
-    """Return a lower bound on the cost of one leg under each robot's own weights: metres of a straight line, and their time.
-
-    In a world with obstacles they are the metres of a shortest way around them, infinitely many where there is none.
+    """Return what one leg costs under each robot's own weights as the exact search counts it: the metres of a shortest way, and their time.
 
     Returns:
         Function of a robot, a position (m) and the region that it flies to.
     """
-    regions, weights = mission.all_regions, weighted_metres(mission)
+    regions, weights, systems = mission.all_regions, weighted_metres(mission), Systems(mission)
     middles = {region.center: name for name, region in regions.items()}
-    systems = Systems(mission) if mission.obstacles else None
 
     @cache
     def leg(robot: str, position: Point, region: str) -> float:
-        start, metres = middles.get(position, position), 0.0
-        if systems is None or not weights[robot]:
-            metres = float(np.linalg.norm(np.subtract(position, regions[region].center)))
-        elif start != region or region in mission.hoops:
-            metres = min(systems.graph_of(robot).lengths(start, region), default=math.inf)
-        return weights[robot] * (metres or 2.0 * regions[region].inner_radius)  # a region that was just left: out and back
+        start = middles.get(position, position)
+        if start == region and mission.obstacles and region in mission.hoops:  # around to its other side
+            return weights[robot] * min(systems.graph_of(robot).lengths(start, region), default=math.inf)
+        return weights[robot] * systems.metres(robot, systems.leg(robot, start, region))
 
     return leg
 

@@ -26,7 +26,7 @@ RAMPS = (0.5, 1.0)
 """s more on the first and on the last segment that are tried."""
 _LONG_RAMPS = (*RAMPS, 2.0, 4.0)
 """Those of paths that nothing but their times makes cheaper."""
-_SWINGS = 1.1
+_SWINGS = 1.05
 """Times as dear as with longer ramps: a path that turns back on its way."""
 _AS_CHEAP = 1.02
 """Times the least cost at which the shortest ramps are taken."""

@@ -80,4 +80,4 @@ def _reach_each_other(mission: Mission, layout: Layout, regions: set[str]) -> bo
     every += [layout.at(agent.start) for agent in mission.agents.values()]
     places = [Place(location.point, frozenset(location.inside)) for location in every if location.clear]
     spaces = [FreeSpace.of(mission, radius) for radius in {mission.vehicle_of(robot).radius for robot in mission.agents}]
-    return not any(regions & mission.hoops.keys()) and all(space is not None and space.connects(places) for space in spaces)
+    return not any(regions & mission.hoops.keys()) and all(space.connects(places) for space in spaces)

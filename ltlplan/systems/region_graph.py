@@ -76,6 +76,7 @@ class RegionGraph:
         places: Collection[str] | None = None,
         layout: Layout | None = None,
         radius: float | None = None,
+        closed: frozenset[str] = frozenset(),
     ) -> None:
         """Lay out a mission's regions.
 
@@ -84,9 +85,12 @@ class RegionGraph:
             places: Regions that robots may visit; all of them where None.
             layout: How the mission's regions lie, where that is known already.
             radius: Of the vehicles, m; by default of the mission's.
+            closed: Regions that robots may never be in.
         """
         self.mission = mission
-        self.space = FreeSpace.of(mission, radius)
+        self.space = FreeSpace.of(mission, radius) if mission.obstacles else None
+        self._radius, self._closed = radius, closed
+        self._open = frozenset(mission.all_regions) - closed
         self._known: dict[RestPoint, tuple[Transition, ...]] = {}
         self.environment = environment_of(mission)
         self.layout = layout or Layout(mission)
@@ -180,6 +184,25 @@ class RegionGraph:
             lengths = self.space.lengths(place, [entry for _, entry, _ in entries])
             found += [before + float(length) + after for (_, _, after), length in zip(entries, lengths, strict=True)]
         return found
+
+    def distance(self, start: Point | str, region: str) -> float:
+        """Return how long the way from a point or a region's middle to a region's middle is, m, in a world without obstacles.
+
+        It is the straight line, or where that enters a region that is closed, the shortest way around it. Where there is none, or the way is one from
+        or to a hoop, it is the straight line all the same: whoever lays paths finds out.
+
+        Args:
+            start: A point in m, or a region.
+            region: Where it ends.
+        """
+        if self._closed:
+            begin = self.layout.middles[start] if isinstance(start, str) else self.layout.at(start)
+            here, there = (Place(at.point, frozenset({*self._open, *at.inside})) for at in (begin, self.layout.middles[region]))
+            length = float(FreeSpace.of(self.mission, self._radius).lengths(here, [there])[0])
+            if math.isfinite(length):
+                return length
+        regions = self.layout.regions
+        return math.dist(regions[start].center if isinstance(start, str) else start, regions[region].center)
 
     def _straight(self, point: RestPoint) -> Iterator[Transition]:
         """Yield the ways on from a point where there are no obstacles."""

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Mapping
 
+from ltlplan.systems.forbidden_regions import forbidden_regions
 from ltlplan.systems.objective import flown_speed, flown_weights
 from ltlplan.systems.region_graph import RegionGraph, RestPoint, Transition
 from ltlplan.systems.region_labels import Layout, Location
@@ -47,7 +48,7 @@ class Systems:
         self.mission = mission
         self.layout = layout or Layout(mission)
         self._places = places
-        self._graphs: dict[tuple[str, float], RegionGraph] = {}
+        self._graphs: dict[tuple[str, float, frozenset[str]], RegionGraph] = {}
         self._only_metres = metre is None
         self._metre = metre_costs(mission) if metre is None else dict(metre)
         self._walls = Walls(mission)
@@ -62,11 +63,12 @@ class Systems:
         Args:
             robot: Its name.
         """
-        radius = self.mission.vehicle_of(robot).radius if self.mission.obstacles else 0.0
-        key = (self.mission.alike_as(robot), radius)
+        closed = forbidden_regions(self.mission, robot)
+        radius = self.mission.vehicle_of(robot).radius if self.mission.obstacles or closed else 0.0
+        key = (self.mission.alike_as(robot), radius, closed)
         if key not in self._graphs:
             seen = self.mission.seen_by(robot)
-            self._graphs[key] = RegionGraph(seen, places=self._places, layout=self.layout, radius=radius)
+            self._graphs[key] = RegionGraph(seen, places=self._places, layout=self.layout, radius=radius, closed=closed)
         return self._graphs[key]
 
     def nominal_speed(self, robot: str) -> float:
@@ -153,8 +155,7 @@ class Systems:
         graph = self.graph_of(robot)
         if graph.space is not None:
             return self._metre[robot] * min(graph.lengths(start, region), default=math.inf)
-        origin = self._regions[start].center if isinstance(start, str) else start
-        return self._metre[robot] * math.dist(origin, self._regions[region].center)
+        return self._metre[robot] * graph.distance(start, region)
 
     def _shared(self, robot: str) -> _Builder:
         """Return the part of A that does not depend on where a robot starts."""

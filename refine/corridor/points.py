@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from refine.corridor.corridor import Corridor
 from refine.corridor.legs import CLEARANCE, Leg, bodies_of
-from refine.obstacles.keep_out_bodies import blocking
+from refine.obstacles.keep_out_bodies import Disc, GrownRegion, blocking
 from verify.data import Mission
 from verify.data.shapes.region import Region
 
@@ -48,22 +48,35 @@ def with_rests(
         latest = first[visit] + (visit > last)
         first[visit] = 0 if region is None else _deepest(corridor, region, latest)
     for visit in sorted(visits, key=lambda each: (-first[each], each)):
-        node = first[visit]
-        if node == len(corridor):
-            stops[visit] = node
-            continue
-        shares = np.linspace(0.0, 1.0, _PARTS + 1)[:-1]
-        places = corridor.points[node] + shares[:, None] * (corridor.points[node + 1] - corridor.points[node])
-        clear = (
-            np.all([body.signed_distance(places) > 0.0 for body in outside], axis=0) if outside else np.ones(_PARTS, dtype=bool)
-        )
-        moves = visit not in (stays or {}) and clear.any() and corridor.legs[node].cylinder is None
-        share = float(shares[int(np.argmax(clear))]) if moves else 0.0
+        node, share = first[visit], 0.0
+        if node < len(corridor) and visit not in (stays or {}):
+            node, share = _first_outside(corridor, node, outside)
         if share > 0.0:
             corridor = _cut(corridor, node, share)
             stops = {other: place + 1 for other, place in stops.items()}
         stops[visit] = node + (share > 0.0)
     return corridor, stops
+
+
+def _first_outside(corridor: Corridor, node: int, bodies: Sequence[GrownRegion | Disc]) -> tuple[int, float]:
+    """Return the first place on the way to a visit that lies in no body: its leg, and its share of that; the way's begin where there is none.
+
+    Args:
+        corridor: The robot's.
+        node: Where it sets out for the visit.
+        bodies: Regions and rings.
+    """
+    shares = np.linspace(0.0, 1.0, _PARTS + 1)[:-1]
+    for leg in range(node, len(corridor)):
+        if corridor.legs[leg].visit != corridor.legs[node].visit or corridor.legs[leg].cylinder is not None:
+            break
+        places = corridor.points[leg] + shares[:, None] * (corridor.points[leg + 1] - corridor.points[leg])
+        clear = np.ones(_PARTS, dtype=bool)
+        for body in bodies:
+            clear &= body.signed_distance(places) > 0.0
+        if clear.any():
+            return leg, float(shares[int(np.argmax(clear))])
+    return node, 0.0
 
 
 def _deepest(corridor: Corridor, region: Region, last: int) -> int:

@@ -35,7 +35,17 @@ RESULTS = Path(__file__).parent / "results.json"
 LATER = ("ordered", "precedences")
 """Claims that certificates did not make when the results were written."""
 
-CHANGED: dict[str, str] = {"shipped meeting": "a robot that the formula lets depart at once waits for nobody"}
+_PAST_REGIONS = "a leg past regions takes the shortest way through free space: the path is cheaper"
+CHANGED: dict[str, str] = {
+    "shipped meeting": "a robot that the formula lets depart at once waits for nobody",
+    "random 13": _PAST_REGIONS,
+    "random 17": _PAST_REGIONS,
+    "random 26": "likewise, so that no region is flown through for it: as dear as before, within 0.1 %",
+    "random 33": _PAST_REGIONS,
+    "random 38": _PAST_REGIONS,
+    "random 42": _PAST_REGIONS,
+    "random 48": _PAST_REGIONS,
+}
 """Cases whose results differ from the golden ones, each with its reason."""
 
 

@@ -2,26 +2,25 @@
 
 A hoop in the way is passed by its nearer avoid point, the other one where the first is not free; several in a row are passed
 one after another. Where the straight line to an avoid point would itself cross the hoop's ring, as from a hoop's own front
-to its own side, the way first goes out to the height of the avoid point, `reach` before or behind it. Where hoop by hoop
-leads nowhere, as between two hoops that stand in each other's way, the shortest way by the avoid points of all hoops is taken.
+to its own side, the way first goes out to the height of the avoid point, `reach` before or behind it.
 
-In a world with obstacles a shortest way through free space is taken instead (`ltlplan.free_space`), around hoops and regions as well.
+All else that a leg may not enter is a body: past regions, in a world with obstacles, and where hoop by hoop leads nowhere, as between
+two hoops that stand in each other's way, a shortest way through free space is taken (`ltlplan.free_space`).
 """
 
 from __future__ import annotations
 
 import itertools
 from collections.abc import Collection, Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
 
 from ltlplan.free_space.bottlenecks import narrowest
-from ltlplan.free_space.free_space import FreeSpace
-from ltlplan.paths.hoops.clearance import blocked, on_lines
+from ltlplan.paths.hoops.clearance import blocked
 from ltlplan.paths.hoops.hoop_frame import control_points
 from ltlplan.paths.hoops.keep_out import Room
-from ltlplan.search.label_setting import BestFirst
 from ltlplan.systems.unreachable import joined_names
 from verify.data import Infeasible
 from verify.data.arrays import Floats
@@ -31,6 +30,8 @@ from verify.data.shapes.region import Hoop
 
 _BESIDE = 0.05
 """m; a point of a way this near to one of its ends is left out where it can be."""
+_STRIDE = 1.0
+"""m between points on a way past regions, at most."""
 _SAME = 1e-9
 """m; a point this near to an end is the end."""
 
@@ -77,15 +78,16 @@ def avoid(mission: Mission, where: Room, start: Floats, end: Floats, permitted: 
         Blocked: Both avoid points of a hoop in the way are blocked, whatever other hoops are passed by first; the
             message says by what.
     """
-    if where.space is not None:
-        return _through(where.space, where, start, end, permitted)
+    if mission.obstacles:
+        return _through(where, start, end, permitted)
     try:
         return _apart(where, start, end, permitted, _way(mission, where, start, end, permitted, frozenset()))
-    except Blocked:
-        around = _around(mission, where, start, end, permitted)
-        if not around:
+    except Blocked as error:
+        if error.region not in mission.hoops:
             raise
-        return _apart(where, start, end, permitted, around)
+        with suppress(Blocked):
+            return _through(where, start, end, permitted)
+        raise
 
 
 def _apart(
@@ -105,15 +107,17 @@ def _apart(
     return tuple(kept)
 
 
-def _through(space: FreeSpace, where: Room, start: Floats, end: Floats, permitted: Collection[str]) -> tuple[Detour, ...]:
+def _through(where: Room, start: Floats, end: Floats, permitted: Collection[str]) -> tuple[Detour, ...]:
     """Return the points at which a shortest way through free space turns.
 
     Raises:
         Blocked: There is none.
     """
+    space = where.space
     way = space.way(start, end, permitted, where.slack)
     if way is not None:
-        return tuple(Detour(point, "via", None) for point in way[1:-1])
+        points = way if space.mission.obstacles else _divided(way)
+        return tuple(Detour(point, "via", None) for point in points[1:-1])
     for point in (start, end):
         if met := blocked(point, point, where, permitted):
             raise Blocked(met.name, start, end, [f"{_show(point)} itself is too near to it"])
@@ -121,7 +125,7 @@ def _through(space: FreeSpace, where: Room, start: Floats, end: Floats, permitte
         blocked(start, end, where, permitted),
         f"no way around it leaves {space.clearance + where.slack:.3g} m to each side",
     )
-    near = space.way(start, end, permitted)
+    near = space.way(start, end, permitted) if space.mission.obstacles else None
     if near is not None and (gap := narrowest(space, near)).width < gap.needed + 2.0 * where.slack:
         sides = joined_names([f"'{name}'" for name in dict.fromkeys(gap.between)])
         why = (
@@ -129,6 +133,12 @@ def _through(space: FreeSpace, where: Room, start: Floats, end: Floats, permitte
             f"needed (radius, margin and {1000.0 * where.slack:g} mm on both sides)"
         )
     raise Blocked(met.name if met else "workspace", start, end, [why])
+
+
+def _divided(way: Floats) -> Floats:
+    """Return a way with points on its lines no farther apart than a stride, so that a spline does not swing there. Shape (points, 3)."""
+    parts = [np.linspace(a, b, int(np.linalg.norm(b - a) / _STRIDE) + 1, endpoint=False) for a, b in itertools.pairwise(way)]
+    return np.concatenate([*parts, way[-1:]])
 
 
 def _way(
@@ -145,8 +155,10 @@ def _way(
             raise Blocked(
                 met.name, start, end, [f"{_show(point)} itself is nearer to it than the vehicle's radius and the margin{hint}"]
             )
+    if hit.name not in mission.hoops:
+        return _through(where, start, end, permitted)
     reasons: list[str] = []
-    for points in _candidates(mission, where, hit.name, start, end):
+    for points in _candidates(mission.hoops[hit.name], hit.name, start, end):
         outside = [point for point in points if not where.inside(point.position)]
         inner = [blocked(a.position, b.position, where, permitted) for a, b in itertools.pairwise(points)]
         if outside:
@@ -171,40 +183,11 @@ def _way(
     raise Blocked(hit.name, start, end, list(dict.fromkeys(reasons)))
 
 
-def _around(mission: Mission, where: Room, start: Floats, end: Floats, permitted: Collection[str]) -> tuple[Detour, ...]:
-    """Return the shortest way along free straight lines between the points beside all obstacles; empty where there is none."""
-    points = [point for name in mission.all_regions for point in _beside(mission, where, name, start, end)]
-    points = [point for point in points if where.inside(point.position) and not where.touching(point.position)]
-    places = [start, *(point.position for point in points), end]
-    last = len(places) - 1
-
-    def moves(index: int) -> list[tuple[int, float]]:
-        others = [other for other in range(1, last + 1) if other != index]
-        ends = np.array([places[other] for other in others])
-        met = {conflict.piece for conflict in on_lines(places[index], ends, where, permitted)}
-        far = np.linalg.norm(ends - places[index], axis=1).round(6).tolist()  # so that moving the world decides no tie
-        return [(other, metres) for k, (other, metres) in enumerate(zip(others, far, strict=True)) if k not in met]
-
-    search = BestFirst([0], moves, ties="first")
-    return next((tuple(points[at - 1] for at in search.path(last)[1:-1]) for index, _, _ in search if index == last), ())
-
-
-def _beside(mission: Mission, where: Room, name: str, start: Floats, end: Floats) -> Iterator[Detour]:
-    """Yield the points by which an obstacle may be passed or left: its control points, and those before and behind its sides."""
-    sides, ahead = _sides(mission, where, name, start, end)
-    if name in mission.hoops:
-        yield Detour(np.array(mission.hoops[name].center) + ahead, "via", name)
-        yield Detour(np.array(mission.hoops[name].center) - ahead, "via", name)
-    for side in sides:
-        yield Detour(side, "avoid", name)
-        yield Detour(side + ahead, "via", name)
-        yield Detour(side - ahead, "via", name)
-
-
-def _candidates(mission: Mission, where: Room, name: str, start: Floats, end: Floats) -> Iterator[tuple[Detour, ...]]:
-    """Yield ways past one obstacle: the nearer side first, and for each side the shortest way first."""
-    sides, ahead = _sides(mission, where, name, start, end)
-    for side in sorted(sides, key=lambda point: _distances_to_ends(point, start, end)):
+def _candidates(hoop: Hoop, name: str, start: Floats, end: Floats) -> Iterator[tuple[Detour, ...]]:
+    """Yield ways past one hoop: the nearer side first, and for each side the shortest way first."""
+    points = control_points(hoop)
+    ahead = float(hoop.reach or 0.0) * points.frame[:, 0]
+    for side in sorted(points.avoid, key=lambda point: _distances_to_ends(point, start, end)):
         main = Detour(side, "avoid", name)
         near, far = (ahead if (start - side) @ ahead >= 0 else -ahead), (ahead if (end - side) @ ahead >= 0 else -ahead)
         first, last = Detour(side + near, "via", name), Detour(side + far, "via", name)
@@ -212,20 +195,6 @@ def _candidates(mission: Mission, where: Room, name: str, start: Floats, end: Fl
         yield (first, main)
         yield (main, last)
         yield (first, main, last)
-
-
-def _sides(mission: Mission, where: Room, name: str, start: Floats, end: Floats) -> tuple[Floats, Floats]:
-    """Return an obstacle's two avoid points, shape (2, 3), and how far before or behind them a way to them may begin."""
-    region = mission.all_regions[name]
-    if isinstance(region, Hoop):
-        points = control_points(region)
-        return points.avoid, float(region.reach or 0.0) * points.frame[:, 0]
-    centre, along = np.array(region.center), end - start
-    left = np.cross([0.0, 0.0, 1.0], along)
-    if np.linalg.norm(left) < 1e-9 * max(1.0, float(np.linalg.norm(along))):
-        left = np.array([0.0, 1.0, 0.0])
-    aside = left / np.linalg.norm(left) * (region.outer_radius * where.regions[name].level ** 0.5 + 0.1)
-    return np.stack([centre + aside, centre - aside]), along / np.linalg.norm(along) * region.outer_radius
 
 
 def _distances_to_ends(point: Floats, start: Floats, end: Floats) -> tuple[float, float]:

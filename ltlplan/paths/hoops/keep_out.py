@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ltlplan.free_space.free_space import FreeSpace
-from ltlplan.free_space.inflated_obstacles import NO_SOLIDS, Solids
+from ltlplan.free_space.inflated_obstacles import Solids
 from refine.corridor.passage_room import room_in_opening, room_in_region
 from verify.data.arrays import Booleans, Floats
 from verify.data.mission import Mission
@@ -101,7 +101,7 @@ class Room:
         centres: Of the regions, in their order, m. Shape (regions, 3).
         reaches: How far each of them reaches from its centre, m. Shape (regions,).
         solids: Of the mission's obstacles.
-        space: Where ways around these are looked for; None where there are none.
+        space: Where ways around all of these are looked for.
         slack: m kept beyond the margin.
     """
 
@@ -110,9 +110,9 @@ class Room:
     high: Floats
     centres: Floats
     reaches: Floats
-    solids: Solids = NO_SOLIDS
-    space: FreeSpace | None = None
-    slack: float = 0.0
+    solids: Solids
+    space: FreeSpace
+    slack: float
 
     def near(self, low: Floats, high: Floats) -> Booleans:
         """Tell which regions may reach into boxes, given by their corners. Shapes (boxes, 3) twice to (boxes, regions)."""
@@ -171,7 +171,7 @@ def room(mission: Mission, slack: float = 0.0, *, robot: str | None = None) -> R
         np.array(mission.workspace.max) - near,
         np.array([region.centre for region in regions.values()]).reshape(-1, 3),
         np.array([region.reach for region in regions.values()]),
-        NO_SOLIDS if space is None else space.solids(slack),
+        space.solids(slack),
         space,
         slack,
     )

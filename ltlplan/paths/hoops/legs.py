@@ -222,7 +222,7 @@ class Legs:
 
     def _entering(self, origin: Stop, way: list[Stop], reaches: frozenset[str]) -> list[Stop]:
         """Permit the regions around a target where a way turns in them, as in a room with a corner."""
-        if self.where.space is None or len(way) == 1:
+        if not self.mission.obstacles or len(way) == 1:
             met = [*(self.where.touching(stop.position) for stop in way[:-1]), frozenset[str]()]
         else:
             met = self.where.space.entered(np.stack([origin.position, *(stop.position for stop in way)]), self.where.slack)

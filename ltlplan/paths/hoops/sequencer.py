@@ -97,12 +97,12 @@ class SplineBlocked(Infeasible):
             mission: Gives the obstacles.
             radius: Of the vehicle, m.
         """
-        space, conflict = FreeSpace.of(mission, radius), self.conflict
-        if space is None or conflict.obstacle != "obstacle":
+        conflict = self.conflict
+        if conflict.obstacle != "obstacle":
             return self
         a, b = (self.stops[conflict.piece + k].position for k in (0, 1))
         at = a + conflict.share * (b - a)
-        return SplineBlocked(conflict, self.stops, narrowest(space, np.stack([at, at + _POINT])))
+        return SplineBlocked(conflict, self.stops, narrowest(FreeSpace.of(mission, radius), np.stack([at, at + _POINT])))
 
 
 def _name(stop: Stop) -> str:
@@ -200,7 +200,7 @@ def _stands_near(mission: Mission, robot: str) -> bool:
     """Tell whether a robot starts, or is to end, hardly farther from an obstacle than it must."""
     agent, space = mission.agents[robot], FreeSpace.of(mission, mission.vehicle_of(robot).radius)
     points = np.array([point for point in (agent.start, agent.end) if point is not None])
-    return space is not None and any(bool(np.any(part.met(points))) for part in space.solids(_TIGHT).parts)
+    return any(bool(np.any(part.met(points))) for part in space.solids(_TIGHT).parts)
 
 
 def route_sequence(mission: Mission) -> RobotPlan:

@@ -25,7 +25,7 @@ def nominal_paths(mission, **given):
     return nominal.nominal_paths(mission, allocate, **given)
 
 
-def mission_with(formula, hoops=HOOPS, workspace="{min: [-4, -0.4, 0.2], max: [2, 0.4, 2]}", trace="finite"):
+def mission_with(formula, hoops=HOOPS, workspace="{min: [-4, -0.31, 0.69], max: [2, 0.31, 1.31]}", trace="finite"):
     return parse_mission(
         f"""
 format: 1

@@ -21,7 +21,7 @@ def test_a_hoop_whose_both_sides_are_blocked_is_refused_by_name():
         "h0: {center: [1.2, 0, 1], yaw_deg: 0, radii: [0.2, 0.2, 0.2], opening: 0.25, rim: 0.02}\n"
         "wall: {center: [0, 0, 1], yaw_deg: 0, radii: [0.2, 0.2, 0.2], opening: 0.25, rim: 0.02}"
     )
-    mission = small_mission(hoops=hoops, workspace="{min: [-2, -0.4, 0.2], max: [2, 0.4, 2]}")
+    mission = small_mission(hoops=hoops, workspace="{min: [-2, -0.31, 0.69], max: [2, 0.31, 1.31]}")
     with pytest.raises(Blocked, match="'wall' stands in the way") as refused:
         route_sequence(mission)
     assert refused.value.region == "wall"

@@ -1,0 +1,48 @@
+"""Small missions on which plans once were dearer than they had to be: machines that are shared, regions to keep out of, rooms to stay in.
+
+They are ours, written down when these were measured first; figures are in docs/performance/rooms.md.
+"""
+
+from __future__ import annotations
+
+from verify.data import Mission, parse_mission
+
+_TEXT = """
+format: 1
+name: {name}
+spec: {{formula: "{formula}"{team}}}
+regions: {{{regions}}}
+{more}
+agents: {{{agents}}}
+vehicle: crazyflie-2.1
+limits: {{speed: 1.0}}
+workspace: {{min: [{low}, 0.2], max: [{high}, 2]}}
+"""
+CYLINDERS = {"nf1": (0.0, 0.0, 0.6), "nf2": (0.7, 1.0, 0.5), "nf3": (0.5, -1.5, 0.5)}
+"""x, y and radius of upright cylinders between a start and a goal, m."""
+
+
+def keeping_out(*, of: str = "regions", cylinders: dict[str, tuple[float, float, float]] = CYLINDERS) -> Mission:
+    """Return a mission to fly past upright cylinders, which are regions that the formula forbids, or obstacles.
+
+    Args:
+        of: "regions" or "obstacles".
+        cylinders: x, y and radius of each, m.
+    """
+    shapes = [
+        f"{name}: {{center: [{x}, {y}, 1], cylinder: {{radius: {r}, height: 2}}}}" for name, (x, y, r) in cylinders.items()
+    ]
+    goal = "goal: {center: [2, 0, 1], radii: [0.3, 0.3, 0.3]}"
+    forbidden = " | ".join(cylinders)
+    formula = f"F goal & G !({forbidden})" if of == "regions" else "F goal"
+    regions = ", ".join([goal, *shapes]) if of == "regions" else goal
+    more = "" if of == "regions" else f"obstacles: {{{', '.join(shapes)}}}"
+    return _mission("keep-out", formula, regions, "q: {start: [-2, 0, 1]}", more=more, low="-2.6, -2", high="2.6, 2")
+
+
+def _mission(
+    name: str, formula: str, regions: str, agents: str, *, more: str = "", low: str = "-2.2, -1.8", high: str = "2.2, 1.8"
+) -> Mission:
+    team = ", team: joint" if agents.count("start") > 1 else ""
+    text = _TEXT.format(name=name, formula=formula, team=team, regions=regions, agents=agents, more=more, low=low, high=high)
+    return parse_mission(text)
