@@ -9,6 +9,7 @@ Print Assumptions Bernstein.bern_nonneg.
 Print Assumptions Bernstein.bern_positive.
 Print Assumptions Bernstein.bern_lower.
 Print Assumptions Bernstein.bern_upper.
+Print Assumptions Bernstein.bern_monotone.
 Print Assumptions Crossing.crossing_in.
 Print Assumptions Crossing.crossing_out.
 Print Assumptions Halves.first_half_value.
@@ -19,9 +20,9 @@ Print Assumptions Regions.check_region_sound.
 Print Assumptions Regions.check_nonneg_sound.
 Print Assumptions Regions.must_tube.
 Print Assumptions Regions.no_tube.
-Print Assumptions Regions.across_face.
+Print Assumptions Regions.leaves_once.
+Print Assumptions Regions.some_part.
 Print Assumptions Regions.faces_meet.
-Print Assumptions Regions.needless_face.
 Print Assumptions Margins.half_space_must.
 Print Assumptions Margins.half_space_no.
 Print Assumptions Margins.quadric_must.

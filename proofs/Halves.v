@@ -34,8 +34,6 @@ Fixpoint rising (l : list Z) : bool :=
   | _ => true
   end.
 
-Definition comes (l : list Z) : bool := rising l && (hd 0 l <? 0) && (0 <=? last l 0).
-
 (** ** Halves represent the polynomial on half of the interval *)
 
 Open Scope R_scope.
@@ -189,27 +187,20 @@ Proof.
   apply (IH i); auto; simpl; lia.
 Qed.
 
-Lemma last_coefficient : forall l, coefficient l (degree l) = IZR (last l 0%Z).
+Lemma rises_sound : forall l f a b x y, a < b -> represents l f a b -> rising l = true ->
+  a <= x -> x <= y -> y <= b -> f x <= f y.
 Proof.
-  unfold coefficient, degree; induction l as [|x [|y r] IH]; auto.
-Qed.
-
-Lemma comes_sound : forall l f a b, a < b -> represents l f a b ->
-  comes l = true -> comes_once (fun x => 0 <= f x) a b.
-Proof.
-  intros l f a b Hab (_ & k & Hk & V) H; unfold comes in H.
-  apply andb_prop in H as [H H2]; apply andb_prop in H as [H0 H1].
-  destruct (crossing_in (degree l) (coefficient l)) as (z & Hz & Z).
-  - intros; apply rising_sound; auto.
-  - unfold coefficient; destruct l; simpl in *; apply IZR_lt; lia.
-  - rewrite last_coefficient; apply IZR_le; lia.
-  - exists (a + z * (b - a)); split; [nra|]; intros x Hx.
-    set (u := (x - a) / (b - a)).
-    assert (Eu : a + u * (b - a) = x) by (unfold u; field; lra).
-    assert (Hu : 0 <= u <= 1) by (split; apply Rmult_le_reg_r with (b - a); lra).
-    specialize (V u Hu); rewrite Eu in V; specialize (Z u Hu); unfold poly in Z.
-    change (bern (degree l) (coefficient l) (1 - u) u) with (value l (1 - u) u) in Z.
-    rewrite V in Z. transitivity (z <= u); [rewrite <- Z|]; split; intros; nra.
+  intros l f a b x y Hab (_ & k & Hk & V) H Hx Hxy Hy.
+  set (u := (x - a) / (b - a)); set (v := (y - a) / (b - a)).
+  assert (Eu : a + u * (b - a) = x) by (unfold u; field; lra).
+  assert (Ev : a + v * (b - a) = y) by (unfold v; field; lra).
+  assert (Hu : 0 <= u) by (apply Rmult_le_reg_r with (b - a); lra).
+  assert (Huv : u <= v) by (apply Rmult_le_reg_r with (b - a); lra).
+  assert (Hv : v <= 1) by (apply Rmult_le_reg_r with (b - a); lra).
+  pose proof (bern_monotone (degree l) (coefficient l) u v Hu Huv Hv
+    (fun i Hi => rising_sound l i H Hi)) as M.
+  change (value l (1 - u) u <= value l (1 - v) v) in M.
+  rewrite !V, Eu, Ev in M by lra; apply Rmult_le_reg_l with k; lra.
 Qed.
 
 Lemma represents_rev : forall l f a b, represents l f a b ->
@@ -221,12 +212,11 @@ Proof.
   replace u with (1 - (1 - u)) at 1 by ring; rewrite V by lra; do 2 f_equal; ring.
 Qed.
 
-Lemma goes_sound : forall l f a b, a < b -> represents l f a b ->
-  comes (rev l) = true -> goes_once (fun x => 0 <= f x) a b.
+Lemma falls_sound : forall l f a b x y, a < b -> represents l f a b -> rising (rev l) = true ->
+  a <= x -> x <= y -> y <= b -> f y <= f x.
 Proof.
-  intros l f a b Hab H C.
-  destruct (comes_sound _ _ a b Hab (represents_rev _ _ _ _ H) C) as (z & Hz & Z).
-  exists (a + b - z); split; [lra|]; intros x Hx.
-  specialize (Z (a + b - x)); replace (a + b - (a + b - x)) with x in Z by ring.
-  rewrite Z by lra; lra.
+  intros l f a b x y Hab K H Hx Hxy Hy.
+  pose proof (rises_sound _ _ a b (a + b - y) (a + b - x) Hab (represents_rev _ _ _ _ K) H) as M.
+  cbn in M; replace (a + b - (a + b - y)) with y in M by ring.
+  replace (a + b - (a + b - x)) with x in M by ring; apply M; lra.
 Qed.

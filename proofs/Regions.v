@@ -2,8 +2,8 @@
 
     A region is a union of parts, each a list of conditions by their numbers.  A condition
     has two polynomials in time: [kept] is not negative where it holds, [broken] is positive
-    where it fails.  At a margin the two differ, and both speak of a whole ball.  Covers are
-    convex bodies within the region: its parts, and what parts become across faces. *)
+    where it fails.  At a margin the two differ, and both speak of a whole ball.  Choices are
+    lists of conditions: who keeps one of each is in some part. *)
 
 Require Import Reals Lra Lia ZArith List Bool.
 From LtlPlan Require Import Bernstein Crossing Halves Tree.
@@ -12,9 +12,9 @@ Import ListNotations.
 (** ** The algorithm *)
 
 Record condition := Condition { kept : list Z; broken : list Z }.
-Record region := Region { parts : list (list nat); covers : list (list nat) }.
+Record region := Region { parts : list (list nat); choices : list (list nat) }.
 
-Inductive mark := Must | No | Cross | Open.
+Inductive mark := Must | No | Out | Open.
 Inductive status := Kept | Broken | Unclear.
 
 Definition both (f : list Z -> list Z) (q : condition) : condition :=
@@ -25,45 +25,30 @@ Definition known_of (q : condition) : status :=
 
 Definition is_kept (s : status) : bool := match s with Kept => true | _ => false end.
 Definition is_broken (s : status) : bool := match s with Broken => true | _ => false end.
-Definition is_unclear (s : status) : bool := match s with Unclear => true | _ => false end.
 
 Definition all_kept (r : region) (st : nat -> status) : bool :=
-  existsb (forallb (fun k => is_kept (st k))) (covers r).
+  forallb (existsb (fun k => is_kept (st k))) (choices r).
 Definition all_broken (r : region) (st : nat -> status) : bool :=
   forallb (existsb (fun k => is_broken (st k))) (parts r).
 
 Definition statuses (c : list condition) (k : nat) : status :=
   match nth_error c k with Some q => known_of q | None => Unclear end.
-Definition with_status (st : nat -> status) (k : nat) (s : status) (j : nat) : status :=
-  if (j =? k)%nat then s else st j.
 
-(** The condition leaves nothing between where it holds and where it fails. *)
-Fixpoint opposite (l m : list Z) : bool :=
-  match l, m with
-  | [], [] => true
-  | x :: l', y :: m' => (x =? - y)%Z && opposite l' m'
-  | _, _ => false
-  end.
+(** What is not negative where a condition holds has falling coefficients. *)
+Definition falls (c : list condition) (k : nat) : bool :=
+  match nth_error c k with Some q => rising (rev (kept q)) | None => false end.
 
-(** One condition alone is unclear, and decides. *)
-Definition decides (r : region) (c : list condition) (k : nat) : bool :=
+(** Of each part some condition is broken, or each one is kept or may only be left. *)
+Definition leaves (r : region) (c : list condition) : bool :=
   let st := statuses c in
-  forallb (fun j => (j =? k)%nat || negb (is_unclear (st j))) (seq 0 (length c))
-  && all_kept r (with_status st k Kept) && all_broken r (with_status st k Broken).
-
-Definition crossed (r : region) (c : list condition) : bool :=
-  existsb (fun k =>
-    match nth_error c k with
-    | Some q => is_unclear (known_of q) && opposite (kept q) (broken q) && decides r c k
-        && (comes (kept q) || comes (rev (kept q)))
-    | None => false
-    end) (seq 0 (length c)).
+  forallb (fun p => existsb (fun k => is_broken (st k)) p
+    || forallb (fun k => is_kept (st k) || falls c k) p) (parts r).
 
 Definition holds (r : region) (m : mark) (c : list condition) : bool :=
   match m with
   | Must => all_kept r (statuses c)
   | No => all_broken r (statuses c)
-  | Cross => crossed r c
+  | Out => leaves r c
   | Open => true
   end.
 
@@ -90,16 +75,15 @@ Section Marks.
   Definition inside (x : R) : Prop :=
     exists p, In p (parts r) /\ forall k, In k p -> 0 <= fst (f k) x.
 
-  Definition exact : Prop :=
-    (forall k x, 0 < snd (f k) x -> fst (f k) x < 0) /\
-    (forall x, (exists p, In p (covers r) /\ forall k, In k p -> 0 <= fst (f k) x) -> inside x).
+  (** A condition that is broken is not kept. *)
+  Definition exact : Prop := forall k x, 0 < snd (f k) x -> fst (f k) x < 0.
 
   Definition says (m : mark) (a b : R) : Prop :=
     match m with
     | Open => True
-    | Must => always (fun x => exists p, In p (covers r) /\ forall k, In k p -> 0 <= fst (f k) x) a b
+    | Must => always (fun x => forall p, In p (choices r) -> exists k, In k p /\ 0 <= fst (f k) x) a b
     | No => always (fun x => forall p, In p (parts r) -> exists k, In k p /\ 0 < snd (f k) x) a b
-    | Cross => exact -> comes_once inside a b \/ goes_once inside a b
+    | Out => exact -> forall x y, a <= x -> x <= y -> y <= b -> inside y -> inside x
     end.
 
   Lemma known_cut : forall (h : list Z -> list Z) a b a' b' c,
@@ -123,56 +107,42 @@ Section Marks.
     - apply (all_positive_sound (broken q) (snd (f k)) a b); auto.
   Qed.
 
-  Lemma all_kept_sound : forall st x, (forall k, st k = Kept -> 0 <= fst (f k) x) ->
-    all_kept r st = true -> exists p, In p (covers r) /\ forall k, In k p -> 0 <= fst (f k) x.
+  Lemma some_sound : forall (is : status -> bool) st (P : nat -> Prop) lists,
+    (forall k, is (st k) = true -> P k) -> forallb (existsb (fun k => is (st k))) lists = true ->
+    forall p, In p lists -> exists k, In k p /\ P k.
   Proof.
-    intros st x S H; apply existsb_exists in H as (p & Hp & H); exists p; split; auto.
-    rewrite forallb_forall in H; intros k Hk; specialize (H k Hk); apply S.
-    destruct (st k); auto; discriminate.
+    intros is st P lists S H p Hp; rewrite forallb_forall in H.
+    apply H, existsb_exists in Hp as (k & Hk & B); exists k; auto.
   Qed.
 
-  Lemma all_broken_sound : forall st (P : nat -> Prop), (forall k, st k = Broken -> P k) ->
-    all_broken r st = true -> forall p, In p (parts r) -> exists k, In k p /\ P k.
+  (** Who is inside, and then outside, does not come back. *)
+  Theorem leaves_once : forall a b c, a < b -> known a b c -> leaves r c = true -> exact ->
+    forall x y, a <= x -> x <= y -> y <= b -> inside y -> inside x.
   Proof.
-    intros st P S H p Hp; unfold all_broken in H; rewrite forallb_forall in H.
-    apply H, existsb_exists in Hp as (k & Hk & B); exists k; split; auto; apply S.
-    destruct (st k); auto; discriminate.
-  Qed.
-
-  Lemma decides_sound : forall a b c k, a < b -> known a b c -> decides r c k = true -> exact ->
-    forall x, a <= x <= b -> (0 <= fst (f k) x <-> inside x).
-  Proof.
-    intros a b c k Hab K D [E1 E2] x Hx; unfold decides in D.
-    apply andb_prop in D as [D B]; apply andb_prop in D as [_ M].
-    assert (S : forall j, j <> k -> (statuses c j = Kept -> 0 <= fst (f j) x)
-      /\ (statuses c j = Broken -> fst (f j) x < 0)).
-    { intros j _; destruct (known_sound a b c j x Hab K Hx) as [S1 S2]; split; auto. }
-    split.
-    - intros P; apply E2, (all_kept_sound (with_status (statuses c) k Kept)); auto.
-      intros j; unfold with_status; destruct (Nat.eqb_spec j k) as [->|NE]; auto; apply S; auto.
-    - intros (p & Hp & I); apply Rnot_lt_le; intros L.
-      destruct (all_broken_sound (with_status (statuses c) k Broken) (fun j => fst (f j) x < 0))
-        with (p := p) as (j & Hj & Lj); auto.
-      + intros j; unfold with_status; destruct (Nat.eqb_spec j k) as [->|NE]; auto; apply S; auto.
-      + specialize (I j Hj); lra.
+    intros a b c Hab K H E x y Hx Hxy Hy (p & Hp & I); exists p; split; auto; intros k Hk.
+    unfold leaves in H; rewrite forallb_forall in H; specialize (H p Hp).
+    apply orb_prop in H as [H|H].
+    - apply existsb_exists in H as (j & Hj & B); specialize (I j Hj).
+      destruct (known_sound a b c j y Hab K) as [_ S]; [lra|].
+      assert (fst (f j) y < 0); [|lra].
+      apply E, S; destruct (statuses c j); auto; discriminate.
+    - rewrite forallb_forall in H; specialize (H k Hk); specialize (I k Hk).
+      apply orb_prop in H as [H|H].
+      + destruct (known_sound a b c k x Hab K) as [S _]; [lra|].
+        apply S; destruct (statuses c k); auto; discriminate.
+      + unfold falls in H; destruct (nth_error c k) as [q|] eqn:N; [|discriminate].
+        destruct (K k q N) as [Kq _].
+        pose proof (falls_sound _ _ a b x y Hab Kq H Hx Hxy Hy); lra.
   Qed.
 
   Lemma holds_sound : forall m a b c, a < b -> known a b c -> holds r m c = true -> says m a b.
   Proof.
     intros [| | |] a b c Hab K H; cbn in H |- *; auto.
-    - intros x Hx; apply (all_kept_sound (statuses c)); auto.
-      intros k; apply (known_sound a b c k x Hab K Hx).
-    - intros x Hx; apply (all_broken_sound (statuses c)); auto.
-      intros k; apply (known_sound a b c k x Hab K Hx).
-    - intros E; apply existsb_exists in H as (k & _ & H).
-      destruct (nth_error c k) as [q|] eqn:N; [|discriminate].
-      apply andb_prop in H as [H C]; apply andb_prop in H as [_ D].
-      destruct (K k q N) as [Kq _]; pose proof (decides_sound a b c k Hab K D E) as I.
-      apply orb_prop in C as [C|C]; [left | right].
-      + destruct (comes_sound _ _ a b Hab Kq C) as (z & Hz & Z); exists z; split; auto.
-        intros x Hx; rewrite <- I, Z by auto; reflexivity.
-      + destruct (goes_sound _ _ a b Hab Kq C) as (z & Hz & Z); exists z; split; auto.
-        intros x Hx; rewrite <- I, Z by auto; reflexivity.
+    - intros x Hx; apply (some_sound is_kept (statuses c)); auto; intros k B.
+      apply (known_sound a b c k x Hab K Hx); destruct (statuses c k); auto; discriminate.
+    - intros x Hx; apply (some_sound is_broken (statuses c)); auto; intros k B.
+      apply (known_sound a b c k x Hab K Hx); destruct (statuses c k); auto; discriminate.
+    - apply (leaves_once a b c); auto.
   Qed.
 
   (** The leaves of a checked tree cover the interval, and their marks are true. *)
@@ -206,30 +176,35 @@ Section Marks.
   Qed.
 
   Theorem must_tube : forall a b,
-    (forall p, In p (covers r) -> forall q, (forall k, In k p -> meets k q) -> in_region q) ->
+    (forall q, (forall p, In p (choices r) -> exists k, In k p /\ meets k q) -> in_region q) ->
     says Must a b -> forall t q, a <= t <= b -> tube t q -> in_region q.
   Proof.
-    intros a b C S t q Ht Tq; destruct (S t Ht) as (p & Hp & H); apply (C p Hp).
-    intros k Hk; apply (about k t q Tq); auto.
+    intros a b C S t q Ht Tq; apply C; intros p Hp; destruct (S t Ht p Hp) as (k & Hk & P).
+    exists k; split; auto; apply (about k t q Tq); auto.
   Qed.
 End Marks.
 
-(** Two parts at a face: where no point is beyond both of two inequalities, what is
-    left of the parts without these lies in the two parts together. *)
-Theorem across_face : forall (X : Type) (g h : X -> R) (A B : list (X -> R)) x,
-  (g x <= 0 \/ h x <= 0) -> (forall f, In f (A ++ B) -> f x <= 0) ->
-  (forall f, In f (g :: A) -> f x <= 0) \/ (forall f, In f (h :: B) -> f x <= 0).
+(** Who keeps one condition of each way to choose one of every part is in some part. *)
+Theorem some_part : forall (C : Type) (keeps : C -> Prop) (parts : list (list C)),
+  (forall k, keeps k \/ ~ keeps k) ->
+  (forall choice, Forall2 (fun k p => In k p) choice parts -> exists k, In k choice /\ keeps k) ->
+  exists p, In p parts /\ forall k, In k p -> keeps k.
 Proof.
-  intros X g h A B x [L|L] H; [left | right]; intros f [<-|Hf]; auto; apply H, in_or_app; auto.
+  intros C keeps parts Dec; induction parts as [|p parts IH]; intros H.
+  - destruct (H [] (Forall2_nil _)) as (k & [] & _).
+  - assert (W : (forall k, In k p -> keeps k) \/ exists k, In k p /\ ~ keeps k).
+    { clear H IH; induction p as [|k p [A|(j & Hj & N)]]; [left; intros k [] | |].
+      - destruct (Dec k); [left; intros j [<-|]; auto | right; exists k; split; [left|]; auto].
+      - right; exists j; split; [right|]; auto. }
+    destruct W as [A|(k & Hk & N)]; [exists p; split; [left|]; auto|].
+    destruct IH as (p' & Hp & A); [|exists p'; split; [right|]; auto].
+    intros choice F; destruct (H (k :: choice)) as (j & [<-|Hj] & P); [constructor; auto | contradiction|].
+    exists j; auto.
 Qed.
 
-(** Half-spaces n.x <= a and -k n.x <= b with b >= -k a leave no point beyond both. *)
-Theorem faces_meet : forall v k a b, 0 < k -> - k * a <= b -> v - a <= 0 \/ - k * v - b <= 0.
-Proof. intros v k a b Hk H; destruct (Rle_lt_dec v a); [left; lra | right; nra]. Qed.
-
-(** Of two faces with one normal the inner one makes the outer one needless. *)
-Theorem needless_face : forall v a b, a < b -> v <= a -> v <= b.
-Proof. intros; lra. Qed.
+(** Where a sum of two functions, with weights above zero, is not above zero, one of them is not. *)
+Theorem faces_meet : forall f g w, 0 < w -> f + w * g <= 0 -> f <= 0 \/ g <= 0.
+Proof. intros f g w Hw H; destruct (Rle_lt_dec f 0); [left; auto | right; nra]. Qed.
 
 (** ** Limits: one polynomial that is nowhere negative *)
 

@@ -40,16 +40,16 @@ let show = function Z0 -> "0" | Zpos p -> bits p | Zneg p -> "-" ^ bits p
 let condition () = let kept = list z in let broken = list z in { kept; broken }
 let region () =
   let parts = list (fun () -> list nat) in
-  let covers = list (fun () -> list nat) in
-  { parts; covers }
+  let choices = list (fun () -> list nat) in
+  { parts; choices }
 
 (* A word that is no mark is nothing. *)
 let mark () =
   match next () with
   | "s" -> Some Split | "m" -> Some (Leaf Must) | "n" -> Some (Leaf No)
-  | "c" -> Some (Leaf Cross) | "?" -> Some (Leaf Open) | _ -> None
+  | "f" -> Some (Leaf Out) | "?" -> Some (Leaf Open) | _ -> None
 
-let name = function Must -> "m" | No -> "n" | Cross -> "c" | Open -> "?"
+let name = function Must -> "m" | No -> "n" | Out -> "f" | Open -> "?"
 
 let leaves checker =
   let marks = list mark in

@@ -16,7 +16,7 @@ import pytest
 import verify
 from tests.helpers import proof_rules as rules
 from tests.helpers import random_teams
-from tests.helpers.kernel_records import EitherWay, Invariant, Tree, system_of
+from tests.helpers.kernel_records import Invariant, Tree, system_of
 from tests.helpers.kernel_words import proof_of
 from tests.helpers.proved_checkers import REALS, ask, system_case, team_case, word_case
 from tests.helpers.random_counts import random_counting_formula
@@ -67,31 +67,34 @@ def random_row(draw: random.Random) -> list[int]:
 
 
 def random_region(draw: random.Random) -> Cell:
-    """Return parts, at margin zero or above, that may share conditions, and what two of them are across a face."""
+    """Return parts, at margin zero or above, that may share conditions or meet at a face, and all choices of one of each."""
     shift = draw.choice([0, draw.randint(0, 3)])
     rows = [random_row(draw) for _ in range(draw.randint(1, 3))]
     parts = [tuple(sorted(draw.sample(range(len(rows)), draw.randint(1, len(rows))))) for _ in range(draw.randint(1, 2))]
-    covers = list(parts)
+    met: set[int] = set()
     if len(parts) == 2 and draw.random() < 0.5:  # a face between them
+        met = {len(rows), len(rows) + 1}
+        parts = [(*part, face) for part, face in zip(parts, sorted(met), strict=True)]
         face = random_row(draw)
-        covers = [(*parts[0], len(rows)), (*parts[1], len(rows) + 1), tuple(sorted({*parts[0], *parts[1]}))]
-        parts = covers[:2]
         rows += [face, [2 * shift - x for x in face]]
     low, high = Fraction(-shift), Fraction(shift)
+    kept, broken = ([(k, sign, bound) for k in range(len(rows))] for sign, bound in (("<=", low), (">", high)))
     rules = {
-        "m": [[[(k, Bernstein.at_most, low)] for k in cover] for cover in covers],
-        "n": [[[(k, Bernstein.above, high) for k in part] for part in parts]],
+        "m": [[[kept[k] for k in sorted({*choice})] for choice in product(*parts) if {*choice} != met]],
+        "n": [[[broken[k] for k in part] for part in parts]],
     }
-    return Cell(lambda k: Bernstein([-x for x in rows[k]], 1), rules, () if shift else range(len(rows)))
+    if not shift:
+        rules["f"] = [[[*(broken[j] for j in part), kept[k], (k, "rises", Fraction(0))] for part in parts for k in part]]
+    return Cell(lambda k: Bernstein([-x for x in rows[k]], 1), rules)
 
 
 def sought(whole: Cell) -> list[str]:
     """Return marks that hold, open ones where some depth does not suffice."""
     found: list[str] = []
-    waiting = [(EitherWay(whole), 0)]
+    waiting = [(whole, 0)]
     while waiting:
         part, depth = waiting.pop()
-        found.append(next(filter(part.holds, "mnc"), "s" if depth < 4 else "?"))
+        found.append(next(filter(part.holds, "mnf"), "s" if depth < 4 else "?"))
         if found[-1] == "s":
             first, second = part.halves()
             waiting += [(second, depth + 1), (first, depth + 1)]
@@ -119,9 +122,8 @@ def assert_true(cell: Cell, leaves: str, draw: random.Random) -> None:
             assert all(inside)
         elif mark == "n":
             assert not any(inside)
-        elif mark == "c":
-            assert inside[0] != inside[-1]
-            assert inside in (sorted(inside), sorted(inside, reverse=True))
+        elif mark == "f":
+            assert inside == sorted(inside, reverse=True)
     assert end == 1
 
 
@@ -137,12 +139,12 @@ def test_the_tree_checkers_agree(checkers: Path) -> None:
     for _ in range(300):
         whole = random_region(draw)
         marks = sought(whole)
-        list(leaves(EitherWay(whole), iter(marks)))
+        list(leaves(whole, iter(marks)))
         cases.append(Tree(whole, tuple(marks)))
         for _ in range(3):
             edited = list(marks)
             at = draw.randrange(len(edited))
-            edited[at : at + draw.randint(0, 1)] = draw.choices("smn?c", k=draw.randint(0, 2))
+            edited[at : at + draw.randint(0, 1)] = draw.choices("smn?f", k=draw.randint(0, 2))
             cases.append(Tree(whole, tuple(edited)))
     verdicts = ask(checkers, (case.asked() for case in cases))
     assert verdicts == [case.says() for case in cases]

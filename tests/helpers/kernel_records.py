@@ -19,7 +19,7 @@ from verify.kernel.places import Places
 from verify.kernel.polynomials import Bernstein
 from verify.kernel.refused import Refused
 from verify.kernel.team import At, State, Step, Team
-from verify.kernel.trees import Cell, Part
+from verify.kernel.trees import Atom, Cell, Part
 from verify.kernel.words import Configuration
 
 _check_leaves, _check_invariant = trees.leaves, words.check_invariant
@@ -28,22 +28,8 @@ NEVER = [-1]
 
 
 @dataclass(frozen=True)
-class EitherWay:
-    """A part, and `c` for one crossing of a boundary whichever way it is."""
-
-    part: Part
-
-    def holds(self, mark: str) -> bool:
-        return any(map(self.part.holds, "rf")) if mark == "c" else self.part.holds(mark)
-
-    def halves(self) -> tuple[EitherWay, EitherWay]:
-        first, second = self.part.halves()
-        return EitherWay(first), EitherWay(second)
-
-
-@dataclass(frozen=True)
 class Tree:
-    """One tree: what it is about, and its marks, of crossings `c`."""
+    """One tree: what it is about, and its marks."""
 
     whole: Part
     marks: tuple[str, ...]
@@ -52,7 +38,7 @@ class Tree:
         """Return the leaves that the kernel finds, or `refused`."""
         left = iter(self.marks)
         try:
-            found = list(_check_leaves(EitherWay(self.whole), left))
+            found = list(_check_leaves(self.whole, left))
         except Refused:
             return "refused"
         places = list(self._places())
@@ -70,9 +56,9 @@ class Tree:
         so = [f"{known[mark]} {place:b} {depth}" for mark, place, depth, part in self._places() if part.holds(mark)]
         return f"walk {listed(so)} {listed(marks)}"
 
-    def _places(self) -> Iterator[tuple[str, int, int, EitherWay]]:
+    def _places(self) -> Iterator[tuple[str, int, int, Part]]:
         """Walk as far as the marks go, whatever they say, and yield the leaves."""
-        waiting = [(EitherWay(self.whole), 0, 0)]
+        waiting = [(self.whole, 0, 0)]
         for mark in self.marks:
             if not waiting:
                 return
@@ -94,10 +80,10 @@ class Tree:
             i = draw.randrange(len(row))
             row[i] += draw.choice([-1, 1, -2 * row[i], row[0] - row[-1], draw.choice([-1, 1]) * unit])
             other = Bernstein(row, unit)
-            return Tree(Cell(lambda one: other if one is form else cell.row(one), cell.rules, cell.crossed), self.marks)
+            return Tree(Cell(lambda one: other if one is form else cell.row(one), cell.rules), self.marks)
         marks = list(self.marks)
         at = draw.randrange(len(marks))
-        marks[at : at + 1] = draw.choices("sn?cmik", k=draw.choice([0, 1, 1, 1, 2]))
+        marks[at : at + 1] = draw.choices("sn?fmFRk", k=draw.choice([0, 1, 1, 1, 2]))
         return Tree(self.whole, tuple(marks))
 
 
@@ -105,9 +91,9 @@ def _marks(whole: Part) -> dict[str, str]:
     """Return the marks that a part's claims know, each as the proved checker writes it; what is open is so everywhere."""
     if not isinstance(whole, Cell):
         return {"s": "s", "?": "?", "m": "m", "k": "n"}
-    if "i" in whole.rules:
-        return {"s": "s", "?": "?", "i": "m", "n": "n"}
-    return {"s": "s", "?": "?", "m": "m", "n": "n", **({"c": "c"} if {*"mn"} <= whole.rules.keys() else {})}
+    if "F" in whole.rules:
+        return {"s": "s", "?": "?", "F": "m", "R": "f", "n": "n"}
+    return {"s": "s", "?": "?", "m": "m", "n": "n", **({"f": "f"} if "f" in whole.rules else {})}
 
 
 def _above(row: Bernstein, bound: Fraction, scale: int) -> list[int]:
@@ -127,25 +113,25 @@ def _minus(row: Bernstein) -> Bernstein:
 
 
 def _region(whole: Part) -> Region | None:
-    """Return what a part's marks claim as a region's conditions; None where more than signs of polynomials counts."""
-    if not isinstance(whole, Cell) or not whole.rules or len(whole.rules.get("n", [[]])) > 1:
+    """Return what a part's marks claim as a region's conditions; None where it is something else."""
+    if not isinstance(whole, Cell) or not whole.rules or "F" in whole.rules:
         return None
-    parts, covers = whole.rules.get("n", [[[]]])[0], whole.rules.get("m", whole.rules.get("i", []))
+    broken, kept = (whole.rules.get(mark, [[[]]]) for mark in "nm")
+    if len(broken) > 1 or len(kept) > 1:
+        return None
     bounds: dict[tuple[Hashable, bool], dict[bool, Fraction]] = {}  # of a polynomial, or of it turned round: is it kept?
 
-    def number(atom: tuple[Hashable, Callable[[Bernstein, Fraction], bool], Fraction], *, kept: bool) -> int:
-        form, compare, bound = atom
-        turned = compare in (Bernstein.at_least, Bernstein.below)
+    def number(atom: Atom, *, kept: bool) -> int:
+        form, sign, bound = atom
+        turned = sign in (">=", "<")
         bounds.setdefault((form, turned), {})[kept] = -bound if turned else bound
         return list(bounds).index((form, turned))
 
-    outside = [[number(atom, kept=False) for atom in clause] for clause in parts]
-    inside = [[number(clause[0], kept=True) if clause else -1 for clause in cover] for cover in covers]
+    outside = [[number(atom, kept=False) for atom in clause] for clause in broken[0]]
+    inside = [[number(atom, kept=True) for atom in clause] for clause in kept[0]]
     rows = [(_minus(whole.row(form)) if turned else whole.row(form)) for form, turned in bounds]
     asked = [_asked(row, two.get(True), two.get(False)) for row, two in zip(rows, bounds.values(), strict=True)]
-    if any(k < 0 for cover in inside for k in cover):
-        asked.append((NEVER, NEVER))
-    return outside, [[len(asked) - 1 if k < 0 else k for k in cover] for cover in inside], asked
+    return outside, inside, asked
 
 
 @dataclass(frozen=True)
@@ -352,7 +338,7 @@ def recorded(folder: Path) -> Records:
                 yield mark
 
         yield from list(_check_leaves(whole, given()))
-        found.trees.append(Tree(whole, tuple("c" if mark in ("r", "f") else mark for mark in taken)))
+        found.trees.append(Tree(whole, tuple(taken)))
 
     def check_invariant(team: Team, levels: Sequence[int | None], sets: Sequence[Sequence[Configuration]]) -> None:
         _check_invariant(team, levels, sets)

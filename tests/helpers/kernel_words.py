@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from dataclasses import replace
 from fractions import Fraction
 from types import SimpleNamespace
 from typing import Any, cast
@@ -20,8 +21,21 @@ from verify.proofs.formula_tree import formula_tree
 from verify.proofs.words import find_formula
 
 
+def opened(line: judge.Timeline) -> judge.Timeline:
+    """Return a timeline that says as little as the kernel's: between *no* and *must* there is a spell of *may*."""
+    status, found = dict[str, judge.Status](line.initial), list[judge.Change]()
+    for change in line.changes:
+        if {status[change.region], change.status} == {"no", "must"}:
+            low = change.time.low
+            found.append(judge.Change(judge.Enclosure(low, low), change.region, "may"))
+        found.append(change)
+        status[change.region] = change.status
+    return replace(line, changes=tuple(sorted(found, key=lambda change: change.time.low)))
+
+
 def kernel_timeline(line: judge.Timeline) -> Timeline:
-    """Return a timeline's changes as spans."""
+    """Return the spans of a timeline, as it is where it is opened."""
+    line = opened(line)
     rows = {region: _row(line, region) for region in line.initial}
     actions = tuple((action.time, action.propositions) for action in line.actions)
     return Timeline(line.robot, line.duration, rows, line.internal, actions, line.cycle)
@@ -37,17 +51,9 @@ def _row(line: judge.Timeline, region: str) -> tuple[Span, ...]:
         since = max(since, stop)
 
     for change in line.changes:
-        if change.region != region or change.status == status:
-            continue
-        low, high = change.time.low, change.time.high
-        if change.status == "may":
-            fill(low, status)
-        elif status == "may":
-            fill(high, "may")
-        else:
-            fill(low, status)
-            fill(high, "rise" if change.status == "must" else "fall")
-        status = change.status
+        if change.region == region and change.status != status:
+            fill(change.time.low if change.status == "may" else change.time.high, status)
+            status = change.status
     fill(line.duration, status)
     return tuple(spans)
 

@@ -13,7 +13,7 @@ from tests.helpers.proof_rules import Invariant, Move, Span, Team, normal
 
 Condition = tuple[list[int], list[int]]
 Region = tuple[list[list[int]], list[list[int]], list[Condition]]
-"""Parts and covers, each by numbers of conditions; of each condition what is not negative where it is kept, and positive where broken."""
+"""Parts and choices, each by numbers of conditions; of each condition what is not negative where it is kept, and positive where broken."""
 PROOFS = Path(__file__).parents[2] / "proofs"
 REALS = {
     "ClassicalDedekindReals.sig_forall_dec",
@@ -80,9 +80,9 @@ def formula(parts: tuple[Any, ...]) -> str:
 
 
 def tree_case(region: Region, marks: Sequence[str]) -> str:
-    parts, covers, conditions = region
+    parts, choices, conditions = region
     rows = listed(conditions, lambda one: f"{hexadecimal(one[0])} {hexadecimal(one[1])}")
-    return f"tree {listed(parts, numbers)} {listed(covers, numbers)} {rows} {listed(marks)}"
+    return f"tree {listed(parts, numbers)} {listed(choices, numbers)} {rows} {listed(marks)}"
 
 
 def word_case(spec: tuple[Any, ...], word: Iterable[Iterable[int]]) -> str:

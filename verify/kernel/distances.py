@@ -46,7 +46,7 @@ class Pair:
         for together in self.at_all_times(ZERO):
             a, b = together.segments
             if max(a.start, b.start) < min(a.stop, b.stop) and not together.holds("m"):
-                yield Cell(partial(row, a, b), {"m": [[[("square", Bernstein.at_least, self._square)]]]})
+                yield Cell(partial(row, a, b), {"m": [[[("square", ">=", self._square)]]]})
 
     def at_all_times(self, error: Fraction) -> Iterator[Two]:
         """Yield the claims `m` that they are far enough apart at times of theirs that differ by at most an error, s, where boxes do not part them."""

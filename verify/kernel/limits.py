@@ -145,7 +145,7 @@ def kept(path: Path, name: str, limit: Fraction, times: Sequence[tuple[Fraction,
         limit: SI.
         times: From when to when, s.
     """
-    rules: Rules = {"m": [[[(find, Bernstein.at_least, least)] for find, least in _asked(path.robot, name, limit)]]}
+    rules: Rules = {"m": [[[(find, ">=", least)] for find, least in _asked(path.robot, name, limit)]]}
 
     def row(piece: Segment, when: tuple[Fraction, Fraction], find: Callable[[Segment], Polynomial]) -> Bernstein:
         return piece.within(find(piece), when).bernstein()

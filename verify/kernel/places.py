@@ -1,7 +1,7 @@
 """Places of one robot: letters that it may hold, within which times, and which may follow which.
 
 A robot's time is cut into slots in which no region changes its status. In a slot a region holds it (`must`), does not (`no`), or is
-open: in `may` it is entered and left at will, in `rise` it is entered once, in `fall` left once. A *place* is a slot with a letter that
+open: in `may` it is entered and left at will. A *place* is a slot with a letter that
 it allows. Regions are closed and paths continuous: where one region is left and another one entered at one instant, both hold the robot
 there. So from one place to the next regions only come, or only go. A change of the internal state cuts slots at its instant, at which regions may
 change as well. (Coq: `flight_course`, of windows and changes as they are made here.)
@@ -75,12 +75,11 @@ def places_of(timeline: Timeline, names: frozenset[str], regions: frozenset[str]
     every = [(slot, number, letter) for number, slot in enumerate(slots) for letter in _letters(slot)]
     inside, numbers = [letter for _, _, letter in every], [number for _, number, _ in every]
     following: list[list[int]] = []
-    for place, (slot, number, letter) in enumerate(every):
+    for place, (_, number, letter) in enumerate(every):
         near = range(bisect_left(numbers, number), bisect_right(numbers, number + 1))
-        following.append([t for t in near if t != place and _may_change(letter, inside[t], slot, every[t][0])])
-    falling, rising = (_marked(slots[0], "fall"), _marked(slots[-1], "rise"))
-    initial = [place for place, (_, number, letter) in enumerate(every) if number == 0 and falling <= letter]
-    final = frozenset(place for place, (_, number, letter) in enumerate(every) if number == len(slots) - 1 and rising <= letter)
+        following.append([t for t in near if t != place and (letter <= inside[t] or inside[t] <= letter)])
+    initial = [place for place, number in enumerate(numbers) if number == 0]
+    final = frozenset(place for place, number in enumerate(numbers) if number == len(slots) - 1)
     seen, waiting = set(initial), list(initial)
     while waiting:
         new = [target for target in following[waiting.pop()] if target not in seen]
@@ -135,40 +134,28 @@ def _row(timeline: Timeline, region: str) -> Row:
     row = timeline.rows.get(region, ())
     ends = [ZERO, *(span.stop for span in row)]
     whole = [span.start for span in row] == ends[:-1] and ends[-1] == timeline.duration > 0 and sorted(ends) == ends
-    known = all(span.mark in ("no", "may", "must", "rise", "fall") for span in row)
+    known = all(span.mark in ("no", "may", "must") for span in row)
     require(whole and known, f"the labels of {timeline.robot} in {region} do not cover its flight")
     return row
 
 
 def _marks(row: Sequence[Span], fine: Sequence[tuple[Fraction, Fraction]]) -> list[str]:
-    """Return a region's mark in each instant and gap: where spans meet that differ, what leaves more open."""
+    """Return a region's mark in each instant and gap: `may` where spans meet that differ."""
     starts, stops = [span.start for span in row], [span.stop for span in row]
     found: list[str] = []
     for low, high in fine:
         first, last = (bisect_left, bisect_right) if low == high else (bisect_right, bisect_left)
         marks = {span.mark for span in row[first(stops, low) : last(starts, high)]}
-        open_ = marks - {"no", "must"}
-        found.append(marks.pop() if len(marks) == 1 else open_.pop() if len(open_) == 1 else "may")
+        found.append(marks.pop() if len(marks) == 1 else "may")
     return found
-
-
-def _marked(slot: Slot, mark: str) -> Letter:
-    return frozenset(name for name, own in slot.marks.items() if own == mark)
 
 
 def _letters(slot: Slot) -> list[Letter]:
     """Return the sets of regions that a slot allows."""
-    held = _marked(slot, "must")
-    free = sorted(slot.marks.keys() - held - _marked(slot, "no"))
+    held = frozenset(name for name, mark in slot.marks.items() if mark == "must")
+    free = sorted(name for name, mark in slot.marks.items() if mark == "may")
     require(len(free) <= MOST_OPEN, f"not covered by the kernel: more than {MOST_OPEN} regions are open at one time")
     return [held.union(some) for size in range(len(free) + 1) for some in combinations(free, size)]
-
-
-def _may_change(before: Letter, after: Letter, slot: Slot, then: Slot) -> bool:
-    """Return whether regions may come or go so, within one slot or from one to the next: at one instant they only come, or only go."""
-    way = "rise" if before <= after else "fall"
-    one_way = before <= after or after <= before
-    return one_way and all({slot.marks[name], then.marks[name]} & {"may", way} for name in before ^ after)
 
 
 def check_transitions(statement: Statement, timeline: Timeline) -> str:

@@ -6,6 +6,7 @@ Every number of a flight is a float, so it is a whole number over a power of two
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Sequence
 from fractions import Fraction
 from functools import lru_cache
@@ -114,10 +115,14 @@ def square(vector: Sequence[Polynomial]) -> Polynomial:
     return x * x + y * y + z * z
 
 
+_SIGNS = {"<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge}
+
+
 class Bernstein:
     """A polynomial on an interval: numbers[k] / unit are its Bernstein coefficients, unit is above zero.
 
-    Its values lie between the least and the greatest of them (Coq: `bern_lower`, `bern_upper`, `bern_positive`).
+    Its values lie between the least and the greatest of them (Coq: `bern_lower`, `bern_upper`, `bern_positive`), and rise where these do
+    (Coq: `bern_monotone`).
     """
 
     __slots__ = ("highest", "lowest", "numbers", "unit")
@@ -125,21 +130,12 @@ class Bernstein:
     def __init__(self, numbers: list[int], unit: int) -> None:
         self.numbers, self.unit, self.lowest, self.highest = numbers, unit, min(numbers), max(numbers)
 
-    def at_least(self, value: Fraction) -> bool:
-        """Return whether no coefficient is below a value."""
-        return self.lowest * value.denominator >= value.numerator * self.unit
-
-    def at_most(self, value: Fraction) -> bool:
-        """Return whether no coefficient is above a value."""
-        return self.highest * value.denominator <= value.numerator * self.unit
-
-    def above(self, value: Fraction) -> bool:
-        """Return whether all coefficients are above a value."""
-        return self.lowest * value.denominator > value.numerator * self.unit
-
-    def below(self, value: Fraction) -> bool:
-        """Return whether all coefficients are below a value."""
-        return self.highest * value.denominator < value.numerator * self.unit
+    def keeps(self, sign: str, value: Fraction) -> bool:
+        """Return whether all coefficients stand so to a value; or, of the sign `rises`, whether none is below the one before it."""
+        if sign == "rises":
+            return self.numbers == sorted(self.numbers)
+        edge = self.lowest if sign in (">", ">=") else self.highest
+        return _SIGNS[sign](edge * value.denominator, value.numerator * self.unit)
 
     def ends(self) -> tuple[Fraction, Fraction]:
         """Return its values at the interval's two ends."""

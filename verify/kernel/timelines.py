@@ -9,19 +9,18 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from functools import cached_property
-from itertools import dropwhile, pairwise
-from typing import Any, NamedTuple
+from itertools import groupby, pairwise
+from operator import itemgetter
+from typing import NamedTuple
 
 from .flights import Path, Segment
-from .polynomials import Bernstein
 from .refused import require
 from .statement import ZERO, Statement, Visit, Wait
-from .trees import Cell, Evidence, leaves
-from .zones import Bridge, Hoop, along, region
+from .trees import Cell, Evidence, Rules, leaves
+from .zones import Hoop, along, leaving, region
 
 LAPS = 3
-_MARKS = {"n": "no", "m": "must", "?": "may", "r": "rise", "f": "fall"}
-_AROUND = {"rise": ("no", "must"), "fall": ("must", "no")}
+_MARKS = {"n": "no", "m": "must", "?": "may", "f": "out"}
 Window = tuple[Fraction, Fraction]
 Word = Sequence[tuple[str, str]]
 
@@ -29,7 +28,7 @@ Word = Sequence[tuple[str, str]]
 class Span(NamedTuple):
     """A closed time with one status: `no` and `must` hold at every instant of it, ends included; in `may` anything happens.
 
-    A `rise` is exactly one change from `no` to `must` at an unknown instant, between a `no` and a `must`; a `fall` the other way.
+    In `out` a path is inside up to some time, if at all, and then outside.
     """
 
     start: Fraction
@@ -69,18 +68,14 @@ class Stay(NamedTuple):
 
 
 def settled(row: Sequence[Span]) -> Row:
-    """Join neighbours that are alike; make a `may` of an instant that differs from what is around it, and of a change that no `no` and
-    `must` are around; part those.
-    """
+    """Join neighbours that are alike; make a `may` of an instant that differs from what is around it, and one between `no` and `must`."""
     joined: list[Span] = []
     for span in row:
         start = joined.pop().start if joined and joined[-1].mark == span.mark else span.start
         joined.append(Span(start, span.stop, span.mark))
     found: list[Span] = []
-    marks = ["", *(span.mark for span in joined), ""]
-    for (start, stop, mark), before, after in zip(joined, marks, marks[2:], strict=False):
-        if (start == stop and len(joined) > 1) or _AROUND.get(mark, (before, after)) != (before, after):
-            mark = "may"
+    for start, stop, mark in joined:
+        mark = "may" if start == stop and len(joined) > 1 else mark
         if found and {found[-1].mark, mark} == {"no", "must"}:
             found.append(Span(start, start, "may"))
         if found and found[-1].mark == mark:
@@ -121,18 +116,18 @@ class Course:
         self.end = path.segments[-1].stop
         self.length = ZERO if path.lap is None else self.end - path.lap
 
-    def cells(self, name: str, margin: Fraction) -> list[Cell]:
-        """Return claims about a region at a margin; without one, it may be crossed once."""
-        bridges: Any = self.evidence.get(f"bridges/{name}", tuple[Bridge, ...] | None)
-        rules = region(self.statement.regions[name], margin, bridges or ())
-        crossed = () if margin else [form for part in rules["n"][0] for form, _, _ in part]
-        return [Cell(segment.sum, rules, crossed) for segment in self.path.segments]
+    def _along(self, key: str, rules: Rules) -> list[tuple[Fraction, str, Cell]]:
+        """Return the leaves of a tree along the path: when each begins, its mark, and what is known there."""
+        marks, found = self.evidence.marks(key), list[tuple[Fraction, str, Cell]]()
+        for segment, cell in zip(self.path.segments, along(self.path, rules), strict=True):
+            found += [(segment.time(start), mark, part) for start, mark, part in leaves(cell, marks)]
+        return found
 
-    def _row(self, kind: str, name: str, margin: Fraction) -> Row:
-        marks, found = self.evidence.marks(f"{kind}/{self.name}/{name}"), list[tuple[Fraction, str]]()
-        for segment, cell in zip(self.path.segments, self.cells(name, margin), strict=True):
-            found += [(segment.time(start), mark) for start, mark, _ in leaves(cell, marks)]
-        return self.spans(found)
+    def row(self, kind: str, name: str) -> Row:
+        """Return spans of a region: `inside` it at the margin, or of the `nominal` path."""
+        shape = self.statement.regions[name]
+        rules = region(shape, self.statement.margin) if kind == "inside" else leaving(shape)
+        return self.spans([(start, mark) for start, mark, _ in self._along(f"{kind}/{self.name}/{name}", rules)])
 
     def spans(self, found: Sequence[tuple[Fraction, str]]) -> Row:
         """Return spans of marks, each from its time to the next one's."""
@@ -142,7 +137,7 @@ class Course:
     @cached_property
     def rows(self) -> dict[str, Row]:
         """Spans of each region."""
-        return {name: self._row("inside", name, self.statement.margin) for name in self.statement.regions}
+        return {name: self.row("inside", name) for name in self.statement.regions}
 
     def unrolled(self, row: Row) -> Row:
         """Return the spans of a lasso's prefix and laps; of no lasso the spans."""
@@ -207,8 +202,9 @@ class Course:
         actions = tuple((deed.time, states[deed.after]) for deed in self.robot.changes)
         return Timeline(self.name, self.end, self.rows, states[self.robot.initial], actions, self.lap)
 
-    # Passages of openings. A passage is a time before which the path is more than the margin on one side of the opening's plane, and after which
-    # it is on the other; all the while it is inside the opening by the margin and the radius. At other times no point within the margin is in it.
+    # Passages of openings. A passage is a time in which the path is inside the opening by the margin and the radius, and flies from more than the
+    # margin on one side of the opening's plane to the other side. Where it is more than the margin beyond the plane it flies on, so that it passes
+    # once (Coq: `passes_once`). At other times no point within the margin is in the opening.
 
     def passages(self) -> str:
         """Return all passages, which have to be the planned ones, in order, each while its visit must be in the region, and those of the sequence."""
@@ -231,29 +227,17 @@ class Course:
         return shown
 
     def _passages(self, name: str) -> Iterator[tuple[Fraction, Fraction, str, str]]:
-        hoop, marks = Hoop(self.statement.regions[name]), self.evidence.marks(f"openings/{self.name}/{name}")
-        far, begin = self.statement.margin * hoop.high, ZERO
-        sides: list[Bernstein] = []  # D on leaves, since the path was far from the opening
-        rules = hoop.opening(self.statement.margin, self.robot.radius)
-        for segment, cell in zip(self.path.segments, along(self.path, rules), strict=True):
-            for start, mark, part in leaves(cell, marks):
-                time = segment.time(start)
-                require(mark != "?", f"the path may be near the opening of {name} and not inside it")
-                if mark == "i" and isinstance(part, Cell):
-                    begin = begin if sides else time
-                    sides.append(part.row(hoop.along))
-                elif sides:
-                    forward = sides[-1].ends()[1] > 0
-                    over = [row if forward else Bernstein([-n for n in row.numbers], row.unit) for row in sides]
-                    passes = over[0].ends()[0] < -far <= far < over[-1].ends()[1]
-                    require(passes, f"the path may enter the opening of {name} without passing it")
-                    # leaves before the far side is reached, leaves in which D never falls, and leaves after which the near side is not
-                    later = dropwhile(lambda row: row.at_most(far), over)
-                    later = dropwhile(lambda row: row.numbers == sorted(row.numbers), later)
-                    require(all(row.at_least(-far) for row in later), f"the path may pass the opening of {name} more than once")
-                    yield begin, time, name, "F" if forward else "R"
-                    sides = []
-        require(not sides, f"the path ends in the opening of {name}")
+        hoop = Hoop(self.statement.regions[name])
+        every = self._along(f"openings/{self.name}/{name}", hoop.opening(self.statement.margin, self.robot.radius))
+        runs = [(mark, list(run)) for mark, run in groupby(every, key=itemgetter(1))]
+        stops = [*(run[0][0] for _, run in runs[1:]), self.end]
+        for (mark, run), stop in zip(runs, stops, strict=True):
+            require(mark != "?", f"the path may be near the opening of {name} and not inside it")
+            if mark in hoop.ways:
+                (low, _), (_, high) = (part.row(hoop.ways[mark]).ends() for _, _, part in (run[0], run[-1]))
+                far = self.statement.margin * hoop.high
+                require(low < -far <= far < high, f"the path may enter the opening of {name} without passing it")
+                yield run[0][0], stop, name, mark
 
     # Ways to visits
 
@@ -264,7 +248,7 @@ class Course:
         region, once that one may have been left; without one, with the flight. Times in which it must be in either do not count, gaps between
         them do. After the last time surely in the region the nominal path's excursions count until it leaves for good.
         """
-        nominal = self.unrolled(self._row("nominal", self.stays[visit].region, ZERO))
+        nominal = self.unrolled(self.row("nominal", self.stays[visit].region))
         found = [window for number in {self._number(visit, lap) for lap in (0, 1)} for window in self._windows(number, nominal)]
         laps = [(k * self.length, (self.lap or ZERO) if k else ZERO) for k in range(LAPS if self.length else 1)]
         folded = [(max(low - later, begin), min(high - later, self.end)) for low, high in found for later, begin in laps]
@@ -276,7 +260,7 @@ class Course:
         begin, last = before[-1].stop if before else ZERO, stay.must[-1].stop
         found = [(begin, stay.must[0].start), *((a.stop, b.start) for must in (before, stay.must) for a, b in pairwise(must))]
         left = [span for span in nominal if span.stop > last and span.start < stay.stop]
-        while left and left[-1].mark in ("no", "fall"):
+        while left and left[-1].mark in ("no", "out"):
             left.pop()
         if out := [span for span in left if span.mark != "must"]:
             found.append((max(out[0].start, last), min(left[-1].stop, stay.stop)))

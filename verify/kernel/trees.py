@@ -10,18 +10,18 @@ import re
 from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from functools import partial
-from typing import Any, NamedTuple, Protocol, Self
+from typing import Any, NamedTuple, Protocol, Self, TypeVar
 
 from .polynomials import Bernstein
 from .refused import require
-from .statement import ZERO, read, read_json
+from .statement import read, read_json
 
-FORMAT = 2
+FORMAT = 3
 DEEPEST = 64
 """Halvings of an interval, at the most; they bound the work."""
 
-Atom = tuple[Hashable, Callable[[Bernstein, Fraction], bool], Fraction]
-"""What tells a polynomial from others, how it is compared, and with what."""
+Atom = tuple[Hashable, str, Fraction]
+"""What tells a polynomial from others, how it stands to a value (`Bernstein.keeps`), and the value."""
 Rules = Mapping[str, Sequence[Sequence[Sequence[Atom]]]]
 """What each mark claims: of some alternative, all of its clauses, of each of which some atom."""
 
@@ -63,15 +63,14 @@ class Part(Protocol):
     def halves(self) -> tuple[Self, Self]: ...  # noqa: D102
 
 
+P = TypeVar("P", bound=Part)
+
+
 class Cell:
-    """Polynomials on a part of an interval, each found when it is asked for, and what marks claim of them.
+    """Polynomials on a part of an interval, each found when it is asked for, and what marks claim of them."""
 
-    `r` and `f` claim that what a polynomial bounds is crossed once, inwards or outwards: it alone is open and decides whether `m` or `n`
-    holds, crosses zero, and never rises, or never falls (Coq: `crossing_in`, `crossing_out`). Those that may do so are named in `crossed`.
-    """
-
-    def __init__(self, find: Callable[[Any], Bernstein], rules: Rules, crossed: Sequence[Hashable] = ()) -> None:
-        self._find, self.rules, self.crossed, self._rows = find, rules, crossed, dict[Hashable, Bernstein]()
+    def __init__(self, find: Callable[[Any], Bernstein], rules: Rules) -> None:
+        self._find, self.rules, self._rows = find, rules, dict[Hashable, Bernstein]()
 
     def row(self, form: Hashable) -> Bernstein:
         """Return a polynomial."""
@@ -81,23 +80,8 @@ class Cell:
 
     def holds(self, mark: str) -> bool:
         """Return whether what a mark claims is so (Coq: `check_region_sound`, `check_nonneg_sound`)."""
-        return any(self._crosses(one, mark) for one in self.crossed) if mark in ("r", "f") else self._says(mark)
-
-    def _says(self, mark: str, kept: Mapping[Hashable, bool] | None = None) -> bool:
-        """Return whether a mark's rule holds, if some inequalities are taken to be kept, or not."""
-
-        def is_so(atom: Atom) -> bool:
-            form, compare, bound = atom
-            return (compare == Bernstein.at_most) == kept[form] if kept and form in kept else compare(self.row(form), bound)
-
-        return any(all(any(map(is_so, clause)) for clause in one) for one in self.rules.get(mark, ()))
-
-    def _crosses(self, form: Hashable, mark: str) -> bool:
-        numbers, (first, last) = self.row(form).numbers, self.row(form).ends()
-        once = first > 0 >= last if mark == "r" else first <= 0 < last
-        ordered = numbers == sorted(numbers, reverse=mark == "r")
-        known = all(one == form or self.row(one).above(ZERO) or self.row(one).at_most(ZERO) for one in self.crossed)
-        return once and ordered and known and self._says("m", {form: True}) and self._says("n", {form: False})
+        ways = self.rules.get(mark, ())
+        return any(all(any(self.row(form).keeps(sign, value) for form, sign, value in one) for one in way) for way in ways)
 
     def halves(self) -> tuple[Cell, Cell]:
         """Return both halves."""
@@ -108,10 +92,10 @@ class Cell:
                 known[form] = self.row(form).halves()
             return known[form][which]
 
-        return Cell(partial(half, 0), self.rules, self.crossed), Cell(partial(half, 1), self.rules, self.crossed)
+        return Cell(partial(half, 0), self.rules), Cell(partial(half, 1), self.rules)
 
 
-def leaves(whole: Part, marks: Iterator[str]) -> Iterator[tuple[Fraction, str, Part]]:
+def leaves(whole: P, marks: Iterator[str]) -> Iterator[tuple[Fraction, str, P]]:
     """Yield the leaves of a tree over [0, 1] from left to right, each of them checked: its beginning, its mark and its part."""
     waiting = [(whole, 0, 0)]
     while waiting:

@@ -11,10 +11,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from functools import lru_cache
-from itertools import chain
 
 from .flights import Path
-from .polynomials import Bernstein, Polynomial, root
+from .polynomials import Polynomial, root
 from .refused import require
 from .statement import ZERO, Inequality, Shape, Statement, Vector
 from .trees import Atom, Cell, Rules
@@ -23,8 +22,8 @@ MOST_SUMS = 64
 """Sums of half-spaces that a proof may name for one part of an obstacle."""
 CORNERS = 32
 """Directions between a rim's plane and its axis in which a path may be away from its edge."""
-Bridge = tuple[int, int, int, int]
-"""Numbers of two convex bodies, and of a face of each, at which the one begins where the other ends."""
+MOST_CHOICES = 300
+"""Choices of one inequality of each part of a region."""
 Sums = tuple[tuple[tuple[int, int], ...], ...]
 """Sums of inequalities, of each their numbers and weights."""
 Terms = tuple[Fraction, ...]
@@ -86,48 +85,52 @@ def asked(terms: Terms, margin: Fraction) -> tuple[list[Atom], Atom]:
         outside = root(sum((x * x for x in terms[6:9]), ZERO))[1] * margin
         inside = -outside
     form = Polynomial.of(terms)
-    return [] if inside is None else [(form, Bernstein.at_most, inside)], (form, Bernstein.above, outside)
+    return [] if inside is None else [(form, "<=", inside)], (form, ">", outside)
 
 
-def region(shape: Shape, margin: Fraction, bridges: Sequence[Bridge] = ()) -> Rules:
+@lru_cache(maxsize=4096)
+def region(shape: Shape, margin: Fraction) -> Rules:
     """Return the claims `m` that a path is inside a region by a margin, and `n` that it is outside.
 
-    Args:
-        shape: The region.
-        margin: m.
-        bridges: Convex bodies across faces; bodies are counted from the parts on.
+    Outside it breaks an inequality of each part. Inside it keeps one of each `choice`, so that all of the ball is in some part, or in one
+    part alone where choices are too many.
     """
-    every, parts, covers = bodies(shape, bridges)
-    claims = [asked(terms_of(one, shape.center), margin) for one in every]
-    return {"m": [[claims[k][0] for k in body] for body in covers], "n": [[[claims[k][1] for k in part] for part in parts]]}
+    parts = [[terms_of(one, shape.center) for one in part] for part in shape.parts]
+    clauses, alone = choices(parts), [[asked(one, margin)[0] for one in part] for part in parts]
+    together = [[atom for one in clause for atom in asked(one, margin)[0]] for clause in clauses]
+    return {"m": [together] if together else alone, "n": [[[asked(one, margin)[1] for one in part] for part in parts]]}
 
 
-def bodies(shape: Shape, bridges: Sequence[Bridge]) -> tuple[list[Inequality], list[list[int]], list[list[int]]]:
-    """Return a region's inequalities, and their numbers in each part, and in each convex body within the region."""
-    every = list(dict.fromkeys(chain.from_iterable(shape.parts)))
-    parts = [[every.index(one) for one in part] for part in shape.parts]
-    found = list(parts)
-    for one, other, a, b in bridges:
-        joined = max(one, other) < len(found) and a in found[one] and b in found[other] and meet(every[a], every[b])
-        require(joined, "a bridge joins bodies that do not meet")
-        # a point that keeps all others of both keeps a, and is in the one, or is beyond it, and so keeps b and is in the other
-        # (Coq: `across_face`)
-        rest = [*(k for k in found[one] if k != a), *(k for k in found[other] if k != b)]
-        found.append([k for k in dict.fromkeys(rest) if not any(holds(every[j], every[k]) for j in rest)])
-    return every, parts, found
+def leaving(shape: Shape) -> Rules:
+    """Return what a path itself does: besides `m` and `n` the claim `f` that it is inside up to some time, if at all, and then outside.
+
+    Of each part it breaks an inequality, or each of them is kept, or its function rises (Coq: `leaves_once`).
+    """
+    parts = [[asked(terms_of(one, shape.center), ZERO) for one in part] for part in shape.parts]
+    once = [[*(broken for _, broken in part), *kept, (broken[0], "rises", ZERO)] for part in parts for kept, broken in part]
+    return {**region(shape, ZERO), "f": [once]}
 
 
-def holds(one: Inequality, other: Inequality) -> bool:
-    """Return whether one half-space lies strictly within another of the same normal, which it makes needless."""
-    return one.linear == other.linear and one.quadratic == other.quadratic and one.bound < other.bound
+def choices(parts: Sequence[Sequence[Terms]]) -> list[frozenset[Terms]]:
+    """Return sets of inequalities of which a point is in some part if it keeps one of each; none where they are too many.
+
+    A point that is in no part breaks an inequality of each. It keeps one of such a choice if two of these meet, so that others are enough.
+    (Coq: `some_part`, `faces_meet`)
+    """
+    found = [frozenset[Terms]()]
+    for part in parts:
+        more = [one | {face} for one in found for face in part if not any(meet(face, other) for other in one)]
+        found = [one for one in dict.fromkeys(more) if not any(other < one for other in more)]
+        if len(found) > MOST_CHOICES:
+            return []
+    return found
 
 
-def meet(one: Inequality, other: Inequality) -> bool:
-    """Return whether all points beyond the one half-space are within the other (Coq: `faces_meet`)."""
-    first, second = one.linear or NOTHING, other.linear or NOTHING
-    share = next((-b / a for a, b in zip(first, second, strict=True) if a), ZERO)
-    opposite = all(b == -share * a for a, b in zip(first, second, strict=True))
-    return not one.quadratic and not other.quadratic and share > 0 and opposite and other.bound >= -share * one.bound
+def meet(one: Terms, other: Terms) -> bool:
+    """Return whether each point keeps one of two inequalities: some sum of their functions is nowhere above zero (Coq: `faces_meet`)."""
+    weight = next((-a / b for a, b in zip(one, other, strict=True) if b), ZERO)
+    *rest, last = (a + weight * b for a, b in zip(one, other, strict=True))
+    return weight > 0 and not any(rest) and last <= 0
 
 
 class Hoop:
@@ -144,27 +147,31 @@ class Hoop:
         across = (b * b + c * c, -a * b, -a * c), (-a * b, a * a + c * c, -b * c), (-a * c, -b * c, a * a + b * b)
         self.high, self.along = root(self.square)[1], Polynomial.of(terms_of(Inequality(ZERO, (a, b, c)), shape.center))
         self.across = Polynomial.of(terms_of(Inequality(ZERO, None, across), shape.center))
+        self.ways = {"F": self.along, "R": -self.along}
 
     def within(self, length: Fraction) -> list[Atom]:
         """Return that a path is inside the opening by more than a length."""
         room = self.ring.opening - length
-        return [(self.across, Bernstein.below, room**2 * self.square)] if room > 0 else []
+        return [(self.across, "<", room**2 * self.square)] if room > 0 else []
 
     def beside(self, length: Fraction) -> Atom:
         """Return that a path is farther from the opening's axis than its radius and a length."""
-        return self.across, Bernstein.above, (self.ring.opening + length) ** 2 * self.square
+        return self.across, ">", (self.ring.opening + length) ** 2 * self.square
 
     def apart(self, length: Fraction) -> list[Atom]:
         """Return that a path is farther from the opening's plane than a length, which is not below zero: behind it, or before it."""
-        return [(self.along, Bernstein.above, length * self.high), (self.along, Bernstein.below, -length * self.high)]
+        return [(self.along, ">", length * self.high), (self.along, "<", -length * self.high)]
 
     def opening(self, margin: Fraction, radius: Fraction) -> Rules:
-        """Return the claims `n`, no point within the margin is in the opening, and `i`, a vehicle there is inside by its radius and the margin.
+        """Return the claims `n` that no point within the margin is in the opening, and `F` and `R` that a vehicle there is inside by its radius and
+        the margin; and that it flies on, forward or in reverse, or stays within the margin of the plane.
 
         (Coq: `before_plane`, `behind_plane`, `beside_opening`, `inside_opening`)
         """
-        inside = [(self.across, Bernstein.at_most, bound) for _, _, bound in self.within(margin + radius)]
-        return {"n": [[[*self.apart(margin), self.beside(margin)]]], "i": [[inside]]}
+        inside = [(self.across, "<=", bound) for _, _, bound in self.within(margin + radius)]
+        near = [("<=", margin * self.high), (">=", -margin * self.high)]
+        ways = {way: [[inside, *([(p, "rises", ZERO), (p, *bound)] for bound in near)]] for way, p in self.ways.items()}
+        return {"n": [[[*self.apart(margin), self.beside(margin)]]], **ways}
 
     def rim(self, length: Fraction) -> Rules:
         """Return the claim `n` that a path stays farther than a length from the rim: in its plane by one side of a right triangle,
@@ -215,6 +222,6 @@ def workspace(statement: Statement) -> Rules:
     walls: list[list[Atom]] = []
     for axis in range(3):
         form = Polynomial([int(k == axis + 6) for k in range(10)])
-        walls.append([(form, Bernstein.at_least, statement.low[axis] + statement.margin)])
-        walls.append([(form, Bernstein.at_most, statement.high[axis] - statement.margin)])
+        walls.append([(form, ">=", statement.low[axis] + statement.margin)])
+        walls.append([(form, "<=", statement.high[axis] - statement.margin)])
     return {"m": [walls]}

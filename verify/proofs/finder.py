@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
@@ -16,11 +16,10 @@ from verify.data.trajectory import Trajectory
 from verify.kernel.checking import Check, Owed
 from verify.kernel.flights import Path, read_team
 from verify.kernel.refused import Refused
-from verify.kernel.statement import ZERO, Statement, read_statement
+from verify.kernel.statement import Statement, read_statement
 from verify.kernel.timelines import Course, Row
-from verify.kernel.trees import Cell, Evidence, Part
-from verify.kernel.zones import Hoop, along
-from verify.proofs.bridges import bridges
+from verify.kernel.trees import Cell, Evidence, Part, Rules
+from verify.kernel.zones import Hoop, along, leaving, region
 from verify.proofs.half_space_sums import half_space_sums
 from verify.proofs.proposed_roots import FlownPieces, FlownSegments
 from verify.proofs.search import STYLES, proof_text, run_lengths, starts_of, trees_of
@@ -74,7 +73,7 @@ def prove_statement(text: str, tables: Mapping[str, str], speeds: Mapping[str, F
     flown = read_team(statement, tables)
     floats = FlownSegments(flown.paths)
     hulls = {name: floats.lines[own, :3].transpose(0, 2, 1) for name, own in floats.of.items()}
-    evidence: dict[str, Any] = {**speeds, **half_space_sums(statement, flown, hulls), **bridges(statement)}
+    evidence: dict[str, Any] = {**speeds, **half_space_sums(statement, flown, hulls)}
     check = Check(statement, flown, Evidence(evidence))
     found = {name: _Found(statement, path, check.evidence, floats) for name, path in flown.paths.items()}
     with suppress(Refused):  # without timelines there is nothing to say of words
@@ -98,20 +97,23 @@ class _Found(Course):
         self.segments, self.pieces = segments, FlownPieces(path)
         self._sought: dict[str, list[str]] = {}
 
-    def _row(self, kind: str, name: str, margin: Fraction) -> Row:
-        key = f"{kind}/{self.name}/{name}"
+    def row(self, kind: str, name: str) -> Row:
+        """Return spans of a region, whose marks are sought."""
+        key, shape, margin = f"{kind}/{self.name}/{name}", self.statement.regions[name], self.statement.margin
         if key not in self._sought:
             self._sought[key] = (
-                self.segments.region_trees(self.name, name, lambda: self.cells(name, margin)[0].rules)
-                if margin
-                else self._exactly(kind, self.cells(name, margin))
+                self.segments.region_trees(self.name, name, lambda: region(shape, margin))
+                if margin and kind == "inside"
+                else self._exactly(kind, leaving(shape) if kind == "nominal" else region(shape, margin))
             )
         both = zip(self.path.segments, self._sought[key], strict=True)
         times = ((segment, one) for segment, tree in both for one in starts_of(tree))
         return self.spans([(segment.time(start) if start else segment.start, mark) for segment, (start, mark) in times])
 
-    def _exactly(self, kind: str, cells: Sequence[Cell]) -> list[str]:
-        return trees_of(kind, cells, self.segments.roots(self.name, cells[0].rules, "nm"))
+    def _exactly(self, kind: str, rules: Rules) -> list[str]:
+        return trees_of(
+            kind, list(along(self.path, rules)), self.segments.roots(self.name, rules, "n" if kind == "openings" else "nm")
+        )
 
     def marks(self) -> dict[str, str]:
         """Return marks of regions and openings."""
@@ -119,13 +121,10 @@ class _Found(Course):
             self.rows  # noqa: B018  # which are sought
         for name, shape in self.statement.regions.items():
             if name in self.robot.limits.legs:
-                self._row("nominal", name, ZERO)
+                self.row("nominal", name)
             if shape.ring:
                 rules = Hoop(shape).opening(self.statement.margin, self.robot.radius)
-                cells = list(along(self.path, rules))
-                self._sought[f"openings/{self.name}/{name}"] = trees_of(
-                    "openings", cells, self.segments.roots(self.name, rules, "n")
-                )
+                self._sought[f"openings/{self.name}/{name}"] = self._exactly("openings", rules)
         return {key: run_lengths(trees) for key, trees in self._sought.items()}
 
     def roots(self, key: str, first: Part) -> list[str]:

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from verify.kernel.distances import Pair
 from verify.kernel.flights import GRAVITY, Path, Segment
 from verify.kernel.limits import Interval, rates_and_thrusts
-from verify.kernel.polynomials import Bernstein, Polynomial
+from verify.kernel.polynomials import Polynomial
 from verify.kernel.statement import Robot
 from verify.kernel.trees import Atom, Rules
 from verify.proofs.search import STYLES
@@ -131,10 +131,10 @@ class FlownSegments:
         return self._known[(region,)][1][self.of[name]]
 
     def _region_trees(self, rules: Rules, depth: int) -> list[str]:
-        (outside,), bodies = rules["n"], rules["m"]
+        (outside,), ways = rules["n"], rules["m"]
         numbers = {form: k for k, form in enumerate(dict.fromkeys(form for part in outside for form, _, _ in part))}
         parts = [[(numbers[form], float(bound)) for form, _, bound in part] for part in outside]
-        covers = [[(numbers[face[0][0]], float(face[0][2])) if face else None for face in body] for body in bodies]
+        claims = [[[(numbers[form], float(bound)) for form, _, bound in one] for one in way] for way in ways]
         weights = np.array([_weights(form) for form in numbers]).reshape(-1, 10)
         flat = ~weights[:, :6].any(axis=1)  # the kernel looks at these by fewer coefficients
         order = np.argsort(np.concatenate([np.flatnonzero(flat), np.flatnonzero(~flat)]))
@@ -148,8 +148,8 @@ class FlownSegments:
             high = np.concatenate([rows.max(axis=-1) for rows in both], axis=1)[:, order]
             room = _ROOM * (1 + np.maximum(abs(low), abs(high)))
             marks = np.full(len(low), "", dtype="<U1")
-            inside = [[high[:, one[0]] < one[1] - room[:, one[0]] if one else False for one in body] for body in covers]
-            never = [[low[:, one[0]] > one[1] if one else True for one in body] for body in covers]
+            inside = [[_any(high[:, k] < bound - room[:, k] for k, bound in one) for one in way] for way in claims]
+            never = [[_all(low[:, k] > bound for k, bound in one) for one in way] for way in claims]
             within = [[high[:, k] <= bound for k, bound in part] for part in parts]
             beyond = [[low[:, k] > bound + room[:, k] for k, bound in part] for part in parts]
             marks[_any(map(_all, within)) & _all(map(_any, never))] = "?"
@@ -192,7 +192,7 @@ class FlownSegments:
         low, high = low[index], high[index]
         bounds = np.array([float(bound) for _, _, bound in atoms]).reshape(-1, 1)
         room = _ROOM * (1 + abs(bounds) + np.maximum(abs(low), abs(high)))
-        over = np.array([compare in (Bernstein.above, Bernstein.at_least) for _, compare, _ in atoms], bool).reshape(-1, 1)
+        over = np.array([sign in (">", ">=") for _, sign, _ in atoms], bool).reshape(-1, 1)
         return np.where(over, low > bounds + room, high < bounds - room)
 
 

@@ -23,8 +23,8 @@ class Style(NamedTuple):
 
 STYLES: Mapping[str, Style] = {
     "inside": Style("nm", 12, open=True),
-    "nominal": Style("nmrf", 30, open=True),
-    "openings": Style("ni", 18),
+    "nominal": Style("nmf", 30, open=True),
+    "openings": Style("nFR", 18),
     "rims": Style("n", 16),
     "obstacles": Style("n", 14),
     "workspace": Style("m", 24),
@@ -34,8 +34,8 @@ STYLES: Mapping[str, Style] = {
     "apart": Style("km", 28),
 }
 
-CROSSING = 20
-"""Halvings from which on one crossing of a region's boundary, without margin, is near enough to an instant."""
+LEAVING = 20
+"""Halvings from which on it is near enough to an instant when a path leaves a region."""
 
 NEAR = 8
 """Halvings from which on a path inside an opening's cylinder counts as near the opening."""
@@ -75,7 +75,7 @@ def tree_of(style: Style, whole: Part) -> str:
 def _mark(style: Style, part: Part, depth: int) -> str:
     """Return what holds on a part, `?` where no half can tell more, or nothing."""
     for mark in style.marks:
-        sought = depth >= CROSSING if mark in "rf" else mark != "i" or depth >= NEAR or _is_near(part)
+        sought = depth >= LEAVING if mark == "f" else mark not in "FR" or depth >= NEAR or _is_near(part)
         if sought and part.holds(mark):
             return mark
     return "?" if style.open and isinstance(part, Cell) and _is_hopeless(part) else ""
@@ -85,15 +85,15 @@ def _is_near(part: Part) -> bool:
     """Return whether all of a part is surely within the margin of an opening's plane."""
     assert isinstance(part, Cell)
     along, _, far = part.rules["n"][0][0][0]
-    return part.row(along).at_most(far) and part.row(along).at_least(-far)
+    return part.row(along).keeps("<=", far) and part.row(along).keeps(">=", -far)
 
 
 def _is_hopeless(cell: Cell) -> bool:
-    """Return whether no half can be out of a region, as some part nowhere is, nor in, as no body is anywhere."""
-    (outside,), covers = cell.rules["n"], cell.rules["m"]
-    if not any(all(cell.row(k).at_most(bound) for k, _, bound in part) for part in outside):
+    """Return whether no half can be out of a region, as some part nowhere is, nor in, as it breaks what it has to keep."""
+    (outside,), ways = cell.rules["n"], cell.rules["m"]
+    if not any(all(cell.row(form).keeps("<=", bound) for form, _, bound in part) for part in outside):
         return False
-    return all(any(not face or cell.row(face[0][0]).above(face[0][2]) for face in cover) for cover in covers)
+    return all(any(all(cell.row(form).keeps(">", bound) for form, _, bound in one) for one in way) for way in ways)
 
 
 def starts_of(tree: str) -> Iterator[tuple[Fraction, str]]:

@@ -1,17 +1,15 @@
-"""Regions of several parts: bodies across faces, which must lie in the region."""
+"""Regions of several parts: what a path has to keep across the faces of parts."""
 
 import random
 from fractions import Fraction
-from types import SimpleNamespace
-
-import pytest
 
 from verify.data.shapes.covers import covers
 from verify.data.shapes.inequalities import Inequality as Stored
-from verify.kernel.refused import Refused
+from verify.kernel.flights import Segment
+from verify.kernel.polynomials import Polynomial
 from verify.kernel.statement import Inequality, Shape
-from verify.kernel.zones import asked, bodies, terms_of
-from verify.proofs.bridges import bridges
+from verify.kernel.trees import Cell
+from verify.kernel.zones import asked, choices, meet, region, terms_of
 
 ORIGIN = (Fraction(0), Fraction(0), Fraction(0))
 
@@ -30,58 +28,67 @@ def union(*boxes):
     return Shape(ORIGIN, tuple(box(low, high) for low, high in boxes))
 
 
-def proposed(shape):
-    return bridges(SimpleNamespace(regions={"a": shape})).get("bridges/a", [])
+def rows(shape):
+    return [[terms_of(one, shape.center) for one in part] for part in shape.parts]
 
 
-def keeps(inequality, point):
-    return sum(a * b for a, b in zip(inequality.linear, point, strict=True)) <= inequality.bound
+def keeps(terms, point):
+    x, y, z = point
+    powers = x * x, x * y, x * z, y * y, y * z, z * z, x, y, z, 1
+    return sum(a * b for a, b in zip(terms, powers, strict=True)) <= 0
 
 
-def test_opposite_faces_of_one_box_make_no_body_of_it():
-    shape = union(((0, 0, 0), (1, 1, 1)))
-    _, _, covers = bodies(shape, [(0, 0, 0, 1)])
-    assert all(set(cover) == set(range(6)) for cover in covers)
+def random_union(rng):
+    corners = [[rng.randrange(4) for _ in range(3)] for _ in range(rng.randrange(2, 4))]
+    return union(*((low, [x + rng.randrange(1, 3) for x in low]) for low in corners))
 
 
-@pytest.mark.parametrize("bridge", [[0, 1, 0, 0], [0, 9, 0, 1], [0, 1, 2, 1], [0, 1, 0, 99]])
-def test_what_is_no_bridge_is_refused(bridge):
-    shape = union(((0, 0, 0), (1, 1, 1)), ((2, 0, 0), (3, 1, 1)))
-    with pytest.raises(Refused):
-        bodies(shape, [bridge])
-
-
-def test_bodies_lie_in_the_region_whatever_bridges_are_named():
+def test_a_point_that_keeps_one_of_each_choice_is_in_a_part():
     rng = random.Random(1)
-    made = 0
+    made = {True: 0, False: 0}
     for _ in range(80):
-        corners = [[rng.randrange(4) for _ in range(3)] for _ in range(rng.randrange(2, 4))]
-        shape = union(*((low, [x + rng.randrange(1, 3) for x in low]) for low in corners))
-        every = list(dict.fromkeys(one for part in shape.parts for one in part))
-        named = [[rng.randrange(3), rng.randrange(3), rng.randrange(len(every)), rng.randrange(len(every))] for _ in range(60)]
-        good = []
-        for bridge in [*proposed(shape), *named]:
-            try:
-                bodies(shape, [*good, bridge])
-            except Refused:
-                continue
-            good.append(bridge)
-        _, _, found = bodies(shape, good)
-        made += len(good)
+        shape = random_union(rng)
+        parts, found = rows(shape), choices(rows(shape))
+        assert found
         for _ in range(40):
             point = [Fraction(rng.randrange(-1, 13), 2) for _ in range(3)]
-            if any(all(keeps(every[k], point) for k in cover) for cover in found):
-                assert any(all(keeps(one, point) for one in part) for part in shape.parts), (shape, good)
-    assert made > 30
+            inside = any(all(keeps(one, point) for one in part) for part in parts)
+            assert inside == all(any(keeps(one, point) for one in choice) for choice in found), shape
+            made[inside] += 1
+    assert min(made.values()) > 100
 
 
-def test_as_many_bodies_are_found_as_the_judge_finds():
+def test_faces_meet_where_every_point_keeps_one_of_them():
+    one = terms_of(Inequality(Fraction(1), (Fraction(2), Fraction(0), Fraction(0))), ORIGIN)
+    for x, bound, met in ((-1, 0, True), (-4, -2, True), (-4, -3, False), (1, 5, False), (0, 5, False)):
+        other = terms_of(Inequality(Fraction(bound), (Fraction(x), Fraction(0), Fraction(0))), ORIGIN)
+        assert meet(one, other) == meet(other, one) == met
+    ball = Inequality(Fraction(1), None, tuple(tuple(Fraction(i == k) for k in range(3)) for i in range(3)))
+    assert not meet(terms_of(ball, ORIGIN), terms_of(ball, ORIGIN))
+
+
+def test_a_path_through_a_face_is_inside_and_one_through_a_gap_is_not():
+    for gap, held in ((0, True), (Fraction(1, 64), False)):
+        rules = region(union(((0, 0, 0), (1, 1, 1)), ((1 + gap, 0, 0), (2, 1, 1))), Fraction(1, 16))
+        line = [Polynomial.of([Fraction(1, 2), Fraction(1)]), *[Polynomial.of([Fraction(1, 2)])] * 2]
+        assert Cell(Segment(Fraction(0), Fraction(1), line).sum, rules).holds("m") == held
+
+
+def test_parts_with_too_many_choices_are_taken_one_by_one():
+    shape = union(*(((3 * k, 7 * k, 11 * k), (3 * k + 1, 7 * k + 1, 11 * k + 1)) for k in range(4)))
+    assert choices(rows(shape)) == []
+    assert len(region(shape, Fraction(0))["m"]) == 4
+
+
+def test_what_the_judge_finds_across_faces_is_found():
     shape = union(((0, 0, 0), (2, 1, 1)), ((2, 0, 0), (3, 1, 1)), ((0, 1, 0), (3, 2, 1)))
     parts = tuple(
         tuple(Stored(linear=tuple(map(float, one.linear)), bound=float(one.bound)) for one in part) for part in shape.parts
     )
-    _, _, found = bodies(shape, proposed(shape))
-    assert len(found) == len(covers(parts))
+    for body in covers(parts):
+        own = [terms_of(Inequality(Fraction(one.bound), tuple(map(Fraction, one.linear))), ORIGIN) for one in body]
+        held = [face for part in rows(shape) for face in part if any(k[:9] == face[:9] and k[9] >= face[9] for k in own)]
+        assert all(choice & set(held) for choice in choices(rows(shape)))
 
 
 def form(terms, p):

@@ -25,11 +25,11 @@ def passed(coefficients, marks):
 
 
 def test_one_way_is_one_passage():
-    assert passed([-1, 2], "ssniin") == ["F"]
-    assert passed([1, -2], "ssniin") == ["R"]
+    assert passed([-1, 2], "ssnFFn") == ["F"]
+    assert passed([1, -2], "ssnRRn") == ["R"]
 
 
-@pytest.mark.parametrize("marks", ["sssssniiiiin", "ssssssniiiiiin"])
+@pytest.mark.parametrize("marks", ["sssssnFFFFFn", "ssssssnFFFFFFn", "sssssnFFRRFn"])
 def test_back_and_forth_is_not_one_passage(marks):
     """It comes through at 0.07, goes back at 0.5 and comes again at 0.93: by Chebyshev's polynomial."""
     with pytest.raises(Refused):

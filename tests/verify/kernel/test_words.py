@@ -17,6 +17,7 @@ from tests.helpers.kernel_words import (
     kernel_says_yes,
     kernel_statement,
     kernel_timeline,
+    opened,
     proof_of,
 )
 from tests.helpers.plain_team_words import holds
@@ -45,7 +46,7 @@ def flight(rng: Random) -> tuple[Formula, str, dict[str, Timeline], int]:
     robots = tuple(f"q{i}" for i in range(rng.choice([1, 2, 2, 3])))
     formula, reading = asked(rng, robots, 6)
     touching = rng.random() < 0.3
-    lines = {robot: short_timeline(rng, robot, touching=touching) for robot in robots}
+    lines = {robot: opened(short_timeline(rng, robot, touching=touching)) for robot in robots}
     return formula, reading, lines, rng.choice([0, 0, 0, 1]) if len(robots) == 2 else 0
 
 
@@ -72,7 +73,7 @@ def test_laps_agree_with_the_judge_and_with_words_that_are_drawn(seed: int, numb
     for _ in range(number):
         robots = tuple(f"q{i}" for i in range(rng.choice([1, 2, 2, 3])))
         formula, reading = asked(rng, robots, 6)
-        lines = {robot: lap_timeline(rng, robot) for robot in robots}
+        lines = {robot: opened(lap_timeline(rng, robot)) for robot in robots}
         error = rng.choice([0, 0, 0, 1]) if len(robots) > 1 else 0
         given = mission(str(formula), team=reading, robots=len(robots), trace="infinite")
         mine = kernel_says_yes(given, lines, error)
@@ -92,7 +93,7 @@ def test_transitions_agree_with_the_judge(seed: int, number: int) -> None:
     for _ in range(number):
         lap = rng.random() < 0.4
         line = lap_timeline(rng, "q0") if lap else short_timeline(rng, "q0", touching=rng.random() < 0.3)
-        line = replace(rng.choice([line, random_timeline(rng, "q0", busy=0.7)]) if not lap else line, actions=())
+        line = replace(opened(rng.choice([line, random_timeline(rng, "q0", busy=0.7)]) if not lap else line), actions=())
         vertices = ["home", "a", "b", "c"]
         edges = tuple((x, y) for x in vertices for y in vertices[1:] if x != y and rng.random() < 0.6)
         if not edges:
