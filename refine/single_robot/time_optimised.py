@@ -42,7 +42,7 @@ _REPAIRS = 3
 _TIME_WEIGHT = 1e2
 """Weight of time over snap in the programme where time alone is least, in units of its first guess's snap over its duration: rotors
 and yaw, which the programme leaves out, would stretch greedier answers."""
-_INSTANTS = 10
+_INSTANTS = 12
 """Instants a piece at which the programme keeps the limits: what they miss is stretched away."""
 _TURNS = 4
 """How often pieces in which the heading turns are given more time."""
