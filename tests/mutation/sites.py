@@ -37,6 +37,7 @@ OPERATORS: dict[type[ast.operator], tuple[type[ast.operator], ...]] = {
     ast.BitAnd: (ast.BitOr,),
     ast.BitOr: (ast.BitAnd,),
 }
+OTHERS = {"min": "max", "max": "min", "any": "all", "all": "any"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,6 +52,7 @@ class Fault:
         after: The expression with the fault.
         same: How many equal expressions with the same fault stand before it in the same function.
         place: The how-manieth expression of the file it is, and the how-manieth change of that.
+        wide: Whether statements and calls are changed as well, see `faults`.
     """
 
     path: str
@@ -60,6 +62,7 @@ class Fault:
     after: str
     same: int
     place: tuple[int, int]
+    wide: bool = False
 
     @property
     def name(self) -> str:
@@ -73,39 +76,60 @@ class Fault:
         return self.path.removesuffix(".py").replace("/", ".").removesuffix(".__init__")
 
 
-_Found = tuple[ast.expr, str, bool, Callable[[ast.expr], None]]
-"""An expression, the function that holds it, whether it alone decides a branch, and how to put another in its place."""
+_Found = tuple[ast.expr | ast.stmt, str, bool, Callable[[ast.AST], None]]
+"""An expression or statement, the function that holds it, whether it alone decides a branch, and how to put another in its place."""
 
 
-def draw(count: int, seed: int, package: str = "verify") -> list[Fault]:
+def draw(count: int | None, seed: int, *places: str, wide: bool = False) -> list[Fault]:
     """Draw faults at random: the same ones for a seed wherever the code around them is the same.
 
     Strategies (`verify.testing.drawn_*`) are left out: they judge nothing, and what they draw may be other things as well.
+
+    Args:
+        count: How many; None for all.
+        seed: Their order.
+        places: Folders and modules; none for all of `verify`.
+        wide: See `faults`.
     """
-    paths = [path for path in sorted((ROOT / package).rglob("*.py")) if not path.name.startswith("drawn_")]
-    found = [fault for path in paths for fault in faults(path)]
+    given = [ROOT / place for place in places or ("verify",)]
+    every = {path for place in given for path in ([place] if place.suffix else place.rglob("*.py"))}
+    paths = [path for path in sorted(every) if not path.name.startswith("drawn_")]
+    found = [fault for path in paths for fault in faults(path, wide=wide)]
     found.sort(key=lambda fault: (hashlib.sha256(f"{seed}:{fault.name}".encode()).digest(), fault.path))
     return found[:count]
 
 
-def faults(path: Path) -> Iterator[Fault]:
-    """Yield every fault that can be planted in a module."""
+def faults(path: Path, *, wide: bool = False) -> Iterator[Fault]:
+    """Yield every fault that can be planted in a module.
+
+    Args:
+        path: The module.
+        wide: Also leave statements out, swap arguments, lower constants, and take one of min and max, or any and all, for the other.
+    """
     seen: dict[tuple[str, str, str], int] = {}
-    for index, (node, function, decides, _) in enumerate(_expressions(ast.parse(path.read_text()), "")):
+    for index, (node, function, decides, _) in enumerate(_sites(ast.parse(path.read_text()), wide)):
         before = ast.unparse(node)
-        for number, changed in enumerate(_changes(node, decides)):
+        for number, changed in enumerate(_changed(node, decides, wide)):
             key = (function, before, ast.unparse(changed))
             seen[key] = seen.get(key, -1) + 1
-            yield Fault(str(path.relative_to(ROOT)), node.lineno, *key, seen[key], (index, number))
+            yield Fault(str(path.relative_to(ROOT)), node.lineno, *key, seen[key], (index, number), wide)
 
 
 def plant(fault: Fault) -> ast.Module:
     """Return the fault's module with the fault in it, every line where it was."""
     tree = ast.parse((ROOT / fault.path).read_text())
     index, number = fault.place
-    node, _, decides, put = list(_expressions(tree, ""))[index]
-    put(ast.copy_location(list(_changes(node, decides))[number], node))
+    node, _, decides, put = list(_sites(tree, fault.wide))[index]
+    put(ast.copy_location(list(_changed(node, decides, fault.wide))[number], node))
     return ast.fix_missing_locations(tree)
+
+
+def _sites(tree: ast.Module, wide: bool) -> Iterator[_Found]:
+    """Yield what may be changed; of zips whether they are strict is left out of wide draws: it never decides what is right."""
+    lengths = {id(node.value) for node in ast.walk(tree) if wide and isinstance(node, ast.keyword) and node.arg == "strict"}
+    for found in _expressions(tree, ""):
+        if (wide or isinstance(found[0], ast.expr)) and id(found[0]) not in lengths:
+            yield found
 
 
 def _expressions(node: ast.AST, function: str, owner: str = "") -> Iterator[_Found]:
@@ -125,9 +149,10 @@ def _expressions(node: ast.AST, function: str, owner: str = "") -> Iterator[_Fou
             if isinstance(child, ast.FunctionDef):
                 yield from _expressions(child, function or f"{owner}{child.name}", owner)
                 continue
-            if isinstance(child, ast.expr):
+            texts = isinstance(child, ast.Expr) and isinstance(child.value, ast.Constant)
+            if isinstance(child, ast.expr | ast.Expr | ast.AugAssign) and not texts:
 
-                def put(changed: ast.expr, value: object = value, index: int = index, name: str = name) -> None:
+                def put(changed: ast.AST, value: object = value, index: int = index, name: str = name) -> None:
                     if isinstance(value, list):
                         value[index] = changed
                     else:
@@ -135,6 +160,28 @@ def _expressions(node: ast.AST, function: str, owner: str = "") -> Iterator[_Fou
 
                 yield child, function, name in ("test", "ifs"), put
             yield from _expressions(child, function, owner)
+
+
+def _changed(node: ast.expr | ast.stmt, decides: bool, wide: bool) -> Iterator[ast.expr | ast.stmt]:
+    yield from _changes(node, decides) if isinstance(node, ast.expr) else ()
+    if wide:
+        yield from _wide_changes(node)
+
+
+def _wide_changes(node: ast.expr | ast.stmt) -> Iterator[ast.expr | ast.stmt]:
+    match node:
+        case ast.Expr() | ast.AugAssign():
+            yield ast.Pass()
+        case ast.Call(ast.Name(name), arguments, keywords) if name in OTHERS:
+            yield ast.Call(ast.Name(OTHERS[name], ast.Load()), arguments, keywords)
+        case ast.Call(function, [first, second, *rest], keywords) if not any(
+            isinstance(one, ast.Starred) for one in (first, second)
+        ):
+            yield ast.Call(function, [second, first, *rest], keywords)
+        case ast.Constant(int() as value) if not isinstance(value, bool):
+            yield ast.Constant(value - 1)
+        case _:
+            return
 
 
 def _changes(node: ast.expr, decides: bool) -> Iterator[ast.expr]:
