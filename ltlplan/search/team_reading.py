@@ -32,7 +32,13 @@ def is_complete(state: int) -> bool:
 
 
 class TeamReading(ABC):
-    """What a mission asks of a team. States are integers of small absolute value."""
+    """What a mission asks of a team. States are integers of small absolute value.
+
+    Attributes:
+        ties: Of equal bounds, the least state comes first, or the one that is farthest from where plans begin.
+    """
+
+    ties: Literal["key", "farthest"] = "key"
 
     @abstractmethod
     def begin(self) -> int | None:
@@ -134,7 +140,7 @@ def least_sum(
     def heuristic(state: int) -> float:
         return 0.0 if state < _LOWEST else bound_of(state)
 
-    search = BestFirst([begin], successors, heuristic, weight=weight)
+    search = BestFirst([begin], successors, heuristic, weight=weight, ties=reading.ties)
     tried = explored = 0
     for state, cost, bound in search:
         known = bound if weight == 1.0 else 0.0
@@ -147,7 +153,7 @@ def least_sum(
         if reading.holds(state + _COMPLETE):
             reached = sum(1 for other in search.costs if other >= _LOWEST)
             states = tuple(search.path(state)[:-1])
-            return Found(known, tried, explored, reached, None, states, (), cost, cost)
+            return Found(cost if weight == 1.0 else known, tried, explored, reached, None, states, (), cost, cost)
         if candidates is not None and tried >= candidates:
             return Found(known, tried, explored, len(search.costs), "candidates")
     return Found(UNREACHABLE, tried, explored, len(search.costs))

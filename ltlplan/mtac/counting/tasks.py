@@ -171,8 +171,8 @@ class _Counted:
         names = tuple(self.mission.agents)
         robots = {name: itinerary(system, path) for name, system, path in zip(names, self.systems, plan.paths, strict=True)}
         try:
-            parts = () if self._rooms or self.mission.formula.uses_next() else [self._marks([part]) for part in self._asked]
-            meetings, precedences = waits_of(self.systems, plan, parts)
+            marks = None if self._rooms or self.mission.formula.uses_next() else self._marks(self._asked)
+            meetings, precedences = waits_of(self.systems, plan, marks)
             require_endurance(self.mission, self._systems, robots)
         except (HoversOutside, Infeasible):
             return None

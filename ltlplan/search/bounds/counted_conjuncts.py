@@ -29,7 +29,7 @@ class ConjunctBound:
     def __init__(self, classes: Classes) -> None:
         self._marks, self._robots = classes.marks, sum(classes.begin)
         moves = [move for found in classes.moves for move in found]
-        seen = classes.marks.seen
+        seen = [conjunct.seen for conjunct in classes.marks.conjuncts]
         kinds: list[dict[tuple[Sums, ...], float]] = [{} for _ in seen]
         for move in moves:
             shown = (classes.resting[move.source], *move.marks)
@@ -49,25 +49,17 @@ class ConjunctBound:
             sums: How many robots make each mark.
         """
         total = 0.0
-        for own, state, rest in zip(self._marks.seen, states, self._rest, strict=True):
+        for own, state, rest in zip(self._marks.conjuncts, states, self._rest, strict=True):
             if rest is not None:
-                total += rest.get((state, tuple(sums[i] for i in own)), UNREACHABLE)
+                total += rest.get((state, own.cut(sums)), UNREACHABLE)
         return total
 
     def _distances(self, index: int, kinds: dict[tuple[Sums, ...], float], begin: Sums) -> dict[tuple[int, Sums], float] | None:
         """Return the least sum of prices from each state with its sums to acceptance; None where there are too many."""
-        part, own = self._marks.parts[index], self._marks.seen[index]
-        width = max((max(seen, default=-1) for seen in self._marks.seen), default=-1) + 1
-
-        def letter(sums: Sums) -> int:
-            whole = [0] * width
-            for mark, total in zip(own, sums, strict=True):
-                whole[mark] = total
-            return self._marks.letter(tuple(whole))
-
-        nothing = (0,) * len(own)  # moves of which the conjunct sees nothing: it reads the letter again
+        own = self._marks.conjuncts[index]
+        nothing = (0,) * len(own.seen)  # moves of which the conjunct sees nothing: it reads the letter again
         ways = list((kinds | {(nothing, nothing): 0.0}).items())
-        nodes, back = [(part.step(part.initial, letter(begin)), begin)], dict[_Node, list[tuple[_Node, int]]]()
+        nodes, back = [(own.read(own.part.initial, begin), begin)], dict[_Node, list[tuple[_Node, int]]]()
         for state, sums in nodes:  # grows while it is walked
             for number, (way, _) in enumerate(ways):
                 others = tuple(s - m for s, m in zip(sums, way[0], strict=True))
@@ -76,7 +68,7 @@ class ConjunctBound:
                 after, at = state, sums
                 for marks in way[1:]:
                     at = tuple(o + m for o, m in zip(others, marks, strict=True))
-                    after = part.step(after, letter(at))
+                    after = own.read(after, at)
                 if after == DEAD or max(at, default=0) > self._robots:
                     continue
                 if (after, at) not in back and (after, at) != nodes[0]:
@@ -84,6 +76,6 @@ class ConjunctBound:
                 back.setdefault((after, at), []).append(((state, sums), number))
             if len(nodes) > MOST_ABSTRACT:
                 return None
-        goals = frozenset(node for node in nodes if part.accepting(node[0]))
-        graph = ConjunctGraph(nodes, back, goals, part.mask, range(len(ways)))
+        goals = frozenset(node for node in nodes if own.part.accepting(node[0]))
+        graph = ConjunctGraph(nodes, back, goals, own.part.mask, range(len(ways)))
         return graph.costs({number: price for number, (_, price) in enumerate(ways)}, goals)

@@ -1,7 +1,7 @@
 """Lower bounds from the places of the robots: paths that between them reach every goal that is needed.
 
-What one robot pays at the least for a set of goals, in whatever order, is found once for each class from which it may begin (Held and
-Karp 1962, over moves). The goals are then shared out among robots. Where each is needed once, at the least cost of joining sets: no less
+What one robot pays at the least for a set of goals, in whatever order, is found once for each position from which it may begin (Held and
+Karp 1962, over moves), that for what the formula asks of it alone included (`own_progress`). Beyond what all pay for that, the goals are then shared out among robots. Where each is needed once, at the least cost of joining sets: no less
 than the spanning tree over goals, which `conjunct_bounds` gives. Where some are needed of several robots, that is a set cover, and its
 linear relaxation is looked at: a price for each goal, paid to every robot that reaches it, where no robot gets more than its way costs.
 Any prices give a lower bound, so those that are best of one state serve others.
@@ -14,7 +14,7 @@ many robots as are missing to k must come to make the mark; while it is true and
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import reduce
 from operator import or_
@@ -24,6 +24,7 @@ import numpy as np
 
 from ltlplan.logic.automaton import DEAD
 from ltlplan.search.bounds.conjunct_graph import ConjunctGraph
+from ltlplan.search.bounds.own_progress import Positions, Way
 from ltlplan.search.counting.classes import Classes, Numbers
 from ltlplan.search.counting.counting_propositions import NEVER, Marks, States, Sums
 from ltlplan.search.joint.conjuncts import JointConjunct
@@ -36,7 +37,7 @@ MOST_GOALS = 8
 _MOST_PRICES = 4
 """Prices by which states that need the same goals are bounded."""
 _ROUNDING = 1e-7
-"""By how much less than computed a bound is, in units of costs: sums of the same costs differ by their order."""
+"""By how much less than computed a bound by prices is, in units of costs: prices are what an optimiser finds."""
 MOST_READ = 50_000
 """States times letters of a conjunct up to which its landmarks are looked for."""
 
@@ -66,13 +67,14 @@ class CountedLandmarks:
 
     Args:
         marks: What the formula sees.
+        without: Conjuncts, by index, that are not looked at.
 
     Attributes:
         goals: All that any state may need.
     """
 
-    def __init__(self, marks: Marks) -> None:
-        self._needed = [_landmarks(marks, part) for part in marks.parts]
+    def __init__(self, marks: Marks, without: Collection[int] = ()) -> None:
+        self._needed = [{} if k in without else _landmarks(marks, part) for k, part in enumerate(marks.parts)]
         self.goals = tuple(sorted({goal for found in self._needed for needed in found.values() for goal, _ in needed}))
 
     def __call__(self, states: States, sums: Sums) -> tuple[int, ...]:
@@ -136,22 +138,24 @@ def _letters(levels: Mapping[int, tuple[int, int]]) -> list[int]:
 
 
 class GoalCover:
-    """Lower bounds on what is left, from goals that must be reached.
+    """Lower bounds on what is left, from goals that must be reached, and from what robots that the formula names have to do by themselves.
 
     Args:
         classes: The team's.
     """
 
     def __init__(self, classes: Classes) -> None:
-        self._landmarks = CountedLandmarks(classes.marks)
+        self._positions = Positions(classes)
+        self._landmarks = CountedLandmarks(classes.marks, self._positions.own)
         self._bits = [1 << index for index in range(len(self._landmarks.goals[:MOST_GOALS]))]
-        costs = self._costs(classes)
-        self._open = [self._missed((own,)) for own in classes.resting]
+        costs = np.hstack([self._costs(*block) for block in self._positions.ways])
+        self._open = [self._missed((classes.resting[place],)) for place, _ in self._positions.known]
         sets = np.arange(1 << len(self._bits))
         self._alone = np.where(
             sets[:, None] & ~np.array(self._open), np.inf, costs
         )  # of sets that a robot there has not reached in part
         self._rows: list[list[float]] = self._alone.tolist()
+        self._more = self._alone - np.where(np.isfinite(self._alone[0]), self._alone[0], 0.0)
         self._prices: dict[int, list[_Prices]] = {}
 
     def __call__(self, states: States, sums: Sums, numbers: Numbers) -> float:
@@ -162,15 +166,16 @@ class GoalCover:
             sums: How many robots make each mark.
             numbers: How many robots rest in each class.
         """
+        team = {self._positions.of(place, states): count for place, count in enumerate(numbers) if count}
+        begun, alone = 0.0, self._rows[0]
+        for position in team:
+            begun += alone[position]  # nobody does anything alone whom the formula does not name
         missing = self._landmarks(states, sums)[: len(self._bits)]
         asked = sum(bit for bit, more in zip(self._bits, missing, strict=True) if more)
-        if not asked:
-            return 0.0
-        places = frozenset(place for place, count in enumerate(numbers) if count)
-        found = self._join(asked, places)
-        if max(missing) > 1 and found < UNREACHABLE:
-            found = max(found, *(prices.bound(missing, numbers, places) for prices in self._priced(asked, missing, numbers)))
-        return max(0.0, found - _ROUNDING)
+        found = self._join(asked, frozenset(team)) if begun < UNREACHABLE else UNREACHABLE
+        if max(missing, default=0) > 1 and found < UNREACHABLE:
+            found = max(found, *(prices.bound(missing, team) - _ROUNDING for prices in self._priced(asked, missing, team)))
+        return begun + found
 
     def highest(self, states: States, sums: Sums, robots: Sequence[tuple[int, float]]) -> float:
         """Return a lower bound on what the dearest robot pays in the end.
@@ -184,7 +189,8 @@ class GoalCover:
             robots: The class of each, and what it has paid.
         """
         missing = self._landmarks(states, sums)[: len(self._bits)]
-        left = [self._open[place] for place, _ in robots]
+        team = [(self._positions.of(place, states), paid) for place, paid in robots]
+        left = [self._open[position] for position, _ in team]
         forced, some = 0, list[tuple[int, int]]()
         for bit, more in zip(self._bits, missing, strict=True):
             able = sum(1 for own in left if own & bit) if more else 0
@@ -194,10 +200,10 @@ class GoalCover:
                 forced |= bit
             elif more:
                 some.append((bit, more))
-        begun = [(place, paid, own & forced) for (place, paid), own in zip(robots, left, strict=True)]
-        found = max(paid + self._rows[own][place] for place, paid, own in begun)
+        begun = [(position, paid, own & forced) for (position, paid), own in zip(team, left, strict=True)]
+        found = max(paid + self._rows[own][position] for position, paid, own in begun)
         for bit, more in some:
-            reached = sorted(paid + self._rows[own | bit][place] for place, paid, own in begun if self._open[place] & bit)
+            reached = sorted(paid + self._rows[own | bit][at] for at, paid, own in begun if self._open[at] & bit)
             found = max(found, reached[more - 1])
         return found - _ROUNDING
 
@@ -206,23 +212,24 @@ class GoalCover:
         goals = zip(self._bits, self._landmarks.goals, strict=False)
         return sum(bit for bit, goal in goals if not any(map(goal.shown, letters)))
 
-    def _costs(self, classes: Classes) -> Floats:
-        """Return what one robot pays at the least for each set of goals, as bits, from each class. Shape (sets, classes)."""
-        count, everything = len(classes.moves), sum(self._bits)
+    def _costs(self, positions: range, ways: Sequence[Way]) -> Floats:
+        """Return what one robot pays at the least for each set of goals, as bits, from each of some positions. Shape (sets, positions)."""
+        count, everything = len(positions), sum(self._bits)
         far = np.full((count, count), np.inf)
         np.fill_diagonal(far, 0.0)
         helpful: dict[tuple[int, int, int], float] = {}  # source, target, goals
-        for move in (move for found in classes.moves for move in found):
-            far[move.source, move.target] = min(far[move.source, move.target], move.cost)
-            reached = everything ^ self._missed(move.marks)
+        for source, target, cost, marks in ((way.source - positions[0], way.target - positions[0], *way[2:]) for way in ways):
+            far[source, target] = min(far[source, target], cost)
+            reached = everything ^ self._missed(marks)
             if reached:
-                key = move.source, move.target, reached
-                helpful[key] = min(move.cost, helpful.get(key, np.inf))
+                key = source, target, reached
+                helpful[key] = min(cost, helpful.get(key, np.inf))
         for middle in range(count):
             np.minimum(far, far[:, middle, None] + far[middle], out=far)
         sources, targets, reached = np.array(list(helpful), dtype=np.int64).reshape(-1, 3).T
         costs = np.array(list(helpful.values()))
         found = np.zeros((everything + 1, count))
+        found[0] = far[:, [self._positions.done[position] for position in positions]].min(axis=1, initial=np.inf)
         for wanted in range(1, everything + 1):
             helps = (reached & wanted) > 0
             left = costs[helps] + found[wanted & ~reached[helps], targets[helps]]
@@ -233,7 +240,7 @@ class GoalCover:
 
     @memoized
     def _join(self, asked: int, places: frozenset[int]) -> float:
-        """Return the least sum of what robots from these classes, as many as are wanted, pay for the goals."""
+        """Return the least sum of what robots from these positions, as many as are wanted, pay for the goals beyond what each does alone."""
         if not asked:
             return 0.0
         least, lowest = self._least(places), asked & -asked
@@ -248,19 +255,19 @@ class GoalCover:
 
     @memoized
     def _least(self, places: frozenset[int]) -> list[float]:
-        """Return what one robot from these classes pays at the least for each set of goals, as bits."""
-        return self._alone[:, sorted(places)].min(axis=1).tolist()
+        """Return what one robot from these positions pays at the least for each set of goals, as bits, beyond what it does alone."""
+        return self._more[:, sorted(places)].min(axis=1).tolist()
 
-    def _priced(self, asked: int, missing: Sequence[int], numbers: Numbers) -> list[_Prices]:
+    def _priced(self, asked: int, missing: Sequence[int], team: Mapping[int, int]) -> list[_Prices]:
         """Return prices for states that need these goals: those of states that need more, and the best of this one."""
         found = self._prices.get(asked)
         if found is None:
-            within = [own for own in range(1, len(self._alone)) if not own & ~asked]
+            within = [own for own in range(1, len(self._more)) if not own & ~asked]
             paid = (np.array(within)[:, None] >> np.arange(len(self._bits)) & 1).astype(np.float64)
             others = [prices for known, group in self._prices.items() if not asked & ~known for prices in group]
             kept = [prices.of * [bool(bit & asked) for bit in self._bits] for prices in others[-_MOST_PRICES + 1 :]]
-            best = _best_prices(paid, self._alone[within], missing, numbers)
-            found = self._prices[asked] = [_Prices.at(of, paid, self._alone[within]) for of in (*kept, best)]
+            best = _best_prices(paid, self._more[within], missing, team)
+            found = self._prices[asked] = [_Prices.at(of, paid, self._more[within]) for of in (*kept, best)]
         return found
 
 
@@ -270,7 +277,7 @@ class _Prices:
 
     Attributes:
         of: For each goal. Shape (goals,).
-        gains: For each class, not below 0.
+        gains: For each position, not below 0.
     """
 
     of: Floats
@@ -281,27 +288,27 @@ class _Prices:
         """Return these prices with what robots gain by them."""
         return cls(of, np.maximum(0.0, (paid @ of)[:, None] - costs).max(axis=0).tolist())
 
-    def bound(self, missing: Sequence[int], numbers: Numbers, places: frozenset[int]) -> float:
+    def bound(self, missing: Sequence[int], team: Mapping[int, int]) -> float:
         """Return a lower bound on what all pay."""
         paid = float(self.of @ np.array(missing))
-        return paid - sum(self.gains[place] * numbers[place] for place in places)
+        return paid - sum(self.gains[position] * count for position, count in team.items())
 
 
-def _best_prices(paid: Floats, costs: Floats, missing: Sequence[int], numbers: Numbers) -> Floats:
+def _best_prices(paid: Floats, costs: Floats, missing: Sequence[int], team: Mapping[int, int]) -> Floats:
     """Return the prices that give the largest bound: the dual of the cover's linear relaxation.
 
     Args:
         paid: For each set of goals, which of them it has. Shape (sets, goals).
-        costs: Of each set from each class. Shape (sets, classes).
+        costs: Of each set from each position. Shape (sets, positions).
         missing: For each goal how many robots must reach it.
-        numbers: How many robots rest in each class.
+        team: How many robots are at which positions.
     """
     from scipy.optimize import linprog  # here: it takes long to load, and few plans need it
 
-    places = [place for place, count in enumerate(numbers) if count]
+    places = list(team)
     gained = np.kron(np.eye(len(places)), np.ones((len(paid), 1)))
     rows, limits = np.hstack([np.tile(paid, (len(places), 1)), -gained]), costs[:, places].T.ravel()
     possible = np.isfinite(limits)
-    aim = np.array([*(-float(more) for more in missing), *(float(numbers[place]) for place in places)])
+    aim = np.array([*(-float(more) for more in missing), *map(float, team.values())])
     found = linprog(aim, A_ub=rows[possible], b_ub=limits[possible], bounds=(0.0, None), method="highs")
     return np.maximum(0.0, found.x[: len(missing)]) if found.success else np.zeros(len(missing))

@@ -75,6 +75,7 @@ class Classes:
         ends: For each class whether the flight may end there.
         moves: For each class the moves from it.
         begin: How many robots start in each class.
+        owners: For each class the robot that alone comes to it, as the formula names it; empty where none is named.
         crowds: Small regions, none of which holds too many robots at rest.
     """
 
@@ -83,6 +84,7 @@ class Classes:
     ends: tuple[bool, ...]
     moves: tuple[tuple[ClassMove, ...], ...]
     begin: Numbers
+    owners: tuple[str, ...]
     crowds: tuple[Crowd, ...] = ()
 
     @cached_property

@@ -7,11 +7,12 @@ course does what is asked. A robot sets out for a move of the next stage when al
 
 from __future__ import annotations
 
+import itertools
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from ltlplan.search.counting.counting_propositions import Marks, States, Sums
+from ltlplan.search.counting.counting_propositions import ConjunctMarks, Marks, Sums
 from ltlplan.search.counting.interleavings import Interleaved, in_all_orders, total
 from ltlplan.systems.transition_systems import TransitionSystem
 
@@ -29,67 +30,81 @@ def stages(marks: Marks, begin: Sequence[Sums], turns: Sequence[_Shown]) -> list
         begin: The marks that each robot makes at its start.
         turns: In an order that does what is asked.
     """
-    first = marks.begin(total(begin))
-    if first is None or not _is_done_by(marks, {first}, begin, turns):
+    readers = [_Reader(conjunct, begin, turns) for conjunct in marks.conjuncts]
+    if not all(reader.allows(0, 0) for reader in readers):
         return None
     found: list[tuple[int, ...]] = []
-    held, states, at = begin, {first}, 0
+    at = 0
     while at < len(turns):
-        size, states = _longest(marks, states, held, turns[at:])
-        held = _held_after(held, turns[at : at + size])
-        found.append(tuple(range(at, at + size)))
-        at += size
+        end = _end_of_stage(readers, at, len(turns))
+        for reader in readers:
+            reader.go_on(at, end)
+        found.append(tuple(range(at, end)))
+        at = end
     return found
 
 
-def _longest(marks: Marks, states: set[States], held: Sequence[Sums], turns: Sequence[_Shown]) -> tuple[int, set[States]]:
-    """Return how many of the first turns can be made at the same time, and the states that this can lead to."""
-
-    def possible(size: int) -> set[States] | None:
-        after = _at_once(marks, states, held, turns[:size])
-        done = after is not None and _is_done_by(marks, after, _held_after(held, turns[:size]), turns[size:])
-        return after if done else None
-
-    best = possible(1)
-    assert best is not None  # the course does what is asked one turn after another
+def _end_of_stage(readers: Sequence[_Reader], at: int, count: int) -> int:
+    """Return up to which turn all can be made at the same time."""
     size, step = 1, 1
     while step:
-        more = possible(min(size + step, len(turns))) if size < len(turns) else None
-        if more is not None:
-            size, best, step = min(size + step, len(turns)), more, step * 2
+        more = min(at + size + step, count)
+        if at + size < count and all(reader.allows(at, more) for reader in readers):
+            size, step = more - at, step * 2
         else:
-            step = step // 2 if size < len(turns) else 0
-    return size, best
+            step = step // 2 if at + size < count else 0
+    return at + size
 
 
-def _held_after(held: Sequence[Sums], turns: Sequence[_Shown]) -> list[Sums]:
-    """Return the marks that each robot makes after some turns."""
-    last = {robot: shown[-1] for robot, shown in turns}
-    return [last.get(robot, own) for robot, own in enumerate(held)]
+class _Reader:
+    """One conjunct that reads turns, of which it sees only the marks that concern it: what it does not see changes nothing for it.
 
+    Args:
+        conjunct: The conjunct.
+        begin: The marks that each robot makes at its start.
+        turns: All of them.
+    """
 
-def _is_done_by(marks: Marks, states: set[States], held: Sequence[Sums], turns: Sequence[_Shown]) -> bool:
-    """Tell whether turns, one after another, lead from all these states to where everything is done."""
-    now = list(held)
-    for robot, way in turns:
-        for shown in way:
-            now[robot] = shown
-            sums = total(now)
-            after = {marks.read(state, sums) for state in states}
-            states = {state for state in after if state is not None}
-            if None in after:
-                return False
-    return all(marks.accepting(state) for state in states)
+    def __init__(self, conjunct: ConjunctMarks, begin: Sequence[Sums], turns: Sequence[_Shown]) -> None:
+        self._read, self._accepting = conjunct.read, conjunct.part.accepting
+        self._held, self._turns = list(map(conjunct.cut, begin)), list[_Shown]()
+        now = list(self._held)
+        for robot, way in turns:
+            letters = [now[robot], *map(conjunct.cut, way)]
+            seen = [b for a, b in itertools.pairwise(letters) if a != b or not conjunct.part.repeats]
+            self._turns.append((robot, tuple(seen)))
+            now[robot] = letters[-1]
+        self._states = {self._read(conjunct.part.initial, total(self._held))}
 
+    def allows(self, at: int, end: int) -> bool:
+        """Tell whether some turns at the same time, then all later ones one after another, do what is asked."""
+        states, now = self._at_once(at, end), self._held_after(at, end)
+        sums = total(now)
+        for robot, way in self._turns[end:]:
+            for shown in way:
+                sums = tuple([all_of - old + new for all_of, old, new in zip(sums, now[robot], shown, strict=True)])
+                now[robot] = shown
+                states = {self._read(state, sums) for state in states}
+        return bool(states) and all(map(self._accepting, states))
 
-def _at_once(marks: Marks, states: set[States], held: Sequence[Sums], turns: Sequence[_Shown]) -> set[States] | None:
-    """Return the states that all orders of some robots' letters lead to; None where one loses the task, or they are too many."""
-    ways: dict[int, tuple[Sums, ...]] = {}  # a robot makes its own turns one after another
-    for robot, way in turns:
-        ways[robot] = (*ways.get(robot, (held[robot],)), *way)
-    kinds = Counter(ways.values())
-    others = total([own for robot, own in enumerate(held) if robot not in ways] or [(0,) * len(held[0])])
-    return in_all_orders(marks, states, Interleaved(tuple(kinds), tuple(kinds.values()), others))
+    def go_on(self, at: int, end: int) -> None:
+        """Make some turns at the same time."""
+        self._states, self._held = self._at_once(at, end), self._held_after(at, end)
+
+    def _held_after(self, at: int, end: int) -> list[Sums]:
+        """Return the marks that each robot makes after some turns."""
+        last = {robot: way[-1] for robot, way in self._turns[at:end] if way}
+        return [last.get(robot, own) for robot, own in enumerate(self._held)]
+
+    def _at_once(self, at: int, end: int) -> set[int]:
+        """Return the states that all orders of some turns lead to; none where one loses the task, or they are too many."""
+        ways: dict[int, tuple[Sums, ...]] = {}  # a robot makes its own turns one after another
+        for robot, way in self._turns[at:end]:
+            if way:
+                ways[robot] = (*ways.get(robot, (self._held[robot],)), *way)
+        kinds = Counter(ways.values())
+        others = [own for robot, own in enumerate(self._held) if robot not in ways] or [(0,) * len(self._held[0])]
+        return in_all_orders(self._read, self._states, Interleaved(tuple(kinds), tuple(kinds.values()), total(others)))
 
 
 @dataclass(frozen=True, slots=True)

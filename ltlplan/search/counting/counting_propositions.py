@@ -25,7 +25,7 @@ class Marks:
 
     Attributes:
         parts: One automaton for each conjunct.
-        seen: For each conjunct the marks, by number, that it depends on.
+        conjuncts: The same, each reading the sums of the marks that it sees, and no others.
         levels: For each proposition, by bit, its mark and the least sum that makes it true.
         named: The robots that the formula names.
     """
@@ -57,9 +57,7 @@ class Marks:
             self.levels.append((numbers[key], NEVER if least > many else 0 if least <= few else least))
         bit = {name: 1 << i for i, name in enumerate(asked)}
         self.parts = tuple(JointConjunct(automaton, bit) for automaton in automata)
-        self.seen = tuple(
-            tuple(sorted({self.levels[i][0] for i, name in enumerate(asked) if bit[name] & part.mask})) for part in self.parts
-        )
+        self.conjuncts = tuple(ConjunctMarks(part, self.levels, [robot for robot, _ in self._marks]) for part in self.parts)
         self.named = frozenset(robot for robot, _ in self._marks if robot)
 
     def of(self, robot: str, letter: Letter) -> Sums:
@@ -91,6 +89,45 @@ class Marks:
     def accepting(self, states: States) -> bool:
         """Tell whether everything is done."""
         return all(part.accepting(state) for part, state in zip(self.parts, states, strict=True))
+
+
+class ConjunctMarks:
+    """One conjunct of a formula, as it reads a team: only the sums of the marks that it sees.
+
+    Attributes:
+        part: Its automaton.
+        seen: The marks, by number, that it depends on.
+        robot: The robot that all of these are of; empty where there is none, or several.
+
+    Args:
+        part: Its automaton.
+        levels: For each proposition, by bit, its mark and the least sum that makes it true.
+        robots: For each mark the robot that it is of; empty for those of any robot.
+    """
+
+    def __init__(self, part: JointConjunct, levels: Sequence[tuple[int, int]], robots: Sequence[str]) -> None:
+        asked = [(bit, *level) for bit, level in enumerate(levels) if part.mask >> bit & 1]
+        self.part, self.seen = part, tuple(sorted({mark for _, mark, _ in asked}))
+        self._asked = [(1 << bit, self.seen.index(mark), least) for bit, mark, least in asked]
+        of = {robots[mark] for mark in self.seen}
+        self.robot = of.pop() if len(of) == 1 else ""
+
+    def cut(self, marks: Sums) -> Sums:
+        """Return what the conjunct sees of marks or of their sums."""
+        return tuple([marks[mark] for mark in self.seen])
+
+    def read(self, state: int, sums: Sums) -> int:
+        """Return the state after a letter, or `DEAD`.
+
+        Args:
+            state: Before it.
+            sums: Cut to what the conjunct sees.
+        """
+        return self._after(state, sums)
+
+    @memoized
+    def _after(self, state: int, sums: Sums) -> int:
+        return self.part.step(state, sum(bit for bit, place, least in self._asked if sums[place] >= least))
 
 
 def shows(counted: Formula, letter: Letter) -> bool:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import itertools
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
-from ltlplan.search.counting.counting_propositions import Marks, States, Sums
+from ltlplan.logic.automaton import DEAD
+from ltlplan.search.counting.counting_propositions import Sums
 
 MOST_STEPS = 20_000
 """Steps of trying all orders."""
@@ -47,17 +48,19 @@ class KindWait:
         )
 
 
-def in_all_orders(marks: Marks, states: set[States], team: Interleaved, waits: Sequence[KindWait] = ()) -> set[States] | None:
-    """Return the states that all orders of a team's letters lead to; None where one loses the task, or they are too many.
+def in_all_orders(
+    read: Callable[[int, Sums], int], states: set[int], team: Interleaved, waits: Sequence[KindWait] = ()
+) -> set[int]:
+    """Return the states of one conjunct that all orders of a team's letters lead to; none where one loses the task, or they are too many.
 
     Args:
-        marks: What the formula sees.
-        states: Where its conjuncts may be at the beginning.
+        read: Returns the conjunct's state after a letter, or `DEAD`.
+        states: Where it may be at the beginning.
         team: Who makes which letters.
         waits: Orders are left out that do not keep them.
     """
     start = tuple((count, *(0,) * (len(way) - 1)) for way, count in zip(team.ways, team.counts, strict=True))
-    layers: dict[int, dict[_Progress, set[States]]] = defaultdict(dict)
+    layers: dict[int, dict[_Progress, set[int]]] = defaultdict(dict)
     layers[0][start] = states
     last, steps = sum(count * (len(way) - 1) for way, count in zip(team.ways, team.counts, strict=True)), 0
     for depth in range(last):
@@ -66,14 +69,11 @@ def in_all_orders(marks: Marks, states: set[States], team: Interleaved, waits: S
                 if not all(wait.allows(progress, after) for wait in waits):
                     continue
                 steps += len(here)
-                if steps > MOST_STEPS:
-                    return None
                 sums = total((team.others, *shown))
-                read = {marks.read(state, sums) for state in here}
-                if None in read:
-                    return None
-                reached = layers[_depth(after)].setdefault(after, set())
-                reached |= {state for state in read if state is not None}
+                found = {read(state, sums) for state in here}
+                if steps > MOST_STEPS or DEAD in found:
+                    return set()
+                layers[_depth(after)].setdefault(after, set()).update(found)
     return next(iter(layers[last].values()))
 
 

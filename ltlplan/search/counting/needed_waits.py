@@ -8,15 +8,13 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 from ltlplan.search.counting.counted_plans import CountedPlan
-from ltlplan.search.counting.counting_propositions import Marks, Sums
+from ltlplan.search.counting.counting_propositions import ConjunctMarks, Marks, Sums
 from ltlplan.search.counting.interleavings import Interleaved, KindWait, in_all_orders, total
 from ltlplan.systems.transition_systems import TransitionSystem
 from verify.data import Letter
 
 
-def needed_waits(
-    systems: Sequence[TransitionSystem], parts: Sequence[Marks], plan: CountedPlan
-) -> list[tuple[int, int]] | None:
+def needed_waits(systems: Sequence[TransitionSystem], marks: Marks, plan: CountedPlan) -> list[tuple[int, int]] | None:
     """Return pairs of turns, by index, of which the second one begins when the first one has ended: no more than the formula needs.
 
     Robots that do the same wait for each other between their turns at first, and for nobody else. Where the formula does not hold in all
@@ -26,15 +24,15 @@ def needed_waits(
 
     Args:
         systems: One for each robot.
-        parts: The marks of each conjunct's propositions.
+        marks: What the formula sees.
         plan: Its paths, turns and stages.
     """
     letters = [tuple(system.labels[node] for node in path) for system, path in zip(systems, plan.paths, strict=True)]
-    named = frozenset().union(*(part.named for part in parts))
+    shown = [[marks.of(system.robot, letter) for letter in way] for system, way in zip(systems, letters, strict=True)]
     for staged in (False, True):
-        kinds = _kinds_of(systems, plan, letters, named, staged=staged)
+        kinds = _kinds_of(systems, plan, letters, marks.named, staged=staged)
         waits = _possible_waits(plan, kinds, staged=staged)
-        seen = [_Seen(part, systems, letters, [kind.robots for kind in kinds]) for part in parts]
+        seen = [_Seen(conjunct, shown, [kind.robots for kind in kinds]) for conjunct in marks.conjuncts]
         if all(part.holds(waits) for part in seen):
             kept = sorted(
                 waits, key=lambda wait: (wait.first == wait.then, wait.due > 1)
@@ -107,16 +105,10 @@ def _stage_of(plan: CountedPlan) -> dict[int, int]:
 class _Seen:
     """What one conjunct sees of a team: only the letters at which its marks change."""
 
-    def __init__(
-        self,
-        marks: Marks,
-        systems: Sequence[TransitionSystem],
-        letters: Sequence[tuple[Letter, ...]],
-        kinds: Sequence[Sequence[int]],
-    ) -> None:
-        self._marks = marks
+    def __init__(self, conjunct: ConjunctMarks, team: Sequence[Sequence[Sums]], kinds: Sequence[Sequence[int]]) -> None:
+        self._conjunct = conjunct
         self._places: list[list[int]] = []
-        shown = [[marks.of(system.robot, letter) for letter in way] for system, way in zip(systems, letters, strict=True)]
+        shown = [list(map(conjunct.cut, way)) for way in team]
         ways: list[tuple[Sums, ...]] = []
         for robots in kinds:
             way = shown[robots[0]]
@@ -127,8 +119,7 @@ class _Seen:
         still = [way[0] for robot, way in enumerate(shown) if robot not in moving]
         others = total(still or [(0,) * len(shown[0][0])])
         self._team = Interleaved(tuple(ways), tuple(map(len, kinds)), others)
-        first = marks.begin(total([way[0] for way in shown]))
-        self._begin = None if first is None else {first}
+        self._begin = {conjunct.read(conjunct.part.initial, total([way[0] for way in shown]))}
         alike: Counter[tuple[Sums, ...]] = Counter()
         for way, robots in zip(ways, kinds, strict=True):
             alike[way] += len(robots)
@@ -144,5 +135,5 @@ class _Seen:
         return self._always or self._holds(self._team, own)
 
     def _holds(self, team: Interleaved, waits: Sequence[KindWait]) -> bool:
-        after = None if self._begin is None else in_all_orders(self._marks, self._begin, team, waits)
-        return after is not None and all(self._marks.accepting(state) for state in after)
+        after = in_all_orders(self._conjunct.read, self._begin, team, waits)
+        return bool(after) and all(map(self._conjunct.part.accepting, after))

@@ -89,7 +89,8 @@ class CourseSearch:
             states: That may be looked at, for each half of the tries.
         """
         most, searched = states // 2, Searched(None, 0.0, 0)
-        tries = [(True, min(_EASY, most), 1.0), (False, most, 1.0)]
+        named = any(conjunct.robot for conjunct in self.classes.marks.conjuncts)  # what one robot does is known at once
+        tries = [*([] if named else [(True, min(_EASY, most), 1.0)]), (False, most, 1.0)]
         tries += [(False, most, weight) for weight in (_WEIGHTS if self.classes.crowds else _WEIGHTS[-1:])]
         for easy, limit, weight in tries:
             reading = CountReading(self.classes, self._bounds)

@@ -66,7 +66,8 @@ class CountBounds:
 class CountReading(PaidApart):
     """A team whose robots are counted, for `least_sum` and `least_highest`.
 
-    States are negative, so that of equal bounds the latest state comes first.
+    Of equal bounds the state comes first at which most was paid, then the latest one, as states are negative: robots that have nothing to do
+    with each other finish one after another, and not in all orders.
 
     Args:
         classes: The team's abilities.
@@ -74,6 +75,8 @@ class CountReading(PaidApart):
         below: The highest cost is to be less.
         greed: Weight of what is left for each robot, beside the bound on the highest cost; above 0 any cheaper course is found sooner.
     """
+
+    ties = "farthest"
 
     def __init__(self, classes: Classes, bounds: CountBounds, *, below: float = UNREACHABLE, greed: float = 0.0) -> None:
         self._classes, self._marks, self._crowds = classes, classes.marks, classes.crowds

@@ -49,10 +49,8 @@ def plan_stages(problem: Problem) -> Allocation:
 
         raise NoWords(lambda: relaxed(mission, no_counted_plan(mission, each, kinds, problem.asked, rooms), problem.cheapest))
     try:
-        parts = (
-            () if rooms or problem.asked.uses_next() else [Marks([automaton], problem.known) for automaton in problem.automata]
-        )
-        waits, precedences = waits_of(each, found, parts)
+        marks = None if rooms or problem.asked.uses_next() else Marks(problem.automata, problem.known)
+        waits, precedences = waits_of(each, found, marks)
     except HoversOutside:  # but flights may be timed so that nobody has to, or it waits there
         with contextlib.suppress(TooLarge, Infeasible):
             ordered = orders.plan(problem)
@@ -114,20 +112,20 @@ class HoversOutside(BadInput):
 
 
 def waits_of(
-    systems: Sequence[TransitionSystem], plan: CountedPlan, parts: Sequence[Marks] = ()
+    systems: Sequence[TransitionSystem], plan: CountedPlan, marks: Marks | None = None
 ) -> tuple[list[Meeting], list[Precedence]]:
     """Return the waits between stages: each robot of a stage sets out, or acts where it is, when all others of the one before have arrived.
 
     Args:
         systems: One for each robot.
         plan: Its paths, turns and stages.
-        parts: The marks of each conjunct's propositions; of waits between stages only those are kept then that the formula needs.
+        marks: What the formula sees; of waits between stages only those are kept then that it needs.
 
     Raises:
         HoversOutside: A robot would have to come to rest in no region, or act where it stays, while others are still to set out.
     """
     found = list(dict.fromkeys(_waits(systems, plan, _handovers(plan))))
-    pairs = needed_waits(systems, parts, plan) if parts and found else None
+    pairs = needed_waits(systems, marks, plan) if marks is not None and found else None
     if pairs is not None:
         with contextlib.suppress(HoversOutside):
             found = list(dict.fromkeys(_waits(systems, plan, _needed(plan, pairs))))

@@ -136,7 +136,9 @@ class TeamClasses:
         }
         crowds = tuple(Crowd(within[region], most, self.team.rooms.passing) for region, most in self.team.rooms.most.items())
         begin = tuple(self.start.count(number) for number in range(len(self.classes)))
-        return Classes(self.marks, tuple(resting), tuple(ends), tuple(map(tuple, moves)), begin, crowds)
+        names = (self.systems[robot].robot for robot, _ in self.member)
+        owners = tuple(name if name in self.marks.named else "" for name in names)
+        return Classes(self.marks, tuple(resting), tuple(ends), tuple(map(tuple, moves)), begin, owners, crowds)
 
     def _marks(self, robot: int, node: int) -> Sums:
         return self.robots[robot].marks[node]

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from functools import reduce
+from functools import cached_property, reduce
 from operator import or_
 
 from ltlplan.logic.automaton import DEAD, Automaton
@@ -22,6 +22,9 @@ from ltlplan.search.numbering import Numbers
 
 MAX_IMAGES = 4096
 """States times contexts of a conjunct up to which what words do to it is tracked."""
+
+MAX_REPEATS = 50_000
+"""States times letters of a conjunct up to which it is found out whether repeating letters matters."""
 
 MAX_STEPS = 200_000
 """Steps of trying one conjunct in every order of the robots."""
@@ -75,9 +78,10 @@ class JointConjunct:
             return DEAD if state == DEAD else images[state]
         return reduce(or_, (images[at] for at in bits(state) if images[at] != DEAD), 0) or DEAD
 
-    def repeats(self, most: int) -> bool:
-        """Tell whether reading any letter twice is the same as reading it once; False where there are too many to try."""
-        if len(self.domain) << len(self._bit) > most and self._bit:
+    @cached_property
+    def repeats(self) -> bool:
+        """Whether reading any letter twice is the same as reading it once; False where there are too many to try."""
+        if len(self.domain) << len(self._bit) > MAX_REPEATS and self._bit:
             return False
         once = ((letter, self.step(state, letter)) for letter in subsets(self.mask) for state in self.domain)
         return all(self.step(after, letter) == after for letter, after in once)

@@ -22,7 +22,6 @@ from ltlplan.search.team_planning import TeamTask
 from ltlplan.search.team_reading import UNREACHABLE
 from ltlplan.systems.transition_systems import TransitionSystem
 
-MAX_REPEATS = 50_000  # states times letters of a conjunct up to which it is found out whether repeating letters matters
 MAX_CONTEXTS = 4096  # sets of propositions that the others may hold
 MAX_MOVES = 100_000  # moves of a conjunct's graph up to which it is walked
 
@@ -59,7 +58,7 @@ class JointTask(TeamTask):
         self.masks = [sum(bit.get(name, 0) for name in letter) for letter in team.letters]
         alike: dict[int, int] = {}
         classes = [alike.setdefault(mask, letter) for letter, mask in enumerate(self.masks)]
-        self.repeats = all(part.repeats(MAX_REPEATS) for part in self.parts)
+        self.repeats = all(part.repeats for part in self.parts)
         self.graph = ReducedGraph(team, [False if self.repeats else None] * len(classes), classes)
         self.bounds = ConjunctBounds([_backwards(part, self.masks) for part in self.parts], self.masks, self.graph)
         self.first = [self.masks[label[start]] for label, start in zip(team.label, self.graph.start, strict=True)]

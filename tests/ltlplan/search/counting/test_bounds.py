@@ -40,7 +40,25 @@ def random_team(rng: Random, formula, robots: int) -> Classes:
     for _ in range(robots):
         begin[rng.randrange(count)] += 1
     ends = [rng.random() < 0.8 for _ in range(count)]
-    return Classes(marks, tuple(resting), tuple(ends), tuple(map(tuple, moves)), tuple(begin))
+    return Classes(marks, tuple(resting), tuple(ends), tuple(map(tuple, moves)), tuple(begin), ("",) * count)
+
+
+def random_named_team(rng: Random, formula, robots: int) -> Classes:
+    """Return classes of places of which each robot has some that nobody else comes to."""
+    asked = written_out(formula, NAMES[:robots])
+    marks = Marks(conjunct_automata(asked, "finite"), atoms(asked))
+    resting, moves, begin, owners = [], [], [], []
+    for who in NAMES[:robots]:
+        first, count = len(resting), rng.randint(2, 3)
+        letters = [marks.of(who, frozenset(n for n in "ab" if rng.random() < 0.5)) for _ in range(3)]
+        resting += [rng.choice(letters) for _ in range(count)]
+        for place in range(first, first + count):
+            ways = [(to, (*rng.choices(letters, k=rng.randint(0, 2)), resting[to])) for to in range(first, first + count)]
+            moves.append([ClassMove(place, to, way, rng.choice((0.5, 1.0, 2.5)), to) for to, way in ways])
+        begin += [1, *(0 for _ in range(1, count))]
+        owners += [who if who in marks.named else ""] * count
+    ends = [rng.random() < 0.8 for _ in resting]
+    return Classes(marks, tuple(resting), tuple(ends), tuple(map(tuple, moves)), tuple(begin), tuple(owners))
 
 
 def least_costs(classes: Classes):
@@ -81,7 +99,8 @@ def least_costs(classes: Classes):
 def check(rng: Random) -> float:
     """Hold all bounds of a random team against the costs, and the search against the least; return that."""
     robots = rng.randint(1, 3)
-    classes = random_team(rng, random_counting_formula(rng, rng.randint(1, 7), NAMES[:robots]), robots)
+    made = rng.choice((random_team, random_named_team))
+    classes = made(rng, random_counting_formula(rng, rng.randint(1, 7), NAMES[:robots]), robots)
     left = least_costs(classes)
     conjuncts, cover = ConjunctBound(classes), GoalCover(classes)
     for (states, numbers), cost in left.items():
@@ -178,7 +197,7 @@ def two_places(formula: str, robots: int) -> Classes:
     shown = [marks.of("", frozenset(names)) for names in ("", "a", "b")]
     ways = {(0, 1): 3.0, (0, 2): 4.0, (1, 2): 2.0, (2, 1): 2.0}
     moves = [tuple(ClassMove(a, b, (shown[b],), cost, b) for (a, b), cost in ways.items() if a == at) for at in range(3)]
-    return Classes(marks, tuple(shown), (True,) * 3, tuple(moves), (robots, 0, 0))
+    return Classes(marks, tuple(shown), (True,) * 3, tuple(moves), (robots, 0, 0), ("",) * 3)
 
 
 @pytest.mark.parametrize(

@@ -351,3 +351,30 @@ def test_two_that_met_meet_again_elsewhere():
     text = MEETING.replace("FORMULA", "F(count(dock) >= 2) & F(count(home) >= 2)").replace("vehicle:", more)
     done = certified_team(plan(parse_mission(text)))
     assert all(claim.outcome == "holds" for claim in done.certificate.claims)
+
+
+def show(robots: int, more: str = ""):
+    """Return a light show: each robot flies to a place of its own and home, and `more`."""
+    own = " & ".join(f"F(quad{i}.c{i} & F quad{i}.h{i})" for i in range(robots))
+    regions = {f"{name}{i}": (2.0 * i, y) for name, y in (("c", 6.0), ("h", 0.0)) for i in range(robots)}
+    return world(
+        f"{own}{more}", robots=robots, regions=regions, starts=tuple((2.0 * i, 0.0) for i in range(robots)), team="joint"
+    )
+
+
+def test_what_robots_are_asked_for_by_name_is_added_up_over_robots():
+    found = assign(show(8))
+    assert found.cost == pytest.approx(8 * 12.0)
+    assert found.complete
+    assert found.lower_bound == pytest.approx(found.cost)
+    assert not found.meetings
+    assert not found.precedences
+    reached = int(found.notes[0].split()[3].replace(",", ""))
+    assert reached < 4_000  # a robot after another, not in all orders
+
+
+def test_what_anybody_may_do_is_done_by_whom_it_costs_least_beyond_what_is_asked_by_name():
+    alone = assign(show(4)).cost
+    found = assign(show(4, " & F(count(c2) >= 1) & F c3 & F(quad0.h0 & quad1.c1)"))
+    assert found.cost == pytest.approx(alone)
+    assert found.complete
