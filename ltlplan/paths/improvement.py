@@ -38,7 +38,8 @@ def improved_path(
     """Return what the mission's rounds of cross-entropy make of a nominal path, judged for all times.
 
     The search begins at the path with ramped times. Where nothing better that keeps clear is found it begins at the nominal
-    path itself, which was judged. Where the path that is found lasts longer than vehicles fly, the nominal one stays.
+    path itself, which was judged. Where that is no better either, as often where regions overlap, it gets times by which it swings less. Where the
+    path that is found lasts longer than vehicles fly, the nominal one stays.
 
     Args:
         mission: What must be kept; `planner` gives costs and the numbers of the search.
@@ -51,7 +52,11 @@ def improved_path(
         CostError: A cost term returns no number for a path.
     """
     found = _improved(mission.seen_by(robot), robot, nominal, draws, watch)
-    return replace(found, plan=nominal) if lasts_too_long(mission, robot, found.plan) else found
+    if lasts_too_long(mission, robot, found.plan):
+        return replace(found, plan=nominal)
+    if mission.planner.iterations and found.plan.times == nominal.times and nominal.cycle_waypoint is None:
+        return replace(found, plan=without_swings(mission, robot, nominal))
+    return found
 
 
 def _improved(

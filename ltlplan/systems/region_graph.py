@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ltlplan.free_space.free_space import FreeSpace, Place
+from ltlplan.free_space.staying_inside import way_inside
 from ltlplan.systems.region_labels import Layout, Location
 from ltlplan.systems.transition_systems import environment_of
 from verify.data import Letter, Mission
@@ -91,6 +92,7 @@ class RegionGraph:
         self.space = FreeSpace.of(mission, radius) if mission.obstacles else None
         self._radius, self._closed = radius, closed
         self._open = frozenset(mission.all_regions) - closed
+        self._bent = frozenset(name for name, region in mission.all_regions.items() if len(region.body) > 1)
         self._known: dict[RestPoint, tuple[Transition, ...]] = {}
         self.environment = environment_of(mission)
         self.layout = layout or Layout(mission)
@@ -188,21 +190,27 @@ class RegionGraph:
     def distance(self, start: Point | str, region: str) -> float:
         """Return how long the way from a point or a region's middle to a region's middle is, m, in a world without obstacles.
 
-        It is the straight line, or where that enters a region that is closed, the shortest way around it. Where there is none, or the way is one from
-        or to a hoop, it is the straight line all the same: whoever lays paths finds out.
+        It is the straight line, or where that enters a region that is closed, or leaves one around both ends, the shortest way that does not. Where there
+        is none, or the way is one from or to a hoop, it is the straight line all the same: whoever lays paths finds out.
 
         Args:
             start: A point in m, or a region.
             region: Where it ends.
         """
-        if self._closed:
-            begin = self.layout.middles[start] if isinstance(start, str) else self.layout.at(start)
-            here, there = (Place(at.point, frozenset({*self._open, *at.inside})) for at in (begin, self.layout.middles[region]))
-            length = float(FreeSpace.of(self.mission, self._radius).lengths(here, [there])[0])
-            if math.isfinite(length):
-                return length
         regions = self.layout.regions
-        return math.dist(regions[start].center if isinstance(start, str) else start, regions[region].center)
+        straight = math.dist(regions[start].center if isinstance(start, str) else start, regions[region].center)
+        if not self._closed and not self._bent:
+            return straight
+        begin = self.layout.middles[start] if isinstance(start, str) else self.layout.at(start)
+        end, space = self.layout.middles[region], FreeSpace.of(self.mission, self._radius)
+        rooms = self._bent.intersection(begin.inside, end.inside)
+        if rooms:
+            ends = np.array(begin.point), np.array(end.point)
+            way = way_inside(space, rooms, ends, {*self._open, *begin.inside, *end.inside}, 0.0, (0.0,))
+            return straight if way is None else float(np.linalg.norm(np.diff(way, axis=0), axis=1).sum())
+        here, there = (Place(at.point, frozenset({*self._open, *at.inside})) for at in (begin, end))
+        length = float(space.lengths(here, [there])[0])
+        return length if math.isfinite(length) else straight
 
     def _straight(self, point: RestPoint) -> Iterator[Transition]:
         """Yield the ways on from a point where there are no obstacles."""

@@ -46,3 +46,26 @@ def _mission(
     team = ", team: joint" if agents.count("start") > 1 else ""
     text = _TEXT.format(name=name, formula=formula, team=team, regions=regions, agents=agents, more=more, low=low, high=high)
     return parse_mission(text)
+
+
+def room_with_a_corner(*, mirrored: bool = False, turned: bool = False, touching: bool = False) -> Mission:
+    """Return a mission to fly to the far end of an L-shaped room without leaving it.
+
+    Args:
+        mirrored: Whether left and right change places.
+        turned: Whether the room is turned by a quarter.
+        touching: Whether its two parts share a wall in place of a corner.
+    """
+
+    def at(x: float, y: float) -> tuple[float, float]:
+        x = -x if mirrored else x
+        return (-y, x) if turned else (x, y)
+
+    def box(x: float, y: float, wide: float, long: float, high: float) -> str:
+        (x, y), (wide, long) = at(x, y), (long, wide) if turned else (wide, long)
+        return f"{{center: [{x}, {y}, 1], size: [{wide}, {long}, {high}]}}"
+
+    parts = [box(0.0, -1.2, 4.0, 1.0, 1.4), box(-1.5, 0.3 if touching else -0.2, 1.0, 2.0 if touching else 3.0, 1.4)]
+    x, y = at(1.4, -1.2)
+    regions = f"room: {{union: [{', '.join(parts)}]}}, corner: {box(-1.5, 0.9, 0.5, 0.4, 0.6)}"
+    return _mission("room", "G room & F corner", regions, f"q: {{start: [{x}, {y}, 1]}}", low="-2.4, -2.4", high="2.4, 2.4")

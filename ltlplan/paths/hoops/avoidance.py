@@ -18,6 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ltlplan.free_space.bottlenecks import narrowest
+from ltlplan.free_space.staying_inside import stays_inside, way_inside
 from ltlplan.paths.hoops.clearance import blocked
 from ltlplan.paths.hoops.hoop_frame import control_points
 from ltlplan.paths.hoops.keep_out import Room
@@ -64,7 +65,9 @@ class Blocked(Infeasible):
         super().__init__(f"'{region}' stands in the way from {_show(start)} to {_show(end)} and cannot be passed: {why}.")
 
 
-def avoid(mission: Mission, where: Room, start: Floats, end: Floats, permitted: Collection[str] = ()) -> tuple[Detour, ...]:
+def avoid(
+    mission: Mission, where: Room, start: Floats, end: Floats, permitted: Collection[str] = (), within: Collection[str] = ()
+) -> tuple[Detour, ...]:
     """Return the points to fly by between two points, none where the straight line is free.
 
     Args:
@@ -73,11 +76,23 @@ def avoid(mission: Mission, where: Room, start: Floats, end: Floats, permitted: 
         start: m. Shape (3,).
         end: m. Shape (3,).
         permitted: Regions that this leg may enter.
+        within: Of these, regions that it may not leave.
 
     Raises:
         Blocked: Both avoid points of a hoop in the way are blocked, whatever other hoops are passed by first; the
             message says by what.
     """
+    points = _past(mission, where, start, end, permitted)
+    rooms = [name for name in within if points or len(mission.all_regions[name].measures.parts) > 1]
+    way = np.stack([start, *(point.position for point in points), end])
+    if all(np.all(stays_inside(mission.all_regions[name], way[:-1], way[1:], mission.margin + where.slack)) for name in rooms):
+        return points
+    inside = way_inside(where.space, rooms, (start, end), permitted, where.slack)
+    return points if inside is None else tuple(Detour(point, "via", None) for point in _divided(inside)[1:-1])
+
+
+def _past(mission: Mission, where: Room, start: Floats, end: Floats, permitted: Collection[str]) -> tuple[Detour, ...]:
+    """Return the points past all that a leg may not enter, wherever else they are."""
     if mission.obstacles:
         return _through(where, start, end, permitted)
     try:

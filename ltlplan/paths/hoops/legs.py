@@ -203,7 +203,7 @@ class Legs:
         if i >= 0 and left is None and (hoop := self.mission.hoops.get(self.visits[i].region)) is not None:
             return self._out_of(i, hoop, origin, target)
         leaves, reaches = self._left(i, left, origin.position), target.permitted
-        points = avoid(self.mission, self.where, origin.position, target.position, leaves | reaches)
+        points = avoid(self.mission, self.where, origin.position, target.position, leaves | reaches, leaves & reaches)
         way, last = self._detours(points, leaves)
         return self._entering(origin, [*way, replace(target, permitted=reaches | last)], reaches)
 

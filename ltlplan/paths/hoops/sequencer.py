@@ -74,7 +74,10 @@ class SplineBlocked(Infeasible):
             "obstacle": f"comes too near the obstacle '{conflict.name}'",
         }[conflict.obstacle]
         after, before = stops[conflict.piece], stops[conflict.piece + 1]
-        mend = "Move the hoop, or change its `reach` or `clearance`."
+        hoops = any(stop.axes is not None for stop in stops)
+        mend = (
+            "Move the hoop, or change its `reach` or `clearance`." if hoops else f"Widen '{conflict.name}', or lower `margin`."
+        )
         if conflict.obstacle == "obstacle":
             x, y, z = after.position + conflict.share * (before.position - after.position)
             mend = f"That is near ({x:.2f}, {y:.2f}, {z:.2f})"
