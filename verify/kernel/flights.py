@@ -58,7 +58,7 @@ class Segment:
 
     def ends(self, order: int = 0) -> tuple[list[Fraction], list[Fraction]]:
         """Return a derivative of all axes where it begins, and where it ends."""
-        rows = self.derivatives[order]
+        rows = self.derivatives[order] if order else self.axes
         return [row.at(0) for row in rows], [row.at(self.length) for row in rows]
 
     @cached_property
@@ -118,7 +118,7 @@ class Path:
     @cached_property
     def steps(self) -> tuple[Fraction, Fraction]:
         """Bounds on the length of its longest step, and of all together, m."""
-        gaps = [[b - a for a, b in zip(*one.ends(), strict=True)] for one in self.segments if one.start == one.stop]
+        gaps = [[axis.derivative().at(0) for axis in one.axes] for one in self.segments if one.start == one.stop]
         lengths = [root(x * x + y * y + z * z)[1] for x, y, z in gaps]
         return max(lengths), sum(lengths, ZERO)
 

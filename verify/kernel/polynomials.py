@@ -86,9 +86,11 @@ class Polynomial:
         return Polynomial([n << shift * k for k, n in enumerate(row)], self.shift + shift * last)
 
     def at(self, place: Fraction | int) -> Fraction:
-        """Return its value."""
-        moved = self.stretched(Fraction(place)) if place else Polynomial(self.numbers[:1], self.shift)
-        return Fraction(sum(moved.numbers), 1 << moved.shift)
+        """Return its value, by Horner's rule."""
+        (number, shift), value = _dyadic(place), 0
+        for k, n in enumerate(reversed(self.numbers)):
+            value = value * number + (n << shift * k)
+        return Fraction(value, 1 << self.shift + shift * max(len(self.numbers) - 1, 0))
 
     def bernstein(self, degree: int | None = None) -> Bernstein:
         """Return its Bernstein coefficients on [0, 1], of a degree not below its own (Coq: `bern_power`)."""

@@ -16,7 +16,7 @@ from verify.data.trajectory import Trajectory
 from verify.kernel.checking import Check, Owed
 from verify.kernel.flights import Path, read_team
 from verify.kernel.refused import Refused
-from verify.kernel.statement import Statement, read_statement
+from verify.kernel.statement import read_statement
 from verify.kernel.timelines import Course, Row
 from verify.kernel.trees import Cell, Evidence, Part, Rules
 from verify.kernel.zones import Hoop, along, leaving, region
@@ -75,7 +75,8 @@ def prove_statement(text: str, tables: Mapping[str, str], speeds: Mapping[str, F
     hulls = {name: floats.lines[own, :3].transpose(0, 2, 1) for name, own in floats.of.items()}
     evidence: dict[str, Any] = {**speeds, **half_space_sums(statement, flown, hulls)}
     check = Check(statement, flown, Evidence(evidence))
-    found = {name: _Found(statement, path, check.evidence, floats) for name, path in flown.paths.items()}
+    pieces = FlownPieces(flown.paths)
+    found = {name: _Found(check, path, floats, pieces) for name, path in flown.paths.items()}
     with suppress(Refused):  # without timelines there is nothing to say of words
         evidence |= find_formula(statement, {name: one.timeline for name, one in found.items()})
     with suppress(Refused):
@@ -92,9 +93,9 @@ def prove_statement(text: str, tables: Mapping[str, str], speeds: Mapping[str, F
 class _Found(Course):
     """A robot's path whose evidence is found when it is asked for."""
 
-    def __init__(self, statement: Statement, path: Path, evidence: Evidence, segments: FlownSegments) -> None:
-        super().__init__(statement, path, evidence)
-        self.segments, self.pieces = segments, FlownPieces(path)
+    def __init__(self, check: Check, path: Path, segments: FlownSegments, pieces: FlownPieces) -> None:
+        super().__init__(check.statement, path, check.evidence)
+        self.segments, self.pieces = segments, pieces
         self._sought: dict[str, list[str]] = {}
 
     def row(self, kind: str, name: str) -> Row:
@@ -106,9 +107,11 @@ class _Found(Course):
                 if margin and kind == "inside"
                 else self._exactly(kind, leaving(shape) if kind == "nominal" else region(shape, margin))
             )
-        both = zip(self.path.segments, self._sought[key], strict=True)
-        times = ((segment, one) for segment, tree in both for one in starts_of(tree))
-        return self.spans([(segment.time(start) if start else segment.start, mark) for segment, (start, mark) in times])
+        found: list[tuple[Fraction, str]] = []
+        for segment, tree in zip(self.path.segments, self._sought[key], strict=True):
+            if not found or tree != found[-1][1]:
+                found += [(segment.time(start) if start else segment.start, mark) for start, mark in starts_of(tree)]
+        return self.spans(found)
 
     def _exactly(self, kind: str, rules: Rules) -> list[str]:
         return trees_of(
@@ -138,8 +141,8 @@ class _Found(Course):
                 if names[0] == "speed"
                 else getattr(self.robot.limits, names[0])
             )
-            return self.pieces.roots(names[0], float(limit))
-        return self.pieces.turning() if kind == "turning" else []
+            return self.pieces.roots(self.name, names[0], float(limit))
+        return self.pieces.turning(self.name) if kind == "turning" else []
 
 
 def _trees(found: Mapping[str, _Found], check: Check, owed: Owed, known: Mapping[str, Any]) -> dict[str, str]:

@@ -6,6 +6,7 @@ Everything here is in floats and only proposes: the kernel takes the sums, which
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from fractions import Fraction
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,12 +34,15 @@ def half_space_sums(statement: Statement, team: Team, hulls: Mapping[str, _Float
         hulls: For each robot the corners of what holds each segment, m. Shape (segments, 8, 3).
     """
     found: dict[str, list[list[Sum]]] = {}
+    alike: dict[Fraction, list[str]] = {}
+    for name, path in team.paths.items():
+        alike.setdefault(path.robot.radius, []).append(name)
     for name, obstacle in statement.obstacles.items():
         every: list[list[Sum]] = [[] for _ in obstacle.parts]
         for part, sums in zip(obstacle.parts, every, strict=True):
-            for path in team.paths.values():
-                length = float(statement.margin + path.robot.radius)
-                _add_sums(sums, _Planes.of(obstacle, part), hulls[path.name], length)
+            for radius, names in alike.items():
+                rows = np.concatenate([hulls[name] for name in names])
+                _add_sums(sums, _Planes.of(obstacle, part), rows, float(statement.margin + radius))
         if any(every):
             found[f"sums/{name}"] = every
     return found
@@ -63,10 +67,10 @@ def _add_sums(sums: list[Sum], planes: _Planes, hulls: _Floats, length: float) -
     """Add what parts of hulls need that no half-space by itself parts from the part."""
     known = np.array([_combined(planes, one) for one in sums]).reshape(-1, 4)
     for _ in range(_DEPTH):
-        over = np.einsum("nki,ri->nkr", hulls, planes.normals) - planes.bounds
+        over = hulls @ planes.normals.T - planes.bounds
         clear = (over.min(axis=1) > length + _SLACK).any(axis=1)
         if len(known):
-            clear |= (np.einsum("nki,ri->nkr", hulls, known[:, :3]) - known[:, 3]).min(axis=1).max(axis=1) > length + _SLACK
+            clear |= (hulls @ known[:, :3].T - known[:, 3]).min(axis=1).max(axis=1) > length + _SLACK
         hulls, over = hulls[~clear], over[~clear]
         for hull, beyond in zip(hulls, over.mean(axis=1), strict=True):
             new = _proposed(planes, np.maximum(beyond, 0.0))

@@ -64,6 +64,11 @@ def _powers(segments: Sequence[Segment], axes: int) -> Floats:
     return found
 
 
+def _summed(weights: Floats, rows: Floats) -> Floats:
+    """Return sums of rows, each times its weight. Shape (sums, coefficients, segments), so that extremes of coefficients are found quickly."""
+    return (weights @ rows.reshape(len(rows), -1)).reshape(len(weights), *rows.shape[1:])
+
+
 def _exceeds(low: Floats, bound: float, size: Floats) -> Flags:
     return low > bound + _ROOM * (1 + abs(bound) + size)
 
@@ -90,7 +95,8 @@ class FlownSegments:
         self.lines = _bernstein(np.concatenate([places, ones], axis=1))
         products = _times(places[:, pairs[:, 0]], places[:, pairs[:, 1]])
         raised = np.pad(np.concatenate([places, ones], axis=1), ((0, 0), (0, 0), (0, 7)))
-        self._squares = _bernstein(np.concatenate([products, raised], axis=1))
+        squares = _bernstein(np.concatenate([products, raised], axis=1))
+        self._lines, self._squares = (np.moveaxis(rows, 0, -1).copy() for rows in (self.lines, squares))
 
     def roots(self, name: str, rules: Rules, marks: str) -> list[str]:
         """Return for each segment of a robot one of some marks that surely holds on all of it, or nothing.
@@ -132,34 +138,34 @@ class FlownSegments:
 
     def _region_trees(self, rules: Rules, depth: int) -> list[str]:
         (outside,), ways = rules["n"], rules["m"]
-        numbers = {form: k for k, form in enumerate(dict.fromkeys(form for part in outside for form, _, _ in part))}
-        parts = [[(numbers[form], float(bound)) for form, _, bound in part] for part in outside]
-        claims = [[[(numbers[form], float(bound)) for form, _, bound in one] for one in way] for way in ways]
+        broken = {form: float(bound) for part in outside for form, _, bound in part}
+        kept = {form: float(bound) for way in ways for one in way for form, _, bound in one}
+        numbers = {form: k for k, form in enumerate(broken)}
+        parts = [[numbers[form] for form, _, _ in part] for part in outside]
+        claims = [[[numbers[form] for form, _, _ in one] for one in way] for way in ways]
+        inner = np.array([kept.get(form, -math.inf) for form in broken]).reshape(-1, 1)
+        outer = np.array(list(broken.values())).reshape(-1, 1)
         weights = np.array([_weights(form) for form in numbers]).reshape(-1, 10)
         flat = ~weights[:, :6].any(axis=1)  # the kernel looks at these by fewer coefficients
         order = np.argsort(np.concatenate([np.flatnonzero(flat), np.flatnonzero(~flat)]))
-        both = [
-            np.einsum("fk,skd->sfd", weights[flat, 6:], self.lines),
-            np.einsum("fk,skd->sfd", weights[~flat], self._squares),
-        ]
+        both = [_summed(weights[flat, 6:], self._lines), _summed(weights[~flat], self._squares)]
+        both = [rows for rows in both if len(rows)]
         levels: list[NDArray[np.str_]] = []
         for _ in range(depth + 1):
-            low = np.concatenate([rows.min(axis=-1) for rows in both], axis=1)[:, order]
-            high = np.concatenate([rows.max(axis=-1) for rows in both], axis=1)[:, order]
+            low = np.concatenate([rows.min(axis=1) for rows in both])[order]
+            high = np.concatenate([rows.max(axis=1) for rows in both])[order]
             room = _ROOM * (1 + np.maximum(abs(low), abs(high)))
-            marks = np.full(len(low), "", dtype="<U1")
-            inside = [[_any(high[:, k] < bound - room[:, k] for k, bound in one) for one in way] for way in claims]
-            never = [[_all(low[:, k] > bound for k, bound in one) for one in way] for way in claims]
-            within = [[high[:, k] <= bound for k, bound in part] for part in parts]
-            beyond = [[low[:, k] > bound + room[:, k] for k, bound in part] for part in parts]
-            marks[_any(map(_all, within)) & _all(map(_any, never))] = "?"
-            marks[_any(map(_all, inside))] = "m"
-            marks[_all(map(_any, beyond))] = "n"
+            marks = np.full(low.shape[1], "", dtype="<U1")
+            inside, never, within, beyond = high < inner - room, low > inner, high <= outer, low > outer + room
+            lost = _all(_any(never[one].all(axis=0) for one in way) for way in claims)
+            marks[_any(within[part].all(axis=0) for part in parts) & lost] = "?"
+            marks[_any(_all(inside[one].any(axis=0) for one in way) for way in claims)] = "m"
+            marks[_all(beyond[part].any(axis=0) for part in parts)] = "n"
             levels.append(marks)
             open_ = marks == ""
             if not open_.any():
                 break
-            both = [_halves(rows[open_]) for rows in both]
+            both = [_halves(rows[..., open_]) for rows in both]
         found: list[str] = []
         for marks in reversed(levels):
             below = iter(found)
@@ -185,10 +191,10 @@ class FlownSegments:
         weights = np.array([_weights(form) for form in numbers]).reshape(-1, 10)
         round_ = weights[:, :6].any(axis=1)
         low, high = np.empty((len(weights), len(self.lines))), np.empty((len(weights), len(self.lines)))
-        for chosen, rows in ((round_, self._squares), (~round_, self.lines)):
+        for chosen, rows in ((round_, self._squares), (~round_, self._lines)):
             if chosen.any():
-                forms = np.einsum("fk,skd->fsd", weights[chosen, -rows.shape[1] :], rows)
-                low[chosen], high[chosen] = forms.min(axis=-1), forms.max(axis=-1)
+                forms = _summed(weights[chosen, -len(rows) :], rows)
+                low[chosen], high[chosen] = forms.min(axis=1), forms.max(axis=1)
         low, high = low[index], high[index]
         bounds = np.array([float(bound) for _, _, bound in atoms]).reshape(-1, 1)
         room = _ROOM * (1 + abs(bounds) + np.maximum(abs(low), abs(high)))
@@ -205,16 +211,17 @@ def _all(every: Iterable[Any]) -> Any:  # as above
 
 
 @cache
-def _half(degree: int, which: int) -> Floats:
-    """Return the matrix from Bernstein coefficients on an interval to those on one of its halves."""
-    rows = [[math.comb(k, i) / 2**k for k in range(degree + 1)] for i in range(degree + 1)]
-    return np.array(rows)[::-1, ::-1].copy() if which else np.array(rows)
+def _split(degree: int) -> Floats:
+    """Return the matrix from Bernstein coefficients on an interval to those on its first half, and on its second one."""
+    first = np.array([[math.comb(i, k) / 2**i for k in range(degree + 1)] for i in range(degree + 1)])
+    return np.concatenate([first, first[::-1, ::-1]])
 
 
 def _halves(rows: Floats) -> Floats:
-    """Return both halves of each row, one after the other."""
-    degree = rows.shape[-1] - 1
-    return np.stack([rows @ _half(degree, 0), rows @ _half(degree, 1)], axis=1).reshape(2 * len(rows), *rows.shape[1:])
+    """Return both halves of each segment, one after the other."""
+    forms, size, count = rows.shape
+    both = (_split(size - 1) @ rows).reshape(forms, 2, size, count)
+    return np.moveaxis(both, 1, -1).reshape(forms, size, 2 * count)
 
 
 def _weights(form: Hashable) -> list[float]:
@@ -264,12 +271,15 @@ class _Ranges:
 
 
 class FlownPieces:
-    """All pieces of a path, and which limits they surely keep."""
+    """All pieces of a team's paths, and which limits they surely keep."""
 
-    def __init__(self, path: Path) -> None:
-        self._robot: Robot = path.robot
-        lengths = np.array([float(piece.length) for piece in path.pieces])[:, None, None]
-        self._derivatives = [_powers(path.pieces, 4)]
+    def __init__(self, paths: Mapping[str, Path]) -> None:
+        pieces = [piece for path in paths.values() for piece in path.pieces]
+        ends = np.cumsum([0, *(len(path.pieces) for path in paths.values())])
+        self._of = {name: slice(first, last) for name, first, last in zip(paths, ends, ends[1:], strict=False)}
+        self._robots, self._turning = {name: path.robot for name, path in paths.items()}, dict[Hashable, list[str]]()
+        lengths = np.array([float(piece.length) for piece in pieces])[:, None, None]
+        self._derivatives = [_powers(pieces, 4)]
         for _ in range(4):
             before = self._derivatives[-1]
             self._derivatives.append(before[..., 1:] * np.arange(1, before.shape[-1]) / lengths)
@@ -277,38 +287,47 @@ class FlownPieces:
         self._force[:, 2, 0] += float(GRAVITY)
         self._size = _square(self._force)
 
-    def roots(self, name: str, limit: float) -> list[str]:
-        """Return `m` for each piece that surely keeps a limit, else nothing."""
-        robot, f = self._robot, self._force
-        thrust = self._size * float(robot.mass) ** 2
+    def roots(self, of: str, name: str, limit: float) -> list[str]:
+        """Return `m` for each piece of a robot that surely keeps a limit, else nothing."""
+        robot, own = self._robots[of], self._of[of]
+        f, size = self._force[own], self._size[own]
+        thrust = size * float(robot.mass) ** 2
         kept = np.ones(len(f), bool)
         if name in ("speed", "acceleration"):
-            kept &= self._is_above(-_square(self._derivatives[1 if name == "speed" else 2][:, :3]), -(limit**2))
+            kept &= self._is_above(-_square(self._derivatives[1 if name == "speed" else 2][own, :3]), -(limit**2))
         if name == "thrust_max":
             kept &= self._is_above(-thrust, -(limit**2))
         if name in ("thrust_min", "tilt", "body_rate"):
             kept &= self._is_above(thrust, float(robot.limits.thrust_min) ** 2)
         if name == "tilt":
-            upright = _times(f[:, 2], f[:, 2]) - self._size * math.cos(limit) ** 2
+            upright = _times(f[:, 2], f[:, 2]) - size * math.cos(limit) ** 2
             kept &= self._is_above(f[:, 2], 0.0) & self._is_above(upright, 0.0)
         if name == "body_rate":
-            j = self._derivatives[3]
+            j = self._derivatives[3][own]
             rates = [_times(j[:, i], f[:, k]) - _times(j[:, k], f[:, i]) for i, k in ((1, 2), (2, 0), (0, 1))]
-            most, turned = _times(self._size, self._size) * limit**2, _square(np.stack(rates, axis=1))
+            most, turned = _times(size, size) * limit**2, _square(np.stack(rates, axis=1))
             most[:, : turned.shape[1]] -= turned
             kept &= self._is_above(most, 0.0)
         return ["m" if one else "" for one in kept]
 
-    def turning(self) -> list[str]:
-        """Return `m` for each piece on which yaw rate and rotors surely keep their limits, else nothing."""
+    def turning(self, of: str) -> list[str]:
+        """Return `m` for each piece of a robot on which yaw rate and rotors surely keep their limits, else nothing."""
+        robot = self._robots[of]
+        limits = robot.limits.rotor_thrust_min, robot.limits.rotor_thrust_max, robot.limits.yaw_rate
+        alike = robot.mass, robot.arm, robot.inertia, robot.torque_to_thrust, limits
+        if alike not in self._turning:
+            self._turning[alike] = self._turns(robot)
+        return self._turning[alike][self._of[of]]
+
+    def _turns(self, robot: Robot) -> list[str]:
         _, _, _, j, s = self._derivatives
         rows = [*(self._force[:, k] for k in range(3)), *(j[:, k] for k in range(3)), *(s[:, k] for k in range(3))]
         rows += [self._derivatives[order][:, 3] for order in range(3)]
         rows += [self._size, np.sum([_times(self._force[:, k], j[:, k]) for k in range(3)], axis=0)]
         given = [_Ranges(row.min(axis=-1), row.max(axis=-1)) for row in map(_bernstein, rows)]
         with np.errstate(all="ignore"):
-            rate, *thrusts = rates_and_thrusts(self._robot, cast("Sequence[Interval]", given))
-        limits, kept = self._robot.limits, np.ones(len(j), bool)
+            rate, *thrusts = rates_and_thrusts(robot, cast("Sequence[Interval]", given))
+        limits, kept = robot.limits, np.ones(len(j), bool)
         for one, low, high in [
             (rate, -limits.yaw_rate, limits.yaw_rate),
             *((one, limits.rotor_thrust_min, limits.rotor_thrust_max) for one in thrusts),
