@@ -1,8 +1,9 @@
-"""Cycles of a team whose formula falls into parts that one robot keeps and parts that every robot keeps, under `own`; one robot keeps all.
+"""Cycles of a team whose formula falls into parts that one robot keeps and parts that every robot keeps; a single robot keeps all.
 
-`F p` and `G F p` ask that some robot shows p, `G p` and `F G p` that all do, in whatever order robots are read. So each part of the first
-kind is given to one robot, which flies its own cheapest lasso for what it was given and for what all keep; no product of robots
-is needed. All ways to share the parts out are compared, by the sum of costs or the highest. That is two to four times as fast as the
+Under `own`, `F p` and `G F p` ask that some robot shows p, `G p` and `F G p` that all do, in whatever order robots are read. Under `joint` that is
+so of names that are to be shown, some one or other, and of names that are not to be; and what speaks of one robot by its name is kept by that
+one. So each part of the first kind is given to one robot, which flies its own cheapest lasso for what it was given and for what all keep; no
+product of robots is needed. All ways to share the parts out are compared, by the sum of costs or the highest. That is two to four times as fast as the
 search of the product, and goes further: four robots with five parts `F p` and two `G F p` among ten places pay 10.4 m at the most, where the product's
 search ends with 12.6 m.
 """
@@ -23,6 +24,8 @@ from ltlplan.search.cycles.team_readers import closes_at_once, temporal_operator
 from ltlplan.search.problem import TIES
 from ltlplan.systems.transition_systems import TransitionSystem
 from verify.data import Formula, Infeasible, Mission
+from verify.data.language.counting import written_out
+from verify.data.language.formula import FREE
 
 MOST_SHARES = 512
 """Robots times sets of parts, for each of which a lasso is looked for."""
@@ -41,10 +44,12 @@ class Parts:
     Attributes:
         of_one: Parts that some robot keeps.
         of_all: Parts that every robot keeps.
+        named: Parts that one robot keeps, by its name.
     """
 
     of_one: tuple[Formula, ...]
     of_all: tuple[Formula, ...]
+    named: tuple[tuple[str, Formula], ...] = ()
 
 
 def parts_of(mission: Mission, asked: Formula) -> Parts | None:
@@ -56,16 +61,35 @@ def parts_of(mission: Mission, asked: Formula) -> Parts | None:
     """
     if len(mission.agents) == 1:
         return Parts((), tuple(dict.fromkeys(conjuncts(asked))))
-    if mission.spec.team != "own":
-        return None
-    one: list[Formula] = []
-    every: list[Formula] = []
+    joint = mission.spec.team == "joint"
+    found: dict[str, list[Formula]] = {"one": [], "all": []}
+    named: list[tuple[str, Formula]] = []
     for part in dict.fromkeys(conjuncts(asked)):
-        operators = temporal_operators(part)
-        if operators is None:
+        robots = {node.robot for node in part.nodes() if node.robot}
+        operators, condition = temporal_operators(part)
+        if len(robots) == 1 and not any(
+            node.operator == "count" or (node.operator == "name" and not node.robot) for node in part.nodes()
+        ):
+            named.append((min(robots), written_out(part, tuple(robots))))
+        elif condition is None or robots or (joint and not _is_read_alone(condition, shown=operators.endswith("F"))):
             return None
-        (one if operators.endswith("F") else every).append(part)
-    return Parts(tuple(one), tuple(every)) if len(mission.agents) << len(one) <= MOST_SHARES else None
+        else:
+            found["one" if operators.endswith("F") else "all"].append(part)
+    few = len(mission.agents) << len(found["one"]) <= MOST_SHARES
+    return Parts(tuple(found["one"]), tuple(found["all"]), tuple(named)) if few else None
+
+
+def _is_read_alone(condition: Formula, *, shown: bool) -> bool:
+    """Tell whether a team shows a condition where some robot does by itself; or where it is not to be shown, whether all robots have to keep it."""
+    match condition.operator:
+        case "name":
+            return shown and condition.name != FREE
+        case "|":
+            return shown and all(_is_read_alone(part, shown=True) for part in condition.arguments)
+        case "!":
+            return not shown and _is_read_alone(condition.arguments[0], shown=True)
+        case _:
+            return False
 
 
 def share_out(
@@ -85,10 +109,12 @@ def share_out(
         TooLarge: A product has more states than the budget allows.
     """
     one, every = ([small_automaton(part, "infinite", budget=budget) for part in some] for some in (parts.of_one, parts.of_all))
+    named = [(robot, small_automaton(part, "infinite", budget=budget)) for robot, part in parts.named]
     repeat = mission.spec.repeat
 
     def lasso(system: TransitionSystem, share: int) -> LassoRun | None:
-        automata = [*every, *(automaton for bit, automaton in enumerate(one) if share >> bit & 1)]
+        alone = (automaton for robot, automaton in named if robot == system.robot)
+        automata = [*every, *alone, *(automaton for bit, automaton in enumerate(one) if share >> bit & 1)]
         return cheapest_lasso(system, automata, weight=repeat, budget=budget)
 
     own = [_of_each_share(partial(lasso, system), len(one)) for system in each]
@@ -115,7 +141,7 @@ def share_out(
     cycles = tuple(without_stays((*cycle, cycle[0])) for _, cycle in ways)
     certain = all(run.bound >= run.cost(repeat) - TIES for runs in own for run in runs.values())
     closing = [automaton for automaton in every if closes_at_once(automaton)]
-    exact = certain and len(closing) == len(every) and all(map(closes_at_once, one))
+    exact = certain and len(closing) == len(every) and all(map(closes_at_once, (*one, *(automaton for _, automaton in named))))
     least = cost if exact else None
     if (
         len(each) == 1 and closing and not exact

@@ -167,7 +167,7 @@ def team_readers(mission: Mission, formula: Formula, budget: Budget) -> list[Rea
         return frozenset(found)
 
     def reader(part: Formula) -> Reader:
-        operators, condition = _operators(part)
+        operators, condition = temporal_operators(part)
         if condition is None:
             automaton = small_automaton(part, "infinite", budget=budget)
             if together:
@@ -202,7 +202,7 @@ def reads_letters(mission: Mission, asked: Formula) -> bool:
         mission: Gives the reading.
         asked: The formula, written out.
     """
-    return _together(mission) or all(_operators(part)[1] is not None for part in conjuncts(asked))
+    return _together(mission) or all(temporal_operators(part)[1] is not None for part in conjuncts(asked))
 
 
 def _together(mission: Mission) -> bool:
@@ -210,18 +210,12 @@ def _together(mission: Mission) -> bool:
     return mission.spec.team == "joint" or len(mission.agents) == 1
 
 
-def temporal_operators(formula: Formula) -> str | None:
-    """Return the temporal operators around a condition on one letter, the last two that differ at the most; None for other formulas.
+def temporal_operators(formula: Formula) -> tuple[str, Formula | None]:
+    """Return a formula as operators around a condition on one letter, the last two that differ at the most; no condition for other formulas.
 
     Args:
         formula: A conjunct.
     """
-    operators, condition = _operators(formula)
-    return None if condition is None else operators
-
-
-def _operators(formula: Formula) -> tuple[str, Formula | None]:
-    """Return a formula as operators around a condition on one letter; no condition where it is not of that form."""
     operators, negated = "", False
     while True:
         if not any(node.operator in _TEMPORAL for node in formula.nodes()):

@@ -216,6 +216,43 @@ def test_parts_are_shared_out_at_the_least_cost(each, parts: list[str], longest:
         assert (max(priced) if longest else sum(priced)) <= min(ways) + 1e-5
 
 
+@given_few(
+    4, 25, st.tuples(systems(), systems()), st.lists(st.sampled_from((*PARTS, "G !c", "G F (a | b)")), min_size=1, max_size=3)
+)
+def test_what_some_robot_shows_or_none_is_shared_out_under_joint_too(each, parts: list[str]):
+    asked = mission(" & ".join(parts), robots=2, trace="infinite", team="joint")
+    split = parts_of(asked, asked.formula)
+    assert split is not None
+    found = share_out(asked, each, split, DEFAULT_BUDGET, longest=False)
+    by_hand = cheapest_by_hand(each, " & ".join(parts), 5)
+    assert by_hand is None or found is not None
+    if found is not None and found.least is not None:
+        paid = sum(
+            min(c for n, c in s.edges[a] if n == b)
+            for s, p, lap in zip(each, found.prefixes, found.cycles, strict=True)
+            for way in (p, lap)
+            for a, b in itertools.pairwise(way)
+        )
+        assert by_hand is None or paid <= by_hand + 1e-5
+        assert found.least <= paid + 1e-5
+
+
+@pytest.mark.parametrize(
+    "formula", ["G F (a & b)", "G F count(a) >= 2", "F G a", "G a", "G F !a", "G F free", "G F (q0.a & b)"]
+)
+def test_what_robots_show_together_is_not_shared_out(formula: str):
+    asked = mission(formula, robots=2, trace="infinite", team="joint")
+    assert parts_of(asked, asked.formula) is None
+
+
+def test_laps_of_robots_that_are_named_are_each_robots_own():
+    places, starts = {f"p{i}": (3.0 * i - 11.0, 0.0) for i in range(8)}, tuple((6.0 * i - 11.0, 1.5) for i in range(4))
+    named = " & ".join(f"G F quad{i}.p{2 * i} & G F quad{i}.p{2 * i + 1}" for i in range(4))
+    found = assign(world(named, robots=4, regions=places, starts=starts, team="joint", trace="infinite"))
+    assert found.cost == pytest.approx(4 * 7.5, abs=1e-5)
+    assert found.complete
+
+
 def test_the_dearest_robot_of_laps_that_are_planned_together_pays_less_where_that_is_asked():
     places, starts = {"a": (0.0, 0.0), "b": (2.0, 0.0), "c": (0.0, 2.5)}, ((-1.0, 0.3), (-1.5, 2.5))
     by_sum, longest = (
