@@ -5,23 +5,15 @@ from __future__ import annotations
 import ast
 import importlib.machinery
 import importlib.util
-import resource
-import signal
 import sys
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Generator, Sequence
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
-from types import CodeType, FrameType
-from typing import Any, TypeVar
+from types import CodeType
+from typing import Any
 
 from tests.mutation.sites import ROOT, Fault, plant
-
-_T = TypeVar("_T")
-
-
-class TooLong(BaseException):
-    """A fault keeps something at work for longer than it may take; no handler of errors in what is tried stops this."""
 
 
 @contextmanager
@@ -46,34 +38,6 @@ def swapped(fault: Fault | None, *packages: str) -> Generator[None]:
         sys.modules.update(before)
         for name, module in known.items():
             setattr(parent, name, module)
-
-
-def within(seconds: float, work: Callable[[], _T], *, room: int = 2 << 30) -> _T:
-    """Do something within a time and a room.
-
-    Args:
-        seconds: Processor time.
-        work: What is done.
-        room: Bytes more than the process has.
-
-    Raises:
-        TooLong: It takes longer.
-        MemoryError: It needs more.
-    """
-
-    def stop(_number: int, _frame: FrameType | None) -> None:
-        raise TooLong
-
-    size = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
-    limits, old = resource.getrlimit(resource.RLIMIT_AS), signal.signal(signal.SIGVTALRM, stop)
-    resource.setrlimit(resource.RLIMIT_AS, (size + room, limits[1]))
-    signal.setitimer(signal.ITIMER_VIRTUAL, seconds)
-    try:
-        return work()
-    finally:
-        signal.setitimer(signal.ITIMER_VIRTUAL, 0)
-        resource.setrlimit(resource.RLIMIT_AS, limits)
-        signal.signal(signal.SIGVTALRM, old)
 
 
 def _is_in(name: str, packages: Sequence[str]) -> bool:

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 import pytest
 
+from tests.helpers.bounded_work import TooLong, within
 from tests.helpers.brute_force import Timed, outcomes
 from tests.helpers.kernel_words import kernel_statement, kernel_timeline
 from tests.helpers.proofs import checked, tables, untrue
@@ -18,7 +19,7 @@ from tests.helpers.random_teams import random_formula, short_timeline
 from tests.helpers.small_flights import FLIGHTS, small_flight, spoiled
 from tests.helpers.timelines import mission
 from tests.mutation.sites import Fault, draw
-from tests.mutation.swapped import TooLong, swapped, within
+from tests.mutation.swapped import swapped
 from verify import judge
 from verify.certificate import Certificate
 from verify.data.errors import LtlplanError

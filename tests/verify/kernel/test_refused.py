@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.helpers.edits import edited_text
 from tests.helpers.proofs import checked, missing, tables, untrue
 from verify import judge
 from verify.data.errors import LtlplanError
@@ -169,16 +170,6 @@ def edited_team(team, rng):
         values[piece, rng.randrange(4), rng.randrange(8)] += rng.gauss(0, 1) * 10.0 ** rng.randrange(-6, 1)
     single = [np.float32(a).astype(np.float64) for a in (times, values)]
     return {**team, name: Trajectory(*single, cycle=path.cycle, cuts=path.cuts)}
-
-
-def edited_text(text, rng):
-    """A text with some letters changed, left out, doubled or turned round."""
-    for _ in range(rng.choice([1, 1, 2, 6])):
-        at, kind = rng.randrange(len(text)), rng.randrange(4)
-        end = min(len(text), at + rng.choice([1, 1, 2, 9]))
-        new = [rng.choice('nms?ik0123456789[]{}",:'), "", text[at:end] * 2, text[at:end][::-1]][kind]
-        text = text[:at] + new + text[end:]
-    return text
 
 
 @pytest.mark.parametrize("name", MISSIONS)

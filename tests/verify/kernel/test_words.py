@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import json
 from dataclasses import replace
 from fractions import Fraction
@@ -12,6 +11,7 @@ from typing import Any
 import pytest
 
 from tests.helpers.brute_force import Laps, Timed, for_ever, outcomes
+from tests.helpers.edits import edited
 from tests.helpers.kernel_words import (
     kernel_proves_transitions,
     kernel_says_yes,
@@ -216,25 +216,6 @@ def test_proofs_of_others_are_no_proofs() -> None:
             check_formula(statement, own, Evidence(evidence))
         refused += 1
     assert refused == 40
-
-
-def edited(rng: Random, data: Any) -> Any:
-    """Return evidence with one thing changed somewhere."""
-    data = copy.deepcopy(data)
-    holder: Any = {"": data}
-    key: Any = ""
-    depth = 0
-    while isinstance(holder[key], (list, dict)) and len(holder[key]) and (depth < 2 or rng.random() < 0.9):
-        holder = holder[key]
-        key, depth = rng.choice(list(holder) if isinstance(holder, dict) else range(len(holder))), depth + 1
-    value = holder[key]
-    if isinstance(value, int) and rng.random() < 0.8:
-        holder[key] = rng.choice([value + 1, value - 1, -1, 0, value ^ 1, 1 << 70])
-    elif rng.random() < 0.5 and isinstance(holder, list):
-        rng.choice([holder.pop, lambda at: holder.insert(at, copy.deepcopy(value))])(key)
-    else:
-        holder[key] = rng.choice([None, True, 1.5, "x", [], {}, [[]], [0], 0])
-    return data
 
 
 @pytest.mark.parametrize(("seed", "number"), [(1, 12), pytest.param(2, 300, marks=pytest.mark.slow)])
