@@ -1,7 +1,7 @@
 """A certified team that its vehicles' controllers can follow: flown in simulation, and slowed where it strays.
 
 A flight may take as much of its limits as its pace allows; what is left is the controller's. Where that does not do, the team flies more
-slowly there (`refine.slowing`), is proved and flown again; at last the plan's own times are taken.
+slowly there (`refine.slowing`), is proved and flown again; the plan's own times are taken where that does not do, or lasts longer.
 """
 
 from __future__ import annotations
@@ -72,16 +72,25 @@ def followed(
             break
         tried.append((slower, flown(slower, number)))
         if not _strays(tried[-1][1], mission.margin):
-            return tried[-1]
-    say("trying the plan's own times", (_ROUNDS + 1) / (_ROUNDS + 2))
-    planned = _planned(certified, attempt, tried[-1][1])
-    if planned is not None:
-        tried.append((planned, flown(planned, _ROUNDS + 1)))
-    return min(tried, key=_worst)
+            break
+    last, log = tried[-1]
+    if _strays(log, mission.margin) or last.certificate.duration > max(
+        robot.hold + robot.times[-1] for robot in last.plan.robots.values()
+    ):
+        say("trying the plan's own times", (_ROUNDS + 1) / (_ROUNDS + 2))
+        planned = _planned(certified, attempt, log)
+        if planned is not None:
+            tried.append((planned, flown(planned, _ROUNDS + 1)))
+            if all(log.worst_error() > mission.margin for _, log in tried):
+                return tried[-1]  # nothing can be exported, so the times are those that were asked for
+    return min(tried, key=_rank)
 
 
-def _worst(tried: tuple[Certified, FlightLog]) -> float:
-    return tried[1].worst_error()
+def _rank(tried: tuple[Certified, FlightLog]) -> tuple[bool, float]:
+    """Rank flights: the shortest that keeps the reserve, else the one that strays least."""
+    certified, log = tried
+    strays = bool(_strays(log, certified.plan.mission.margin))
+    return strays, log.worst_error() if strays else certified.certificate.duration
 
 
 def _strays(log: FlightLog, margin: float) -> list[Dip]:
@@ -117,7 +126,12 @@ def _slower(flown: tuple[Certified, FlightLog], first: FlightLog) -> Certified |
 
 def _planned(certified: Certified, attempt: Attempt, log: FlightLog) -> Certified | None:
     """Return the team at the plan's own times; None where that is not certified."""
-    why = f"Slowed where it strays, a robot still strays {1000 * log.worst_error():.1f} mm in simulation: the plan's own times are flown."
+    still = (
+        f"a robot still strays {1000 * log.worst_error():.1f} mm"
+        if _strays(log, certified.plan.mission.margin)
+        else "the flight is no shorter"
+    )
+    why = f"Slowed where it strays in simulation, {still}: the plan's own times are flown."
     plan = _noted(with_expected_times(certified.plan, certified.team), why)
     refused: list[Flight | Conflict] = []
     for candidate in candidates(Candidate(plan, (Cut("tracking", why, 0),)), refused):
