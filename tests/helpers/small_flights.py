@@ -27,6 +27,7 @@ def mission(formula: str, *starts: Sequence[float], **sections: str) -> Mission:
     """Return a mission of robots r0 and so on in a roomy box; sections are YAML in one line."""
     agents = ", ".join(f"r{number}: {{start: {list(start)}}}" for number, start in enumerate(starts))
     spec, margin, agents = (sections.pop(*one) for one in (("spec", "trace: finite"), ("margin", "0.05"), ("agents", agents)))
+    box = sections.pop("workspace", "min: [-3, -3, 0.2], max: [3, 3, 2.2]")
     asked = f'formula: "{formula}", ' if formula else ""
     rest = "\n".join(f"{name}: {{{text}}}" if ":" in text else f"{name}: {text}" for name, text in sections.items())
     text = f"""
@@ -35,7 +36,7 @@ name: small
 spec: {{{asked}{spec}}}
 agents: {{{agents}}}
 vehicle: crazyflie-2.1
-workspace: {{min: [-3, -3, 0.2], max: [3, 3, 2.2]}}
+workspace: {{{box}}}
 margin: {margin}
 {rest}
 """

@@ -259,6 +259,7 @@ def read_statement(text: str) -> Statement:
         states, visits = {robot.initial, *(one.after for one in (*robot.actions, *robot.changes))}, robot.visits
         fits |= {
             f"laps of {name} where there are none, or none": {robot.cycle is None, robot.cycle_visit is None} == straight,
+            f"an end of {name}, whose laps never end": robot.end is None or not found.lasso,
             f"a visit of {name} that cannot be": all(v.region in (hoops if v.direction else regions) for v in visits),
             f"an action of {name} at no visit": all(one.visit < len(visits) for one in robot.changes),
             f"a state that {name} does not have": states <= set(robot.states),

@@ -51,30 +51,38 @@ def trees_of(kind: str, parts: Sequence[Part], roots: Sequence[str] = ()) -> lis
     """
     found: list[str] = []
     for part, root in zip(parts, roots or [""] * len(parts), strict=True):
-        found.append(root or tree_of(STYLES[kind], part))
+        found.append(root or tree_of(STYLES[kind], part, found[-1][-1] if found else ""))
         if not STYLES[kind].open and found[-1].endswith("?"):
             break
     return found
 
 
-def tree_of(style: Style, whole: Part) -> str:
-    """Return the marks of one tree, up to what is open and must not be."""
+def tree_of(style: Style, whole: Part, before: str = "") -> str:
+    """Return the marks of one tree, up to what is open and must not be.
+
+    Args:
+        style: Its style.
+        whole: The part that it divides.
+        before: Mark of the leaf before it, if any.
+    """
     found: list[str] = []
     waiting = [(whole, 0)]
     while waiting and (style.open or found[-1:] != ["?"]):
         part, depth = waiting.pop()
-        mark = _mark(style, part, depth)
+        mark = _mark(style, part, depth, before)
         if not mark and depth < style.depth:
             mark = "s"
             first, second = part.halves()
             waiting += [(second, depth + 1), (first, depth + 1)]
+        else:
+            before = mark
         found.append(mark or "?")
     return "".join(found)
 
 
-def _mark(style: Style, part: Part, depth: int) -> str:
-    """Return what holds on a part, `?` where no half can tell more, or nothing."""
-    for mark in style.marks:
+def _mark(style: Style, part: Part, depth: int, before: str) -> str:
+    """Return what holds on a part, `?` where no half can tell more, or nothing; a passage goes on in the way in which it began."""
+    for mark in style.marks.replace("FR", "RF") if before == "R" else style.marks:
         sought = depth >= LEAVING if mark == "f" else mark not in "FR" or depth >= NEAR or _is_near(part)
         if sought and part.holds(mark):
             return mark

@@ -1,0 +1,191 @@
+"""Certificates that once were given and were false, and their kin: the kernel refuses each, with a proof by whatever finder claims it."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.helpers.flights import legs, quantised
+from tests.helpers.kernel_opinion import proofs
+from tests.helpers.proofs import checked, missing, tables
+from tests.helpers.small_flights import A, B, Flight, cut, mission, planned, small_flight, split, to
+from tests.mutation.sites import ROOT
+from verify import judge
+from verify.data.plan import Meeting
+from verify.data.trajectory import Trajectory
+from verify.kernel.refused import Refused
+from verify.proofs.finder import prove
+
+
+def edited(name: str, **changes: Any) -> set[str]:
+    """Return what the kernel refuses of a small flight whose statement is another one, by the proof that it has."""
+    plan, team = small_flight(name)
+    proof = prove(plan, team, judge(plan, team, largest=False))
+    table = json.loads(proof.statement)
+    for way, value in changes.items():
+        *keys, last = way.split("__")
+        at = table
+        for key in keys:
+            at = at[int(key)] if isinstance(at, list) else at[key]
+        at[last] = value
+    return missing(checked(json.dumps(table), proof.evidence, tables(plan, team)))
+
+
+F, R = ["h", "F"], ["h", "R"]
+
+
+@pytest.mark.parametrize(
+    ("prefix", "cycle", "is_so"),
+    [([F], [R, F], True), ([F, R], [F, R], True), ([F], [R, F, R, F], True), ([], [F, R], True), ([F], [R], False), ([F], [F], False),
+     ([F, R], [F], False), ([F, R, F], None, False), ([F], [R, F, F], False), ([], [R, F], False), ([F], [F, R], False)],
+)  # fmt: skip
+def test_sequences_with_a_cycle(prefix: Any, cycle: Any, is_so: bool) -> None:
+    """`AF (BF)*` for a flight that repeats `(AF BF)*`, or passes each of them once."""
+    assert ("passages" in edited("lap through hoop", sequence=[prefix, cycle])) != is_so
+
+
+@pytest.mark.parametrize("visit", [1, 2])
+def test_laps_that_begin_with_another_visit(visit: int) -> None:
+    """Limits of legs hung on where the plan said that the lap begins."""
+    assert "visits" in edited("lap with actions", robots__r0__cycle_visit=visit)
+
+
+def test_an_end_that_laps_never_come_to() -> None:
+    with pytest.raises(Refused, match="never end"):
+        edited("lap", robots__r0__end=[2.0, 2.0, 1.0])
+
+
+def test_laps_that_differ_by_an_ulp() -> None:
+    plan, team = small_flight("lap")
+    proof = prove(plan, team, judge(plan, team, largest=False))
+    files = tables(plan, team)
+    lines = files["r0"].splitlines()
+    for line in range(1, len(lines)):
+        cells = lines[line].split(",")
+        cells[1] = repr(float(np.nextafter(np.float32(cells[1]), np.float32(9))))
+        other = "\n".join([*lines[:line], ",".join(cells), *lines[line + 1 :]])
+        if line == 1:  # before the laps
+            assert checked(proof.statement, proof.evidence, {"r0": other})
+        else:
+            with pytest.raises(Refused, match="not alike"):
+                checked(proof.statement, proof.evidence, {"r0": other})
+
+
+def nested(limit: str, value: float) -> Flight:
+    """A visit of a region within the one before, which lasts past the entry."""
+    rooms = "room: {center: [1, 0, 1], size: [1.6, 1.6, 1.0]}, a: {center: [1, 0, 1], radii: [0.2, 0.2, 0.2]}"
+    of = mission("F a", [0, 0, 1], regions=rooms, limits=f"legs: {{a: {{{limit}: {value}}}}}")
+    return planned(of, {"r0": to("room", "a")}), {"r0": legs([[0, 0, 1], [1, 0, 1]])}
+
+
+def excursion() -> Flight:
+    """Out of the region and back within the margin, too fast."""
+    of = mission(
+        "F a",
+        [0, 0, 1],
+        regions="a: {center: [1, 0, 1], size: [0.5, 0.5, 0.5]}",
+        limits="legs: {a: {acceleration: 2.0}}",
+        margin="0.03",
+    )
+    points = [[0, 0, 1], [1.15, 0, 1], [1.265, 0, 1], [1.15, 0, 1]]
+    slow = legs(points[:2], speed=0.2)
+    fast = legs(points[1:], speed=0.46)
+    path = Trajectory([*slow.durations, *fast.durations], np.concatenate([slow.coefficients, fast.coefficients]))
+    return planned(of, {"r0": to("a")}), {"r0": quantised(path)}
+
+
+def swapped() -> Flight:
+    of = mission("F a & F b", [0, 0, 1], regions=f"{A}, {B}")
+    return planned(of, {"r0": to("b", "a")}), {"r0": legs([[0, 0, 1], [1, 0, 1], [1, 2, 1]])}
+
+
+def met_too_late() -> Flight:
+    plan, team = small_flight("counted")
+    return plan, {**team, "r1": legs([[0, 0.6, 1], [1, 0.6, 1]], hold=1.0)}
+
+
+def waits_for_a_circle() -> Flight:
+    plan, team = small_flight("counted")
+    both = (Meeting(first=("r0", 0), then=("r1", 0)), Meeting(first=("r1", 0), then=("r0", 0)))
+    return plan.changed(meetings=both), team
+
+
+def bound_of_two() -> Flight:
+    """An obstacle by inequalities whose bound is not 1: it is the larger, not the farther away."""
+    part = "[{quadratic: [[4, 0, 0], [0, 4, 0], [0, 0, 4]], bound: 2}]"
+    of = mission(
+        "F a",
+        [0, 1, 1],
+        regions="a: {center: [1, 1, 1], radii: [0.2, 0.2, 0.2]}",
+        obstacles=f"body: {{center: [0.5, 0, 1], parts: [{part}]}}",
+    )
+    return planned(of, {"r0": to("a")}), {"r0": legs([[0, 1, 1], [0.5, 0.75, 1], [1, 1, 1]])}
+
+
+def cut_in_flight() -> Flight:
+    of = mission("F a", [0, 0, 1], regions=A)
+    return planned(of, {"r0": to("a")}), {"r0": cut(split(legs([[0, 0, 1], [1, 0, 1]]), 0), 1)}
+
+
+def too_near_by_an_ulp() -> Flight:
+    of = mission("true", [0, 0, 1], [0.5, 0, 1], margin="0.0625", separation="0.25")
+    near = float(np.nextafter(np.float32(0.375), np.float32(0)))
+    return planned(of, {}), {"r0": legs([[0, 0, 1]]), "r1": legs([[0.5, 0, 1], [near, 0, 1], [near, 0, 1]], speed=0.1)}
+
+
+def out_by_an_ulp() -> Flight:
+    of = mission("true", [0, 0, 1], margin="0.0625", workspace="min: [-1, -1, 0.5], max: [1, 1, 1.5]")
+    return planned(of, {}), {"r0": legs([[0, 0, 1], [0, 0, float(np.nextafter(np.float32(1.4375), np.float32(2)))]])}
+
+
+def order_within_clocks() -> Flight:
+    """In order by one clock, not by two: r0 is in a before r1 comes to b."""
+    regions = f"{A}, b: {{center: [1.1, -0.5, 1.2], radii: [0.2, 0.2, 0.2]}}"
+    of = mission("F (a & !b)", [0, 0, 1], [0.2, -0.5, 1.3], regions=regions, clock_error="0.4", spec="team: joint")
+    return planned(of, {"r0": to("a"), "r1": to("b")}), {
+        "r0": legs([[0, 0, 1], [1, 0, 1]]),
+        "r1": legs([[0.2, -0.5, 1.3], [1.1, -0.5, 1.2]], hold=0.3),
+    }
+
+
+FLIGHTS: list[tuple[Callable[[], Flight], str]] = [
+    (lambda: nested("speed", 0.5), "limits.legs.speed"), (lambda: nested("acceleration", 0.5), "limits.legs.acceleration"),
+    (excursion, "limits.legs.acceleration"), (swapped, "visits"), (met_too_late, "precedences"), (waits_for_a_circle, "precedences"),
+    (bound_of_two, "obstacles"), (cut_in_flight, "parts"), (too_near_by_an_ulp, "separation"), (out_by_an_ulp, "workspace"),
+    (order_within_clocks, "formula"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("flight", "claim"), FLIGHTS, ids=lambda value: value if isinstance(value, str) else getattr(value, "__name__", "")
+)
+def test_flights_that_break_a_claim(flight: Callable[[], Flight], claim: str) -> None:
+    plan, team = flight()
+    certificate = judge(plan, team, largest=False)
+    assert claim in {one.name for one in certificate.claims if one.outcome != "holds"}
+    for proof, files in proofs(plan, team, certificate):
+        assert claim in missing(checked(proof.statement, proof.evidence, files))
+
+
+REFUSALS = ("refused_limits", "refused_paths", "refused_visits", "leg_windows", "passages", "separation", "region_relations")
+
+
+@pytest.mark.slow
+def test_what_the_tests_of_the_judge_refuse_the_kernel_refuses() -> None:
+    """Every flight of the judge's own tests of refusals, with the proofs of `kernel_opinion`."""
+    files = [
+        *(f"tests/verify/motion/test_{name}.py" for name in REFUSALS),
+        "tests/verify/test_parts.py",
+        "tests/verify/test_order_claims.py",
+    ]
+    command = [sys.executable, "-m", "pytest", "-n", "0", "-q", "-p", "tests.helpers.kernel_opinion", *files]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    (line,) = (line for line in done.stdout.splitlines() if line.startswith("kernel: "))
+    assert done.returncode == 0, done.stdout[-5000:]
+    assert json.loads(line.removeprefix("kernel: "))["flights"] > 100

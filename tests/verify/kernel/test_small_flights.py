@@ -1,0 +1,18 @@
+"""Small flights, one for each kind of claim: the kernel checks all that the judge claims of them."""
+
+import pytest
+
+from tests.helpers.proofs import checked, missing, tables
+from tests.helpers.small_flights import FLIGHTS, small_flight
+from verify import judge
+from verify.proofs.finder import prove
+
+
+@pytest.mark.parametrize("name", FLIGHTS)
+def test_all_claims_are_checked(name):
+    plan, team = small_flight(name)
+    certificate = judge(plan, team, largest=False)
+    proof = prove(plan, team, certificate)
+    claims = checked(proof.statement, proof.evidence, tables(plan, team))
+    assert missing(claims) == set()
+    assert len(claims) == len(certificate.claims)
