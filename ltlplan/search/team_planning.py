@@ -39,10 +39,12 @@ class TeamTask(Protocol):
     Attributes:
         graph: The team's graph.
         share: Of the budget, one in so many states is spent on a search by sums.
+        shapes: For each conjunct what it has in common with those whose automata differ from its own in names alone.
     """
 
     graph: ReducedGraph
     share: int
+    shapes: Sequence[object]
 
     def flown_by(self, robots: Collection[int], /) -> Self:
         """Return the task of the team with all but these robots, by index, staying where they start."""
@@ -189,7 +191,7 @@ def _refined(
     found = PlanningOutcome(None, None, 0, tracked=frozenset(tracked))
     while True:
         try:
-            reading = task.reading(found.tracked, objective)
+            reading = task.reading(_with_alike(task, found.tracked, objective), objective)
             answer = search(reading)
             run = _run_of(reading, answer)
             failing = {} if run is None else task.failing_orders(run.paths)
@@ -201,6 +203,12 @@ def _refined(
         if not failing:
             return replace(found, run=run)
         found = replace(found, refused=found.refused or next(iter(failing.values())), tracked=found.tracked.union(failing))
+
+
+def _with_alike(task: TeamTask, tracked: Collection[int], objective: Objective) -> Collection[int]:
+    """Return conjuncts, by sums with all that are like them: what some order broke of one, it may break of these next."""
+    shapes = {task.shapes[index] for index in tracked}
+    return tracked if objective != Objective() else [index for index, shape in enumerate(task.shapes) if shape in shapes]
 
 
 def _any_run(task: TeamTask, found: PlanningOutcome, stopped: TooLarge, budget: Budget) -> PlanningOutcome:

@@ -21,7 +21,7 @@ from typing import Generic
 from ltlplan.search.bounds.conjunct_graph import ConjunctGraph, Node, single_bits
 from ltlplan.search.label_setting import distances
 from ltlplan.search.memoization import memoized
-from ltlplan.search.reduced_graph import ReducedGraph
+from ltlplan.search.reduced_graph import TIE, ReducedGraph
 from ltlplan.search.team_reading import UNREACHABLE
 
 To = tuple[Mapping[Node, float], Mapping[Node, int]]
@@ -49,6 +49,10 @@ class SpanningTreeBound:
         self._between = [
             [min(pair) for pair in zip(*both, strict=True)] for both in zip(ways, zip(*ways, strict=True), strict=True)
         ]
+        # what can be shown where two others are joins these for nothing, so that trees without it are larger
+        self._anywhere = sum(
+            bit for bit, row in zip(self._bits, self._between, strict=True) if sum(far <= TIE for far in row) > 2
+        )
         starts = [graph.key(robot, node) for robot, node in enumerate(graph.start)]
         rows = [[to.get(start, UNREACHABLE) for to in self._to] for start in reversed(starts[1:])]
         nearest = itertools.accumulate(rows, lambda *both: [*map(min, *both)], initial=[UNREACHABLE] * len(places))
@@ -67,7 +71,10 @@ class SpanningTreeBound:
     @memoized
     def _cost(self, missing: int, robot: int, node: int) -> float:
         near = self._distances(robot, self._graph.key(robot, node))
-        return self._tree({goal: near[goal] for goal, bit in enumerate(self._bits) if missing & bit})
+        everything = self._tree({goal: near[goal] for goal, bit in enumerate(self._bits) if missing & bit})
+        if not missing & self._anywhere:
+            return everything
+        return max(everything, self._cost(missing & ~self._anywhere, robot, node))
 
     @memoized
     def _distances(self, robot: int, here: tuple[int, int]) -> list[float]:

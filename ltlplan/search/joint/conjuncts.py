@@ -114,6 +114,7 @@ class WordEffects:
         self._acts: list[tuple[tuple[int, ...], ...]] = []  # without contexts: the word, as one tuple
         self._numbers = Numbers[tuple[int, int, bool, tuple[tuple[int, ...], ...]]]()
 
+    @memoized
     def begin(self, letter: int) -> int:
         """Return the number of the word that is one letter."""
         letter &= self.part.mask

@@ -45,12 +45,13 @@ class JointTask(TeamTask):
         bounds: On what is left of each conjunct.
         first: What each robot holds before it flies, as bits.
         share: Of the budget, one in so many states is spent on a search by sums.
+        shapes: For each conjunct its automaton without names.
     """
 
     share = 10
 
     def __init__(self, systems: Sequence[TransitionSystem], automata: Sequence[Automaton]) -> None:
-        self.automata = tuple(automata)
+        self.automata, self.shapes = tuple(automata), [automaton.shape for automaton in automata]
         team = Team(systems)
         names = sorted({name for automaton in automata for name in automaton.propositions})
         bit = {name: 1 << i for i, name in enumerate(names)}
@@ -251,27 +252,32 @@ class _Orders(OrderBounds[int, Seen]):
 
     @memoized
     def _goals_before(self, after: tuple[int, ...], landed: int) -> frozenset[Seen]:
-        part = self._words.part
-        return frozenset(
-            (state, held)
-            for held in subsets(part.mask)
-            for state in part.domain
-            if any(map(part.accepting, self._reached(state, held, after, landed)))
-        )
+        """Return from where some words lead to a goal, while those that flew before hold `landed`, or up to what is held in all."""
+        words, part = self._words, self._words.part
+        flown = [self._union(words.last, after[:place], 0) for place in range(len(after))]
+        sure = [self._union(words.first, after[place + 1 :], own | landed) for place, own in enumerate(flown)]
+        found: set[Seen] = set()
+        for held in subsets(part.mask):
+            states = frozenset(filter(part.accepting, part.domain))
+            for word, least, own in reversed([*zip(after, sure, flown, strict=True)]):
+                states = self._leading_to(word, least, own | held, states)
+            found.update((state, held) for state in states)
+        return frozenset(found)
 
-    def _reached(self, state: int, held: int, after: Sequence[int], landed: int) -> set[int]:
-        """Return all states that some words may lead to, while those that flew before hold `landed`, or up to `held` in all."""
-        words, reached = self._words, {state}
-        for place, word in enumerate(after):
-            sure = self._union(words.last, after[:place], self._union(words.first, after[place + 1 :], landed))
-            may = self._union(words.last, after[:place], held)
-            contexts = [context for context in words.contexts if not (sure & ~context or context & ~may)]
-            reached = {words.apply(word, at, context) for at in reached for context in contexts} - {DEAD}
-        return reached
+    @memoized
+    def _leading_to(self, word: int, least: int, most: int, goals: frozenset[int]) -> frozenset[int]:
+        """Return the states from which a word may lead to one of some, while others hold what they hold at the least and at the most."""
+        words = self._words
+        contexts = [context for context in words.contexts if not (least & ~context or context & ~most)]
+        return frozenset(
+            state for state in words.part.domain if any(words.apply(word, state, context) in goals for context in contexts)
+        )
 
     @staticmethod
     def _union(held: Sequence[int], words: Sequence[int], others: int) -> int:
-        return reduce(or_, (held[word] for word in words), others)
+        for word in words:
+            others |= held[word]
+        return others
 
 
 def _backwards(part: JointConjunct, masks: Sequence[int]) -> ConjunctGraph[Seen] | None:

@@ -38,6 +38,7 @@ class OwnTask:
         task: What is to be done.
         bounds: On what is left of each conjunct.
         share: Of the budget, one in so many states is spent on a search by sums.
+        shapes: For each conjunct its automaton without names.
     """
 
     share = 1
@@ -50,7 +51,7 @@ class OwnTask:
         shown = sorted({letter for label in graph.label for letter in label})
         self.bounds = ConjunctBounds([_backwards(part, bit, masks, shown) for part in task.parts], masks, graph)
         self._everything, self._check = TransitionMonoid(task), OrderCheck(task)
-        self._shapes = [
+        self.shapes: Sequence[object] = [
             part.automaton.shape if isinstance(part, Deterministic) else index for index, part in enumerate(task.parts)
         ]
 
@@ -62,13 +63,10 @@ class OwnTask:
         """Return what a search walks over.
 
         Args:
-            tracked: Conjuncts, by index, that words must keep in every order; by sums with all that have the same automaton: what some
-                order broke of one, it may break of these next.
+            tracked: Conjuncts, by index, that words must keep in every order.
             objective: The order on plans, and limits on robots.
         """
-        alike = self._shapes if objective == Objective() else range(len(self._shapes))
-        shapes = {alike[index] for index in tracked}
-        return OwnReading(self, [index for index, shape in enumerate(alike) if shape in shapes], objective)
+        return OwnReading(self, sorted(tracked), objective)
 
     def failing_orders(self, paths: Sequence[Sequence[int]]) -> dict[int, tuple[int, ...]]:
         """Return, for each conjunct that some order of the robots breaks, such an order.

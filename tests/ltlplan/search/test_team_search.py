@@ -137,6 +137,16 @@ def test_a_step_that_several_conjuncts_need_counts_once_under_joint() -> None:
     assert reading.left(begin) == pytest.approx(1.0)
 
 
+def test_what_can_be_shown_wherever_others_are_makes_no_bound_smaller() -> None:
+    labels = tuple(map(frozenset, ("", "a", "ac", "b", "bc")))
+    edges = (((1, 5.0),), ((2, 0.0), (3, 4.0)), ((1, 0.0), (4, 4.0)), ((4, 0.0), (1, 4.0)), ((3, 0.0), (2, 4.0)))
+    joint = JointTask([TransitionSystem(labels, edges)], conjunct_automata(parse_formula("F a & F b & F c"), "finite"))
+    reading = joint.reading()
+    begin = reading.begin()
+    assert begin is not None
+    assert reading.left(begin) == pytest.approx(9.0)
+
+
 @given_few(6, 40, st.lists(systems(5), min_size=2, max_size=3), tasks(with_next=False))
 def test_the_longest_robot_of_any_graphs(each: list[TransitionSystem], formula: Formula) -> None:
     found = plan_team(own_task_of(each, formula), DEFAULT_BUDGET, Objective(longest=True))
