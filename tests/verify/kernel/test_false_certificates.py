@@ -14,7 +14,7 @@ import pytest
 from tests.helpers.flights import legs, quantised
 from tests.helpers.kernel_opinion import proofs
 from tests.helpers.proofs import checked, missing, tables
-from tests.helpers.small_flights import A, B, Flight, cut, mission, planned, small_flight, split, to
+from tests.helpers.small_flights import RING, A, B, Flight, cut, mission, planned, small_flight, split, to
 from tests.mutation.sites import ROOT
 from verify import judge
 from verify.data.plan import Meeting
@@ -35,6 +35,30 @@ def edited(name: str, **changes: Any) -> set[str]:
             at = at[int(key)] if isinstance(at, list) else at[key]
         at[last] = value
     return missing(checked(json.dumps(table), proof.evidence, tables(plan, team)))
+
+
+EDITS: list[tuple[str, dict[str, Any], str]] = [
+    ("begins inside", {"robots__r0__closed": ["a"]}, "transitions"), ("begins inside", {"robots__r0__closed": ["b"]}, "transitions"),
+    ("opening", {"robots__r0__edges__h": []}, "transitions"), ("opening", {"robots__r0__vertex": "nowhere"}, "transitions"),
+    ("lap with actions", {"robots__r0__edges": {"home": ["a"], "a": ["b"]}}, "transitions"),
+    ("opening", {"robots__r0__changes": []}, "formula"), ("one", {"margin": 0.21}, "visits"), ("one", {"margin": 0.2}, "visits"),
+    ("closely", {"separation_z": 0.5}, "separation"), ("crossing", {"clock_error": 1.2}, "separation"), ("crossing", {"separation": 0.9}, "separation"),
+    ("lap waits", {"clock_error": 2.1}, "precedences"), ("own waits", {"clock_error": 7.0}, "precedences"),
+    ("steps", {"robots__r0__start": [0.0002, 0.0, 1.0]}, "continuity"), ("parts", {"robots__r1__cuts": []}, "parts"),
+    ("parts", {"robots__r0__limits__pieces": 0}, "parts"), ("lap", {"robots__r0__limits__endurance": 30.0}, "limits.endurance"),
+    ("legs", {"robots__r0__limits__legs__b__speed": 0.5}, "limits.legs.speed"), ("end and turn", {"robots__r0__limits__yaw_rate": 1.0}, "limits.yaw_rate"),
+    ("end and turn", {"robots__r0__limits__rotor_thrust_max": 0.0675}, "limits.rotor_thrust_max"),
+    ("lap with actions", {"formula": ["always", ["eventually", ["and", ["name", "b"], ["name", "carrying"]]]]}, "formula"),
+    ("laps, own", {"formula": ["always", ["eventually", ["and", ["name", "a"], ["name", "b"]]]]}, "formula"),
+    ("laps, joint", {"formula": ["eventually", ["always", ["not", ["name", "a"]]]]}, "formula"),
+    ("union", {"formula": ["until", ["not", ["name", "c"]], ["name", "room"]]}, "formula"),
+    ("counted", {"formula": ["eventually", ["count", 3, ["or", ["name", "a"], ["name", "b"]]]]}, "formula"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("name", "changes", "claim"), EDITS)
+def test_statements_that_are_false(name: str, changes: dict[str, Any], claim: str) -> None:
+    assert claim in edited(name, **changes)
 
 
 F, R = ["h", "F"], ["h", "R"]
@@ -128,6 +152,12 @@ def bound_of_two() -> Flight:
     return planned(of, {"r0": to("a")}), {"r0": legs([[0, 1, 1], [0.5, 0.75, 1], [1, 1, 1]])}
 
 
+def u_turn(x: float) -> Flight:
+    """Into the opening, or near it, and out where it came from."""
+    of = mission("F h", [-1, 0, 1], hoops=RING)
+    return planned(of, {"r0": to("h.F")}), {"r0": legs([[-1, 0, 1], [x, 0, 1], [-1, 0, 1]])}
+
+
 def cut_in_flight() -> Flight:
     of = mission("F a", [0, 0, 1], regions=A)
     return planned(of, {"r0": to("a")}), {"r0": cut(split(legs([[0, 0, 1], [1, 0, 1]]), 0), 1)}
@@ -158,7 +188,7 @@ FLIGHTS: list[tuple[Callable[[], Flight], str]] = [
     (lambda: nested("speed", 0.5), "limits.legs.speed"), (lambda: nested("acceleration", 0.5), "limits.legs.acceleration"),
     (excursion, "limits.legs.acceleration"), (swapped, "visits"), (met_too_late, "precedences"), (waits_for_a_circle, "precedences"),
     (bound_of_two, "obstacles"), (cut_in_flight, "parts"), (too_near_by_an_ulp, "separation"), (out_by_an_ulp, "workspace"),
-    (order_within_clocks, "formula"),
+    (order_within_clocks, "formula"), (lambda: u_turn(0.02), "passages"), (lambda: u_turn(-0.04), "passages"), (lambda: u_turn(0.3), "passages"),
 ]  # fmt: skip
 
 

@@ -1,0 +1,206 @@
+"""Single functions of the kernel, at their edges."""
+
+from __future__ import annotations
+
+import math
+from contextlib import suppress
+from fractions import Fraction
+from itertools import pairwise
+from random import Random
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.helpers.kernel_words import kernel_statement
+from tests.helpers.plain_team_words import holds
+from tests.helpers.random_teams import random_formula
+from tests.helpers.timelines import mission
+from verify.kernel.distances import Pair
+from verify.kernel.flights import HEADER, LARGEST, MOST_PIECES, Path, Segment, read_team
+from verify.kernel.formulas import Table
+from verify.kernel.places import check_transitions
+from verify.kernel.polynomials import Polynomial, root
+from verify.kernel.refused import Refused
+from verify.kernel.statement import Inequality
+from verify.kernel.timelines import Span, Stay, Timeline, settled
+from verify.kernel.trees import Evidence
+from verify.kernel.words import check_formula
+from verify.kernel.zones import asked, terms_of
+from verify.proofs.formula_tree import tree_of
+
+ZERO = Fraction(0)
+
+
+def table(*rows: list[object]) -> str:
+    return "\n".join(",".join(map(str, row)) for row in (HEADER, *rows)) + "\n"
+
+
+def row(duration: object = 1, **cells: object) -> list[object]:
+    """Return a piece that hovers at the origin, with some cells by their number."""
+    found: list[object] = [duration, *[0] * 32]
+    for key, value in cells.items():
+        found[int(key.removeprefix("c"))] = value
+    return found
+
+
+def read(*rows: list[object]) -> Any:
+    robot = SimpleNamespace(start=(ZERO,) * 3, cycle=None)
+    return read_team(SimpleNamespace(robots={"r": robot}, lasso=False, repeat=1), {"r": table(*rows)})  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    "rows", [[row()], [row(LARGEST)], [row(c5=LARGEST)], [row(c9=-LARGEST)], [row(1e-6)], [row()] * MOST_PIECES]
+)
+def test_flights_that_are_read(rows: list[list[object]]) -> None:
+    assert len(read(*rows).paths["r"].pieces) == len(rows)
+
+
+@pytest.mark.parametrize(
+    "rows",
+    [[], [row(0)], [row(-1)], [row(1e-60)], [row(c5=LARGEST * 1.001)], [row(c9=-LARGEST * 1.001)], [row(LARGEST * 1.001)], [row()[:-1]], [[*row(), 0]],
+     [row("")], [row("nan")], [row("1_0")], [row("0x1")], [row("1" + "0" * 70)], [row(c5="1e39")], [row()] * (MOST_PIECES + 1)],
+)  # fmt: skip
+def test_flights_that_are_none(rows: list[list[object]]) -> None:
+    with pytest.raises(Refused):
+        read(*rows)
+
+
+def test_numbers_are_those_that_a_vehicle_reads() -> None:
+    path = read(row("0.1", c1="0.3")).paths["r"]
+    assert path.pieces[0].stop == Fraction(13421773, 1 << 27)
+    assert path.pieces[0].axes[0].at(0) == Fraction(10066330, 1 << 25)
+
+
+def test_steps_are_as_long_as_they_are() -> None:
+    """From the start, between pieces, and one after another."""
+    team = read(row(c1=3, c9=4), row(c1=3, c9=4, c17=1), row(c1=3, c9=4, c17=1))
+    path = team.paths["r"]
+    longest, every = path.steps
+    assert 5 <= longest < 5 + Fraction(1, 1 << 60)
+    assert 6 <= every < 6 + Fraction(1, 1 << 60)
+    assert path.drift(Fraction(2), Fraction(1, 2)) == 1 + every
+
+
+def test_drift_within_a_lap_alone() -> None:
+    still = [Polynomial.of([ZERO])] * 4
+    segments = [Segment(Fraction(k), Fraction(k + 1), still) for k in range(3)] + [Segment(Fraction(3), Fraction(3), still[:3])]
+    path = Path("r", SimpleNamespace(), segments, segments[:3], Fraction(1))  # type: ignore[arg-type]
+    assert path.drift(Fraction(1), Fraction(2)) == 2
+    with pytest.raises(Refused, match="more than a lap"):
+        path.drift(Fraction(1), Fraction(2) + Fraction(1, 1000))
+
+
+def test_roots_are_enclosed() -> None:
+    for value in (ZERO, Fraction(1), Fraction(4, 9), Fraction(2), Fraction(1, 3), Fraction(10**12 + 1, 7)):
+        low, high = root(value)
+        assert low**2 <= value <= high**2
+        assert high - low <= Fraction(1, 1 << 70)
+        assert (low == high) == (value in (0, 1, Fraction(4, 9)))
+
+
+def test_a_stay_holds_at_the_ends_of_what_is_sure() -> None:
+    stay = Stay(ZERO, Fraction(9), "a", [Span(Fraction(1), Fraction(2), "must"), Span(Fraction(4), Fraction(5), "must")])
+    for start, stop, sure in (
+        (1, 2, True),
+        (1, 1, True),
+        (2, 2, True),
+        (0, 1, False),
+        (2, 3, False),
+        (1, 5, False),
+        (4, 5, True),
+        (5, 6, False),
+    ):
+        assert stay.surely_holds(Fraction(start), Fraction(stop)) == sure
+
+
+def spans(text: str) -> list[Span]:
+    """Return spans of a second, of an instant where a letter is large."""
+    marks, found, time = {"n": "no", "m": "must", "?": "may", "r": "rise", "f": "fall"}, list[Span](), 0
+    for letter in text:
+        later = time + (not letter.isupper())
+        found.append(Span(Fraction(time), Fraction(later), marks[letter.lower()]))
+        time = later
+    return found
+
+
+@pytest.mark.parametrize(
+    ("before", "after"),
+    [("nn", "n"), ("nm", "n?m"), ("mn", "m?n"), ("n?m", "n?m"), ("n??m", "n?m"), ("nNm", "n?m"), ("nMn", "n?n"), ("M", "M"), ("m?", "m?"), ("nmn", "n?m?n"), ("nnmm", "n?m")],
+)  # fmt: skip
+def test_spans_of_one_mark_are_one_and_what_differs_is_apart(before: str, after: str) -> None:
+    found = settled(spans(before))
+    assert [span.mark for span in found] == [span.mark for span in spans(after)]
+    assert all(a.stop == b.start for a, b in pairwise(found))
+    assert (found[0].start, found[-1].stop) == (0, spans(before)[-1].stop)
+
+
+def test_alternatives_ask_for_no_more_than_they_have_to() -> None:
+    """None asks for what another one asks for, and for more; whatever order they are found in."""
+    rng = Random(4)
+    for _ in range(300):
+        formula = random_formula(rng, rng.randint(3, 8))
+        found = Table(tree_of(formula), "abc")
+        owed = [frozenset({found.root})]
+        word = [frozenset(n for n in ("a", "b", "c", "water") if rng.random() < 0.4) for _ in range(rng.randint(1, 3))]
+        for letter in word:
+            every = [found.after(found.letter_of(letter), one) for one in owed]
+            for ways in every:
+                assert not any(a is not b and a[0] <= b[0] and a[1] <= b[1] for a in ways for b in ways)
+            owed = [then for ways in every for then, _ in ways]
+        assert any(map(found.empty_word_keeps, owed)) != holds(formula, [{"": letter} for letter in word])
+
+
+@pytest.mark.parametrize(("closed", "accepted"), [("a", False), ("b", True)])
+def test_a_robot_may_not_stay_where_it_may_not_go(closed: str, accepted: bool) -> None:
+    line = Timeline("q", Fraction(9), {"a": tuple(spans("mmmmmmmmm")), "b": tuple(spans("nnnnnnnnn"))}, frozenset(), (), None)
+    robot = SimpleNamespace(edges=None, vertex="", closed=frozenset(closed))
+    statement: Any = SimpleNamespace(regions={"a": None, "b": None}, robots={"q": robot})
+    try:
+        check_transitions(statement, line)
+    except Refused:
+        assert not accepted
+    else:
+        assert accepted
+
+
+def test_a_quadric_moves_by_as_much_as_its_form_stretches() -> None:
+    """By the root of the greatest eigenvalue, whatever axis it is near."""
+    rng = np.random.default_rng(5)
+    for _ in range(60):
+        rows = rng.integers(-8, 9, (3, 3)) * rng.permutation([1, 1, 4])[:, None]
+        form = rows.T @ rows + np.eye(3, dtype=int)
+        quadratic: Any = tuple(tuple(Fraction(int(x), 16) for x in row) for row in form)
+        _, (_, _, outside) = asked(terms_of(Inequality(Fraction(1), None, quadratic), (ZERO,) * 3), Fraction(1))
+        grown, wanted = math.sqrt(outside + 1) - 1, math.sqrt(np.linalg.eigvalsh(form / 16).max())
+        assert wanted * (1 - 1e-12) <= grown <= wanted * (1 + 1e-6)
+
+
+def test_distances_at_each_time_are_of_segments_that_share_some_time() -> None:
+    """Two paths that both begin another piece at one instant, and cross."""
+    ways = ([-1, 1], [0, 1]), ([1, -1], [0, -1])
+    zero = Polynomial.of([ZERO])
+    paths = []
+    for axis, way in enumerate(ways):
+        pieces = [Polynomial.of(list(map(Fraction, row))) for row in way]
+        axes = [[piece, zero, zero] if axis == 0 else [zero, piece, zero] for piece in pieces]
+        segments = [Segment(Fraction(k), Fraction(k + 1), row) for k, row in enumerate(axes)]
+        paths.append(Path("r", SimpleNamespace(radius=ZERO), segments, segments, None))  # type: ignore[arg-type]
+    statement: Any = SimpleNamespace(separation=Fraction(1, 4), separation_z=None, margin=ZERO)
+    assert len(list(Pair(statement, *paths, ZERO).at_each_time())) == 2
+
+
+@pytest.mark.parametrize(("error", "accepted"), [("1.99", True), ("2", False), ("3", False)])
+def test_clocks_that_differ_by_half_a_lap_prove_nothing(error: str, accepted: bool) -> None:
+    """Not even what is always so: whatever number of spans a proof names."""
+    statement = kernel_statement(mission("true", team="joint", robots=2, trace="infinite"), Fraction(error))
+    rows = {name: (Span(ZERO, Fraction(4), "no"),) for name in statement.regions}
+    lines = {name: Timeline(name, Fraction(4), rows, frozenset(), (), ZERO) for name in statement.robots}
+    found = False
+    for size in range(1, 30):
+        evidence = Evidence({"formula/0": [[], [], [], [None], [[]], [[0, size]]]})
+        with suppress(Refused):
+            check_formula(statement, lines, evidence)
+            found = True
+    assert found == accepted
