@@ -19,7 +19,9 @@ from ltlplan.following import RESERVE, followed
 from ltlplan.pipeline import attempted, certified_team
 from ltlplan.replanning.cuts import Candidate, Certified, Conflict, Flight
 from refine import refine
+from tests.helpers.few import few_of
 from tests.helpers.plans_by_hand import ball, room, straight
+from tests.helpers.random_missions import random_mission
 from verify.data import Infeasible, NotCertified, Plan, Witness
 from verify.data.sections import Agent, Planner
 from verify.data.shapes.region import Region
@@ -220,3 +222,14 @@ def test_a_flight_that_no_slowing_keeps_in_its_tube_is_not_exported(tmp_path: Pa
     assert log.tube == "outside"
     with pytest.raises(NotCertified, match="strayed"):
         flight.export(done.team, done.certificate, tmp_path / "files", flight=log)
+
+
+@few_of(1, "seed", range(12))
+def test_flights_of_random_missions_keep_their_reserve_and_are_no_slower_than_planned(seed: int) -> None:
+    mission = random_mission(seed, samples=20, rounds=2)
+    nominal = ltlplan.run(mission, pace="nominal")
+    for pace in (0.7, 1.0):
+        done = ltlplan.run(mission, pace=pace)
+        assert done.certificate.holds
+        assert done.log.worst_error() <= max((1.0 - RESERVE) * mission.margin, nominal.log.worst_error())
+        assert done.certificate.duration <= nominal.certificate.duration
