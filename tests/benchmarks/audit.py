@@ -3,6 +3,7 @@
 python tests/benchmarks/audit.py                      # 100, 300 and 1000 drones, with growth exponents
 python tests/benchmarks/audit.py 1000 --breaches 1000 # every breach of about 50 ms and 1 cm must be found
 python tests/benchmarks/audit.py --teams 10000        # the broad phase against the plain judge of all pairs, on random small teams
+python tests/benchmarks/audit.py 1000 --seconds 20 --proof  # a proof of it, and the kernel's check
 """
 
 from __future__ import annotations
@@ -178,6 +179,28 @@ def compare(teams: int) -> None:
     print(f"{teams} random teams, {broken} of them with breaches: the broad phase leaves nothing out ({times})")
 
 
+def prove(drones: int, seconds: int) -> None:
+    """Audit one show with a proof, have the kernel check that again, and print a row."""
+    with tempfile.TemporaryDirectory() as folder:
+        path, since = Path(folder) / "show.skyc", time.process_time()
+        write(path, show(drones, seconds)[1])
+        verify.audit(path, limits=ASKED)
+        alone, since = time.process_time() - since, time.process_time()
+        found = verify.audit(path, limits=ASKED, proof=True)
+        proving, memory = time.process_time() - since - alone, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
+        for name, content in found.files.items():
+            (Path(folder) / name).write_bytes(content)
+        since = time.process_time()
+        verdict = verify.check_proof(folder)
+        checking, size = time.process_time() - since, len(found.files["proof.json"]) / 1e6
+    assert found.holds
+    assert not any(claim.missing for claim in verdict.claims if claim.name == "separation")
+    print(
+        f"| {drones} | {seconds} | {len(verdict.claims)} | {alone:.1f} | {proving - checking:.1f} | {checking:.1f} | {size:.2f} | {memory:.2f} |",
+        flush=True,
+    )
+
+
 def table(sizes: Sequence[int], seconds: int, breaches: int) -> None:
     """Print a row for each size, and how each stage grows."""
     print(f"| drones | pieces | MB | {' | '.join(STAGES)} | all, s | GB |")
@@ -196,12 +219,23 @@ def main() -> None:
     parser.add_argument(
         "--teams", type=int, default=0, help="compare the broad phase with the plain judge on so many random teams"
     )
+    parser.add_argument("--proof", action="store_true", help="write a proof of each show, and check it")
     asked = parser.parse_args()
     if asked.teams:
         compare(asked.teams)
+    elif asked.proof:
+        print("| drones | pieces | claims | audit, s | finding, s | checking, s | MB | GB |")
+        for drones in asked.sizes:
+            prove(drones, asked.seconds)
     else:
         table(asked.sizes, asked.seconds, asked.breaches)
 
 
 if __name__ == "__main__":
-    run_benchmark(main, ["8", "16", "--seconds", "20"], ["40", "--seconds", "60", "--breaches", "2"], ["--teams", "20"])
+    run_benchmark(
+        main,
+        ["8", "16", "--seconds", "20"],
+        ["40", "--seconds", "60", "--breaches", "2"],
+        ["--teams", "20"],
+        ["8", "--seconds", "10", "--proof"],
+    )

@@ -9,19 +9,19 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from fractions import Fraction
 from functools import partial
 from itertools import combinations
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-from .distances import Pair
+from .distances import Flight, Pair
 from .flights import Team
 from .joints import check_continuity, check_endurance, check_parts
 from .limits import LIMITS, TURNING, kept, turning
 from .places import check_transitions
 from .refused import Refused, require
-from .statement import Statement
+from .statement import ZERO, Statement
 from .timelines import Course
 from .trees import Evidence, Rules, Trees
 from .words import check_formula, check_ordered
-from .zones import Hoop, Sums, along, obstacle, workspace
+from .zones import Sums, along, hoop_of, obstacle, rim, workspace
 
 
 class Checked(NamedTuple):
@@ -48,7 +48,7 @@ class Check:
     def __init__(self, statement: Statement, team: Team, evidence: Evidence) -> None:
         self.statement, self.team, self.evidence = statement, team, evidence
         self.courses: Mapping[str, Course] = {name: Course(statement, path, evidence) for name, path in team.paths.items()}
-        self._proved, self._solid = set[str](), dict[tuple[str, Fraction], Rules]()
+        self._proved, self._flights = set[str](), dict[str, Flight]()
 
     def claims(self) -> list[Checked]:
         """Return all claims that the statement owes, each checked or not."""
@@ -86,11 +86,11 @@ class Check:
         visits = f"{name} makes its {len(course.robot.visits)} planned visits, in order; its actions are permitted."
         yield Owed("visits", of, lambda: visits if course.timeline else "")
         yield Owed("passages", of, lambda: f"{name} passes exactly its planned openings: {course.passages()}.")
-        walls = Trees(f"workspace/{name}", along(path, workspace(statement)))
+        walls = Trees(f"workspace/{name}", along(path, workspace((statement.low, statement.high), margin)))
         yield Owed("workspace", of, f"{name} stays in the workspace by {float(margin):.4g} m.", [walls])
         yield Owed("continuity", of, partial(check_continuity, path, team))
-        if hoops := {one: Hoop(shape) for one, shape in statement.regions.items() if shape.ring}:
-            rims = (Trees(f"rims/{name}/{one}", along(path, hoop.rim(near))) for one, hoop in hoops.items())
+        if hoops := {one: hoop_of(shape) for one, shape in statement.regions.items() if shape.ring}:
+            rims = (Trees(f"rims/{name}/{one}", along(path, rim(hoop, near))) for one, hoop in hoops.items())
             yield Owed("rims", of, f"{name} stays more than {float(near):.4g} m from every rim.", rims)
         if statement.obstacles:
             solid = (Trees(f"obstacles/{name}/{one}", along(path, self._obstacle(one, near))) for one in statement.obstacles)
@@ -111,11 +111,9 @@ class Check:
     # What claims rest on
 
     def _obstacle(self, name: str, length: Fraction) -> Rules:
-        if (name, length) not in self._solid:
-            sums: Any = self.evidence.get(f"sums/{name}", tuple[Sums, ...] | None)
-            none = ((),) * len(self.statement.obstacles[name].parts)
-            self._solid[name, length] = obstacle(self.statement, name, length, sums or none)
-        return self._solid[name, length]
+        shape, sums = self.statement.obstacles[name], self.evidence.get(f"sums/{name}", tuple[Sums, ...] | None)
+        hoops = tuple(self.statement.regions[one] for one in shape.openings or ())
+        return obstacle(shape, hoops, length, sums or ((),) * len(shape.parts))
 
     def _speed(self, course: Course) -> Fraction:
         """Return a bound on a robot's speed, m/s, that has trees of its own."""
@@ -149,11 +147,13 @@ class Check:
 
     def pair(self, both: tuple[Course, Course], *, all_times: bool) -> Pair:
         """Return how far apart two paths have to be at all times that clocks may show together, or at each time."""
-        one, other = both
-        error, more = self.statement.clock_error, one.path.steps[0] + other.path.steps[0]
+        for course in both:
+            if course.name not in self._flights:
+                self._flights[course.name] = Flight(self.statement, course.path)
+        error, drift = self.statement.clock_error, ZERO
         if error and not all_times:
-            more += min(course.path.drift(self._speed(course), error) for course in (one, other))
-        return Pair(self.statement, one.path, other.path, more)
+            drift = min(course.path.drift(self._speed(course), error) for course in both)
+        return Pair(self.statement.separation, (self._flights[both[0].name], self._flights[both[1].name]), drift)
 
     # The rest of claims
 

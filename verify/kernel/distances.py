@@ -6,7 +6,7 @@ Either of all times that clocks may show together, or at each time, and then gre
 from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from functools import partial
 from typing import NamedTuple
@@ -18,29 +18,72 @@ from .trees import Cell
 
 BITS = 40
 Row = tuple[Bernstein, Bernstein, Bernstein]
-_Flown = tuple[tuple[Fraction, Fraction], Segment, Row, list[tuple[int, int]]]
-"""A segment's times, the segment, its places, and along x, y and z from where to where it is, m, over 2^40."""
+Box = Sequence[tuple[int, int]]
+"""Along x, y and z from where to where, m, over 2^40."""
+
+
+class Flown(NamedTuple):
+    """A segment that takes time: from when to when, the segment, its places, and its box."""
+
+    start: Fraction
+    stop: Fraction
+    segment: Segment
+    places: Row
+    box: Box
+
+
+class Flight:
+    """One robot's path as distances are measured: a metre in z may count more than one across. Lengths are `unit` times as long here."""
+
+    def __init__(self, statement: Statement, path: Path) -> None:
+        self.weight = Fraction(1) if statement.separation_z is None else statement.separation / statement.separation_z
+        self.unit, self.path, self.rows = self.weight.denominator, path, list[Flown]()
+        self.stretch = max(Fraction(1), self.weight)
+        self.radius, self.loose = self.stretch * path.robot.radius, self.stretch * (statement.margin + path.steps[0])
+        for one in (one for one in path.segments if one.start < one.stop):
+            rows, unit = one.lines
+            every = zip(rows, (self.unit, self.unit, self.weight.numerator), strict=False)
+            x, y, z = (Bernstein([n * weight for n in row], unit) for row, weight in every)
+            box = [((row.lowest << BITS) // unit, -((-row.highest << BITS) // unit)) for row in (x, y, z)]
+            self.rows.append(Flown(one.start, one.stop, one, (x, y, z), box))
+        self.box = [
+            (min(low for low, _ in axis), max(high for _, high in axis))
+            for axis in zip(*(r.box for r in self.rows), strict=True)
+        ]
+
+    def around(self, error: Fraction) -> list[Flown]:
+        """Return the segments, those of a lap's beginning once more behind its end if clocks differ."""
+        lap, end = self.path.lap, self.rows[-1].stop
+        again = [one for one in self.rows if lap is not None and error and lap <= one.start <= lap + error]
+        later = end - (lap or ZERO)
+        return self.rows + [one._replace(start=one.start + later, stop=one.stop + later) for one in again]
 
 
 class Pair:
-    """Two robots, and how far apart their paths must be, m, where a metre in z may count more than one across.
+    """Two robots, and how far apart their paths must be, m; `drift` is what clocks add (Coq: `apart_moved`, `stretched_grows`)."""
 
-    `more` is what clocks and steps add. (Coq: `apart_moved`, `stretched_grows`)
-    """
+    def __init__(self, separation: Fraction, flights: tuple[Flight, Flight], drift: Fraction) -> None:
+        self.flights, (one, other) = flights, flights
+        touching = one.radius + other.radius
+        self.least = max(separation, touching) + one.loose + other.loose + one.stretch * drift
+        self._square = (self.least * one.unit) ** 2
+        self._gap = self._square.numerator << 2 * BITS, self._square.denominator
 
-    def __init__(self, statement: Statement, one: Path, other: Path, more: Fraction) -> None:
-        weight = Fraction(1) if statement.separation_z is None else statement.separation / statement.separation_z
-        self.paths, self._end, stretch = (one, other), one.segments[-1].stop, max(Fraction(1), weight)
-        touching = (one.robot.radius + other.robot.radius) * stretch
-        self.least = max(statement.separation, touching) + stretch * (2 * statement.margin + more)
-        self.weights = weight.denominator, weight.denominator, weight.numerator
-        self._square = (self.least * weight.denominator) ** 2  # where lengths are whole numbers of times the world's
+    def are_far(self) -> bool:
+        """Return whether boxes around both paths part them."""
+        return self._are_far(*(one.box for one in self.flights))
+
+    def _are_far(self, box: Box, other: Box) -> bool:
+        gaps = [max(0, low - d, c - high) for (low, high), (c, d) in zip(box, other, strict=True)]
+        return sum(gap * gap for gap in gaps) * self._gap[1] >= self._gap[0]
 
     def at_each_time(self) -> Iterator[Cell]:
         """Yield the claims `m` that they are far enough apart at a time, where planes do not part them."""
+        one = self.flights[0]
+        weights = one.unit, one.unit, one.weight.numerator
 
         def row(a: Segment, b: Segment, _: str) -> Bernstein:
-            times, both = (max(a.start, b.start), min(a.stop, b.stop)), zip(a.axes, b.axes, self.weights, strict=False)
+            times, both = (max(a.start, b.start), min(a.stop, b.stop)), zip(a.axes, b.axes, weights, strict=False)
             return square([(a.within(p, times) - b.within(q, times)).times(weight) for p, q, weight in both]).bernstein()
 
         for together in self.at_all_times(ZERO):
@@ -50,28 +93,16 @@ class Pair:
 
     def at_all_times(self, error: Fraction) -> Iterator[Two]:
         """Yield the claims `m` that they are far enough apart at times of theirs that differ by at most an error, s, where boxes do not part them."""
-        one, other = (self._flown(path, error) for path in self.paths)
-        starts, stops = [own[0][0] for own in other], [own[0][1] for own in other]
-        least, under = self._square.numerator << 2 * BITS, self._square.denominator
-        for times, a, rows, box in one:
-            near = other[bisect_left(stops, times[0] - error) : bisect_right(starts, times[1] + error)]
-            for its, b, its_rows, its_box in near:
-                gaps = [max(0, low - d, c - high) for (low, high), (c, d) in zip(box, its_box, strict=True)]
-                if sum(gap * gap for gap in gaps) * under < least:
-                    yield Two((a, b), times, its, rows, its_rows, error, self._square)
-
-    def _flown(self, path: Path, error: Fraction) -> list[_Flown]:
-        """Return a path's segments with their times and boxes, those of a lap's beginning once more behind its end."""
-        found: list[_Flown] = []
-        for one in (one for one in path.segments if one.start < one.stop):
-            rows, unit = one.lines
-            x, y, z = (Bernstein([n * w for n in row], unit) for row, w in zip(rows, self.weights, strict=False))
-            box = [((row.lowest << BITS) // unit, -((-row.highest << BITS) // unit)) for row in (x, y, z)]
-            found.append(((one.start, one.stop), one, (x, y, z), box))
-        if error and path.lap is not None:
-            lap, later = path.lap, self._end - path.lap
-            found += [((a + later, b + later), one, row, box) for (a, b), one, row, box in found if lap <= a <= lap + error]
-        return found
+        one, other = self.flights
+        if self.are_far():
+            return
+        its = other.around(error)
+        starts, stops = [b.start for b in its], [b.stop for b in its]
+        for a in (a for a in one.around(error) if not self._are_far(a.box, other.box)):
+            for b in its[bisect_left(stops, a.start - error) : bisect_right(starts, a.stop + error)]:
+                if not self._are_far(a.box, b.box):
+                    times = (a.start, a.stop), (b.start, b.stop)
+                    yield Two((a.segment, b.segment), *times, a.places, b.places, error, self._square)
 
 
 class Two(NamedTuple):

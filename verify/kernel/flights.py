@@ -120,7 +120,7 @@ class Path:
         """Bounds on the length of its longest step, and of all together, m."""
         gaps = [[axis.derivative().at(0) for axis in one.axes] for one in self.segments if one.start == one.stop]
         lengths = [root(x * x + y * y + z * z)[1] for x, y, z in gaps]
-        return max(lengths), sum(lengths, ZERO)
+        return max(lengths, default=ZERO), sum(lengths, ZERO)
 
     def drift(self, speed: Fraction, error: Fraction) -> Fraction:
         """Return how far its robot may fly at most at a speed within the time by which two clocks differ, steps included, m (Coq: `flown`)."""

@@ -17,7 +17,7 @@ from .flights import Path, Segment
 from .refused import require
 from .statement import ZERO, Statement, Visit, Wait
 from .trees import Cell, Evidence, Rules, leaves
-from .zones import Hoop, along, leaving, region
+from .zones import along, hoop_of, leaving, opening, region
 
 LAPS = 3
 _MARKS = {"n": "no", "m": "must", "?": "may", "f": "out"}
@@ -227,8 +227,8 @@ class Course:
         return shown
 
     def _passages(self, name: str) -> Iterator[tuple[Fraction, Fraction, str, str]]:
-        hoop = Hoop(self.statement.regions[name])
-        every = self._along(f"openings/{self.name}/{name}", hoop.opening(self.statement.margin, self.robot.radius))
+        hoop = hoop_of(self.statement.regions[name])
+        every = self._along(f"openings/{self.name}/{name}", opening(hoop, self.statement.margin, self.robot.radius))
         runs = [(mark, list(run)) for mark, run in groupby(every, key=itemgetter(1))]
         stops = [*(run[0][0] for _, run in runs[1:]), self.end]
         for (mark, run), stop in zip(runs, stops, strict=True):

@@ -10,6 +10,7 @@ import re
 from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from functools import partial
+from itertools import repeat
 from typing import Any, NamedTuple, Protocol, Self, TypeVar
 
 from .polynomials import Bernstein
@@ -41,10 +42,11 @@ class Evidence:
         return read(kind, self._table.get(key), f"the proof's {key}")
 
     def marks(self, key: str) -> Iterator[str]:
-        """Return an entry's marks."""
+        """Yield an entry's marks; there has to be one if marks are asked for."""
         text = self._table.get(key)
         require(isinstance(text, str), f"the proof has no marks for {key}")
-        return (run[2] for run in re.finditer(r"(\d{0,9})(\D|$)", str(text)) for _ in range(int(run[1] or 1)))
+        for run in re.finditer(r"(\d{0,9})(\D|$)", str(text)):
+            yield from repeat(run[2], int(run[1] or 1))
 
 
 def read_evidence(text: str) -> Evidence:

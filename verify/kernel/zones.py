@@ -8,6 +8,7 @@ above sqrt(B) + s d, s^2 being at least Q's greatest eigenvalue (Coq: `quadric_m
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from functools import lru_cache
@@ -15,7 +16,7 @@ from functools import lru_cache
 from .flights import Path
 from .polynomials import Polynomial, root
 from .refused import require
-from .statement import ZERO, Inequality, Shape, Statement, Vector
+from .statement import ZERO, Inequality, Shape, Vector
 from .trees import Atom, Cell, Rules
 
 MOST_SUMS = 64
@@ -101,6 +102,7 @@ def region(shape: Shape, margin: Fraction) -> Rules:
     return {"m": [together] if together else alone, "n": [[[asked(one, margin)[1] for one in part] for part in parts]]}
 
 
+@lru_cache(maxsize=4096)
 def leaving(shape: Shape) -> Rules:
     """Return what a path itself does: besides `m` and `n` the claim `f` that it is inside up to some time, if at all, and then outside.
 
@@ -162,44 +164,58 @@ class Hoop:
         """Return that a path is farther from the opening's plane than a length, which is not below zero: behind it, or before it."""
         return [(self.along, ">", length * self.high), (self.along, "<", -length * self.high)]
 
-    def opening(self, margin: Fraction, radius: Fraction) -> Rules:
-        """Return the claims `n` that no point within the margin is in the opening, and `F` and `R` that a vehicle there is inside by its radius and
-        the margin; and that it flies on, forward or in reverse, or stays within the margin of the plane.
 
-        (Coq: `before_plane`, `behind_plane`, `beside_opening`, `inside_opening`)
-        """
-        inside = [(self.across, "<=", bound) for _, _, bound in self.within(margin + radius)]
-        near = [("<=", margin * self.high), (">=", -margin * self.high)]
-        ways = {way: [[inside, *([(p, "rises", ZERO), (p, *bound)] for bound in near)]] for way, p in self.ways.items()}
-        return {"n": [[[*self.apart(margin), self.beside(margin)]]], **ways}
-
-    def rim(self, length: Fraction) -> Rules:
-        """Return the claim `n` that a path stays farther than a length from the rim: in its plane by one side of a right triangle,
-        along the axis by the other, of which the length is the longest (Coq: `rim_clear`).
-        """
-        ways: list[list[list[Atom]]] = [
-            [[self.beside(self.ring.rim + length), *self.within(length)]],
-            [self.apart(self.ring.rim / 2 + length)],
-        ]
-        for t in (Fraction(k, CORNERS) for k in range(1, CORNERS)):
-            aside, above = (1 - t * t) / (1 + t * t) * length, 2 * t / (1 + t * t) * length
-            ways.append([[self.beside(self.ring.rim + aside), *self.within(aside)], self.apart(self.ring.rim / 2 + above)])
-        return {"n": ways}
+@lru_cache(maxsize=4096)
+def hoop_of(shape: Shape) -> Hoop:
+    """Return a hoop."""
+    return Hoop(shape)
 
 
-def obstacle(statement: Statement, name: str, length: Fraction, sums: Sequence[Sums]) -> Rules:
+@lru_cache(maxsize=4096)
+def opening(hoop: Hoop, margin: Fraction, radius: Fraction) -> Rules:
+    """Return the claims `n` that no point within the margin is in the opening, and `F` and `R` that a vehicle there is inside by its radius and
+    the margin; and that it flies on, forward or in reverse, or stays within the margin of the plane.
+
+    (Coq: `before_plane`, `behind_plane`, `beside_opening`, `inside_opening`)
+
+    Args:
+        hoop: Has the opening.
+        margin: m.
+        radius: Of the vehicle, m.
+    """
+    inside = [(hoop.across, "<=", bound) for _, _, bound in hoop.within(margin + radius)]
+    near = [("<=", margin * hoop.high), (">=", -margin * hoop.high)]
+    ways = {way: [[inside, *([(p, "rises", ZERO), (p, *bound)] for bound in near)]] for way, p in hoop.ways.items()}
+    return {"n": [[[*hoop.apart(margin), hoop.beside(margin)]]], **ways}
+
+
+@lru_cache(maxsize=4096)
+def rim(hoop: Hoop, length: Fraction) -> Rules:
+    """Return the claim `n` that a path stays farther than a length from the rim: in its plane by one side of a right triangle,
+    along the axis by the other, of which the length is the longest (Coq: `rim_clear`).
+    """
+    ways, wide = list[list[list[Atom]]](), hoop.ring.rim
+    for t in (Fraction(k, CORNERS) for k in range(CORNERS)):
+        aside, above = (1 - t * t) / (1 + t * t) * length, 2 * t / (1 + t * t) * length
+        beside = [hoop.beside(wide + aside), *hoop.within(aside)]
+        ways.append([beside, hoop.apart(wide / 2 + above)] if t else [beside])
+    return {"n": [*ways, [hoop.apart(wide / 2 + length)]]}
+
+
+@lru_cache(maxsize=4096)
+def obstacle(shape: Shape, hoops: tuple[Shape, ...], length: Fraction, sums: tuple[Sums, ...]) -> Rules:
     """Return the claim `n` that a path is farther than a length from all that is solid of an obstacle.
 
     Of each part one inequality, or one sum of half-spaces, is broken by the length (Coq: `quadric_no`, `farkas_ball`), or all within the
     length is in an opening.
 
     Args:
-        statement: Has the obstacle.
-        name: Its name.
+        shape: The obstacle.
+        hoops: Hoops that lead through the parts that hold their centres.
         length: m.
         sums: For each part sums of its half-spaces, which all points of the part keep (Coq: `farkas_keeps`).
     """
-    shape, clauses = statement.obstacles[name], list[list[Atom]]()
+    clauses = list[list[Atom]]()
     require(len(sums) == len(shape.parts), "a proof sums half-spaces of other parts")
     for part, rows in zip(shape.parts, sums, strict=True):
         terms = [terms_of(one, shape.center) for one in part]
@@ -207,21 +223,24 @@ def obstacle(statement: Statement, name: str, length: Fraction, sums: Sequence[S
         require(fits, "a proof sums half-spaces that there are not")
         summed = [tuple(sum((w * terms[k][i] for k, w in row), ZERO) for i in range(10)) for row in rows]
         clauses.append([asked(one, length)[1] for one in (*terms, *summed)])
-        for hoop in (statement.regions[hoop] for hoop in shape.openings or ()):
+        for hoop in hoops:
             x, y, z = hoop.center
             powers = x * x, x * y, x * z, y * y, y * z, z * z, x, y, z, 1
-            if all(
-                sum(w * power for w, power in zip(one, powers, strict=True)) <= 0 for one in terms
-            ):  # the part holds its centre
-                clauses[-1] += Hoop(hoop).within(length)
+            if all(sum(map(operator.mul, one, powers)) <= 0 for one in terms):
+                clauses[-1] += hoop_of(hoop).within(length)
     return {"n": [clauses]}
 
 
-def workspace(statement: Statement) -> Rules:
-    """Return the claim `m` that a path stays in the workspace by the margin."""
-    walls: list[list[Atom]] = []
-    for axis in range(3):
-        form = Polynomial([int(k == axis + 6) for k in range(10)])
-        walls.append([(form, ">=", statement.low[axis] + statement.margin)])
-        walls.append([(form, "<=", statement.high[axis] - statement.margin)])
-    return {"m": [walls]}
+@lru_cache(maxsize=64)
+def workspace(corners: tuple[Vector, Vector], margin: Fraction) -> Rules:
+    """Return the claim `m` that a path stays between the workspace's corners by the margin."""
+    axes = [Polynomial([int(k == axis + 6) for k in range(10)]) for axis in range(3)]
+    every = list(zip(axes, *corners, strict=True))
+    return {
+        "m": [
+            [
+                *([(axis, ">=", low + margin)] for axis, low, _ in every),
+                *([(axis, "<=", high - margin)] for axis, _, high in every),
+            ]
+        ]
+    }

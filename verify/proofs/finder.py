@@ -19,7 +19,7 @@ from verify.kernel.refused import Refused
 from verify.kernel.statement import read_statement
 from verify.kernel.timelines import Course, Row
 from verify.kernel.trees import Cell, Evidence, Part, Rules
-from verify.kernel.zones import Hoop, along, leaving, region
+from verify.kernel.zones import along, hoop_of, leaving, opening, region
 from verify.proofs.half_space_sums import half_space_sums
 from verify.proofs.proposed_roots import FlownPieces, FlownSegments
 from verify.proofs.search import STYLES, proof_text, run_lengths, starts_of, trees_of
@@ -126,7 +126,7 @@ class _Found(Course):
             if name in self.robot.limits.legs:
                 self.row("nominal", name)
             if shape.ring:
-                rules = Hoop(shape).opening(self.statement.margin, self.robot.radius)
+                rules = opening(hoop_of(shape), self.statement.margin, self.robot.radius)
                 self._sought[f"openings/{self.name}/{name}"] = self._exactly("openings", rules)
         return {key: run_lengths(trees) for key, trees in self._sought.items()}
 
@@ -150,8 +150,9 @@ def _trees(found: Mapping[str, _Found], check: Check, owed: Owed, known: Mapping
     texts: dict[str, str] = {}
     if owed.name == "separation":
         mine, its = (found[name] for name in owed.robots)
-        if mine.segments.are_parted(check.pair((mine, its), all_times=False)):
-            return {"/".join(("pairs", *owed.robots)): ""}
+        pair = check.pair((mine, its), all_times=False)
+        if pair.are_far() or mine.segments.are_parted(pair):
+            return {}
     for key, parts in ((trees.key, iter(trees.parts)) for trees in owed.trees if trees.key not in known):
         first = next(parts, None)
         roots = found[owed.robots[0]].roots(key, first) if len(owed.robots) == 1 and first else []
@@ -160,8 +161,8 @@ def _trees(found: Mapping[str, _Found], check: Check, owed: Owed, known: Mapping
             roots = trees_of(key.partition("/")[0], every, roots)
         texts[key] = run_lengths(roots)
     if owed.name == "separation" and any("?" in marks for marks in texts.values()):
-        one, other = (check.courses[name] for name in owed.robots)
-        parts = check.pair((one, other), all_times=True).at_all_times(check.statement.clock_error)
+        mine, its = (found[name] for name in owed.robots)
+        parts = check.pair((mine, its), all_times=True).at_all_times(check.statement.clock_error)
         return {"/".join(("apart", *owed.robots)): run_lengths(trees_of("apart", list(parts)))}
     return texts
 

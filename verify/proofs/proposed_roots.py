@@ -174,10 +174,10 @@ class FlownSegments:
 
     def are_parted(self, pair: Pair) -> bool:
         """Return whether planes surely part all segments of two paths that share some time, by what is asked of the pair."""
-        one, other = (self.of[path.name] for path in pair.paths)
+        one, other = (self.of[flight.path.name] for flight in pair.flights)
         starts, stops, lines = self._starts, self._stops, self.lines
         at, its = np.nonzero((starts[one, None] <= stops[other] + _ROOM) & (starts[other] <= stops[one, None] + _ROOM))
-        weights, least = np.array(pair.weights, float)[:, None], float(pair.least) * pair.weights[0]
+        weights, least = np.array([1.0, 1.0, float(pair.flights[0].weight)])[:, None], float(pair.least)
         near, far = lines[one][at, :3] * weights, lines[other][its, :3] * weights
         normals = (near - far).mean(axis=-1)
         gaps = np.einsum("nk,nkd->nd", normals, near).min(axis=-1) - np.einsum("nk,nkd->nd", normals, far).max(axis=-1)
@@ -288,7 +288,13 @@ class FlownPieces:
         self._size = _square(self._force)
 
     def roots(self, of: str, name: str, limit: float) -> list[str]:
-        """Return `m` for each piece of a robot that surely keeps a limit, else nothing."""
+        """Return `m` for each piece of a robot that surely keeps a limit, else nothing.
+
+        Args:
+            of: The robot's name.
+            name: The limit's.
+            limit: SI.
+        """
         robot, own = self._robots[of], self._of[of]
         f, size = self._force[own], self._size[own]
         thrust = size * float(robot.mass) ** 2
@@ -333,7 +339,8 @@ class FlownPieces:
             *((one, limits.rotor_thrust_min, limits.rotor_thrust_max) for one in thrusts),
         ]:
             range_: Any = one
-            kept &= (range_.low > float(low) + 1e-6 * float(high)) & (range_.high < float(high) * (1 - 1e-6))
+            room = _ROOM + 1e-6 * (abs(range_.low) + abs(range_.high))
+            kept &= (range_.low > float(low) + room) & (range_.high < float(high) - room)
         return ["m" if one else "" for one in kept]
 
     def _is_above(self, powers: Floats, bound: float) -> Flags:

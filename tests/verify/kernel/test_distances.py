@@ -10,7 +10,7 @@ from math import dist
 from types import SimpleNamespace
 from typing import Any
 
-from verify.kernel.distances import Pair
+from verify.kernel.distances import Flight, Pair
 from verify.kernel.flights import Path, Segment
 from verify.kernel.polynomials import Polynomial
 from verify.kernel.refused import Refused
@@ -55,8 +55,8 @@ def test_what_is_proved_is_so() -> None:
     rng = random.Random(1)
     found = {True: 0, False: 0}
     for _ in range(60):
-        pair = Pair(STATEMENT, flown(rng), flown(rng), Fraction(0))
-        near = is_near(*pair.paths, Fraction(0))
+        pair = Pair(STATEMENT.separation, (Flight(STATEMENT, flown(rng)), Flight(STATEMENT, flown(rng))), Fraction(0))
+        near = is_near(*(one.path for one in pair.flights), Fraction(0))
         marks = run_lengths(trees_of("pairs", list(pair.at_each_time())))
         for text in (marks, "9m", "99m", "s9m"):
             proved = is_proved(pair.at_each_time(), text)
@@ -69,8 +69,8 @@ def test_what_is_proved_of_clocks_that_differ_is_so() -> None:
     rng = random.Random(2)
     found = {True: 0, False: 0}
     for _ in range(20):
-        pair = Pair(STATEMENT, flown(rng), flown(rng), Fraction(0))
-        near = is_near(*pair.paths, Fraction(1, 16))
+        pair = Pair(STATEMENT.separation, (Flight(STATEMENT, flown(rng)), Flight(STATEMENT, flown(rng))), Fraction(0))
+        near = is_near(*(one.path for one in pair.flights), Fraction(1, 16))
         marks = run_lengths(trees_of("apart", list(pair.at_all_times(Fraction(1, 16)))))
         for text in (marks, "99m", "99k", "s99m"):
             assert not (is_proved(pair.at_all_times(Fraction(1, 16)), text) and near)

@@ -8,6 +8,7 @@ import pytest
 from verify.kernel.flights import Path, Segment
 from verify.kernel.polynomials import Polynomial
 from verify.kernel.refused import Refused
+from verify.kernel.statement import Ring, Shape
 from verify.kernel.timelines import Course
 from verify.kernel.trees import Evidence
 
@@ -16,8 +17,8 @@ NOWHERE = Polynomial.of([Fraction(0)])
 
 def passed(coefficients, marks):
     """The ways in which a path passes an opening around the origin: along x by a polynomial, and then away."""
-    ring = SimpleNamespace(opening=Fraction(1), rim=Fraction(1, 50), normal=(Fraction(1), Fraction(0), Fraction(0)))
-    statement = SimpleNamespace(margin=Fraction(1, 20), regions={"h": SimpleNamespace(ring=ring, center=(Fraction(0),) * 3)})
+    ring = Ring((Fraction(1), Fraction(0), Fraction(0)), opening=Fraction(1), rim=Fraction(1, 50))
+    statement = SimpleNamespace(margin=Fraction(1, 20), regions={"h": Shape((Fraction(0),) * 3, (), ring)})
     ways = [[Fraction(x) for x in coefficients], [Fraction(sum(coefficients)), Fraction(sum(coefficients))]]
     segments = [Segment(Fraction(k), Fraction(k + 1), [Polynomial.of(x), NOWHERE, NOWHERE]) for k, x in enumerate(ways)]
     path = Path("r", SimpleNamespace(radius=Fraction(1, 20)), segments, segments, None)
