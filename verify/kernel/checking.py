@@ -14,7 +14,7 @@ from typing import NamedTuple
 from .distances import Flight, Pair
 from .flights import Team
 from .joints import check_continuity, check_endurance, check_parts
-from .limits import LIMITS, TURNING, kept, turning
+from .limits import LIMITS, TURNING, Turning, kept
 from .places import check_transitions
 from .refused import Refused, require
 from .statement import ZERO, Statement
@@ -130,7 +130,7 @@ class Check:
 
     def _limit(self, limit: str, course: Course) -> Iterator[Trees]:
         if limit in TURNING:
-            yield Trees(f"turning/{course.name}", turning(course.path))
+            yield Trees(f"turning/{course.name}", (Turning(course.robot, piece) for piece in course.path.pieces))
         else:
             value = self._speed(course) if limit == "speed" else getattr(course.robot.limits, limit)
             yield Trees(f"limits/{limit}/{course.name}", kept(course.path, limit, value))

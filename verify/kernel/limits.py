@@ -24,7 +24,6 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache, partial
-from typing import NamedTuple
 
 from .flights import Path, Segment
 from .polynomials import Bernstein, Polynomial, square
@@ -185,35 +184,22 @@ def rates_and_thrusts(robot: Robot, given: Sequence[Interval]) -> list[Interval]
     return [z, left - pitch + yawing, left + pitch - yawing, right - pitch - yawing, right + pitch + yawing]
 
 
-class Turning(NamedTuple):
+class Turning(Cell):
     """The claim `m` that on a piece the rate about z and all rotors' thrusts stay within the limits."""
 
-    robot: Robot
-    cell: Cell
+    def __init__(self, robot: Robot, piece: Segment) -> None:
+        f, (jx, jy, jz, _), s = piece.force, piece.derivatives[3], piece.derivatives[4]
+        headings, along = [piece.derivatives[order][3] for order in range(3)], f[0] * jx + f[1] * jy + f[2] * jz
+        rows = [*f, jx, jy, jz, *s[:3], *headings, piece.size, along]
+        super().__init__(lambda k: piece.bernstein(rows[k]), {})
+        self.robot = robot
 
     def holds(self, mark: str) -> bool:
         """Return whether it is so."""
         limits = self.robot.limits
         try:
-            rate, *thrusts = rates_and_thrusts(self.robot, [Interval.range_of(self.cell.row(k)) for k in range(14)])
+            rate, *thrusts = rates_and_thrusts(self.robot, [Interval.range_of(self.row(k)) for k in range(14)])
         except Refused:
             return False  # a divisor may be zero
         well = all(one.within(limits.rotor_thrust_min, limits.rotor_thrust_max) for one in thrusts)
         return mark == "m" and well and rate.within(-limits.yaw_rate, limits.yaw_rate)
-
-    def halves(self) -> tuple[Turning, Turning]:
-        """Return both halves."""
-        first, second = self.cell.halves()
-        return Turning(self.robot, first), Turning(self.robot, second)
-
-
-def turning(path: Path) -> Iterator[Turning]:
-    """Yield the claims `m` that the rate about the body's z axis, and all rotors' thrusts, keep their limits."""
-
-    def row(piece: Segment, k: int) -> Bernstein:
-        f, (jx, jy, jz, _), s = piece.force, piece.derivatives[3], piece.derivatives[4]
-        headings = [piece.derivatives[order][3] for order in range(3)]
-        along = f[0] * jx + f[1] * jy + f[2] * jz if k == 13 else f[0]
-        return piece.bernstein([*f, jx, jy, jz, *s[:3], *headings, piece.size, along][k])
-
-    return (Turning(path.robot, Cell(partial(row, piece), {})) for piece in path.pieces)

@@ -311,7 +311,7 @@ class Course:
         number, opens = (
             self._number(visit, lap),
             visit == self.robot.cycle_visit,
-        )  # the first visit of a lap sets out from where the lap begins
+        )  # a lap's first visit sets out from where it begins
         there, seam = self.flown[number].start, (self.lap or ZERO) + lap * self.length
         before, moves = [*self._stays[0], *self.flown[:number]][-1:], self._first_motion(0)
         left = self._leaves(before[0]) if before else None

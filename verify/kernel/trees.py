@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
+from copy import copy
 from fractions import Fraction
 from functools import partial
 from itertools import repeat
@@ -85,7 +86,7 @@ class Cell:
         ways = self.rules.get(mark, ())
         return any(all(any(self.row(form).keeps(sign, value) for form, sign, value in one) for one in way) for way in ways)
 
-    def halves(self) -> tuple[Cell, Cell]:
+    def halves(self) -> tuple[Self, Self]:
         """Return both halves."""
         known: dict[Hashable, tuple[Bernstein, Bernstein]] = {}
 
@@ -94,7 +95,12 @@ class Cell:
                 known[form] = self.row(form).halves()
             return known[form][which]
 
-        return Cell(partial(half, 0), self.rules), Cell(partial(half, 1), self.rules)
+        return self._found_by(partial(half, 0)), self._found_by(partial(half, 1))
+
+    def _found_by(self, find: Callable[[Any], Bernstein]) -> Self:
+        other = copy(self)
+        other._find, other._rows = find, {}
+        return other
 
 
 def leaves(whole: P, marks: Iterator[str]) -> Iterator[tuple[Fraction, str, P]]:
