@@ -6,23 +6,31 @@ The sum is never more than the true rest. Where a conjunct has no way to a goal,
 
 What is left to fly to show every proposition that is still needed is bounded by a spanning tree over their places. Whatever the robots do, their ways from where they are (the one that flies) or begin (those that have not flown) join each
 needed proposition's places to one of them. So no plan is cheaper than the smallest tree that joins all of these, with the
-shortest ways as its edges; the bound that Held and Karp began with for the travelling salesman (1970). It may
+shortest ways as its edges; the bound that Held and Karp began with for the travelling salesman (1970). Of one robot with many goals the tree has
+tolls, so that it hardly branches (`set_orders`). It may
 fall by more than a step costs, where the step leads to a place between several goals.
 """
 
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from functools import reduce
 from operator import or_
 from typing import Generic
 
+import numpy as np
+
 from ltlplan.search.bounds.conjunct_graph import ConjunctGraph, Node, single_bits
+from ltlplan.search.bounds.set_orders import LeastTrees
 from ltlplan.search.label_setting import distances
 from ltlplan.search.memoization import memoized
 from ltlplan.search.reduced_graph import TIE, ReducedGraph
 from ltlplan.search.team_reading import UNREACHABLE
+
+MANY_GOALS = 10
+"""Goals from which on the way of a single robot through them is bounded by trees with tolls, which take longer to find."""
 
 To = tuple[Mapping[Node, float], Mapping[Node, int]]
 """What each node still costs at least, none where there is no way; and what must still be shown from there, as bits."""
@@ -34,6 +42,9 @@ class SpanningTreeBound:
     Args:
         graph: The team's graph.
         shown: For each goal, a single bit, the letters that show it, as numbers of the graph's labels.
+
+    Attributes:
+        one_way: Whether one robot flies through many goals, so that trees have tolls.
     """
 
     def __init__(self, graph: ReducedGraph, shown: Mapping[int, Collection[int]]) -> None:
@@ -57,6 +68,10 @@ class SpanningTreeBound:
         rows = [[to.get(start, UNREACHABLE) for to in self._to] for start in reversed(starts[1:])]
         nearest = itertools.accumulate(rows, lambda *both: [*map(min, *both)], initial=[UNREACHABLE] * len(places))
         self._later = [*nearest][::-1]  # for each robot, from the starts of those after it
+        alone = len(starts) == 1 and len(places) >= MANY_GOALS and all(map(math.isfinite, itertools.chain(*self._between)))
+        # one way ends at some goal, wherever that is
+        self._way = LeastTrees(np.array(self._between), np.zeros(len(places))) if alone else None
+        self.one_way = alone
 
     def __call__(self, missing: int, robot: int, node: int) -> float:
         """Return a lower bound on the cost to show what is missing; infinite where it is out of reach.
@@ -71,6 +86,9 @@ class SpanningTreeBound:
     @memoized
     def _cost(self, missing: int, robot: int, node: int) -> float:
         near = self._distances(robot, self._graph.key(robot, node))
+        if self._way is not None:
+            left = self._way(sum(1 << goal for goal, bit in enumerate(self._bits) if missing & bit))
+            return float((left + near).min())
         everything = self._tree({goal: near[goal] for goal, bit in enumerate(self._bits) if missing & bit})
         if not missing & self._anywhere:
             return everything

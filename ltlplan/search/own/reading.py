@@ -152,6 +152,8 @@ class OwnReading(SequentialReading[Progress]):
         ]
         self._monoid, self._check = TransitionMonoid(own.task, tracked), OrderCheck(own.task, tracked)
         super().__init__(own.graph, own.bounds.tree, (own.task.initial, self._monoid.identity, ()), objective)
+        if own.bounds.tree.one_way:  # on a grid many ways are as short
+            self.ties = "farthest"
 
     def read(self, progress: Progress, letter: int) -> int:
         """Return the progress, by number, after a letter; `DEAD` where the task is lost, for this order of the robots or for another."""

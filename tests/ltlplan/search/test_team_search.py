@@ -5,6 +5,7 @@ from __future__ import annotations
 import heapq
 import itertools
 import math
+from random import Random
 
 import networkx
 import pytest
@@ -145,6 +146,31 @@ def test_what_can_be_shown_wherever_others_are_makes_no_bound_smaller() -> None:
     begin = reading.begin()
     assert begin is not None
     assert reading.left(begin) == pytest.approx(9.0)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_one_robot_takes_the_shortest_way_through_many_goals(seed: int) -> None:
+    """Against all orders, by the table of Held and Karp; on a grid many are as short."""
+    draw = Random(seed)
+    points = [
+        (place % 4, place // 4) if seed % 2 else (draw.uniform(0, 9), draw.uniform(0, 9))
+        for place in draw.sample(range(12), 12)
+    ]
+    far = [[math.dist(a, b) for b in points] for a in points]
+    goals = range(1, 12)
+    least = {(1 << goal, goal): far[0][goal] for goal in goals}
+    for done in range(2, 1 << 12, 2):
+        for last, goal in itertools.product(goals, goals):
+            if (done, last) in least and not done >> goal & 1:
+                key = done | 1 << goal, goal
+                least[key] = min(least.get(key, math.inf), least[done, last] + far[last][goal])
+    labels = tuple(frozenset({f"g{place}"} if place else ()) for place in range(12))
+    edges = tuple(tuple((b, far[a][b]) for b in range(12) if a != b) for a in range(12))
+    task = own_task_of([TransitionSystem(labels, edges)], parse_formula(" & ".join(f"F g{goal}" for goal in goals)))
+    found = plan_team(task, DEFAULT_BUDGET)
+    assert task.bounds.tree.one_way
+    assert found.stopped is None
+    assert found.run.cost == pytest.approx(min(least[(1 << 12) - 2, goal] for goal in goals), abs=1e-6)
 
 
 @given_few(6, 40, st.lists(systems(5), min_size=2, max_size=3), tasks(with_next=False))
