@@ -230,6 +230,28 @@ def _lap_waits() -> Flight:
     return plan.changed(precedences=(waits,)), {"r0": legs(first, cycle=0), "r1": legs(then, cycle=0)}
 
 
+def _lap_waits_for_prefix() -> Flight:
+    regions = f"{A}, {B}, c: {{center: [-1, 2, 1], {BALL}}}"
+    of = mission(
+        "F a & F c & G F b", [0, 0, 1], [0, 2, 1], regions=regions, spec="trace: infinite, repeat: 2", clock_error="0.02"
+    )
+    team = {
+        "r0": legs([[0, 0, 1], [1, 0, 1], [0, 0, 1], [0, -1, 1], [0, 0, 1]], cycle=2),
+        "r1": legs([[0, 2, 1], [-1, 2, 1], [0, 2, 1], [1, 2, 1], [0, 2, 1]], cycle=2),
+    }
+    waits = (Precedence(first=("r0", 0), then=("r1", 1)),)
+    return planned(of, {"r0": to("a"), "r1": to("c", "b")}, cycles={"r0": 1, "r1": 1}, precedences=waits), team
+
+
+def _fills_and_empties() -> Flight:
+    carries = (
+        "initial: dry, states: {dry: [], wet: [carrying]}, actions: [{from: dry, to: wet, at: a}, {from: wet, to: dry, at: a}]"
+    )
+    of = mission("F (a & carrying) & F (b & !carrying)", [0, 0, 1], regions=f"{A}, {B}", robot=carries)
+    visits = [Visit(region="a", actions=of.robot.actions), Visit(region="b")]
+    return planned(of, {"r0": visits}), {"r0": legs([[0, 0, 1], [1, 0, 1], [1, 2, 1]])}
+
+
 def _crossing() -> Flight:
     of = mission("F a", [-1, 0, 1], [0, -1, 1], regions=A, clock_error="0.03")
     return planned(of, {"r0": to("a")}), {"r0": legs([[-1, 0, 1], [1, 0, 1]]), "r1": legs([[0, -1, 1], [0, 1, 1]], hold=2.0)}
@@ -264,7 +286,7 @@ FLIGHTS: Mapping[str, Callable[[], Flight]] = {
     "one": _one, "end and turn": _end_and_turn, "own waits": _own_waits, "joint waits": _joint_waits, "counted": _counted,
     "opening": _opening, "two hoops": _sequence, "union": _union, "corner": _corner, "legs": _legs, "parts": _parts, "lap": _lap,
     "laps, own": lambda: _laps("own"), "laps, joint": lambda: _laps("joint"),
-    "lap through hoop": _lap_through_hoop, "lap with actions": _lap_with_actions, "lap waits": _lap_waits, "crossing": _crossing,
+    "lap through hoop": _lap_through_hoop, "lap with actions": _lap_with_actions, "lap waits": _lap_waits, "lap waits for prefix": _lap_waits_for_prefix, "fills and empties": _fills_and_empties, "crossing": _crossing,
     "closely": _closely, "steps": _steps, "begins inside": _begins_inside,
 }  # fmt: skip
 """By what they show. All of their claims hold, and are checked."""

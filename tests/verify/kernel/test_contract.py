@@ -1,11 +1,18 @@
 """The kernel is small, uses nothing but Python, and runs by itself."""
 
 import ast
+import json
 import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 import verify.kernel
+from tests.helpers.proofs import tables
+from tests.helpers.small_flights import small_flight
+from verify import judge
+from verify.proofs.finder import prove
 
 FOLDER = Path(verify.kernel.__file__).parent
 SOURCES = sorted(FOLDER.glob("*.py"))
@@ -62,3 +69,19 @@ def test_the_archive_refuses_a_folder_without_a_proof(tmp_path, shipped_folder):
     )
     assert done.returncode == 2
     assert done.stdout.startswith("refused: ")
+
+
+@pytest.mark.parametrize(("change", "code"), [({}, 0), ({"margin": 0.2}, 1), ({"margin": -1}, 2)])
+def test_the_module_says_by_its_exit_code_what_is_checked(tmp_path, change, code):
+    """All claims, not all, or nothing that can be read."""
+    plan, team = small_flight("one")
+    proof = prove(plan, team, judge(plan, team, largest=False))
+    statement = {**json.loads(proof.statement), **change}
+    for name, text in {"statement.json": json.dumps(statement), "proof.json": proof.evidence}.items():
+        (tmp_path / name).write_text(text)
+    for name, text in tables(plan, team).items():
+        (tmp_path / f"{name}.csv").write_text(text)
+    command = [sys.executable, "-m", "verify.kernel", str(tmp_path)]
+    done = subprocess.run(command, cwd=FOLDER.parents[1], capture_output=True, text=True, timeout=60, check=False)
+    assert (done.returncode, done.stderr) == (code, "")
+    assert done.stdout.startswith("refused: " if code == 2 else "Kernel ")

@@ -20,6 +20,7 @@ from verify import judge
 from verify.data.plan import Meeting
 from verify.data.trajectory import Trajectory
 from verify.kernel.refused import Refused
+from verify.kernel.team import Team
 from verify.proofs.finder import prove
 
 
@@ -41,7 +42,9 @@ EDITS: list[tuple[str, dict[str, Any], str]] = [
     ("begins inside", {"robots__r0__closed": ["a"]}, "transitions"), ("begins inside", {"robots__r0__closed": ["b"]}, "transitions"),
     ("opening", {"robots__r0__edges__h": []}, "transitions"), ("opening", {"robots__r0__vertex": "nowhere"}, "transitions"),
     ("lap with actions", {"robots__r0__edges": {"home": ["a"], "a": ["b"]}}, "transitions"),
-    ("opening", {"robots__r0__changes": []}, "formula"), ("one", {"margin": 0.21}, "visits"), ("one", {"margin": 0.2}, "visits"),
+    ("opening", {"robots__r0__changes": []}, "formula"),
+    ("fills and empties", {"robots__r0__changes__0__time": 2.7, "robots__r0__changes__1__time": 2.2}, "visits"), ("fills and empties", {"robots__r0__changes__1__visit": 1}, "visits"),
+    ("fills and empties", {"robots__r0__changes__0__before": "wet"}, "visits"), ("one", {"margin": 0.21}, "visits"), ("one", {"margin": 0.2}, "visits"),
     ("closely", {"separation_z": 0.5}, "separation"), ("crossing", {"clock_error": 1.2}, "separation"), ("crossing", {"separation": 0.9}, "separation"),
     ("lap waits", {"clock_error": 2.1}, "precedences"), ("own waits", {"clock_error": 7.0}, "precedences"),
     ("steps", {"robots__r0__start": [0.0002, 0.0, 1.0]}, "continuity"), ("parts", {"robots__r1__cuts": []}, "parts"),
@@ -134,6 +137,13 @@ def met_too_late() -> Flight:
     return plan, {**team, "r1": legs([[0, 0.6, 1], [1, 0.6, 1]], hold=1.0)}
 
 
+def sets_out_too_early() -> Flight:
+    """It stands still on its way until the other one is there."""
+    plan, team = small_flight("counted")
+    stops = [[0, 0.6, 1], *[[0.3, 0.6, 1]] * 14, [1, 0.6, 1]]
+    return plan, {**team, "r1": legs(stops)}
+
+
 def waits_for_a_circle() -> Flight:
     plan, team = small_flight("counted")
     both = (Meeting(first=("r0", 0), then=("r1", 0)), Meeting(first=("r1", 0), then=("r0", 0)))
@@ -186,7 +196,7 @@ def order_within_clocks() -> Flight:
 
 FLIGHTS: list[tuple[Callable[[], Flight], str]] = [
     (lambda: nested("speed", 0.5), "limits.legs.speed"), (lambda: nested("acceleration", 0.5), "limits.legs.acceleration"),
-    (excursion, "limits.legs.acceleration"), (swapped, "visits"), (met_too_late, "precedences"), (waits_for_a_circle, "precedences"),
+    (excursion, "limits.legs.acceleration"), (swapped, "visits"), (met_too_late, "precedences"), (sets_out_too_early, "precedences"), (waits_for_a_circle, "precedences"),
     (bound_of_two, "obstacles"), (cut_in_flight, "parts"), (too_near_by_an_ulp, "separation"), (out_by_an_ulp, "workspace"),
     (order_within_clocks, "formula"), (lambda: u_turn(0.02), "passages"), (lambda: u_turn(-0.04), "passages"), (lambda: u_turn(0.3), "passages"),
 ]  # fmt: skip
@@ -201,6 +211,23 @@ def test_flights_that_break_a_claim(flight: Callable[[], Flight], claim: str) ->
     assert claim in {one.name for one in certificate.claims if one.outcome != "holds"}
     for proof, files in proofs(plan, team, certificate):
         assert claim in missing(checked(proof.statement, proof.evidence, files))
+
+
+@pytest.mark.parametrize("more", [0, 1])
+def test_robots_that_there_are_not_are_not_read(more: int) -> None:
+    """A configuration in which a further robot was read may never end, and covers all others."""
+    plan, team = small_flight("own waits")
+    other = plan.changed(mission=plan.mission.changed(spec=plan.mission.spec.model_copy(update={"formula": "F (a & b)"})))
+    certificate = judge(other, team, largest=False)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Team, "may_end", lambda self, state: False)
+        proof = prove(other, team, certificate)
+    table = json.loads(proof.evidence)
+    followed, _, _, _, sets, _ = table["evidence"]["formula/0"]
+    for row in (row for rows in sets for row in rows):
+        row[2] += more << len(followed)
+    assert sets != [[]]
+    assert "formula" in missing(checked(proof.statement, json.dumps(table), tables(other, team)))
 
 
 REFUSALS = ("refused_limits", "refused_paths", "refused_visits", "leg_windows", "passages", "separation", "region_relations")

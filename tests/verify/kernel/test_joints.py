@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from fractions import Fraction
+from math import comb
 from types import SimpleNamespace
 from typing import Any
 
@@ -120,6 +121,16 @@ def test_laps_of_several_robots_begin_and_end_at_rest(robots: int) -> None:
     moves = [piece(ZERO, [0, speed]), piece(Fraction(1), [speed, speed])]
     smooth = path(robot(cycle=0, start=(ZERO,) * 3), *moves)
     assert not says_yes(check_continuity, smooth, team(*[smooth] * robots)), "it does not come back"
+
+
+def test_laps_of_several_robots_begin_at_rest() -> None:
+    """A lap begins in full flight, as the piece before it ends, and ends at rest where it began."""
+    later: list[Fraction | int] = [0, 1, 0, 0, -20, 45, -36, 10]  # t (1 - t)^4 (1 + 4 t + 10 t^2)
+    backwards = [sum(c * comb(k, i) * (-1) ** i for k, c in enumerate(later) if k >= i) for i in range(8)]
+    way = piece(ZERO, [-c for c in backwards])
+    flown = path(robot(cycle=1), way, piece(Fraction(1), later))
+    with pytest.raises(Refused, match="where the lap begins"):
+        check_continuity(flown, team(flown, flown))
 
 
 def test_parts_begin_where_all_rest() -> None:

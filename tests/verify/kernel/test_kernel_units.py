@@ -17,17 +17,19 @@ from tests.helpers.kernel_words import kernel_statement
 from tests.helpers.plain_team_words import holds
 from tests.helpers.random_teams import random_formula
 from tests.helpers.timelines import mission
+from verify.kernel.checking import Check
 from verify.kernel.distances import Pair
 from verify.kernel.flights import HEADER, LARGEST, MOST_PIECES, Path, Segment, read_team
-from verify.kernel.formulas import Table
+from verify.kernel.flights import Team as FlownTeam
+from verify.kernel.formulas import Table, _least
 from verify.kernel.places import check_transitions
 from verify.kernel.polynomials import Polynomial, root
 from verify.kernel.refused import Refused
-from verify.kernel.statement import Inequality
+from verify.kernel.statement import Inequality, Ring, Shape
 from verify.kernel.timelines import Span, Stay, Timeline, settled
-from verify.kernel.trees import Evidence
+from verify.kernel.trees import Cell, Evidence
 from verify.kernel.words import check_formula
-from verify.kernel.zones import asked, terms_of
+from verify.kernel.zones import Hoop, asked, terms_of
 from verify.proofs.formula_tree import tree_of
 
 ZERO = Fraction(0)
@@ -117,7 +119,7 @@ def test_a_stay_holds_at_the_ends_of_what_is_sure() -> None:
 
 def spans(text: str) -> list[Span]:
     """Return spans of a second, of an instant where a letter is large."""
-    marks, found, time = {"n": "no", "m": "must", "?": "may", "r": "rise", "f": "fall"}, list[Span](), 0
+    marks, found, time = {"n": "no", "m": "must", "?": "may"}, list[Span](), 0
     for letter in text:
         later = time + (not letter.isupper())
         found.append(Span(Fraction(time), Fraction(later), marks[letter.lower()]))
@@ -134,6 +136,12 @@ def test_spans_of_one_mark_are_one_and_what_differs_is_apart(before: str, after:
     assert [span.mark for span in found] == [span.mark for span in spans(after)]
     assert all(a.stop == b.start for a, b in pairwise(found))
     assert (found[0].start, found[-1].stop) == (0, spans(before)[-1].stop)
+
+
+def test_of_alternatives_that_owe_as_much_one_is_left() -> None:
+    """The one that puts off least, of those that owe the same, and none that owes more and puts off as much."""
+    one, two = frozenset({1}), frozenset({1, 2})
+    assert _least([(one, two), (one, one), (two, one), (two, frozenset())]) == ((one, one), (two, frozenset()))
 
 
 def test_alternatives_ask_for_no_more_than_they_have_to() -> None:
@@ -204,3 +212,77 @@ def test_clocks_that_differ_by_half_a_lap_prove_nothing(error: str, accepted: bo
             check_formula(statement, lines, evidence)
             found = True
     assert found == accepted
+
+
+@pytest.mark.parametrize(
+    ("times", "cycle", "accepted"),
+    [((9,), None, True), ((0,), None, True), ((10,), None, False), ((3, 3), None, False), ((4, 3), None, False), ((3, 4), None, True),
+     ((2, 3), 2, False), ((1, 3), 2, False), ((3, 4), 2, True), ((3,), 2, False), ((1,), 2, True)],
+)  # fmt: skip
+def test_internal_states_change_in_order_within_the_flight(times: tuple[int, ...], cycle: int | None, accepted: bool) -> None:
+    """Each lap ends as it began, and no change is where a lap begins."""
+    states = [frozenset({"water"}) if k % 2 == 0 else frozenset[str]() for k in range(len(times))]
+    actions = tuple(zip(map(Fraction, times), states, strict=True))
+    line = Timeline(
+        "q", Fraction(9), {"a": tuple(spans("nnnnnnnnn"))}, frozenset(), actions, None if cycle is None else Fraction(cycle)
+    )
+    robot = SimpleNamespace(edges=None, vertex="", closed=frozenset())
+    statement: Any = SimpleNamespace(regions={"a": None}, robots={"q": robot})
+    try:
+        check_transitions(statement, line)
+    except Refused:
+        assert not accepted
+    else:
+        assert accepted
+
+
+def test_of_steps_the_longest_of_each_robot_counts_and_within_clocks_all() -> None:
+    """A robot with steps of 3 and 4, beside one with a step of 1; speeds are 2, and clocks differ by 1/4."""
+    zero = Polynomial.of([ZERO])
+    paths = {}
+    for name, places in (("p", [0, 3, 7]), ("q", [0, 1, 1])):
+        segments: list[Segment] = []
+        for k, (before, after) in enumerate(zip([0, *places], places, strict=False)):
+            start = Fraction(k)
+            segments.append(Segment(start, start, [Polynomial.of([Fraction(before), Fraction(after - before)]), zero, zero]))
+            segments.append(Segment(start, start + 1, [Polynomial.of([Fraction(after)]), zero, zero, zero]))
+        robot = SimpleNamespace(radius=Fraction(1, 8), limits=SimpleNamespace(speed=Fraction(2)))
+        paths[name] = Path(name, robot, segments, segments[1::2], None)  # type: ignore[arg-type]
+    statement: Any = SimpleNamespace(
+        separation=Fraction(1, 2), separation_z=None, margin=Fraction(1, 16), clock_error=Fraction(1, 4), regions={}
+    )
+    check = Check(statement, FlownTeam(paths, Fraction(3), 1), Evidence({"speed/p": Fraction(2), "speed/q": Fraction(1)}))
+    both = check.courses["p"], check.courses["q"]
+    all_times, each_time = (check.pair(both, all_times=one).least for one in (True, False))
+    assert abs(all_times - (Fraction(1, 2) + Fraction(1, 8) + 5)) < Fraction(1, 1 << 60)
+    assert abs(each_time - all_times - (Fraction(1, 4) + 1)) < Fraction(1, 1 << 60), "the second robot drifts less"
+
+
+def test_rims_and_openings_are_as_far_as_they_are() -> None:
+    """Of places beside a hoop, in any direction: what is said is so, and said of all places that are a little farther away."""
+    rng = np.random.default_rng(7)
+    opening, rim, length = 0.5, 0.125, 0.25
+    said = {True: 0, False: 0}
+    for _ in range(400):
+        normal = np.add(rng.integers(-4, 5, 3), [0, 0, 5])
+        unit = normal / np.linalg.norm(normal)
+        across = np.cross(unit, [1, 0, 0])
+        across /= np.linalg.norm(across)
+        aside, above = rng.uniform(0, 1.2), rng.uniform(-0.6, 0.6)
+        place = [Fraction(float(x)) for x in np.array([1, 2, 3]) + aside * across + above * unit]
+        ring = Ring(tuple(Fraction(int(x)) for x in normal), Fraction(opening), Fraction(rim))  # type: ignore[arg-type]
+        hoop = Hoop(Shape((Fraction(1), Fraction(2), Fraction(3)), (), ring))
+        segment = Segment(ZERO, Fraction(1), [Polynomial.of([x]) for x in place])
+        away = math.hypot(max(opening - aside, 0, aside - opening - rim), max(abs(above) - rim / 2, 0))
+        disc = math.hypot(max(aside - opening, 0), above)
+        for rules, distance in ((hoop.rim(Fraction(length)), away), (hoop.opening(Fraction(length), ZERO), disc)):
+            is_far = Cell(segment.sum, rules).holds("n")
+            said[is_far] += 1
+            assert not (is_far and distance < length)
+            if rules.keys() == {"n"}:
+                assert is_far or distance < length * 1.03
+            else:
+                assert is_far or distance < length * 1.5
+        inside = Cell(segment.sum, hoop.opening(Fraction(1, 32), Fraction(1, 8))).holds("F")
+        assert inside == (aside < opening - 0.125 - 0.03125), "what stands still flies on"
+    assert min(said.values()) > 50

@@ -212,3 +212,28 @@ def test_limits_hold_at_the_times_that_are_given() -> None:
         parts = list(kept(fast, "speed", Fraction(limit), times))
         assert all(part.holds("m") for part in parts) == accepted
         assert len(parts) == (low < 1)
+
+
+def test_limits_of_random_motions_are_kept_where_they_are() -> None:
+    """Pieces so short that speed, acceleration, thrust, tilt and body rate are what they are at the beginning."""
+    rng = np.random.default_rng(6)
+    for _ in range(40):
+        rows = np.round(rng.normal(0, 2, (3, 4)) * 2**20) / 2**20
+        axes = [Polynomial.of([Fraction(c) for c in row]) for row in [*rows, [0.0]]]
+        segment = Segment(Fraction(0), Fraction(1, 1 << 14), axes)
+        own: Any = SimpleNamespace(mass=Fraction(1, 32), limits=SimpleNamespace(thrust_min=Fraction(1, 1000)))
+        path = Path("r", own, [segment], [segment], None)
+        speed, acceleration, jerk = rows[:, 1], 2 * rows[:, 2], 6 * rows[:, 3]
+        force = np.add(acceleration, [0, 0, float(GRAVITY)])
+        size = np.linalg.norm(force)
+        wanted = {
+            "speed": np.linalg.norm(speed), "acceleration": np.linalg.norm(acceleration), "thrust_max": size / 32,
+            "body_rate": np.linalg.norm(np.cross(jerk, force)) / size**2, "tilt": math.acos(force[2] / size),
+        }  # fmt: skip
+        for name, value in wanted.items():
+            if name != "tilt" or value < 1.4:
+                assert is_kept(path, name, Fraction(float(value) * 1.01)), name
+            assert not is_kept(path, name, Fraction(float(value) * 0.99)), name
+        for share, accepted in ((0.99, True), (1.01, False)):
+            own.limits.thrust_min = Fraction(float(size) / 32 * share)
+            assert is_kept(path, "thrust_min", own.limits.thrust_min) == accepted
