@@ -120,9 +120,9 @@ def _tries(problem: Problem) -> tuple[Callable[[Problem], Allocation], ...]:
 
         return (cycles.plan,)
     if problem.several and problem.mission.written.counts:
-        from ltlplan.search.counting.stages import plan_stages, plan_waiting_outside
+        from ltlplan.search.counting.stages import plan_stages
 
-        return plan_stages, plan_waiting_outside
+        return (plan_stages,)
     if problem.several and problem.mission.spec.team == "joint":
         from ltlplan.search.joint import planning as joint
 

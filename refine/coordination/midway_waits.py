@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -17,9 +18,15 @@ from refine.spline.spline import Spline
 from verify.data import Infeasible, Plan, Witness
 from verify.data.plan import Meeting, Precedence
 
+Halt = tuple[str, int]
+"""A robot, and the visit for which it sets out after a wait."""
+
 
 def with_waits(
-    problem: Problem, robots: dict[str, RobotFlight], kept_clear: Mapping[str, tuple[Ball, ...]] | None = None
+    problem: Problem,
+    robots: dict[str, RobotFlight],
+    kept_clear: Mapping[str, tuple[Ball, ...]] = MappingProxyType({}),
+    least: Mapping[Halt, float] = MappingProxyType({}),
 ) -> dict[str, RobotFlight]:
     """Return the team with hovers in the middle of flights, just long enough for the planned precedences.
 
@@ -31,21 +38,22 @@ def with_waits(
         problem: What is refined.
         robots: The team's flights without waits.
         kept_clear: For each robot bodies that its flight keeps out of, beside robots that never move.
+        least: s for which robots wait at the least.
 
     Raises:
         Infeasible: They never settle, or a robot cannot rest where it would have to wait.
         SolverTimeout: An engine's seconds ran out.
     """
     try:
-        return _with_waits(problem, robots, kept_clear or {})
+        return _with_waits(problem, robots, kept_clear, least)
     except Infeasible:
         if not any(wait.due == "acts" for wait in problem.plan.precedences):
             raise
-        return _with_waits(replace(problem, options=replace(problem.options, lingers=True)), robots, kept_clear or {})
+        return _with_waits(replace(problem, options=replace(problem.options, lingers=True)), robots, kept_clear, least)
 
 
 def _with_waits(
-    problem: Problem, robots: dict[str, RobotFlight], kept_clear: Mapping[str, tuple[Ball, ...]]
+    problem: Problem, robots: dict[str, RobotFlight], kept_clear: Mapping[str, tuple[Ball, ...]], least: Mapping[Halt, float]
 ) -> dict[str, RobotFlight]:
     plan, precedences = problem.plan, problem.feedback.precedences
     rests: dict[str, frozenset[int]] = dict.fromkeys(robots, NOWHERE)
@@ -63,7 +71,7 @@ def _with_waits(
             for name, robot in robots.items()
         }
     )
-    waits: dict[tuple[str, int], float] = {}
+    waits = dict(least)
     gap = max(GRID, 2 * (problem.spacing.skew + STEP))
     for _ in range(4 * len(precedences) ** 2 + 8):
         held = {name: _holding(robot, waits) for name, robot in resting.items()}

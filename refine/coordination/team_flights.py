@@ -8,6 +8,7 @@ which nobody rests where another one comes to, or fly one at a time between meet
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
 
@@ -16,7 +17,7 @@ from refine.coordination.alternative_ways import ALTERNATIVES, Way, placed, shar
 from refine.coordination.conflict_resolution import Together, arrival, departures_of, hurried, resolve_encounters, too_near
 from refine.coordination.departures import DepartureConflict
 from refine.coordination.joint_avoidance import avoid_jointly
-from refine.coordination.midway_waits import with_waits
+from refine.coordination.midway_waits import Halt, with_waits
 from refine.coordination.own_clocks import on_own_clocks
 from refine.coordination.safe_intervals import schedule_safe_intervals
 from refine.coordination.spacing import firm_pairs, hovers_of, idle_others, spacing_for
@@ -40,6 +41,8 @@ _PLANNED = "On their fastest paths robots were not kept apart, or later than at 
 _HURRIED = "On their fastest paths robots were not kept apart: they fly those of the plan's own times, hurried on one clock."
 _LATER = 1.5
 """The same for a team that swerves before others of its robots give way to each other."""
+_LONGER_WAIT, _LONGEST_WAIT = 0.5, 4.0
+"""s by which a robot waits longer, and at most, where it would meet another one on its way on."""
 _MEETINGS = 40
 """Times that one robot's path is laid around where another one waits."""
 
@@ -240,6 +243,15 @@ def _giving_way(attempt: _Attempt) -> Together | None:
     return attempt.late[0] if attempt.late else None
 
 
+def _waiting_longer(attempt: _Attempt) -> Together | None:
+    """Have robots that wait for each other anywhere wait longer, until those that they would meet have passed."""
+    if not waits_anywhere(attempt.problem.plan) or attempt.problem.plan.meetings:
+        return None
+    attempt.tell("letting robots wait longer", 0.85)
+    robots, starts = _meeting(attempt.problem, attempt.alone, patient=True)
+    return None if isinstance(starts, DepartureConflict) else (robots, starts)
+
+
 def _waiting_on_the_way(attempt: _Attempt) -> Together | None:
     problem, options = attempt.problem, attempt.problem.options
     paced = any(options.share(problem.plan.mission, name) is not None for name in problem.plan.robots)
@@ -264,6 +276,7 @@ MEANS = (
     _swerving_fast,
     _visiting_elsewhere,
     _giving_way,
+    _waiting_longer,
     _waiting_on_the_way,
 )
 """What keeps robots apart, tried in this order; each returns None where it does not apply or does not do."""
@@ -359,11 +372,12 @@ def _departing(
 
 
 def _meeting(
-    problem: Problem, robots: dict[str, RobotFlight]
+    problem: Problem, robots: dict[str, RobotFlight], *, patient: bool = False
 ) -> tuple[dict[str, RobotFlight], dict[str, float] | DepartureConflict]:
     """Return a team that waits for its meetings in flight, everyone departing at once, or who cannot be kept apart.
 
-    Of two robots that come too near each other one gets a path that keeps clear of where the other one starts, waits and ends.
+    Of two robots that come too near each other one gets a path that keeps clear of where the other one starts, waits and ends. `patient`: or the one
+    that waited last waits longer.
     """
     together = dict(robots)
     clear_of: dict[str, tuple[str, ...]] = dict.fromkeys(robots, ())
@@ -371,9 +385,10 @@ def _meeting(
     kept_clear: dict[str, tuple[Ball, ...]] = {}
     anywhere = waits_anywhere(problem.plan)
     tried: set[tuple[str, str, bytes]] = set()
+    longer: dict[Halt, float] = {}
 
     while True:
-        held = with_waits(problem, together, kept_clear)
+        held = with_waits(problem, together, kept_clear, longer)
         found = departures_of(problem, held, given)
         if not isinstance(found, DepartureConflict):
             return held, found
@@ -394,5 +409,19 @@ def _meeting(
                 kept_clear[name], changed = places, True
             except Infeasible:
                 continue  # the other robot's path may still move
+        halt = _last_halt(held, found) if patient and not changed else None
+        if halt is not None and longer.get(halt, 0.0) < _LONGEST_WAIT:
+            longer[halt], changed = longer.get(halt, 0.0) + _LONGER_WAIT, True
         if not changed:
             return held, found
+
+
+def _last_halt(robots: Mapping[str, RobotFlight], conflict: DepartureConflict) -> Halt | None:
+    """Return where the one of two robots that come too near each other that waited last did so; None where neither had waited."""
+    halts = [
+        (float(robots[name].path.knots[node]), name, visit)
+        for name in conflict.pair
+        for visit, node in robots[name].halts.items()
+        if robots[name].path.knots[node] <= conflict.time
+    ]
+    return max(halts)[1:] if halts else None

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from refine.corridor.outside import left_last, moved_outside, part_outside
+from refine.corridor.outside import flown_over, left_last, moved_outside, part_outside
 from refine.corridor.packing import packed
 from refine.corridor.relocation import movable, moved_within, places_of
 from refine.obstacles.keep_out_bodies import Ball, keep_out
@@ -92,7 +92,14 @@ def _moved_apart(plan: Plan, distance: float, z_scale: float) -> tuple[Plan, lis
                     stuck.append(waypoint.region)
             elif meets and index == len(waypoints) - 1 and (left := left_last(mission, robot)) is not None:
                 leg = waypoints[index - 1], waypoint
-                waypoints[index] = moved_outside(mission, name, left, leg, tuple(ends.values())) or waypoint
+                near = np.array(mission.regions[left].center), 2.0 * mission.regions[left].outer_radius
+                ways = [
+                    at
+                    for other, flown in robots.items()
+                    if other != name
+                    for at in flown_over(flown, (distance, z_scale), near)
+                ]
+                waypoints[index] = moved_outside(mission, name, left, leg, tuple(ends.values()), ways) or waypoint
         robots[name] = robot.model_copy(update={"waypoints": tuple(waypoints)})
         ends[name] = keep_out(name, np.array(waypoints[-1].position), distance, z_scale)
     return plan.model_copy(update={"robots": {name: robots[name] for name in plan.robots}}), stuck

@@ -16,6 +16,8 @@ Floats = NDArray[np.float64]
 
 _AROUND = np.array([way for way in itertools.product((-1.0, 0.0, 1.0), repeat=3) if any(way)])
 """Ways out of a region."""
+_STEP = 0.1
+"""m between places on a leg that are kept clear."""
 
 
 def left_last(mission: Mission, robot: RobotPlan) -> str | None:
@@ -33,9 +35,11 @@ def left_last(mission: Mission, robot: RobotPlan) -> str | None:
 
 
 def moved_outside(
-    mission: Mission, name: str, region: str, leg: tuple[Waypoint, Waypoint], taken: Sequence[Ball]
+    mission: Mission, name: str, region: str, leg: tuple[Waypoint, Waypoint], taken: Sequence[Ball], flown: Sequence[Ball] = ()
 ) -> Waypoint | None:
     """Return the last point of a leg out of a region as far outside in another direction, not taken and near; None where there is none.
+
+    Places on the ways of others are taken only where there are no more.
 
     Args:
         mission: Gives regions, rings, obstacles, margin and workspace.
@@ -43,6 +47,7 @@ def moved_outside(
         region: The region that is left.
         leg: Its last point inside, and the one outside.
         taken: Where others hover.
+        flown: Where others fly.
     """
     before, point = (np.array(each.position) for each in leg)
     body, middle = mission.regions[region], np.array(mission.regions[region].center)
@@ -58,8 +63,28 @@ def moved_outside(
         free &= each.signed_distance(places) > 0.0
     if not free.any():
         return None
+    beside = free & np.all([each.signed_distance(places) > 0.0 for each in flown] or [free], axis=0)
+    free = beside if beside.any() else free
     nearest = np.argmin(np.where(free, np.linalg.norm(places - before, axis=1), np.inf))
     return leg[1].model_copy(update={"position": tuple(places[int(nearest)].tolist())})
+
+
+def flown_over(robot: RobotPlan, kept: tuple[float, float], near: tuple[Floats, float]) -> list[Ball]:
+    """Return what to keep clear of a robot's straight legs near a place.
+
+    Args:
+        robot: Its plan.
+        kept: m that robots keep, and how many times distances in z count.
+        near: A place, m, shape (3,), and how far from it, m.
+    """
+    (distance, z_scale), (middle, reach) = kept, near
+    points = [np.array(waypoint.position) for waypoint in robot.waypoints]
+    lines = [
+        a + np.linspace(0.0, 1.0, int(np.linalg.norm(b - a) / _STEP) + 2)[:, None] * (b - a)
+        for a, b in itertools.pairwise(points)
+    ]
+    places = np.concatenate(lines) if lines else np.array(points)
+    return [keep_out("", at, distance, z_scale) for at in places[np.linalg.norm(places - middle, axis=1) <= reach + distance]]
 
 
 def part_outside(plan: Plan, region: str, moved: Mapping[str, list[Waypoint]], kept: tuple[float, float]) -> None:

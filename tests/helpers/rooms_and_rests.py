@@ -69,3 +69,46 @@ def room_with_a_corner(*, mirrored: bool = False, turned: bool = False, touching
     x, y = at(1.4, -1.2)
     regions = f"room: {{union: [{', '.join(parts)}]}}, corner: {box(-1.5, 0.9, 0.5, 0.4, 0.6)}"
     return _mission("room", "G room & F corner", regions, f"q: {{start: [{x}, {y}, 1]}}", low="-2.4, -2.4", high="2.4, 2.4")
+
+
+STARTS = ((0.0, 1.2), (0.0, 0.0), (0.0, -1.2), (-0.6, 0.6), (-0.6, -0.6))
+"""x and y at which robots start that share a machine, m."""
+
+
+def shared_machine(
+    robots: int = 2,
+    *,
+    more: str = "",
+    parts: bool = False,
+    mirrored: bool = False,
+    names: tuple[str, ...] = ("a", "b", "c", "d", "e"),
+    order: tuple[int, ...] = (),
+) -> Mission:
+    """Return a mission of robots that each come to a machine, which one of them uses at a time.
+
+    Args:
+        robots: How many.
+        more: Other regions, as they are written in a mission.
+        parts: Whether each must have fetched a part before.
+        mirrored: Whether left and right change places.
+        names: Of the robots, by their starts.
+        order: In which they are listed, by their starts; as they stand where empty.
+    """
+    side = -1 if mirrored else 1
+    regions = [f"machine: {{center: [{1.3 * side}, 0, 1], radii: [0.4, 0.4, 0.4]}}"]
+    used, made = "machine", ""
+    if parts:
+        regions.append(f"store: {{center: [{-1.3 * side}, 0, 1], size: [1.0, 2.0, 0.8]}}")
+        used = "(machine & part)"
+        made = "robot: {initial: e, states: {e: [], p: [part]}, actions: [{from: e, to: p, at: store}]}"
+    listed = [(names[k], STARTS[k]) for k in order or range(robots)]
+    agents = ", ".join(f"{name}: {{start: [{x * side}, {y}, 1]}}" for name, (x, y) in listed)
+    formula = f"each(F {used}) & G(count(machine) <= 1)"
+    return _mission("machine", formula, ", ".join([*regions, *([more] if more else [])]), agents, more=made)
+
+
+def escort() -> Mission:
+    """Return a mission of a robot that is only to be in two zones while a guard is there."""
+    regions = "one: {center: [-1.2, 0.8, 1], radii: [0.7, 0.7, 0.6]}, other: {center: [1.2, 0.8, 1], radii: [0.7, 0.7, 0.6]}"
+    formula = "F(vip.one & F vip.other) & G(vip.one -> guard.one) & G(vip.other -> guard.other)"
+    return _mission("escort", formula, regions, "vip: {start: [-0.3, -1, 1]}, guard: {start: [0.5, -1, 1]}")

@@ -30,6 +30,8 @@ _AROUND = sorted(
     key=lambda way: (int(np.count_nonzero(way)), way[2] != 0, *(-way)),
 )
 """Unit vectors along the axes, then between them: to which side a region is left that is visited again."""
+_SAME = 1e-9
+"""m; points as near as this are one."""
 
 
 class Legs:
@@ -84,7 +86,8 @@ class Legs:
         elif self.end is not None and cycle_visit is None:
             stops += self._to_end(last, sides[last] if sides else None)
         elif comes_to_rest and sides and sides[last] is None and not self.inside_last:
-            stops.append(self._outside(self._exit(last, None)[0], self.visits[last].region, last))
+            ahead = stops[-1].position - stops[-2].position if len(stops) > 1 else np.zeros(3)
+            stops.append(self._outside(self._exit(last, None)[0], self.visits[last].region, last, ahead))
         return stops, cycle
 
     def _exit(self, i: int, side: Side) -> tuple[Stop, Stop | None]:
@@ -116,7 +119,7 @@ class Legs:
         centre = self.where.regions[name].centre
         target = Stop(centre, "centre", name, j, self.where.holding(centre))
         if i >= 0 and self.visits[i].region == name and self.numbers[i] != self.numbers[j]:
-            return [self._outside(origin, name, j), target]
+            return [self._outside(origin, name, j, np.zeros(3)), target]
         return self._with_gate(origin.position, self._way(i, left, target))
 
     def _into(self, i: int, left: Side, j: int) -> list[Stop]:
@@ -150,14 +153,16 @@ class Legs:
         around = frozenset[str]() if first.region is None else self._around(first.region, first.position)
         return self._on_to(i, left, replace(first, permitted=around))
 
-    def _outside(self, origin: Stop, name: str, visit: int) -> Stop:
-        """Return a point just outside a region that is left and visited again at once.
+    def _outside(self, origin: Stop, name: str, visit: int, ahead: Floats) -> Stop:
+        """Return a point just outside a region that is left for good, or visited again at once: straight ahead, or where that is not clear to a side.
 
         Raises:
             Blocked: There is no clear point around it.
         """
         obstacle, permitted = self.where.regions[name], self.where.holding(origin.position) | {name}
-        for way in _AROUND:
+        far = float(np.linalg.norm(ahead))
+        ways = [ahead / far, *sorted(_AROUND, key=lambda way: -round(float(way @ ahead) / far, 6))] if far > _SAME else _AROUND
+        for way in ways:
             point = obstacle.centre + way * obstacle.exit(way, obstacle.level * 1.3)
             if self.where.inside(point) and not any(
                 blocked(place, point, self.where, permitted) for place in (origin.position, obstacle.centre)

@@ -1,6 +1,6 @@
 """Moves of a robot from one rest to the next: a flight to another region, or to one where it acts and on to another.
 
-Robots rest at their starts and in the middles of regions. An action happens at some time of a visit, so a robot that acts
+Robots rest at their starts, in the middles of regions and just outside regions that they have left. An action happens at some time of a visit, so a robot that acts
 flies on within the same move: once it has come to rest again the action is done for sure. Where nobody waits for that it may also stay
 for good.
 
@@ -37,7 +37,7 @@ class Move:
         shown: The marks that it makes on the way, those at the target last, without repetitions; not those that it makes before.
         cost: Of the way, and a tiny amount for each action.
         path: Nodes of the robot's system after the one it leaves.
-        last: Whether the robot stays at the target for good: just outside a region, or where it acts; nobody can wait for it there.
+        last: Whether the robot stays at the target for good, where it acts; nobody can wait for it there.
     """
 
     target: int
@@ -57,28 +57,26 @@ class RobotMoves:
         *,
         stays: bool,
         skips: bool,
-        hovers: bool = False,
     ) -> None:
         """Look at a robot.
 
         Args:
             system: What it can do.
             marks_of: The marks that its letters make.
-            stays: Whether it may also stay, for good, just outside a region that it has left or where it has acted.
+            stays: Whether it also rests just outside a region that it has left, and may stay for good where it has acted.
             skips: Whether it flies on from rests at which it makes the marks that it has made all the way.
-            hovers: Whether it also rests just outside a region that it has left, while others fly.
         """
         self.system = system
         self.marks = tuple(marks_of(letter) for letter in system.labels)
         self._skips = skips
-        self._stays, self._hovers = stays, hovers
+        self._stays = stays
 
     def rests(self, node: int) -> bool:
         """Tell whether a robot at a node can wait there for others."""
         if node == self.system.initial:
             return True
         found = self.system.nodes[node]
-        return (not found.flying and found.leg is None and bool(found.regions)) or (self._hovers and self._gone(node))
+        return (not found.flying and found.leg is None and bool(found.regions)) or (self._stays and self._gone(node))
 
     def ends(self, node: int) -> bool:
         """Tell whether the flight may end at a node."""
@@ -109,10 +107,10 @@ class RobotMoves:
         for label in ParetoSearch([begin], partial(self._onwards, start)):
             at, shown, acting = label.state
             cost, *path = label.rank
-            stays = self._stays and bool(path) and (acting or self._gone(at)) and self.ends(at)
+            stays = self._stays and bool(path) and acting and self.ends(at)
             arrived = bool(path) and self.rests(at) and not acting
             if (arrived or stays) and label.state not in seen and not self._flies_on(start, label.state):
-                yield Move(at, shown, cost, tuple(map(int, path)), last=stays)
+                yield Move(at, shown, cost, tuple(map(int, path)), last=not arrived)
             seen.add(label.state)
 
     def _onwards(self, start: int, label: Label[_State]) -> Iterator[Label[_State]]:

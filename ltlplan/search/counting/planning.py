@@ -209,28 +209,6 @@ def roomy_marks(
     return Marks(automata, atoms, between)
 
 
-def plan_hovering(team: CountedTeam, budget: Budget, roomy: Marks) -> CountedPlan | None:
-    """Return a cheapest plan in which robots also wait just outside regions that they have left; None where there is none.
-
-    Args:
-        team: The robots, and the formula.
-        budget: Bounds on the search.
-        roomy: The propositions where counts for which small regions have no room are never true.
-
-    Raises:
-        TooLarge: The budget was used up before any plan was found.
-    """
-    for stays in (False, True):
-        anywhere = TeamClasses(replace(team, rooms=_ANYWHERE, marks=roomy), stays=stays, hovers=True)
-        if CourseSearch(anywhere.made()).may_exist(budget.states):
-            classes = TeamClasses(team, stays=stays, hovers=True)
-            course = CourseSearch(classes.made()).cheapest(budget.states).course_within(budget.states)
-            if course is not None:
-                plan = classes.plan(course)
-                return plan if has_room(team.systems, plan, team.rooms.most) else None
-    return None
-
-
 def _may_exist(systems: Sequence[TransitionSystem], kinds: Sequence[str], marks: Marks, budget: Budget) -> bool:
     """Tell whether there may be a course, whatever it costs, of robots that rest, or that may also stay."""
     team = CountedTeam(tuple(systems), tuple(kinds), marks, _ANYWHERE, skips=True)

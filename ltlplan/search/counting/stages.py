@@ -1,6 +1,6 @@
 """Plans for formulas that count robots, in stages: what is flown at once, and who waits for whom before the next stage begins.
 
-`plan_stages` is tried first; `plan_waiting_outside` also lets robots wait just outside regions. `waits_of` and `precedences_of`
+`plan_stages` is the door. `waits_of` and `precedences_of`
 say which robot must have arrived before which other one sets out, or acts.
 """
 
@@ -11,24 +11,20 @@ from collections.abc import Iterable, Iterator, Sequence
 from itertools import accumulate, pairwise
 
 from ltlplan.allocation import Allocation
-from ltlplan.logic.budget import Budget, TooLarge
+from ltlplan.logic.budget import TooLarge
 from ltlplan.search.counting.capacities import small_rooms
 from ltlplan.search.counting.counted_plans import CountedPlan, Turn
 from ltlplan.search.counting.counting_propositions import Marks
 from ltlplan.search.counting.needed_waits import needed_waits
-from ltlplan.search.counting.planning import plan_counts, plan_hovering, roomy_marks
-from ltlplan.search.counting.symmetry_classes import CountedTeam, Rooms
+from ltlplan.search.counting.planning import plan_counts
 from ltlplan.search.orders import planning as orders
 from ltlplan.search.orders.event_names import Names
 from ltlplan.search.problem import TIES, NoWords, Problem
 from ltlplan.systems.robot_systems import interchangeable
 from ltlplan.systems.transition_systems import TransitionSystem
 from ltlplan.systems.visit_log import VisitLog
-from verify.data import BadInput, Infeasible, Unsatisfiable
+from verify.data import BadInput, Infeasible
 from verify.data.plan import Meeting, Precedence
-
-_HOVERING_STATES = 20_000
-"""Of the search for plans in which robots also wait outside regions."""
 
 
 def plan_stages(problem: Problem) -> Allocation:
@@ -75,36 +71,6 @@ def plan_stages(problem: Problem) -> Allocation:
         robots=robots, cost=total, lower_bound=min(found.bound, total), complete=complete, notes=said, meetings=tuple(waits),
         precedences=tuple(precedences),
     )  # fmt: skip
-
-
-def plan_waiting_outside(problem: Problem) -> Allocation:
-    """Plan counts with robots that also wait just outside regions.
-
-    Raises:
-        NoWords: There are no such plans, or a budget was used up.
-    """
-    mission, each = problem.mission, problem.each
-    rooms = Rooms(small_rooms(mission, each, problem.capacities), passing=True)
-    with contextlib.suppress(TooLarge):
-        team = CountedTeam(
-            tuple(each), tuple(interchangeable(mission).values()), Marks(problem.automata, problem.known), rooms, skips=True
-        )
-        marks = roomy_marks(each, problem.automata, problem.known, rooms.most)
-        found = plan_hovering(team, Budget(states=_HOVERING_STATES), marks)
-        waits = None if found is None else precedences_of(each, found)
-        ordered = orders.plan(problem) if found is not None and waits is None else None
-        if ordered is not None:
-            return ordered
-        if found is not None and waits is not None:
-            robots = problem.itineraries(found.paths)
-            total = (max if problem.longest else sum)(robot.cost for robot in robots.values())
-            note = (
-                f"The search reached {found.reached:,} states. Robots wait for each other, also outside regions that they have left; a "
-                "cheaper plan was not ruled out."
-            )
-            said = (note, *problem.systems.unclear())
-            return Allocation(robots=robots, cost=total, notes=said, precedences=tuple(waits))
-    raise NoWords(lambda: Unsatisfiable("No plan was found in which robots also wait just outside regions."))
 
 
 class HoversOutside(BadInput):

@@ -64,20 +64,16 @@ class TeamClasses:
 
     Args:
         team: Who there is.
-        stays: Whether robots may stay for good where no robot can wait for them.
-        hovers: Whether robots also rest just outside regions that they have left, while others fly.
+        stays: Whether robots also rest just outside regions that they have left, and stay for good where they have acted.
         apart: Whether robots whose first moves cost them differently are distinguished; otherwise all that can do the same go at the cost
             of the nearest.
         robots: Their moves, where they are known.
     """
 
-    def __init__(
-        self, team: CountedTeam, *, stays: bool, hovers: bool = False, apart: bool = False, robots: Sequence[RobotMoves] = ()
-    ) -> None:
+    def __init__(self, team: CountedTeam, *, stays: bool, apart: bool = False, robots: Sequence[RobotMoves] = ()) -> None:
         self.team, self.systems, self.marks, self._apart = team, team.systems, team.marks, apart
         self.robots = tuple(robots) or tuple(
-            RobotMoves(system, partial(self.marks.of, system.robot), stays=stays, skips=team.skips, hovers=hovers)
-            for system in team.systems
+            RobotMoves(system, partial(self.marks.of, system.robot), stays=stays, skips=team.skips) for system in team.systems
         )
         self._stays = stays
         self.kinds = [
