@@ -143,13 +143,13 @@ class Campaign:
 
     @property
     def _without_formula(self) -> str:
-        """What is said of a mission's hoops, where it has nothing but them."""
+        """Sentence about the hoops of a mission without a formula."""
         if self.inside is None:
             return "the mission has no formula; whether hoops were passed in their order was not judged."
         return "the mission has no formula; who stayed inside the tubes passed hoops in their order, which was not judged of others."
 
     def _sentences_of_one(self) -> tuple[str, ...]:
-        """What the one flight showed that stands for all, without shares and confidence: there is no chance in it."""
+        """Return the outcome of the one flight that stands for all, without shares and confidence: no chance is in it."""
         runs = "1 run" if self.asked == 1 else f"{self.asked} runs"
         found = [
             f"nothing varies between runs without noise and gusts, so one was flown for the {runs} asked for; "

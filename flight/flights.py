@@ -127,7 +127,7 @@ class _Flight:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What the log says of the flight as a whole."""
+        """Notes of the log on the flight as a whole."""
         notes: list[str] = [] if self.conditions == CALM else [self.conditions.sentence]
         notes += dict.fromkeys(doubt for airframe in self.airframes if (doubt := airframe.doubt))
         if self.cert is None:

@@ -182,7 +182,7 @@ def _unheard() -> Generator[None]:
 
 
 class _StoppedError(Exception):
-    """Nobody waits for this part any more."""
+    """End of a part that nobody waits for any more."""
 
 
 _ends: Any = None  # of the pipes of this process: a pool's initializer has no other way to hand them over

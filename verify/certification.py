@@ -165,7 +165,7 @@ def _check_plan(plan: Plan) -> None:
 
 @dataclass(frozen=True, slots=True)
 class _Tube:
-    """What was found at one margin."""
+    """Claims and timelines at one margin."""
 
     claims: tuple[Claim, ...]
     timelines: dict[str, Timeline]
@@ -187,7 +187,7 @@ def _margin_free_claims(evidence: Evidence) -> tuple[Claim, ...]:
 
 @dataclass(frozen=True, slots=True)
 class _Readings:
-    """What all paths within one margin show, robot by robot, and the claims about that alone."""
+    """Timelines of all paths within one margin, robot by robot, and the claims about those alone."""
 
     timelines: dict[str, Timeline]
     matchings: dict[str, Matching]

@@ -42,7 +42,7 @@ _NANOSECONDS = -9
 
 @dataclass
 class _Samples:
-    """What was read of one robot so far."""
+    """Samples of one robot read so far."""
 
     counts: list[int]
     places: list[tuple[float, float, float]]
@@ -51,7 +51,7 @@ class _Samples:
 
 @dataclass
 class _Clock:
-    """What was read of the messages' stamps so far, ns.
+    """Stamps of the messages read so far, ns.
 
     Attributes:
         first: The earliest stamp, of whatever the topics hold.

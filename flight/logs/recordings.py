@@ -145,7 +145,7 @@ def read_table_recording(
 
 
 class _Names:
-    """What the columns of a recording are called, each with one meaning."""
+    """Names of the columns of a recording, each with one meaning."""
 
     def __init__(self, table: Table, columns: Mapping[str, str]) -> None:
         self._source, self._header = table.source, table.header

@@ -30,7 +30,7 @@ Key = tuple[Hashable, str, str]
 
 @dataclass(frozen=True, slots=True)
 class AgentState:
-    """Where a robot is, in the world and in A = E x R.
+    """State of a robot, in the world and in A = E x R.
 
     Attributes:
         position: m.
@@ -52,7 +52,7 @@ class AgentState:
 
     @property
     def key(self) -> Key:
-        """What tells this state from the others that one robot can be in."""
+        """Key that distinguishes this state from the others that one robot can be in."""
         place: Hashable = self.place if self.side is None else (self.place, self.side)
         place = place or (self.position, self.inside)
         return ((place, self.kind) if self.kind else place, self.vertex, self.internal)
@@ -126,7 +126,7 @@ class World:
 
     @cached_property
     def overlaps(self) -> bool:
-        """Whether some regions may have a point in common."""
+        """Return whether some regions may have a point in common."""
         return any(self.graph.layout.neighbours.values())
 
     @cached_property
@@ -321,7 +321,7 @@ class RobotTask:
 
     @property
     def end(self) -> AgentState:
-        """Where the robot is after its last visit's actions, still inside."""
+        """State of the robot after its last visit's actions, still inside."""
         return self.moves[-1].end if self.moves else self.where
 
     @property

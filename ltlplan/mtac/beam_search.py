@@ -27,7 +27,7 @@ MAX_ROUNDS = 400
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Options:
-    """How to walk.
+    """Options of the beam search.
 
     Attributes:
         width: Walks that go side by side; 1 is the printed algorithm.
@@ -118,7 +118,7 @@ class BeamSearch:
         return best
 
     def score(self, costs: Mapping[str, float], rest: float) -> float:
-        """The objective so far, with a lower bound on the rest in it."""
+        """Return the objective so far, with a lower bound on the rest in it."""
         total = sum(costs.values()) + rest
         if self.mission.planner.objective == "sum":
             return total

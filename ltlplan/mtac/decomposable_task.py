@@ -33,7 +33,7 @@ MAX_COMMUTING = 10_000
 
 
 class Accepting(Protocol):
-    """What sharing needs of an automaton; `ltlplan.translate` returns one."""
+    """Interface of an automaton that sharing needs; `ltlplan.translate` returns one."""
 
     @property
     def initial(self) -> Hashable: ...  # noqa: D102
@@ -62,7 +62,7 @@ class Reader:
 
     @property
     def accepting(self) -> Reader:
-        """What `state in reader.accepting` asks."""
+        """Container that answers `state in reader.accepting`."""
         return self
 
     def __contains__(self, state: Any) -> bool:  # of any type: each automaton has states of its own
@@ -70,7 +70,7 @@ class Reader:
 
     @property
     def size(self) -> int:
-        """How many states the automaton has, at most."""
+        """Upper bound on the number of the automaton's states."""
         parts = self._automaton.parts if isinstance(self._automaton, Conjunction) else (self._automaton,)
         return math.prod(len(part.states) for part in parts)
 

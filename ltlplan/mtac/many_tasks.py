@@ -51,7 +51,7 @@ class ManyTasks:
 
     @property
     def longest(self) -> bool:
-        """Whether the dearest robot counts, not the sum."""
+        """Return whether the highest cost of a robot counts, not the sum."""
         return self.problem.mission.planner.objective == "longest"
 
     def itinerary(self, robot: int, nodes: tuple[int, ...]) -> Itinerary:

@@ -49,7 +49,7 @@ MOST_WALKED = 8
 
 @dataclass(frozen=True, slots=True)
 class Shared:
-    """What the beam search found.
+    """Result of the beam search.
 
     Attributes:
         paths: One for each robot, in the mission's order.

@@ -43,7 +43,7 @@ def straight_line_costs(mission: Mission) -> Callable[[str, Point, str], float]:
 
 @dataclass(frozen=True, slots=True)
 class BestKnown:
-    """What is known of a mission's best assignment, by straight lines or by shortest ways around obstacles.
+    """Best known assignment of a mission and its bound, by straight lines or by shortest ways around obstacles.
 
     Attributes:
         mission: What is asked.

@@ -84,7 +84,7 @@ class StoppingManoeuvre:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Surroundings:
-    """What a robot must not meet while it slows down.
+    """Surroundings that a robot must not meet while it slows down.
 
     Attributes:
         mission: The world as it is now.

@@ -107,7 +107,7 @@ class Happenings:
     queue: list[tuple[float, Told]] = field(default_factory=list[tuple[float, Told]])
 
     def __bool__(self) -> bool:
-        """Whether there are any."""
+        """Return whether any event is pending."""
         return bool(self.timed or self.queue)
 
     def add(self, arrived: float, event: WorldEvent) -> None:

@@ -43,7 +43,7 @@ class Answered:
 
 @dataclass(frozen=True, slots=True)
 class _Question:
-    """What is being answered, what is done with the answer, and when it was asked, s of the link's clock."""
+    """Pending answer, the receiver of its result, and the time of the question, s of the link's clock."""
 
     answer: Answer
     then: Callable[[Answer], None]

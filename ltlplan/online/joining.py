@@ -50,7 +50,7 @@ Step = Literal["brakes", "asks", "waits", "wakes", "climbs"]
 
 @dataclass
 class _Newcomer:
-    """Who joins now, and how far that has come.
+    """Robot that joins now, and the progress of its joining.
 
     Attributes:
         event: As it was told.

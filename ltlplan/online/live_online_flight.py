@@ -166,7 +166,7 @@ class OnlineCourse:
         self._next.forget()
 
     def _over(self) -> bool:
-        """Whether nothing is left to be flown, or nothing can be proved of what is."""
+        """Return whether nothing is left to be flown, or nothing can be proved of what is left."""
         air = self._air
         if (
             air.question

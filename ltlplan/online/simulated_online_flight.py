@@ -160,7 +160,7 @@ class _Loop:
         return self._result(seed)
 
     def planned(self, step: int) -> None:
-        """Nobody planned where the robots are between two commands."""
+        """Do nothing: no planned position exists between two commands."""
 
     def wanted(self, tick: int) -> Floats:
         """Do one step of online MTAC-E and return what every robot should do. Shape (5, 4, robots)."""
@@ -239,7 +239,7 @@ class _Loop:
             self.team.give_up(trouble or "The robots hold their positions.")
 
     def _positions(self) -> dict[str, Point]:
-        """Where every robot was last seen: by motion capture, or where that lost it by what the robot believes."""
+        """Return every robot's last known position: by motion capture, or where that lost it by the robot's own estimate."""
         if not self.entries:
             return {name: agent.start for name, agent in self.agents.items()}
         last = self.entries[-1]

@@ -1,4 +1,4 @@
-"""What is left of a formula after letters were flown, as a formula of its own (progression; Bacchus and Kabanza 1998).
+"""Progression of a formula by flown letters: the formula that is left (Bacchus and Kabanza 1998).
 
 In the air several robots move at once, so what was flown can be read in several ways (`sharing.belief`). Each way may
 leave another formula; what is left is their conjunction, so that whichever way it is read, the rest satisfies the whole.

@@ -90,7 +90,7 @@ class OnlineTeam(PilotedTeam):
 
     @property
     def complete(self) -> bool:
-        """Whether every robot has a path for all that is left, and that satisfies the formula."""
+        """Return whether every robot has a path for all that is left, and that satisfies the formula."""
         return self.holding is None and can_finish(self.belief, self.ahead())
 
     def allocate(self) -> None:

@@ -35,7 +35,7 @@ ORDERS = 5
 
 @dataclass(frozen=True, slots=True)
 class Clock:
-    """Where a robot is on its course: nominal time, and how fast that passes.
+    """Position of a robot on its course: nominal time, and how fast that passes.
 
     Attributes:
         time: Nominal time on the course, s.
@@ -53,7 +53,7 @@ class Clock:
 
     @property
     def resting(self) -> bool:
-        """Whether the robot stands still on its course, for all that matters."""
+        """Return whether the robot stands still on its course, for all that matters."""
         return abs(self.rate[0]) < 1e-2 and abs(self.rate[1]) < 5e-2
 
     def after(self, dt: float, go: bool) -> Clock:

@@ -39,7 +39,7 @@ BETTER = 0.01
 
 @dataclass(frozen=True, slots=True)
 class RegionTimes:
-    """When a course comes to a region, in nominal s.
+    """Times of a course at a region, in nominal s.
 
     Attributes:
         enter: When the path may first be in the region, margin included.
@@ -80,7 +80,7 @@ class CourseInFlight:
 
     @property
     def arrived(self) -> bool:
-        """Whether the robot has come to the end of its course."""
+        """Return whether the robot has come to the end of its course."""
         return self.clock.time >= self.course.duration
 
     def take(self, plan: RobotPlan, newly: tuple[frozenset[str], ...], rng: Generator) -> None:

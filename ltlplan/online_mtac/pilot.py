@@ -95,7 +95,7 @@ class Pilot:
 
     @property
     def done(self) -> bool:
-        """Whether it has nothing left to do but to fly its course to the end."""
+        """Return whether it has nothing left to do but to fly its course to the end."""
         return not self.moves and not self.detour
 
     def _letters(self, k: int) -> tuple[Letter, ...]:
@@ -107,7 +107,7 @@ class Pilot:
 
     @property
     def _passage(self) -> int:
-        """How many visits the present passage makes."""
+        """Number of visits of the present passage."""
         return next((k for k in range(1, len(self.moves)) if self.moves[k].departs is not None), len(self.moves))
 
     def take(self, task: RobotTask, plan: RobotPlan, rng: Generator) -> None:

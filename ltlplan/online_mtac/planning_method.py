@@ -89,7 +89,7 @@ def online_mtac_e(mission: Mission, context: Context) -> Allocation:
 
 @dataclass
 class _Flown:
-    """What one robot did: where it was at each step, and its visits."""
+    """Flight of one robot: its position at each step, and its visits."""
 
     start: Point
     points: list[Point] = field(default_factory=list)
@@ -120,7 +120,7 @@ class _Flown:
 
     @property
     def moving(self) -> Floats:
-        """Where it was while it moved. Shape (n, 3)."""
+        """Positions while it moved. Shape (n, 3)."""
         points = np.array(self.points)
         moves = np.linalg.norm(np.diff(points, axis=0), axis=1) > _STILL
         return points[np.concatenate([[True], moves])]

@@ -1,4 +1,4 @@
-"""How far a team has come while it flies: the automaton states that its readings so far may have led to.
+"""Possible automaton states of a team in flight: those that its readings so far may have led to.
 
 In the air several robots move at once. Under `team: own` a team word is any sequence of readings of held letters
 (each letter of each robot read at least once, in the order of time), so what was flown so far leads not to one
@@ -38,7 +38,7 @@ Ahead = Mapping[str, Sequence[Letter]]
 
 @dataclass(frozen=True, slots=True)
 class Belief:
-    """What is held by whom, and where the readings so far may have led.
+    """Letters that robots hold, and the states that the readings so far may have led to.
 
     Attributes:
         automaton: Deterministic, of the formula on finite traces.

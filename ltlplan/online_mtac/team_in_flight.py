@@ -1,4 +1,4 @@
-"""What is known of a team in flight, however its robots are led: who is where, what was shown, what that has led to.
+"""State of a team in flight, however its robots are led: their positions, the letters shown, and the states that those led to.
 
 `OnlineTeam` leads robots along sampled paths, `ltlplan.online.certified_team.CertifiedTeam` along certified trajectories. Both see letters
 change, take in changes of the world, let everybody come to rest, and then share what is left again; that much is here. How robots
@@ -36,7 +36,7 @@ _OTHER_TEAM = (
 
 @dataclass(frozen=True, slots=True)
 class Desired:
-    """What the robots should do now.
+    """Setpoints of the robots now, and the state of their task.
 
     Attributes:
         flat: x, y, z, yaw and their derivatives up to the fourth. Shape (5, 4, robots).

@@ -53,7 +53,7 @@ help; no flight of these words is certified."""
 
 @dataclass(frozen=True)
 class Cut:
-    """What a refused flight forbids of the plans to come.
+    """Constraint that a refused flight puts on later plans.
 
     Attributes:
         kind: What is forbidden: flights without waits, at the mission's pace, or in every order; the same words without precedences; words that need none; words along
@@ -82,7 +82,7 @@ class Cut:
 
     @property
     def sentence(self) -> str:
-        """What is forbidden, and why."""
+        """Forbidden plans and the reason, as a sentence."""
         what = _FORBIDS[self.kind]
         if self.kind == "legs":
             what += ": " + ", ".join(f"{robot} to {region}" for robot, _, region in sorted(self.legs, key=str))
@@ -135,7 +135,7 @@ class Candidate:
 
     @property
     def hurried(self) -> bool:
-        """Whether it is flown as fast as limits allow, for flights of its words at the mission's pace outlast a vehicle's endurance."""
+        """Return whether it flies as fast as limits allow, as flights of its words at the mission's pace outlast a vehicle's endurance."""
         return any(cut.kind == "pace" for cut in self.since("pace", "sharing")[-1:])
 
     @property
@@ -145,7 +145,7 @@ class Candidate:
 
     @property
     def others(self) -> int:
-        """How many times other words were taken for the sake of room."""
+        """Number of times that other words were taken for the sake of room."""
         return len(self.since("legs", "capacity"))
 
     @property
@@ -178,7 +178,7 @@ class Candidate:
 
 @dataclass(frozen=True)
 class Flight:
-    """What refinement made of a candidate, and what the judge says of it.
+    """Refined candidate, with the checker's certificate.
 
     Attributes:
         plan: The candidate's, with notes on its flight.
@@ -198,7 +198,7 @@ class Flight:
 
 @dataclass(frozen=True)
 class Conflict:
-    """Why refinement found no flight.
+    """Failure of refinement to find a flight.
 
     Attributes:
         error: With the witness that says where.
@@ -283,12 +283,12 @@ class Refusal:
 
     @property
     def soft(self) -> Sequence[SoftClaim]:
-        """What the judge says of each soft part; empty where the flight itself was refused."""
+        """Claims of the checker about each soft part; empty where the flight itself was refused."""
         return self.found.certificate.soft if isinstance(self.found, Flight) and self.found.certificate.holds else ()
 
     @cached_property
     def reason(self) -> Reason:
-        """What is to be done better."""
+        """Outcome of the attempt, which decides the next candidate."""
         spent = self.tried.rounds >= self.tried.last_round
         if isinstance(self.found, Flight) and self.found.certificate.holds:
             return "certified" if spent or all(part.outcome == "holds" for part in self.soft) else "soft parts"
@@ -308,12 +308,12 @@ class Refusal:
 
     @property
     def breaks_formula(self) -> bool:
-        """Whether the flight may break the formula."""
+        """Return whether the flight may violate the formula."""
         return any(witness.claim == "formula" for witness in self.witnesses)
 
     @cached_property
     def impossible(self) -> bool:
-        """Whether the formula is broken, and the words satisfy it under no precedences."""
+        """Return whether the formula is violated, and the words satisfy it under no precedences."""
         return self.breaks_formula and not hold_under_precedences(self.plan)
 
     @cached_property
@@ -326,7 +326,7 @@ class Refusal:
 
     @property
     def why(self) -> str:
-        """What was said of the flight."""
+        """Sentences about the flight."""
         if isinstance(self.found, Conflict):
             return str(self.found.error)
         return " ".join(claim.sentence for claim in self.found.refused) or " ".join(
@@ -335,7 +335,7 @@ class Refusal:
 
     @cached_property
     def error(self) -> LtlplanError:
-        """Why these words are given up."""
+        """Error that tells why these words are given up."""
         if isinstance(self.found, Conflict):
             return self.found.error
         if self._too_long:
@@ -356,7 +356,7 @@ class Refusal:
 
     @property
     def conflict(self) -> Witness | None:
-        """What robots are refused for that others may have room for: they come too near each other, or wait in a circle."""
+        """Witness of a conflict that other words may avoid: robots come too near each other, or wait in a circle."""
         witnesses = (self.error.witness,) if isinstance(self.error, Infeasible) else getattr(self.error, "witnesses", ())
         return next((each for each in witnesses if each is not None and each.claim in ("separation", "formula")), None)
 

@@ -292,7 +292,7 @@ def _row(claim: Claim) -> tuple[str, ...]:
 
 
 def _room(claim: Claim) -> float:
-    """How far a claim is from its limit, as a share of the limit; infinite where nothing is measured."""
+    """Return a claim's margin to its limit, as a share of the limit; infinite where nothing is measured."""
     if claim.margin is None:
         return math.inf
     return claim.margin / abs(claim.limit) if claim.limit else claim.margin

@@ -231,7 +231,7 @@ def _no_port(host: str, port: int, error: OSError) -> str:
 
 @dataclass
 class _Ended:
-    """How a server ended."""
+    """End of a server."""
 
     error: BaseException | None = None
 

@@ -46,7 +46,7 @@ def _packed(middle: bytes, free: tuple[bytes, ...], distance: float, z_scale: fl
 
 
 class _Places:
-    """Where robots may be, and how far apart that is, found once for each place that is tried."""
+    """Places where robots may be, and their distances, found once for each place that is tried."""
 
     def __init__(self, middle: Floats, free: Sequence[Floats], distance: float, z_scale: float) -> None:
         self._free = free

@@ -235,7 +235,7 @@ class Roadmap:
 
     @cached_property
     def _entered(self) -> Integers:
-        """How many soft bodies each line enters. Shape (lines,)."""
+        """Number of soft bodies that each line enters. Shape (lines,)."""
         return np.bincount(self.joints.entering, minlength=len(self.joints.first)).astype(np.int64)
 
     @cached_property

@@ -144,7 +144,7 @@ def _cost(task: Task, path: Spline) -> float:
 
 
 class _Search:
-    """What one series of answers shares: the corridor with its visits' present points, and the planes that paths have broken."""
+    """State of one series of answers: the corridor with its visits' present points, and the planes that paths have broken."""
 
     def __init__(self, task: Task, fitted: Fitted, start: Spline) -> None:
         self.task, self.rest = task, fitted.rest

@@ -100,7 +100,7 @@ def time_optimal(
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Course:
-    """What is asked of a flight through points: `time_optimal` says what each is."""
+    """Problem of a flight through points: `time_optimal` documents each field."""
 
     points: Floats
     limits: Limits

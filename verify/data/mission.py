@@ -287,7 +287,7 @@ class Mission(Value):
 
     @cached_property
     def _alike(self) -> dict[str, str]:
-        """What is each agent's own, told by its contents: the same key in every mission."""
+        """Digests of each agent's own settings: the same key in every mission."""
         keys = {}
         for name, agent in self.agents.items():
             own = agent.model_dump_json(include={"vehicle", "limits", "robot"})

@@ -136,7 +136,7 @@ class FormulaJudge:
 
     @property
     def _many_together(self) -> bool:
-        """Whether there are so many robots, read together, that what they surely show is asked first."""
+        """Return whether so many robots are read together that the letters they surely show are checked first."""
         timed = self.times == "timed" and self.mission.spec.trace == "finite"
         return self.mission.spec.team == "joint" and len(self.timelines) > FEW and timed
 

@@ -86,7 +86,7 @@ class Ranks:
 
 
 class _Clock:
-    """Which nodes of different robots can be held at the same time."""
+    """Relation of nodes that different robots can hold at the same time."""
 
     def __init__(self, robots: Sequence[RobotBehaviour], *, timed: bool, clock_error: Fraction) -> None:
         ranks = Ranks.of(robots, clock_error)
@@ -137,7 +137,7 @@ class _Clock:
 
 
 class _TeamGraph:
-    """What both readings of a team share.
+    """Common base of both readings of a team.
 
     Args:
         robots: The robots.

@@ -50,7 +50,7 @@ def require_common_laps(timelines: Mapping[str, Timeline]) -> None:
 
 @dataclass(frozen=True, slots=True)
 class _State:
-    """Where all robots are.
+    """Nodes of all robots, with their progress in the lap.
 
     Attributes:
         nodes: Each robot's node.

@@ -80,7 +80,7 @@ class _Event:
 
 @dataclass(frozen=True, slots=True)
 class _Events:
-    """What a robot's visits come to: once, then lap by lap.
+    """Events of a robot's visits: once, then lap by lap.
 
     Attributes:
         mission: Whose regions the letters are of.

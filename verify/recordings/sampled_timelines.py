@@ -110,7 +110,7 @@ def _near(held_in: float, held_out: float) -> tuple[Status, float]:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Seen:
-    """What samples prove of one inequality.
+    """Facts about one inequality that samples prove.
 
     Attributes:
         inside: Whether it is kept in the whole of each gap.

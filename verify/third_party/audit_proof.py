@@ -117,7 +117,7 @@ def prove_audit(fleet: Fleet, asked: Asked, mission: Mission | None, claims: Seq
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Stated:
-    """What is stated of a fleet.
+    """Statement about a fleet.
 
     Attributes:
         fleet: The drones.
@@ -143,7 +143,7 @@ class _Stated:
 
     @property
     def note(self) -> str:
-        """What the proof leaves to the audit, as a sentence."""
+        """Claims that the proof leaves to the audit, as a sentence."""
         if not self.rounded.off:
             return ""
         return (
@@ -177,7 +177,7 @@ class _Stated:
 
     @property
     def _apart(self) -> bool:
-        """Whether the separation holds, and can be stated as it was asked."""
+        """Return whether the separation holds, and can be stated as it was asked."""
         asked, weight = self.asked, Fraction(1)
         if self.separation_z is not None:
             weight = Fraction(asked.separation or 0.0) / Fraction(self.separation_z)

@@ -117,7 +117,7 @@ def _stretches(fleet: Fleet) -> Floats:
 
 @dataclass(frozen=True, eq=False)
 class _Search:
-    """What is known of all pieces before time is gone through.
+    """Bounds on all pieces, computed before the sweep through time.
 
     Attributes:
         fleet: The drones.

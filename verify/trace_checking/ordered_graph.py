@@ -22,7 +22,7 @@ Before = Mapping[Event, Sequence[Event]]
 
 
 class _Ordered:
-    """Who may go on where.
+    """Next moves that the precedences permit.
 
     Args:
         words: Each robot's letters.

@@ -139,7 +139,7 @@ def _earlier(words: Mapping[str, tuple[Letter, ...]], pairs: _Pairs) -> dict[Let
 
 @dataclass(frozen=True)
 class _Seen:
-    """What one conjunct sees of the robots.
+    """View of the robots by one conjunct.
 
     Attributes:
         names: The robots that are followed.

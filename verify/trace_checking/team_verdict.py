@@ -141,7 +141,7 @@ class _Team:
 
     @cached_property
     def _whole(self) -> TeamLetters | None:
-        """How the whole formula reads letters; None where it reads unions."""
+        """Reading of letters by the whole formula; None where it reads unions."""
         return TeamLetters.of(self.formula, self.atoms) if self.atoms else None
 
     def _union(self, held: Mapping[str, Letter]) -> Letter:

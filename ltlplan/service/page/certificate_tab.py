@@ -21,7 +21,7 @@ _FINER = 1000.0
 
 
 class _Refusal:
-    """What is said of a refusal."""
+    """Explanation of a refusal."""
 
     def __init__(self, desk: Desk) -> None:
         self.desk = desk

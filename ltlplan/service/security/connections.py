@@ -70,7 +70,7 @@ def with_head_clock(seconds: float, waiting: Waiting) -> type[H11Protocol]:
 
         @property
         def _idle(self) -> bool:
-            """Whether no request is being answered, so that a head is waited for."""
+            """Return whether no request is being answered, so that a head is waited for."""
             cycle: Any = self.cycle  # None before the first request, whatever uvicorn declares
             return cycle is None or bool(cycle.response_complete)
 

@@ -34,7 +34,7 @@ class _Place:
 
 @dataclass(frozen=True, slots=True)
 class _Box:
-    """What a state or a label covers."""
+    """Box that a state or a label covers."""
 
     left: float
     top: float

@@ -84,7 +84,7 @@ def included_files(text: str, file: Path) -> tuple[Path, ...]:
 
 
 class _Reader:
-    """What has been put together so far."""
+    """Assembly of a mission from its files, with places and faults found so far."""
 
     def __init__(self, mission: MissionTree, file: Path, size: int) -> None:
         self.data: dict[str, Any] = {}

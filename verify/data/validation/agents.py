@@ -121,7 +121,7 @@ def _widest(values: Mapping[str, Any], agents: Mapping[str, Agent]) -> tuple[flo
 
 
 def _histories(values: Mapping[str, Any], systems: Mapping[str | None, Robot], regions: list[str]) -> Iterator[Finding]:
-    """What agents bring from before time 0: an internal state, and the region visited last."""
+    """Yield faults in what agents bring from before time 0: an internal state, and the region visited last."""
     agents: Mapping[str, Agent] = values.get("agents", {})
     tables: dict[str, Region] = {**values.get("hoops", {}), **values.get("regions", {})}
     for name, agent in agents.items():

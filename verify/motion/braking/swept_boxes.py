@@ -141,7 +141,7 @@ class Lanes:
 
     @cached_property
     def _times(self) -> tuple[Floats, Floats]:
-        """When stretches begin, and how long they take, s."""
+        """Starts and durations of the stretches, s."""
         return (
             np.array([float(one.start) for one in self.stretches]),
             np.array([float(one.stop - one.start) for one in self.stretches]),

@@ -82,7 +82,7 @@ class Walls:
 
 @dataclass(frozen=True, eq=False)
 class _Around:
-    """What vehicles' spheres keep away from, each robot's centre by its own radius more.
+    """Paths that vehicles' spheres keep away from, each robot's centre by its own radius more.
 
     Attributes:
         paths: What is flown.
@@ -94,12 +94,12 @@ class _Around:
 
     @cached_property
     def limits(self) -> tuple[Fraction, ...]:
-        """What each robot's centre stays away, m, exact."""
+        """Distance that each robot's centre keeps, m, exact."""
         return tuple(self.margin + Fraction(self.paths.mission.vehicle_of(robot).radius) for robot in self.paths.robots)
 
     @property
     def asked(self) -> Floats:
-        """How far each robot stays away, m, rounded up. Shape (robots,)."""
+        """Distance that each robot's centre keeps, m, rounded up. Shape (robots,)."""
         return np.array([_above(limit) for limit in self.limits])
 
 

@@ -50,7 +50,7 @@ class MembershipPolynomials:
 
     @cached_property
     def _extents(self) -> tuple[tuple[Floats, Floats], tuple[Floats, Floats]]:
-        """What `extent` says of quadrics, and of half-spaces: it is asked at every margin."""
+        """Extents of quadrics, and of half-spaces, for `extent`: it is called at every margin."""
         with np.errstate(all="ignore"):
             quadrics, planes = ((table.low.min(-1), table.high.max(-1)) for table in (self.quadrics, self.planes))
         return quadrics, planes

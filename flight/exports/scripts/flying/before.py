@@ -1,4 +1,4 @@
-"""What is looked at before anything spins, with crazyswarm2."""
+"""Preflight checks with crazyswarm2, before any motor spins."""
 
 from __future__ import annotations
 

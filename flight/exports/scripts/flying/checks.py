@@ -20,7 +20,7 @@ NAMES = ("age", "heading", "ready", "estimator", "battery", "parameters")
 
 @dataclass(frozen=True)
 class Pose:
-    """Where a robot was measured.
+    """Measured pose of a robot.
 
     Attributes:
         time: s of the link's or the script's clock.
@@ -35,7 +35,7 @@ class Pose:
 
 @dataclass(frozen=True)
 class Health:
-    """What a vehicle says of itself; None for what it does not say.
+    """Health that a vehicle reports; None for what it does not report.
 
     Attributes:
         ready: Whether it would take off: armed or needing no arming, no supervisor in the way.
@@ -56,7 +56,7 @@ class Health:
 
 @dataclass(frozen=True)
 class Known:
-    """What is known of a robot that is to fly; None for what is not reported.
+    """Known state of a robot that is to fly; None for what is not reported.
 
     Attributes:
         poses: New ones of the last moments, in order of time, while it was at rest.
@@ -73,7 +73,7 @@ class Known:
 
 @dataclass(frozen=True)
 class Asked:
-    """What is asked of a robot that is to fly.
+    """Requirements on the robots that are to fly.
 
     Attributes:
         places: Where each robot has to be, m.

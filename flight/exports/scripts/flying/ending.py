@@ -28,7 +28,7 @@ class Robots(Protocol):
 
     @property
     def failsafe(self) -> str:
-        """What acts on board when nobody is heard there any more, as it was set and read back; a sentence."""
+        """Failsafe that acts on board once no message arrives any more, as it was set and read back; a sentence."""
         ...
 
     def now(self) -> float:

@@ -97,12 +97,12 @@ class Vehicle:
 
     @property
     def health(self) -> Health:
-        """What it last said of itself."""
+        """Health that the vehicle last reported."""
         return self.says.health(self._endurance)
 
     @property
     def heard(self) -> float:
-        """When its last position came, s of `time.monotonic`."""
+        """Time of arrival of its last position, s of `time.monotonic`."""
         return self.poses[-1].time if self.poses else -math.inf
 
     def fly(self) -> None:

@@ -1,4 +1,4 @@
-"""What is kept of a flight: a new folder each time, written as things happen, so that nothing is lost where the script is killed.
+"""Record of a flight: a new folder each time, written as things happen, so that nothing is lost where the script is killed.
 
 `poses.csv` and `setpoints.csv` have all that was measured and asked, `live.csv` what was measured of the certified flight, time 0 where it
 began (what `ltlplan certify RUN --flight` reads), and `live.json` when what began and ended, parameters, batteries and all that was said.

@@ -1,4 +1,6 @@
-"""What a PX4 vehicle says of itself by MAVLink, and what it is asked to say: for the live link and the exported script. Standard library only; copied into exports.
+"""Reports of a PX4 vehicle by MAVLink, and requests for them, for the live link and the exported script.
+
+Standard library only; copied into exports.
 
 PX4 takes a ground station to be there while it hears its HEARTBEAT; where its data-link check is on (`NAV_DLL_ACT`), it does not arm without one.
 """
@@ -46,7 +48,7 @@ def beat(mavlink: Any) -> None:  # pymavlink's links have no types
 
 @dataclass
 class Reports:
-    """What one vehicle said last; None for what it has not said.
+    """Latest reports of one vehicle; None for what it has not reported.
 
     Attributes:
         beats: When its last heartbeat came, s of the listener's clock.

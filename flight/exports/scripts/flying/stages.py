@@ -1,4 +1,4 @@
-"""What is flown one after another with crazyswarm2, under watch: climb, way to the starts, the flight part by part."""
+"""Phases flown one after another with crazyswarm2, under watch: climb, way to the starts, the flight part by part."""
 
 from __future__ import annotations
 

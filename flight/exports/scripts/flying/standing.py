@@ -1,4 +1,6 @@
-"""When a robot that lands stands, so that its motors may stop: for live links and exported scripts. Standard library only; copied into exports.
+"""Detection that a landing robot stands, so that its motors may stop: for live links and exported scripts.
+
+Standard library only; copied into exports.
 
 A robot's own word goes first: a supervisor that said that it flies, and says so no more. A Crazyflie's does 2 s after its motors have carried
 nothing. Where there is no such word a robot stands once it is measured low and at rest over a while, behind the end of its landing.
