@@ -18,7 +18,6 @@ from tests.helpers.plain_team_words import holds
 from tests.helpers.random_teams import random_formula
 from tests.helpers.timelines import mission
 from verify.kernel.checking import Check
-from verify.kernel.distances import Pair
 from verify.kernel.flights import HEADER, LARGEST, MOST_PIECES, Path, Segment, read_team
 from verify.kernel.flights import Team as FlownTeam
 from verify.kernel.formulas import Table, _least
@@ -29,7 +28,7 @@ from verify.kernel.statement import Inequality, Ring, Shape
 from verify.kernel.timelines import Span, Stay, Timeline, settled
 from verify.kernel.trees import Cell, Evidence
 from verify.kernel.words import check_formula
-from verify.kernel.zones import Hoop, asked, terms_of
+from verify.kernel.zones import asked, hoop_of, opening, rim, terms_of
 from verify.proofs.formula_tree import tree_of
 
 ZERO = Fraction(0)
@@ -188,15 +187,16 @@ def test_a_quadric_moves_by_as_much_as_its_form_stretches() -> None:
 def test_distances_at_each_time_are_of_segments_that_share_some_time() -> None:
     """Two paths that both begin another piece at one instant, and cross."""
     ways = ([-1, 1], [0, 1]), ([1, -1], [0, -1])
-    zero = Polynomial.of([ZERO])
-    paths = []
+    zero, paths = Polynomial.of([ZERO]), dict[str, Path]()
     for axis, way in enumerate(ways):
         pieces = [Polynomial.of(list(map(Fraction, row))) for row in way]
         axes = [[piece, zero, zero] if axis == 0 else [zero, piece, zero] for piece in pieces]
         segments = [Segment(Fraction(k), Fraction(k + 1), row) for k, row in enumerate(axes)]
-        paths.append(Path("r", SimpleNamespace(radius=ZERO), segments, segments, None))  # type: ignore[arg-type]
-    statement: Any = SimpleNamespace(separation=Fraction(1, 4), separation_z=None, margin=ZERO)
-    assert len(list(Pair(statement, *paths, ZERO).at_each_time())) == 2
+        step = Segment(ZERO, ZERO, [Polynomial.of([row.at(0)]) for row in axes[0]])
+        paths[str(axis)] = Path(str(axis), SimpleNamespace(radius=ZERO), [step, *segments], segments, None)  # type: ignore[arg-type]
+    statement: Any = SimpleNamespace(separation=Fraction(1, 4), separation_z=None, margin=ZERO, clock_error=ZERO, regions={})
+    check = Check(statement, FlownTeam(paths, Fraction(2), 1), Evidence({}))
+    assert len(list(check.pair((check.courses["0"], check.courses["1"]), all_times=False).at_each_time())) == 2
 
 
 @pytest.mark.parametrize(("error", "accepted"), [("1.99", True), ("2", False), ("3", False)])
@@ -261,7 +261,7 @@ def test_of_steps_the_longest_of_each_robot_counts_and_within_clocks_all() -> No
 def test_rims_and_openings_are_as_far_as_they_are() -> None:
     """Of places beside a hoop, in any direction: what is said is so, and said of all places that are a little farther away."""
     rng = np.random.default_rng(7)
-    opening, rim, length = 0.5, 0.125, 0.25
+    wide, thick, length = 0.5, 0.125, 0.25
     said = {True: 0, False: 0}
     for _ in range(400):
         normal = np.add(rng.integers(-4, 5, 3), [0, 0, 5])
@@ -270,12 +270,12 @@ def test_rims_and_openings_are_as_far_as_they_are() -> None:
         across /= np.linalg.norm(across)
         aside, above = rng.uniform(0, 1.2), rng.uniform(-0.6, 0.6)
         place = [Fraction(float(x)) for x in np.array([1, 2, 3]) + aside * across + above * unit]
-        ring = Ring(tuple(Fraction(int(x)) for x in normal), Fraction(opening), Fraction(rim))  # type: ignore[arg-type]
-        hoop = Hoop(Shape((Fraction(1), Fraction(2), Fraction(3)), (), ring))
+        ring = Ring(tuple(Fraction(int(x)) for x in normal), Fraction(wide), Fraction(thick))  # type: ignore[arg-type]
+        hoop = hoop_of(Shape((Fraction(1), Fraction(2), Fraction(3)), (), ring))
         segment = Segment(ZERO, Fraction(1), [Polynomial.of([x]) for x in place])
-        away = math.hypot(max(opening - aside, 0, aside - opening - rim), max(abs(above) - rim / 2, 0))
-        disc = math.hypot(max(aside - opening, 0), above)
-        for rules, distance in ((hoop.rim(Fraction(length)), away), (hoop.opening(Fraction(length), ZERO), disc)):
+        away = math.hypot(max(wide - aside, 0, aside - wide - thick), max(abs(above) - thick / 2, 0))
+        disc = math.hypot(max(aside - wide, 0), above)
+        for rules, distance in ((rim(hoop, Fraction(length)), away), (opening(hoop, Fraction(length), ZERO), disc)):
             is_far = Cell(segment.sum, rules).holds("n")
             said[is_far] += 1
             assert not (is_far and distance < length)
@@ -283,6 +283,6 @@ def test_rims_and_openings_are_as_far_as_they_are() -> None:
                 assert is_far or distance < length * 1.03
             else:
                 assert is_far or distance < length * 1.5
-        inside = Cell(segment.sum, hoop.opening(Fraction(1, 32), Fraction(1, 8))).holds("F")
-        assert inside == (aside < opening - 0.125 - 0.03125), "what stands still flies on"
+        inside = Cell(segment.sum, opening(hoop, Fraction(1, 32), Fraction(1, 8))).holds("F")
+        assert inside == (aside < wide - 0.125 - 0.03125), "what stands still flies on"
     assert min(said.values()) > 50
