@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import itertools
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from ltlplan.search.counting.counting_propositions import ConjunctMarks, Marks, Sums
@@ -78,33 +78,37 @@ class _Reader:
 
     def allows(self, at: int, end: int) -> bool:
         """Tell whether some turns at the same time, then all later ones one after another, do what is asked."""
-        states, now = self._at_once(at, end), self._held_after(at, end)
-        sums = total(now)
-        for robot, way in self._turns[end:]:
-            for shown in way:
-                sums = tuple([all_of - old + new for all_of, old, new in zip(sums, now[robot], shown, strict=True)])
-                now[robot] = shown
-                states = {self._read(state, sums) for state in states}
-        return bool(states) and all(map(self._accepting, states))
+        held = self._held_after(at, end)
+        return bool(self._at_once(at, end, lambda state: self._is_done_by(state, held, end)))
 
     def go_on(self, at: int, end: int) -> None:
         """Make some turns at the same time."""
         self._states, self._held = self._at_once(at, end), self._held_after(at, end)
+
+    def _is_done_by(self, state: int, held: Sequence[Sums], at: int) -> bool:
+        """Tell whether the turns from some one on, one after another, lead from a state to where everything is done."""
+        now, sums = list(held), total(held)
+        for robot, way in self._turns[at:]:
+            for shown in way:
+                sums = tuple([all_of - old + new for all_of, old, new in zip(sums, now[robot], shown, strict=True)])
+                now[robot], state = shown, self._read(state, sums)
+        return self._accepting(state)
 
     def _held_after(self, at: int, end: int) -> list[Sums]:
         """Return the marks that each robot makes after some turns."""
         last = {robot: way[-1] for robot, way in self._turns[at:end] if way}
         return [last.get(robot, own) for robot, own in enumerate(self._held)]
 
-    def _at_once(self, at: int, end: int) -> set[int]:
-        """Return the states that all orders of some turns lead to; none where one loses the task, or they are too many."""
+    def _at_once(self, at: int, end: int, done: Callable[[int], bool] = lambda _: True) -> set[int]:
+        """Return the states that all orders of some turns lead to; none where one will not do, or they are too many."""
         ways: dict[int, tuple[Sums, ...]] = {}  # a robot makes its own turns one after another
         for robot, way in self._turns[at:end]:
             if way:
                 ways[robot] = (*ways.get(robot, (self._held[robot],)), *way)
         kinds = Counter(ways.values())
         others = [own for robot, own in enumerate(self._held) if robot not in ways] or [(0,) * len(self._held[0])]
-        return in_all_orders(self._read, self._states, Interleaved(tuple(kinds), tuple(kinds.values()), total(others)))
+        team = Interleaved(tuple(kinds), tuple(kinds.values()), total(others))
+        return in_all_orders(self._read, self._states, team, done=done)
 
 
 @dataclass(frozen=True, slots=True)

@@ -48,18 +48,28 @@ class KindWait:
         )
 
 
+# five parameters: what is read by whom, in which orders, to which end
 def in_all_orders(
-    read: Callable[[int, Sums], int], states: set[int], team: Interleaved, waits: Sequence[KindWait] = ()
+    read: Callable[[int, Sums], int],
+    states: set[int],
+    team: Interleaved,
+    waits: Sequence[KindWait] = (),
+    done: Callable[[int], bool] = lambda _: True,
 ) -> set[int]:
-    """Return the states of one conjunct that all orders of a team's letters lead to; none where one loses the task, or they are too many.
+    """Return the states of one conjunct that all orders of a team's letters lead to; none where one will not do, or they are too many.
+
+    One order is read first, in which each robot goes on for as long as it may: it will not do in most teams of which some order will not.
 
     Args:
         read: Returns the conjunct's state after a letter, or `DEAD`.
         states: Where it may be at the beginning.
         team: Who makes which letters.
         waits: Orders are left out that do not keep them.
+        done: Whether a state will do at the end.
     """
     start = tuple((count, *(0,) * (len(way) - 1)) for way, count in zip(team.ways, team.counts, strict=True))
+    if not all(map(done, _in_one_order(read, states, team, waits, start))):
+        return set()
     layers: dict[int, dict[_Progress, set[int]]] = defaultdict(dict)
     layers[0][start] = states
     last, steps = sum(count * (len(way) - 1) for way, count in zip(team.ways, team.counts, strict=True)), 0
@@ -74,7 +84,33 @@ def in_all_orders(
                 if steps > MOST_STEPS or DEAD in found:
                     return set()
                 layers[_depth(after)].setdefault(after, set()).update(found)
-    return next(iter(layers[last].values()))
+    found = next(iter(layers[last].values()))
+    return found if all(map(done, found)) else set()
+
+
+# five parameters: as `in_all_orders` has, and where it begins
+def _in_one_order(
+    read: Callable[[int, Sums], int], states: set[int], team: Interleaved, waits: Sequence[KindWait], start: _Progress
+) -> set[int]:
+    """Return the states after an order in which whoever has come farthest goes on; none where waits let nobody go on."""
+    progress, going = start, True
+    while going:
+        going = False
+        for kind, place in ((k, p) for k, counts in enumerate(progress) for p in reversed(range(len(counts) - 1)) if counts[p]):
+            counts = list(progress[kind])
+            counts[place : place + 2] = counts[place] - 1, counts[place + 1] + 1
+            after = (*progress[:kind], tuple(counts), *progress[kind + 1 :])
+            if all(wait.allows(progress, after) for wait in waits):
+                progress, going = after, True
+                made = (
+                    tuple(n * m for m in marks)
+                    for way, own in zip(team.ways, after, strict=True)
+                    for marks, n in zip(way, own, strict=True)
+                )
+                sums = total((team.others, *made))
+                states = {read(state, sums) for state in states}
+                break
+    return states if not any(any(counts[:-1]) for counts in progress) else set()
 
 
 def _depth(progress: _Progress) -> int:

@@ -135,5 +135,4 @@ class _Seen:
         return self._always or self._holds(self._team, own)
 
     def _holds(self, team: Interleaved, waits: Sequence[KindWait]) -> bool:
-        after = in_all_orders(self._conjunct.read, self._begin, team, waits)
-        return bool(after) and all(map(self._conjunct.part.accepting, after))
+        return bool(in_all_orders(self._conjunct.read, self._begin, team, waits, self._conjunct.part.accepting))
