@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +21,7 @@ from verify.data.shapes.placed_body import PlacedBody
 from verify.data.shapes.region import Hoop, Region
 
 Floats = NDArray[np.float64]
+_Faces = tuple[list[int], list[int], list[int]]
 
 SOLID = "#7b818c"
 """Colour of obstacles: none of a region's or a robot's."""
@@ -71,7 +73,7 @@ def _parts(name: str, body: PlacedBody, colour: str, *, opacity: float = 0.28) -
         corners = outline(part)
         hull = ConvexHull(corners, qhull_options="QJ")
         i, j, k = (column.tolist() for column in hull.simplices.T)
-        drawn.append(_mesh(corners + np.array(body.center), (i, j, k), name, colour, group=name, opacity=opacity))
+        drawn.append(_mesh(_Surface(corners + np.array(body.center), (i, j, k)), name, colour, group=name, opacity=opacity))
     return drawn
 
 
@@ -81,7 +83,7 @@ def _body(name: str, region: PlacedBody, colour: str, *, opacity: float = 0.28, 
     ways = np.stack([np.sin(polar) * np.cos(azimuth), np.sin(polar) * np.sin(azimuth), np.cos(polar)], axis=-1).reshape(-1, 3)
     own = surface_points(region.body, ways) if region.radii is None else (ways * region.radii) @ _turn_z(region.yaw).T
     corners = own + np.array(region.center)
-    return _mesh(corners, _grid_faces(around // 2 + 1, around), name, colour, group=name, opacity=opacity)
+    return _mesh(_Surface(corners, _grid_faces(around // 2 + 1, around)), name, colour, group=name, opacity=opacity)
 
 
 def _name_above(name: str, region: PlacedBody) -> Trace:
@@ -105,7 +107,7 @@ def _ring(name: str, hoop: Hoop, colour: str) -> Trace:
         + (radius * np.sin(around))[..., None] * up
         + (thick * np.sin(tube))[..., None] * normal
     ).reshape(-1, 3)
-    return _mesh(corners, _grid_faces(37, 6), f"{name} rim", colour, group=name)
+    return _mesh(_Surface(corners, _grid_faces(37, 6)), f"{name} rim", colour, group=name)
 
 
 def passage(name: str, hoop: Hoop, colour: str) -> Trace:
@@ -197,10 +199,8 @@ def tube(path: Floats, radius: float, group: str, colour: str) -> Trace:
     second = np.cross(ahead, first)
     around = np.linspace(0, 2 * np.pi, 9)[:-1]
     circles = np.cos(around)[None, :, None] * first[:, None] + np.sin(around)[None, :, None] * second[:, None]
-    return _mesh(
-        (centres[:, None] + radius * circles).reshape(-1, 3), _grid_faces(len(centres), len(around)), f"{group}: tube", colour,
-        group=group, opacity=0.12, hover="skip",
-    )  # fmt: skip
+    surface = _Surface((centres[:, None] + radius * circles).reshape(-1, 3), _grid_faces(len(centres), len(around)))
+    return _mesh(surface, f"{group}: tube", colour, group=group, opacity=0.12, hover="skip")
 
 
 def points(
@@ -234,7 +234,15 @@ def _turn_z(yaw: float) -> Floats:
     return np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
 
 
-def _grid_faces(rows: int, columns: int) -> tuple[list[int], list[int], list[int]]:
+@dataclass(frozen=True, eq=False, slots=True)
+class _Surface:
+    """Surface of triangles: corners in m, shape (n, 3), and the indices of each triangle's corners."""
+
+    corners: Floats
+    faces: _Faces
+
+
+def _grid_faces(rows: int, columns: int) -> _Faces:
     """Triangles of a grid that closes around its columns."""
     faces: list[tuple[int, int, int]] = []
     for row in range(rows - 1):
@@ -247,19 +255,10 @@ def _grid_faces(rows: int, columns: int) -> tuple[list[int], list[int], list[int
     return i, j, k
 
 
-def _mesh(
-    corners: Floats,
-    faces: tuple[list[int], list[int], list[int]],
-    name: str,
-    colour: str,
-    *,
-    group: str,
-    opacity: float = 1.0,
-    hover: str = "text",
-) -> Trace:
+def _mesh(surface: _Surface, name: str, colour: str, *, group: str, opacity: float = 1.0, hover: str = "text") -> Trace:
     """A body of triangles that says its name on hovering."""
-    x, y, z = _columns(corners)
-    i, j, k = faces
+    x, y, z = _columns(surface.corners)
+    i, j, k = surface.faces
     return trace(
         "mesh3d", x=x, y=y, z=z, i=i, j=j, k=k, color=colour, opacity=opacity, name=name, hovertext=name,
         hoverinfo=hover, legendgroup=group, showlegend=False, flatshading=False,

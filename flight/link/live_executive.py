@@ -190,12 +190,17 @@ class Onwards(Protocol):
         """S that a battery must last for it."""
         ...
 
+    @property
+    def standing(self) -> Part | None:
+        """Climbs of other robots, which wait on the ground and are checked before take-off, too; None where there are none."""
+        ...
+
     def fly(self, flying: Flying) -> None:
         """Fly on, until everybody is just above the ground; raise `Alarm` where that cannot be."""
         ...
 
 
-# nine parameters: the link, what is flown, and what is known of the ground and the vehicles and asked of them, each by its keyword
+# seven parameters: the link, what is flown, and what is known of the ground and the vehicles and required of them, each by its keyword
 def fly_live(
     link: Link,
     stages: Sequence[Stage],
@@ -204,7 +209,6 @@ def fly_live(
     parameters: Mapping[str, Mapping[str, float]] | None = None,
     show: Callable[[Look], None] | None = None,
     onwards: Onwards | None = None,
-    standing: Part | None = None,
     unchecked: Collection[str] = (),
 ) -> LiveFlight:
     """Fly certified stages over a link, watch them, and end safely whatever happens.
@@ -219,7 +223,6 @@ def fly_live(
         parameters: What must be on board, by robot.
         show: Told what a person is shown, at every look.
         onwards: What is flown after the stages; None where they end just above the ground.
-        standing: Where other robots stand, which wait on the ground and are checked, too; None where there are none.
         unchecked: Checks without which the operator flies where they cannot be made, such as `battery`; else they keep all on the ground.
 
     Returns:
@@ -235,7 +238,7 @@ def fly_live(
     lasts = sum(stage.duration + SETTLE * (len(stage.parts) - 1) for stage in stages) + (
         0.0 if onwards is None else onwards.duration
     )
-    checks = before_take_off(link, stages[0], lasts, parameters, standing)
+    checks = before_take_off(link, stages[0], lasts, parameters, None if onwards is None else onwards.standing)
     for check in checks:
         record.note(link.now(), check.sentence, check.robot, "check")
     if failed := refusals(checks, unchecked):

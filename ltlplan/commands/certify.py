@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -11,7 +13,7 @@ from ltlplan.commands.support.options import FolderArgument, JsonOption, MarginO
 from ltlplan.recording_options import told_of
 
 if TYPE_CHECKING:
-    from flight import RecordingOptions
+    from ltlplan.recorded import Recorded
     from verify import Certificate
 
 
@@ -77,10 +79,11 @@ def command(
 ) -> None:
     """Prove that the trajectories in a folder satisfy its mission and plan, and write certificate.json there."""
     if flight is not None:
+        from ltlplan.recorded import judge_flight
+
         told = told_of(start, start_error, rename or (), axes, origin or ())
-        _judge_recording(
-            folder, flight, told, max_speed=max_speed, error=error, pauses=_seconds(pauses), report=report, as_json=json
-        )
+        judge = partial(judge_flight, folder, flight, max_speed=max_speed, error=error, told=told, pauses=_seconds(pauses))
+        _judge_recording(judge, flight, report=report, as_json=json)
         return
     import json as json_text
 
@@ -143,30 +146,25 @@ def _seconds(text: str | None) -> tuple[float, ...]:
         raise BadInput(f"--pauses is {text[:40]!r}; it must be seconds with commas between them, such as 4.2,3.9.") from None
 
 
-# eight parameters: the two files, what is known of the recording, and what becomes of the verdict
-def _judge_recording(
-    folder: Path,
-    recording: Path,
-    told: RecordingOptions,
-    *,
-    max_speed: float | None,
-    error: float,
-    pauses: tuple[float, ...],
-    report: Path | None,
-    as_json: bool,
-) -> None:
-    """Judge a recorded flight of the folder's mission, claim by claim, for all times between its samples too."""
+def _judge_recording(judge: Callable[..., Recorded], recording: Path, *, report: Path | None, as_json: bool) -> None:
+    """Judge a recorded flight of the folder's mission, claim by claim, for all times between its samples too.
+
+    Args:
+        judge: Takes `progress`.
+        recording: The flight's file.
+        report: A page to write.
+        as_json: One JSON document instead of text.
+    """
     from flight.storage.single_files import check_page, replace_page
     from ltlplan.commands.support.progress import progress_bar
     from ltlplan.commands.support.terminal import print_json
-    from ltlplan.recorded import judge_flight
     from ltlplan.report.summary import recorded_lines
     from verify.data import NotCertified
 
     if report is not None:
         check_page(report)
     with progress_bar(quiet=as_json) as progress:
-        judged = judge_flight(folder, recording, max_speed=max_speed, error=error, told=told, pauses=pauses, progress=progress)
+        judged = judge(progress=progress)
     if report is not None:
         from ltlplan.report.recorded_page import recorded_html
 

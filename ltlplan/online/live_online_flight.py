@@ -23,7 +23,7 @@ from fractions import Fraction
 from math import floor
 
 from flight.link.live_executive import STEP, Alarm, Flying
-from flight.link.phases import FLIGHT
+from flight.link.phases import FLIGHT, Part
 from ltlplan.online.certified_team import CertifiedTeam
 from ltlplan.online.event_queue import GIVE_UP, Happenings, Told, fault_of, no_news
 from ltlplan.online.executors import Computer, way_down
@@ -79,6 +79,11 @@ class OnlineCourse:
         """S that a battery must last for it, if nothing happens."""
         assert self.team.present is not None, "it is at its starts"
         return float(self.team.present.end) + LANDING_TAKES
+
+    @property
+    def standing(self) -> Part | None:
+        """Climbs of the robots that wait on the ground; None where nobody waits."""
+        return self.standby.standing(self.team.mission)
 
     # -- the flight ----------------------------------------------------------------------------------------
 

@@ -126,7 +126,6 @@ def online_over_link(mission: Mission, out: Path | None, asked: Asked, said: Sai
                 grounds=grounds,
                 show=view.show,
                 onwards=course,
-                standing=standby.standing(mission),
                 unchecked=asked.unchecked,
             )
     view.end()

@@ -63,10 +63,7 @@ def fly(ready, *events, standby=None, computer=None, faults=None, at=None, news=
     )
     if at is not None:
         course.happenings.news = lambda: at(course, link) or ()
-    done = fly_live(
-        link, before, grounds={name: place[2] for name, place in stand.items()}, onwards=course,
-        standing=waits.standing(team.mission),
-    )  # fmt: skip
+    done = fly_live(link, before, grounds={name: place[2] for name, place in stand.items()}, onwards=course)
     link.sleep(5.0)  # who was not told acts alone
     assert link.spinning == ()
     return course, done, link

@@ -46,9 +46,8 @@ def fly(mission, beside, reached, *, at=None):
         if at is not None:
             course.happenings.news = lambda: at(course, vehicles) or ()
         done = fly_live(
-            link, before, grounds={name: place[2] for name, place in stand.items()}, onwards=course,
-            standing=waits.standing(mission), unchecked=("battery",),
-        )  # fmt: skip
+            link, before, grounds={name: place[2] for name, place in stand.items()}, onwards=course, unchecked=("battery",)
+        )
     return course, done, vehicles
 
 
