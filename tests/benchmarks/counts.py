@@ -1,4 +1,4 @@
-"""Times of counts under `team: joint`: planning teams of 2 to 30 robots, and counts beside the same written out with names.
+"""Times of counts under `team: joint`: planning teams of 2 to 30 robots, and counts beside the same written out with names; and formulas that come apart.
 
 Run `python tests/benchmarks/counts.py`. Times are CPU seconds of this process, the least of several runs.
 """
@@ -14,8 +14,10 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
+import ltlplan
 from ltlplan.logic.conjunction import conjunct_automaton
 from ltlplan.search.exact import assign
+from tests.helpers.apart_missions import goals, parcels, patrol, show
 from tests.helpers.benchmarks import run_benchmark
 from tests.helpers.worlds import world
 from verify.data import Mission
@@ -66,12 +68,33 @@ def with_names(robots: int, least: int) -> str:
     return f"F({' | '.join(f'({way})' for way in ways)})"
 
 
+def come_apart(robots: int, count: int) -> None:
+    """Print what formulas take, from mission to plan, of which each part concerns one robot, or anybody."""
+    missions = {f"show of {n}, by names": show(n) for n in (4, 5, 12) if n <= robots}
+    missions |= {f"patrol of four places, {n} robots": patrol(n) for n in (2, 3) if n <= robots}
+    missions |= {f"three parcels, {n} robots": parcels(n) for n in (2, 3, 6) if n <= robots}
+    missions |= {
+        f"{count} goals, one robot, {'on a grid' if seed == 0 else f'seed {seed}'}": goals(count, seed) for seed in range(4)
+    }
+    for name, mission in missions.items():
+        conjunct_automaton.cache_clear()
+        begin = time.process_time()
+        plan = ltlplan.plan(mission)
+        taken = time.process_time() - begin
+        print(f"| {name} | {taken:.2f} s | {plan.cost:.2f} | {'yes' if plan.complete else 'no'} |")
+
+
 def main() -> None:
     """Print all tables."""
-    print("robots: count planned, with names planned, count judged, with names judged (s)")
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--robots", type=int, default=6, help="most robots beside formulas with names")
-    for robots in range(2, parser.parse_args().robots + 1):
+    parser.add_argument("--apart", type=int, default=12, help="most robots of formulas that come apart")
+    parser.add_argument("--goals", type=int, default=32, help="goals of one robot")
+    asked = parser.parse_args()
+    print("| formula that comes apart | time | cost | proved cheapest |")
+    come_apart(asked.apart, asked.goals)
+    print("robots: count planned, with names planned, count judged, with names judged (s)")
+    for robots in range(2, asked.robots + 1):
         count, names = "F(count(a) >= 2)", with_names(robots, 2)
         row = planned(count, robots), planned(names, robots, 1), judged(count, robots), judged(names, robots)
         print(robots, *(f"{seconds:.3f}" for seconds in row))
@@ -81,4 +104,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    run_benchmark(main, ["--robots", "2"])
+    run_benchmark(main, ["--robots", "2", "--apart", "2", "--goals", "6"])
