@@ -50,3 +50,9 @@ def script_in_world(tmp_path, monkeypatch):
     forget()
     for number, handler in before.items():
         signal.signal(number, handler)
+
+
+@pytest.fixture
+def world_and_script(certified, script_in_world):
+    """The exported script, and robots that stand below their starts."""
+    return script_in_world(*certified)
