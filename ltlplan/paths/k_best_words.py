@@ -234,7 +234,7 @@ def least_rates(mission: Mission) -> dict[str, float]:
 def least_costs(mission: Mission) -> Cost:
     """Return a lower bound on the cost of each leg: of the straight line between a start or region and the next region, at their nearest.
 
-    Paths need not lead through the middles of regions, so that each region's outer radius is taken off at both ends.
+    Paths need not lead through the middles of regions, so that each region's outer radius is taken off at both ends; from a start the distance to a region's body counts.
 
     Args:
         mission: Gives regions, weights and speeds.
@@ -248,6 +248,8 @@ def least_costs(mission: Mission) -> Cost:
         goal, speed = regions[region], straight.nominal_speed(robot)
         here, around = (regions[start].center, regions[start].outer_radius) if isinstance(start, str) else (start, 0.0)
         metres = max(0.0, math.dist(here, goal.center) - around - goal.outer_radius)
+        if not isinstance(start, str):
+            metres = max(metres, -float(goal.measures.depths(np.subtract(start, goal.center)[None])[0]))
         first = 0.0
         if not isinstance(start, str) and metres > 0.0:
             slowest = metres / (metres / speed + 2 * max(RAMPS))  # the mean speed with time to get going and to come to rest

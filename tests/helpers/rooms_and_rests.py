@@ -112,3 +112,15 @@ def escort() -> Mission:
     regions = "one: {center: [-1.2, 0.8, 1], radii: [0.7, 0.7, 0.6]}, other: {center: [1.2, 0.8, 1], radii: [0.7, 0.7, 0.6]}"
     formula = "F(vip.one & F vip.other) & G(vip.one -> guard.one) & G(vip.other -> guard.other)"
     return _mission("escort", formula, regions, "vip: {start: [-0.3, -1, 1]}, guard: {start: [0.5, -1, 1]}")
+
+
+def fields_or_spots(
+    boxes: dict[str, tuple[tuple[float, float], tuple[float, float]]], start: tuple[float, float] = (0.0, 0.0)
+) -> Mission:
+    """Return a mission to come to any of some boxes, by their centres and lengths in x and y, m."""
+    regions = [
+        f"{name}: {{center: [{x}, {y}, 1], size: [{wide}, {long}, 1]}}" for name, ((x, y), (wide, long)) in boxes.items()
+    ]
+    formula = f"F({' | '.join(boxes)})"
+    agents = f"q: {{start: [{start[0]}, {start[1]}, 1]}}"
+    return _mission("fields", formula, ", ".join(regions), agents, low="-6, -6", high="6, 6")

@@ -20,6 +20,7 @@ from ltlplan.paths.hoops.passage_ends import PassageEnds, passage_ends
 from ltlplan.paths.hoops.stops import Side, Stop, before_opening, holds, hoop_axes, primitives_between
 from ltlplan.search.memoization import memoized
 from ltlplan.systems.region_labels import apart
+from ltlplan.systems.touching_points import ends_may_touch, is_large, touching_point
 from verify.data import BadInput, Mission, Visit
 from verify.data.arrays import Floats
 from verify.data.plan import Role
@@ -116,11 +117,18 @@ class Legs:
             return self._on_to(i, left, Stop(entry, role, name, None if led else j, around, hoop_axes(self.mission, name)))
         if name in self.mission.hoops:
             return self._into(i, left, j)
-        centre = self.where.regions[name].centre
+        centre = self._place(origin.position, j)
         target = Stop(centre, "centre", name, j, self.where.holding(centre))
         if i >= 0 and self.visits[i].region == name and self.numbers[i] != self.numbers[j]:
             return [self._outside(origin, name, j, np.zeros(3)), target]
         return self._with_gate(origin.position, self._way(i, left, target))
+
+    def _place(self, origin: Floats, j: int) -> Floats:
+        """Return where visit j is made: in the region's middle, or where the flight ends there, as near as it may. Shape (3,)."""
+        name, last = self.visits[j].region, j == len(self.visits) - 1 and self.inside_last and self.end is None
+        if last and ends_may_touch(self.mission) and is_large(self.mission, name) and not self.where.holding(origin):
+            return touching_point(self.mission, name, origin)
+        return self.where.regions[name].centre
 
     def _into(self, i: int, left: Side, j: int) -> list[Stop]:
         """Return the leg to a hoop in which the flight ends: to the control point on its nearer side, or on the other one, then
@@ -178,7 +186,7 @@ class Legs:
         before, entered = leg[-2].position if len(leg) > 1 else origin, str(target.region)
         obstacle = self.where.regions[entered]
         line = before - target.position
-        if obstacle.measures is None:
+        if obstacle.measures is None and np.array_equal(target.position, obstacle.centre):
             level = float(line @ obstacle.matrix @ line)
             share = None if level <= obstacle.level * 1.2 else min(1.0, (obstacle.level * 1.1 / level) ** 0.5)
         else:
