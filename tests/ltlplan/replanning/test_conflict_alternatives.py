@@ -11,7 +11,7 @@ from ltlplan.replanning.cuts import Candidate, Conflict, Refusal
 from tests.helpers.worlds import world
 from verify.data import Infeasible, Mission, Plan, Witness
 
-PARKED = "G(count(home) <= 1) & each(F home)"
+PARKED = "G(count(home) <= 1) & each(F home) & F all(!free)"
 PLACES = {"home": (0.0, 0.0), "base": (1.2, 0.0), "far": (6.0, 0.0)}
 STARTS = ((-1.0, 0.0), (-1.0, 1.0), (-1.0, -1.0))
 
