@@ -9,10 +9,11 @@ from __future__ import annotations
 import math
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
+import networkx as nx
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
@@ -105,6 +106,32 @@ def team_of(robots: int) -> Mission:
     return mission.model_copy(update={"agents": agents})
 
 
+def shortest_tours(starts: Sequence[tuple[float, float]], goals: Sequence[tuple[float, float]]) -> float:
+    """Return the least length of straight ways that begin at the starts and come to all goals (Held and Karp 1962), m."""
+    places = np.array(goals)
+    between = np.linalg.norm(places[:, None] - places[None], axis=-1)
+    done = np.full(1 << len(goals), np.inf)  # by sets of goals: the least length for the robots so far
+    done[0] = 0.0
+    for start in np.array(starts):
+        first = np.linalg.norm(places - start, axis=1)
+        ends = np.full((len(done), len(goals)), np.inf)
+        for visited in range(1, len(done)):
+            for last in range(len(goals)):
+                if visited >> last & 1:
+                    before = visited ^ 1 << last
+                    ends[visited, last] = min(done[before] + first[last], (ends[before] + between[:, last]).min())
+        done = np.minimum(done, ends.min(axis=1))
+    return float(done[-1])
+
+
+def cheapest_in(automaton: TeamAutomaton) -> float:
+    """Return the cost of the cheapest way through the whole team automaton, by networkx."""
+    graph = automaton.to_networkx()
+    begin = [node for node, data in graph.nodes(data=True) if data["initial"]]
+    costs = nx.multi_source_dijkstra_path_length(graph, begin, weight="cost")
+    return min(cost for node, cost in costs.items() if graph.nodes[node]["accepting"])
+
+
 def test_patterns() -> None:
     for trace in ("finite", "infinite"):
         times = pattern_times(trace)
@@ -122,7 +149,9 @@ def test_twelve_goals() -> None:
         regions, starts = places(12, robots)
         mission = world(" & ".join(f"F p{i + 1}" for i in range(12)), regions=regions, starts=starts, robots=robots)
         seconds = least(lambda mission=mission: assign(mission), 2)
-        print(f"  {robots} robots: {seconds:6.3f} s, {assign(mission).cost:.3f} m")
+        cost = assign(mission).cost
+        print(f"  {robots} robots: {seconds:6.3f} s, {cost:.3f} m")
+        assert math.isclose(cost, shortest_tours(starts, list(regions.values())), rel_tol=1e-9)
         require_time(seconds, 2.0)
 
 
@@ -155,9 +184,9 @@ def test_growing_teams() -> None:
                 built = f"walked: {full_product(each, automaton, limit=3_000_000):,} in {time.process_time() - start:.2f} s"
             except TooLarge:
                 built = f"not walked: more than 3,000,000 after {time.process_time() - start:.0f} s"
-        print(
-            f"  {robots:4} {seconds * 1000:8.2f} ms  {TeamAutomaton(each, automaton).size():6} states  {product:>10}  {built}"
-        )
+        team = TeamAutomaton(each, automaton)
+        print(f"  {robots:4} {seconds * 1000:8.2f} ms  {team.size():6} states  {product:>10}  {built}")
+        assert math.isclose(assign(mission).cost, cheapest_in(team), rel_tol=1e-9)
     slope = np.polyfit(np.log(sizes), np.log(times), 1)[0]
     print(f"  fitted exponent: {slope:.2f}")
     require_time(slope, 1.1)
