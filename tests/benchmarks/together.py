@@ -1,8 +1,9 @@
 """Teams that are counted, all at once: how long they fly, against the longest of their robots flown alone at the same pace.
 
-    OMP_NUM_THREADS=1 python -m tests.benchmarks.together [ROBOTS ...]
+    OMP_NUM_THREADS=1 python -m tests.benchmarks.together [ROBOTS ...] [rests]
 
 Half of the robots gather in one region, two come to another one at the same time, and never three, and all go home. By default there are 4, 6 and 10.
+`rests` prints what small missions cost instead, against their lower bounds: machines that are shared, regions to keep out of, rooms to stay in.
 """
 
 from __future__ import annotations
@@ -15,10 +16,48 @@ import verify
 from refine import refine
 from tests.helpers.benchmarks import run_benchmark
 from tests.helpers.counted_halls import gathering, longest_alone
+from tests.helpers.rooms_and_rests import (
+    FIELD_OR_SPOT,
+    escort,
+    fields_or_spots,
+    keeping_out,
+    room_with_a_corner,
+    shared_machine,
+)
+
+SHELF = "shelf: {center: [-1.3, 0, 1], size: [1.0, 2.0, 0.8]}"
+
+
+def rests() -> int:
+    """Print what small missions cost and how long they are flown; the exit code counts flights that are refused."""
+    missions = {f"machine, {count} robots": shared_machine(count) for count in (2, 3, 4, 5)}
+    missions |= {f"machine and shelf, {count} robots": shared_machine(count, more=SHELF) for count in (2, 3)}
+    missions |= {f"machine with parts, {count} robots": shared_machine(count, parts=True) for count in (2, 3)}
+    missions |= {"escort": escort(), "keep-out": keeping_out(), "obstacles": keeping_out(of="obstacles")}
+    missions |= {"room with a corner": room_with_a_corner(), "field or spot": fields_or_spots(FIELD_OR_SPOT)}
+    refused = 0
+    print("| mission | planning, s | cost, m | lower bound, m | nominal, s | pace 0.7, s | refinement, s |")
+    print("|---|---|---|---|---|---|---|")
+    for name, mission in missions.items():
+        begin = time.process_time()
+        plan = ltlplan.plan(mission)
+        planned = time.process_time()
+        teams = [refine(plan, pace="nominal"), refine(plan, pace=0.7)]
+        refined = time.process_time()
+        refused += sum(not verify.judge(plan, team, largest=False).holds for team in teams)
+        bound = "" if plan.lower_bound is None else f"{plan.lower_bound:.2f}"
+        lasts = [f"{max(flown.duration for flown in team.values()):.1f}" for team in teams]
+        print(
+            f"| {name} | {planned - begin:.1f} | {plan.cost:.2f} | {bound} | {lasts[0]} | {lasts[1]} | {refined - planned:.1f} |",
+            flush=True,
+        )
+    return refused
 
 
 def main() -> int:
     """Print the table; the exit code counts flights that are refused."""
+    if "rests" in sys.argv[1:]:
+        return rests()
     refused = 0
     print("| robots | pace | planning, s | refinement, s | cost | longest alone, s | all at once, s | ratio |")
     print("|---|---|---|---|---|---|---|---|")

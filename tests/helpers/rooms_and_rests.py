@@ -114,9 +114,12 @@ def escort() -> Mission:
     return _mission("escort", formula, regions, "vip: {start: [-0.3, -1, 1]}, guard: {start: [0.5, -1, 1]}")
 
 
-def fields_or_spots(
-    boxes: dict[str, tuple[tuple[float, float], tuple[float, float]]], start: tuple[float, float] = (0.0, 0.0)
-) -> Mission:
+Box = tuple[tuple[float, float], tuple[float, float]]
+"""Centre and lengths of a box in x and y, m."""
+FIELD_OR_SPOT: dict[str, Box] = {"field": ((3.0, 0.0), (5.0, 2.0)), "spot": ((-1.5, 0.0), (0.4, 0.4))}
+
+
+def fields_or_spots(boxes: dict[str, Box], start: tuple[float, float] = (0.0, 0.0)) -> Mission:
     """Return a mission to come to any of some boxes, by their centres and lengths in x and y, m."""
     regions = [
         f"{name}: {{center: [{x}, {y}, 1], size: [{wide}, {long}, 1]}}" for name, ((x, y), (wide, long)) in boxes.items()
