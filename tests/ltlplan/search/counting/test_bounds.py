@@ -8,6 +8,7 @@ from random import Random
 import pytest
 
 from ltlplan.logic.conjunction import conjunct_automata
+from ltlplan.search.bounds import own_progress
 from ltlplan.search.bounds.counted_conjuncts import ConjunctBound
 from ltlplan.search.bounds.goal_cover import CountedLandmarks, GoalCover
 from ltlplan.search.counting.classes import Classes, ClassMove
@@ -131,6 +132,12 @@ def test_no_bound_of_many_teams_exceeds_what_is_left():
         check(rng)
 
 
+def test_bounds_hold_where_robots_have_more_positions_than_are_told_apart(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(own_progress, "MOST_POSITIONS", 3)
+    rng = Random(15)
+    assert sum(0 < check(rng) < float("inf") for _ in range(60)) > 5
+
+
 def least_dearest(classes: Classes, begin: list[int], most: float) -> float:
     """Return what the dearest robot pays at the least, by a search without any bound; infinite where it is more than `most`."""
     first = classes.marks.begin(classes.sums(classes.begin))
@@ -162,7 +169,8 @@ def least_dearest(classes: Classes, begin: list[int], most: float) -> float:
 
 def check_dearest(rng: Random) -> bool:
     """Hold the search for the cheapest dearest robot of a random team against one without bounds."""
-    classes = random_team(rng, random_counting_formula(rng, rng.randint(1, 6), NAMES[:2]), 2)
+    made = rng.choice((random_team, random_named_team))
+    classes = made(rng, random_counting_formula(rng, rng.randint(1, 6), NAMES[:2]), 2)
     begin = [place for place, count in enumerate(classes.begin) for _ in range(count)]
     found = CourseSearch(classes).least_highest(tuple(begin), 6.0, 100_000)
     least = least_dearest(classes, begin, 5.5)
