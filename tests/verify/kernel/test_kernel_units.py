@@ -18,6 +18,7 @@ from tests.helpers.plain_team_words import holds
 from tests.helpers.random_teams import random_formula
 from tests.helpers.timelines import mission
 from verify.kernel.checking import Check
+from verify.kernel.distances import Flight, Two
 from verify.kernel.flights import HEADER, LARGEST, MOST_PIECES, Path, Segment, read_team
 from verify.kernel.flights import Team as FlownTeam
 from verify.kernel.formulas import Table, _least
@@ -286,3 +287,21 @@ def test_rims_and_openings_are_as_far_as_they_are() -> None:
         inside = Cell(segment.sum, opening(hoop, Fraction(1, 32), Fraction(1, 8))).holds("F")
         assert inside == (aside < wide - 0.125 - 0.03125), "what stands still flies on"
     assert min(said.values()) > 50
+
+
+def test_clocks_that_differ_see_a_lap_s_beginning_behind_its_end() -> None:
+    zero = Polynomial.of([ZERO])
+    segments = [Segment(ZERO, ZERO, [zero] * 3), *(Segment(Fraction(k), Fraction(k + 1), [zero] * 4) for k in range(4))]
+    path = Path("r", SimpleNamespace(radius=ZERO), segments, segments[1:], Fraction(1))  # type: ignore[arg-type]
+    flight = Flight(SimpleNamespace(separation=ZERO, separation_z=None, margin=ZERO), path)  # type: ignore[arg-type]
+    times = [[(one.start, one.stop) for one in flight.around(error)] for error in (ZERO, Fraction(1, 2), Fraction(1))]
+    once = [(k, k + 1) for k in range(4)]
+    assert times == [once, [*once, (4, 5)], [*once, (4, 5), (5, 6)]]
+
+
+@pytest.mark.parametrize(("begin", "apart"), [("1.25", False), ("1.26", True)])
+def test_no_clocks_show_times_that_differ_by_more_than_the_error(begin: str, apart: bool) -> None:
+    parts = ((ZERO, Fraction(1)), (Fraction(begin), Fraction(3)))
+    for times, its in (parts, parts[::-1]):
+        two = Two(**{**dict.fromkeys(Two._fields), "times": times, "its": its, "error": Fraction(1, 4)})  # type: ignore[arg-type]
+        assert two.holds("k") == apart
