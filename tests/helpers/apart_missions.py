@@ -38,13 +38,14 @@ def _mission(
     )
 
 
-def show(robots: int) -> Mission:
-    """Return a light show: each robot, by its name, to a place of its own on a circle, and home."""
+def show(robots: int, more: str = "") -> Mission:
+    """Return a light show: each robot, by its name, to a place of its own on a circle, and home, and `more`."""
     turns = [2 * math.pi * i / robots for i in range(robots)]
     circle = {f"c{i}": (round(2 * math.cos(turn), 3), round(2 * math.sin(turn), 3), 1.8) for i, turn in enumerate(turns)}
     starts = [(-2.2 + 0.88 * (i % 6), -0.5 + i // 6, 0.7) for i in range(robots)]
     homes = {f"h{i}": at for i, at in enumerate(starts)}
-    return _mission(" & ".join(f"F(quad{i}.c{i} & F quad{i}.h{i})" for i in range(robots)), circle | homes, starts)
+    own = " & ".join(f"F(quad{i}.c{i} & F quad{i}.h{i})" for i in range(robots))
+    return _mission(own + more, circle | homes, starts)
 
 
 def patrol(robots: int) -> Mission:

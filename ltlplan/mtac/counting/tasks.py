@@ -35,7 +35,7 @@ from ltlplan.paths.costs import team_cost
 from ltlplan.paths.improvement import without_swings
 from ltlplan.paths.nominal import lay_path
 from ltlplan.search.counting.capacities import small_rooms
-from ltlplan.search.counting.counted_plans import CountedPlan, has_room
+from ltlplan.search.counting.counted_plans import CountedPlan, has_room, may_crowd
 from ltlplan.search.counting.counting_propositions import Marks
 from ltlplan.search.counting.planning import CourseSearch, plan_counts
 from ltlplan.search.counting.stages import HoversOutside, waits_of
@@ -171,7 +171,8 @@ class _Counted:
         names = tuple(self.mission.agents)
         robots = {name: itinerary(system, path) for name, system, path in zip(names, self.systems, plan.paths, strict=True)}
         try:
-            marks = None if self._rooms or self.mission.formula.uses_next() else self._marks(self._asked)
+            crowded = may_crowd(self.systems, plan, self._rooms)
+            marks = None if crowded or self.mission.formula.uses_next() else self._marks(self._asked)
             meetings, precedences = waits_of(self.systems, plan, marks)
             require_endurance(self.mission, self._systems, robots)
         except (HoversOutside, Infeasible):

@@ -188,6 +188,19 @@ def has_room(systems: Sequence[TransitionSystem], plan: CountedPlan, rooms: Mapp
     )
 
 
+def may_crowd(systems: Sequence[TransitionSystem], plan: CountedPlan, rooms: Mapping[str, int]) -> bool:
+    """Tell whether more robots come to a small region than it holds, at any times, so that waits may be needed for its sake.
+
+    Args:
+        systems: One for each robot.
+        plan: Its paths.
+        rooms: The number of robots that each small region holds.
+    """
+    ways = zip(systems, plan.paths, strict=True)
+    come = Counter(region for system, path in ways for region in {r for node in path for r in system.nodes[node].regions})
+    return any(come[region] > most for region, most in rooms.items())
+
+
 def paths_are_free(systems: Sequence[TransitionSystem], plan: CountedPlan, rooms: Mapping[str, int]) -> bool:
     """Tell whether small regions hold all robots that rest in them, and no robot flies through one that resting robots fill.
 

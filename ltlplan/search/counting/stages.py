@@ -13,7 +13,7 @@ from itertools import accumulate, pairwise
 from ltlplan.allocation import Allocation
 from ltlplan.logic.budget import TooLarge
 from ltlplan.search.counting.capacities import small_rooms
-from ltlplan.search.counting.counted_plans import CountedPlan, Turn
+from ltlplan.search.counting.counted_plans import CountedPlan, Turn, may_crowd
 from ltlplan.search.counting.counting_propositions import Marks
 from ltlplan.search.counting.needed_waits import needed_waits
 from ltlplan.search.counting.planning import plan_counts
@@ -45,7 +45,8 @@ def plan_stages(problem: Problem) -> Allocation:
 
         raise NoWords(lambda: relaxed(mission, no_counted_plan(mission, each, kinds, problem.asked, rooms), problem.cheapest))
     try:
-        marks = None if rooms or problem.asked.uses_next() else Marks(problem.automata, problem.known)
+        crowded = may_crowd(each, found, rooms)
+        marks = None if crowded or problem.asked.uses_next() else Marks(problem.automata, problem.known)
         waits, precedences = waits_of(each, found, marks)
     except HoversOutside:  # but flights may be timed so that nobody has to, or it waits there
         with contextlib.suppress(TooLarge, Infeasible):

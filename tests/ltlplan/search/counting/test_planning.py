@@ -24,6 +24,7 @@ from ltlplan.search.exact import assign
 from ltlplan.search.explanations.unsatisfiable_cores import NoPlan
 from ltlplan.systems.robot_systems import Systems
 from refine.coordination.meeting_orders import one_at_a_time
+from tests.helpers import apart_missions
 from tests.helpers.counted_halls import gathering
 from tests.helpers.plain_team_words import at_once, holds
 from tests.helpers.random_counts import random_counting_formula
@@ -378,3 +379,8 @@ def test_what_anybody_may_do_is_done_by_whom_it_costs_least_beyond_what_is_asked
     found = assign(show(4, " & F(count(c2) >= 1) & F c3 & F(quad0.h0 & quad1.c1)"))
     assert found.cost == pytest.approx(alone)
     assert found.complete
+
+
+def test_robots_wait_for_nobody_because_of_small_regions_that_no_two_come_to():
+    (wait,) = assign(apart_missions.show(4, " & G !(quad0.c0 & quad1.c1)")).meetings
+    assert {wait.first[0], wait.then[0]} == {"quad0", "quad1"}
