@@ -19,14 +19,14 @@ from verify.data.validation.spacing import Spacing
 
 @dataclass(frozen=True, slots=True)
 class Way:
-    """Alternative for a team: waits for arrivals (None: as planned), and whether each robot hovers where it is nearest.
+    """Alternative for a team: waits for arrivals (None: as planned), and whether each robot hovers where its ways are short.
 
     Robots may be kept from giving way to each other on their ways: always, or where they share places.
     """
 
     sentence: str = ""
     meetings: tuple[Meeting, ...] | None = None
-    nearest: bool = False
+    nearest: bool = True
     gives_way: Literal["never", "to pass", "anywhere"] = "anywhere"
 
 
@@ -34,15 +34,15 @@ def _as_planned(_plan: Plan, _feedback: Feedback) -> Iterator[Way]:
     yield Way(gives_way="to pass")
 
 
-def _waiting_nearest(plan: Plan, _feedback: Feedback) -> Iterator[Way]:
-    if not plan.meetings and waits_anywhere(plan):
-        yield Way("letting robots wait where each is nearest", nearest=True)
+def _at_other_places(plan: Plan, _feedback: Feedback) -> Iterator[Way]:
+    if plan.meetings or waits_anywhere(plan):
+        yield Way("letting robots wait at other places", nearest=False)
 
 
 def _taking_turns(plan: Plan, feedback: Feedback) -> Iterator[Way]:
     """Yield orders in which nobody rests where another one comes to: visits that are in each other's way one after another, or all."""
     spacing = spacing_for(plan, feedback)
-    for nearest in (False, True) if takes_turns(plan) else ():
+    for nearest in (True, False) if takes_turns(plan) else ():
         try:
             turns = Turns(placed(plan, spacing, nearest=nearest, parted=True), spacing.distance + HOVERING, spacing.z_scale)
         except Infeasible:
@@ -58,11 +58,6 @@ def _giving_way_in_shared_places(plan: Plan, feedback: Feedback) -> Iterator[Way
         yield Way("letting robots give way")
 
 
-def _meeting_nearest(plan: Plan, _feedback: Feedback) -> Iterator[Way]:
-    if plan.meetings:
-        yield Way("letting robots meet where each is nearest", nearest=True)
-
-
 def _one_at_a_time(plan: Plan, feedback: Feedback) -> Iterator[Way]:
     if plan.meetings and next(_taking_turns(plan, feedback), None) is not None:
         by_name, backwards = (one_at_a_time(plan, last_first=last_first) for last_first in (False, True))
@@ -71,7 +66,7 @@ def _one_at_a_time(plan: Plan, feedback: Feedback) -> Iterator[Way]:
 
 
 ALTERNATIVES = (
-    _as_planned, _waiting_nearest, _meeting_nearest, _taking_turns, _giving_way_in_shared_places, _one_at_a_time
+    _as_planned, _at_other_places, _taking_turns, _giving_way_in_shared_places, _one_at_a_time
 )  # fmt: skip
 """Each yields ways for a team to fly, where it applies; they are tried in this order."""
 
@@ -105,7 +100,7 @@ def placed(plan: Plan, spacing: Spacing, *, nearest: bool, parted: bool = False)
     Args:
         plan: As it was planned.
         spacing: What robots keep.
-        nearest: Whether robots exchange those places so that the squares of their ways there are least in all.
+        nearest: Whether robots exchange those places so that their ways are short.
         parted: Whether robots that do not meet also get places of their own.
     """
     mission, distance = plan.mission, spacing.distance + HOVERING

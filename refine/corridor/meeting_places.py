@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from refine.corridor.outside import flown_over, left_last, moved_outside, part_outside
 from refine.corridor.packing import packed
+from refine.corridor.place_exchange import Visits, exchange, without_gates
 from refine.corridor.relocation import movable, moved_within, places_of
 from refine.obstacles.keep_out_bodies import Ball, keep_out
 from verify.data import Infeasible, Mission, Plan, RobotPlan, Waypoint, Witness
@@ -27,8 +28,6 @@ _ATTEMPTS: tuple[tuple[float, _How], ...] = (
     *itertools.product(_WIDER, ("packed",)),
 )
 """Places found by trying lie as the search met them: robots cross each other on their ways there more often."""
-_FORBIDDEN = 1e9
-"""m^2; more than any ways."""
 
 
 def moved_apart(plan: Plan, distance: float, z_scale: float) -> Plan:
@@ -114,14 +113,14 @@ def moved_to_meet(plan: Plan, distance: float, z_scale: float, *, nearest: bool 
         plan: Whose robots meet.
         distance: m that robots keep.
         z_scale: Distances in z count this many times.
-        nearest: Whether robots then exchange these places so that the squares of their ways there are least in all: straight ways of
-            robots that set out together then do not cross (Turpin et al. 2014).
+        nearest: Whether robots then exchange these places so that their ways through all regions are short.
 
     Raises:
         Infeasible: More robots are to end in a region than it was found to have places for.
     """
-    mission = plan.mission
+    plan, mission = without_gates(plan), plan.mission
     moved = {name: list(robot.waypoints) for name, robot in plan.robots.items()}
+    apart: dict[str, Visits] = {}
     for region in mission.regions:
         visits = {
             name: [
@@ -139,7 +138,7 @@ def moved_to_meet(plan: Plan, distance: float, z_scale: float, *, nearest: bool 
             kept = distance + wider, z_scale
             places = _own_places(plan, region, guests, kept, how=how, nearby=nearby)
             if places is not None:
-                places = _exchanged(plan, guests, places) if nearest else places
+                apart[region] = {name: visits[name] for name in places}
                 for name, place in places.items():
                     for i in visits[name]:
                         moved[name][i] = moved[name][i].model_copy(update={"position": place})
@@ -149,6 +148,8 @@ def moved_to_meet(plan: Plan, distance: float, z_scale: float, *, nearest: bool 
             for name, place in _shared_places(plan, region, guests, (distance, z_scale)).items():
                 for i in visits[name]:
                     moved[name][i] = moved[name][i].model_copy(update={"position": place})
+    if nearest:
+        exchange(plan, moved, apart)
     for region in mission.regions if plan.precedences else ():  # robots may wait for each other just outside regions
         part_outside(plan, region, moved, (distance, z_scale))
     robots = {name: robot.model_copy(update={"waypoints": tuple(moved[name])}) for name, robot in plan.robots.items()}
@@ -248,19 +249,3 @@ def _own_places(
         found[name] = tuple(chosen.tolist())
         taken.append(keep_out(name, chosen, distance, z_scale))
     return found
-
-
-def _exchanged(plan: Plan, guests: Mapping[str, int], places: Mapping[str, tuple[float, ...]]) -> dict[str, tuple[float, ...]]:
-    """Return the same places, given to robots so that their ways from the points before are short; each only one where it may be."""
-    from scipy.optimize import linear_sum_assignment
-
-    names, found = list(places), list(places.values())
-    costs = np.zeros((len(names), len(names)))
-    for row, name in enumerate(names):
-        robot, index = plan.robots[name], guests[name]
-        before = np.array(robot.waypoints[index - 1].position)
-        for column, place in enumerate(found):
-            allowed = place == places[name] or _allowed(plan, name, index, place)
-            costs[row, column] = float(np.sum((np.array(place) - before) ** 2)) if allowed else _FORBIDDEN
-    rows, columns = linear_sum_assignment(costs)
-    return {names[row]: found[column] for row, column in zip(rows, columns, strict=True)}

@@ -1,4 +1,4 @@
-"""Halls in which robots are counted: many come from one side, some gather, few pass a door's width, all go home."""
+"""Halls in which robots are counted: many come from one side, some gather, few pass a door's width, all go home; or all cross side by side."""
 
 from __future__ import annotations
 
@@ -32,6 +32,27 @@ def hall(count: int, formula: str, pace: str) -> Mission:
 def gathering(count: int, pace: str) -> Mission:
     """Return the hall in which half of the robots gather, and never more than two are in b."""
     return hall(count, f"F(count(a) >= {count // 2}) & F(count(b) >= 2) & G(count(b) <= 2) & F all(home)", pace)
+
+
+_LANES = """
+format: 1
+name: lanes
+regions:
+  first: {center: [-1.5, 0, 1], size: [0.8, 2, 0.6]}
+  second: {center: [0, 0, 1], size: [0.8, 2, 0.6]}
+  third: {center: [1.5, 0, 1], size: [0.8, 2, 0.6]}
+agents: {a: {start: [-2.4, -0.6, 1]}, b: {start: [-2.4, 0, 1]}, c: {start: [-2.4, 0.6, 1]}}
+vehicle: crazyflie-2.1
+limits: {speed: 1}
+workspace: {min: [-3, -1.6, 0.2], max: [3, 1.6, 2]}
+planner: {pace: PACE}
+spec: {formula: "F(all(first) & F(all(second) & F all(third)))", team: joint}
+"""
+
+
+def abreast(pace: str) -> Mission:
+    """Return a mission of three robots that cross three fields, each field all together."""
+    return ltlplan.parse_mission(_LANES.replace("PACE", pace))
 
 
 def longest_alone(plan: Plan) -> float:
