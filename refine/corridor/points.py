@@ -15,6 +15,8 @@ from verify.data.shapes.region import Region
 
 _CROWDED = 0.04
 """m from a neighbour at which a point that is not needed is left out."""
+_RAMP = 0.25
+"""Share of a leg on which a robot gathers speed from a rest, or comes to one."""
 _PARTS = 64
 """Parts of a leg whose ends are looked at for a place to wait."""
 
@@ -77,6 +79,23 @@ def _first_outside(corridor: Corridor, node: int, bodies: Sequence[GrownRegion |
         if clear.any():
             return leg, float(shares[int(np.argmax(clear))])
     return node, 0.0
+
+
+def with_ramps(corridor: Corridor, halts: Mapping[int, int], pieces: int) -> tuple[Corridor, dict[int, int]]:
+    """Return the corridor with two points more on legs from rest to rest, and the points of halts: one polynomial takes twice the time.
+
+    Args:
+        corridor: The robot's; no lap.
+        halts: For visits the point at which it rests.
+        pieces: Legs that it may have; where they would be more, nothing is changed.
+    """
+    found, stops, rests = corridor, dict(halts), {0, len(corridor), *halts.values()}
+    for leg in reversed(range(len(corridor))):
+        length = float(np.linalg.norm(corridor.points[leg + 1] - corridor.points[leg]))
+        if {leg, leg + 1} <= rests and corridor.legs[leg].cylinder is None and length * _RAMP > _CROWDED:
+            found = _cut(_cut(found, leg, _RAMP), leg + 1, (1.0 - 2.0 * _RAMP) / (1.0 - _RAMP))
+            stops = {visit: node + 2 * (node > leg) for visit, node in stops.items()}
+    return (corridor, dict(halts)) if len(found) > pieces else (found, stops)
 
 
 def _deepest(corridor: Corridor, region: Region, last: int) -> int:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from refine.corridor.legs import CLEARANCE
 from refine.corridor.planned import corridor_of
-from refine.corridor.points import thinned, with_rests
+from refine.corridor.points import thinned, with_ramps, with_rests
 from refine.corridor.relocation import moved_into_the_clear
 from refine.limits.limits import Limits
 from refine.obstacles.keep_out_bodies import Ball
@@ -73,12 +73,14 @@ def _moving(problem: Problem, name: str, limits: Limits, extra: tuple[Ball, ...]
     held |= {wait.then[1] + 1 for wait in problem.plan.precedences if wait.then[0] == name and wait.due in in_region} & rests
     stays = {visit: mission.all_regions[robot.visits[visit - 1].region] if visit else None for visit in held}
     corridor, halts = with_rests(corridor, mission, rests.union(stays), stays)
+    share = options.share(problem.plan.mission, name)
+    if share is not None and options.blend is None and corridor.cycle is None:
+        corridor, halts = with_ramps(corridor, halts, most or PIECES - 1)
     rest = frozenset(halts.values())
     if options.rests and corridor.cycle is None:
         rest = frozenset(range(len(corridor) + 1))
     task = Task(mission, name, robot, corridor, limits, more, options)
     fitted = showing_visits(task, rest)
-    share = options.share(problem.plan.mission, name)
     fastest = sped_up if options.effort == "least" else time_optimised
     motion = fitted.motion if share is None else fastest(task, fitted).stretched(1.0 / share)
     path, yaw, cycle = motion.path, motion.yaw, corridor.cycle
