@@ -16,13 +16,12 @@ from scipy import sparse
 from scipy.interpolate import BSpline
 
 from refine.coordination.common_clock import retimed
-from refine.coordination.conflict_resolution import Together, along, arrival, departures_of, paced
+from refine.coordination.conflict_resolution import Together, along, departures_of, paced
 from refine.coordination.departures import GRID, STEP, DepartureConflict
 from refine.coordination.midway_waits import hovering
 from refine.coordination.passing_orders import GAP, After, Line, passing_orders, zones_of
 from refine.coordination.spacing import flight_of, hovers_of, idle_others
 from refine.corridor.sampled_stays import violations
-from refine.obstacles.keep_out_bodies import Ball
 from refine.single_robot.flight import robot_flight
 from refine.single_robot.task import Problem, RobotFlight
 from refine.solvers.sparse_qp import least
@@ -48,7 +47,7 @@ _OTHERS = 0.1
 """Weight of the mean arrival against the last one."""
 _SMOOTH = 2e-3
 """Weight of squared bends, against s."""
-_MOST_ZONES = 250
+_MOST_ZONES = 500
 """Where robots are too near each other, at most: to decide who passes first takes time that goes by their square."""
 _MOST_TRIES = 40
 """Paths that are laid around where another robot hovers."""
@@ -74,38 +73,34 @@ def on_own_clocks(problem: Problem, robots: dict[str, RobotFlight]) -> Together 
     """
     if any(robot.cycle is not None for robot in robots.values()):
         return None
-    quick = replace(problem, options=replace(problem.options, effort="least"))
     clear_of: dict[str, tuple[str, ...]] = dict.fromkeys(robots, ())
-    kept_out: dict[str, tuple[Ball, ...]] = {}
     tried: set[tuple[str, str]] = set()
-    while True:
-        found = _timed(problem, robots)
-        if not isinstance(found, _Stuck):
-            break
+    while isinstance(found := _timed(problem, robots), _Stuck):
         for name, other in (found.pair, found.pair[::-1]):
             if (name, other) in tried or len(tried) >= _MOST_TRIES:
                 continue
             tried.add((name, other))
             clear_of[name] = tuple(dict.fromkeys((*clear_of[name], other)))
-            places = [
-                place for who in clear_of[name] for place in hovers_of(robots[who], problem.spacing, problem.plan.meetings)
-            ]
-            kept_out[name] = (*idle_others(problem, name), *places)
-            try:
-                robots = {**robots, name: robot_flight(quick, name, kept_out[name])}
-            except Infeasible:  # its own path stays
-                continue
-            break
+            around = _around(problem, robots, name, clear_of[name])
+            if around is not None:
+                robots = {**robots, name: around}
+                break
         else:
             return None
-    if found is None or all(problem.options.share(problem.plan.mission, name) is None for name in kept_out):
-        return found
-    try:
-        best = {name: robot_flight(problem, name, places) for name, places in kept_out.items()}
-    except Infeasible:
-        return found
-    faster = _timed(problem, {**robots, **best})
-    return found if faster is None or isinstance(faster, _Stuck) else min(found, faster, key=arrival)
+    return found
+
+
+def _around(problem: Problem, robots: Mapping[str, RobotFlight], name: str, others: Sequence[str]) -> RobotFlight | None:
+    """Return a robot's flight clear of where others start, wait and end, by what samples do not see where that is possible; None where there is none."""
+    idle, reach = idle_others(problem, name), float(_line(problem, robots[name]).reach.max())
+    for more in (reach, 0.0):
+        spacing = replace(problem.spacing, distance=problem.spacing.distance + more)
+        places = [place for other in others for place in hovers_of(robots[other], spacing, problem.plan.meetings)]
+        try:
+            return robot_flight(problem, name, (*idle, *places))
+        except Infeasible:
+            continue
+    return None
 
 
 def _timed(problem: Problem, robots: dict[str, RobotFlight]) -> Together | _Stuck | None:

@@ -225,30 +225,80 @@ def _decided(lines: Sequence[Line], zones: Sequence[Zone], waits: Sequence[After
     times = Times(lines)
     if not times.add(waits):
         return -1
-    left = set(range(len(zones)))
-    chosen: list[After] = []
-    queue = list(before)
-    while True:
-        if queue:
-            number = queue.pop(0)
-        else:
-            open_zones = [number for number in left if not any(times.keeps(side) for side in zones[number].sides)]
-            if not open_zones:
-                break
-            number = min(open_zones, key=lambda each: (_entered(zones[each], times), each))
-        left.discard(number)
-        best: tuple[tuple[float, float], Times, After] | None = None
-        for side in zones[number].sides:
-            if side is not None:
-                tried = times.copy()
-                if tried.add((side,)) and (best is None or tried.arrivals < best[0]):
-                    best = tried.arrivals, tried, side
-        if best is None:
+    decided = _Decided(zones, times)
+    for number in before:
+        if not decided.decide(number):
             return number
-        times = best[1]
-        chosen.append(best[2])
-    chosen += [next(side for side in zones[number].sides if side is not None and times.keeps(side)) for number in sorted(left)]
-    return [*waits, *chosen]
+    stuck = decided.force()
+    if stuck is not None:
+        return stuck
+    while (number := decided.next()) is not None:
+        if not decided.decide(number):
+            return number
+    return [*waits, *decided.sides()]
+
+
+class _Decided:
+    """Zones whose side is chosen, and the earliest times that this leaves."""
+
+    def __init__(self, zones: Sequence[Zone], times: Times) -> None:
+        self._zones, self._times = zones, times
+        self._chosen: dict[int, After] = {}
+
+    def decide(self, number: int) -> bool:
+        """Choose the side of a zone by which the team arrives sooner; return whether there is one."""
+        found = self._possible(number)
+        if found:
+            self._times, self._chosen[number] = min(found, key=lambda each: each[0].arrivals)
+        return bool(found)
+
+    def force(self) -> int | None:
+        """Choose sides where there is no choice, until there is one at all zones; return a zone without a side, if there is one."""
+        left = sorted(
+            (number for number in range(len(self._zones)) if number not in self._chosen),
+            key=lambda number: None not in self._zones[number].sides,
+        )
+        while left:
+            open_zones: list[int] = []
+            for number in left:
+                found = self._possible(number)
+                if not found:
+                    return number
+                if len(found) == 1:
+                    self._times, self._chosen[number] = found[0]
+                else:
+                    open_zones.append(number)
+            if len(open_zones) == len(left):
+                break
+            left = open_zones
+        return None
+
+    def next(self) -> int | None:
+        """Return the zone that both robots come to first, of those that no side is kept of; None where there are none."""
+        left = [
+            number
+            for number, zone in enumerate(self._zones)
+            if number not in self._chosen and not any(self._times.keeps(side) for side in zone.sides)
+        ]
+        return min(left, key=lambda number: (_entered(self._zones[number], self._times), number), default=None)
+
+    def sides(self) -> list[After]:
+        """Return the chosen sides, and of other zones those that are kept anyhow."""
+        kept = [
+            next(side for side in zone.sides if side is not None and self._times.keeps(side))
+            for number, zone in enumerate(self._zones)
+            if number not in self._chosen
+        ]
+        return [*self._chosen.values(), *kept]
+
+    def _possible(self, number: int) -> list[tuple[Times, After]]:
+        """Return the sides of a zone that some times keep, each with the earliest ones."""
+        found: list[tuple[Times, After]] = []
+        for side in self._zones[number].sides:
+            times = self._times.copy()
+            if side is not None and times.add((side,)):
+                found.append((times, side))
+        return found
 
 
 def _entered(zone: Zone, times: Times) -> float:

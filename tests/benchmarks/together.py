@@ -2,7 +2,8 @@
 
     OMP_NUM_THREADS=1 python -m tests.benchmarks.together [ROBOTS ...] [rests]
 
-Half of the robots gather in one region, two come to another one at the same time, and never three, and all go home. By default there are 4, 6 and 10.
+Half of the robots gather in one region, two come to another one at the same time, and never three, and all go home. By default there are 4, 6, 10,
+16 and 30. With 3, robots cross three fields side by side.
 `rests` prints what small missions cost instead, against their lower bounds: machines that are shared, regions to keep out of, rooms to stay in.
 """
 
@@ -15,7 +16,7 @@ import ltlplan
 import verify
 from refine import refine
 from tests.helpers.benchmarks import run_benchmark
-from tests.helpers.counted_halls import gathering, longest_alone
+from tests.helpers.counted_halls import abreast, gathering, longest_alone
 from tests.helpers.rooms_and_rests import (
     FIELD_OR_SPOT,
     escort,
@@ -25,6 +26,7 @@ from tests.helpers.rooms_and_rests import (
     shared_machine,
 )
 
+_ABREAST = 3
 SHELF = "shelf: {center: [-1.3, 0, 1], size: [1.0, 2.0, 0.8]}"
 
 
@@ -59,19 +61,21 @@ def main() -> int:
     if "rests" in sys.argv[1:]:
         return rests()
     refused = 0
-    print("| robots | pace | planning, s | refinement, s | cost | longest alone, s | all at once, s | ratio |")
-    print("|---|---|---|---|---|---|---|---|")
-    for count in [int(argument) for argument in sys.argv[1:]] or [4, 6, 10]:
+    print("| robots | pace | planning, s | refinement, s | judging, s | cost | longest alone, s | all at once, s | ratio |")
+    print("|---|---|---|---|---|---|---|---|---|")
+    for count in [int(argument) for argument in sys.argv[1:]] or [3, 4, 6, 10, 16, 30]:
         for pace in ("nominal", "0.7", "1"):
             begin = time.process_time()
-            plan = ltlplan.plan(gathering(count, pace))
+            plan = ltlplan.plan(abreast(pace) if count == _ABREAST else gathering(count, pace))
             planned = time.process_time()
             team = refine(plan)
             refined = time.process_time()
             alone, lasts = longest_alone(plan), max(flight.duration for flight in team.values())
+            begin_judging = time.process_time()
             refused += not verify.judge(plan, team, largest=False).holds
+            judged = time.process_time() - begin_judging
             print(
-                f"| {count} | {pace} | {planned - begin:.1f} | {refined - planned:.1f} | {plan.cost:.1f} | {alone:.1f} | {lasts:.1f} | "
+                f"| {count} | {pace} | {planned - begin:.1f} | {refined - planned:.1f} | {judged:.1f} | {plan.cost:.1f} | {alone:.1f} | {lasts:.1f} | "
                 f"{lasts / alone:.2f} |"
             )
     return refused

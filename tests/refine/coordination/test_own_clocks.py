@@ -12,7 +12,7 @@ import ltlplan
 import verify
 from refine import refine
 from refine.coordination.passing_orders import Line, Times, Zone, passing_orders, zones_of
-from tests.helpers.counted_halls import gathering, hall, longest_alone
+from tests.helpers.counted_halls import abreast, gathering, hall, longest_alone
 from tests.helpers.few import given_few
 
 
@@ -92,9 +92,20 @@ def test_waits_that_the_formula_asks_for_stay() -> None:
     }
 
 
+@pytest.mark.parametrize("pace", ["nominal", "0.7"])
+def test_robots_that_cross_fields_together_keep_to_lanes(pace: str) -> None:
+    plan = ltlplan.plan(abreast(pace))
+    team = refine(plan)
+    assert verify.judge(plan, team, largest=False).holds
+    assert max(flight.duration for flight in team.values()) <= 1.3 * longest_alone(plan)
+    sides = [np.sign(np.round(flight.evaluate(np.linspace(0.0, flight.duration, 50))[:, 1], 1)) for flight in team.values()]
+    assert [set(side) for side in sides] == [{-1.0}, {0.0}, {1.0}]
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize(("count", "pace"), [(6, "nominal"), (6, "0.7"), (10, "nominal"), (10, "0.7")])
-def test_six_and_ten_robots_arrive_hardly_later_than_the_longest_alone(count: int, pace: str) -> None:
+@pytest.mark.parametrize("pace", ["nominal", "0.7"])
+@pytest.mark.parametrize("count", [6, 10, 30])
+def test_many_robots_arrive_hardly_later_than_the_longest_alone(count: int, pace: str) -> None:
     plan = ltlplan.plan(gathering(count, pace))
     team = refine(plan)
     assert verify.judge(plan, team, largest=False).holds
