@@ -37,7 +37,7 @@ LATER = ("ordered", "precedences")
 
 _PAST_REGIONS = "a leg past regions takes the shortest way through free space: the path is cheaper"
 CHANGED: dict[str, str] = {
-    "shipped meeting": "a robot that the formula lets depart at once waits for nobody",
+    "shipped meeting": "a robot that the formula lets depart at once waits for nobody, and places are taken by which ways are short: it is shorter",
     "random 13": _PAST_REGIONS,
     "random 17": _PAST_REGIONS,
     "random 26": "likewise, so that no region is flown through for it: as dear as before, within 0.1 %",

@@ -183,7 +183,7 @@ def test_every_flight_has_two_pieces_at_least(tmp_path: Path) -> None:
     agents = {"still": Agent(start=(1.5, 1.5, 1.03)), "hop": Agent(start=(-1.5, 0.1, 1.0), heading=(0.0, 0.0, 1.0))}
     mission = room({"far": ball(2.5, -2.5)}, agents)
     plan = Plan(mission=mission, robots={"still": straight((1.5, 1.5, 1.03)), "hop": straight((-1.5, 0.1, 1), (0.7, 0.3, 1.2))})
-    team = refine(plan)
+    team = refine(plan, pace="nominal")
     assert [len(path) for path in team.values()] == [2, 2]
     assert team["still"].duration == 1.0
     assert all(path.is_float32 for path in team.values())
