@@ -6,6 +6,7 @@ from collections import deque
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import pairwise
 
 import numpy as np
 
@@ -165,7 +166,24 @@ class TeamClasses:
         found = in_stages(self.systems, self.marks, steps)
         if found is None:
             raise InternalError("The words of a plan with counts do not keep the formula. This is a bug of ltlplan's.")
-        return replace(found, cost=self.cost(course), stays=any(move.last for _, move in flown))
+        return replace(
+            found,
+            cost=self.cost(course),
+            stays=any(move.last for _, move in flown) or self._acts_again_and_rests_outside(flown),
+        )
+
+    def _acts_again_and_rests_outside(self, flown: list[tuple[int, Move]]) -> bool:
+        """Tell whether some robot rests outside regions where one acts twice in a visit: no robot can wait for the first of these actions."""
+        if not any(self.systems[robot].nodes[move.target].flying for robot, move in flown):
+            return False
+        at = [system.initial for system in self.systems]
+        for robot, move in flown:
+            nodes = [self.systems[robot].nodes[node] for node in (at[robot], *move.path)]
+            at[robot] = move.target
+            acts = [a.internal != b.internal and a.place == b.place for a, b in pairwise(nodes)]
+            if sum(acts) > 1:
+                return True
+        return False
 
     def _flown(self, course: Course) -> list[tuple[int, Move]]:
         """Return each move of a course as the robot's that makes it."""
