@@ -1,4 +1,4 @@
-"""What a path costs: named terms and any function of sampled paths, for a thousand paths at once.
+"""Costs of paths: named terms and any function of sampled paths, for a thousand paths at once.
 
 A cost is a weighted sum of terms (`parse_cost("length=1,effort=0.5")`, a mission's `planner.cost`; see `cost_terms`) or a Python
 function that takes `SampledPaths` and returns one number a path. Integrals are sums over the sampled instants (trapezoids): costs
@@ -29,7 +29,7 @@ class CostError(BadInput):
 
 
 class Sampling:
-    """Where a spline is sampled: matrices that turn points into sampled paths, shared by all paths of a round.
+    """Sampling of a spline: matrices that turn points into sampled paths, shared by all paths of a round.
 
     Attributes:
         spline: Gives times and closes a lasso. Its times are those of a path with time scale 1.
@@ -178,7 +178,7 @@ class WeightedCost:
 
     @property
     def time_matters(self) -> bool:
-        """Whether the cost of a path depends on how fast it is flown."""
+        """Return whether the cost of a path depends on how fast it is flown."""
         return any(weight > 0 and name != "length" for name, weight in self.weights)
 
 

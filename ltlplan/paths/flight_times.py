@@ -1,4 +1,4 @@
-"""How long planned paths take, held against what the team's vehicles can stay in the air."""
+"""Durations of planned paths, held against the endurance of the team's vehicles."""
 
 from __future__ import annotations
 

@@ -162,7 +162,7 @@ def _compared(mission: Mission, context: Context, prices: _Prices, first: Alloca
 
 @dataclass(frozen=True, slots=True)
 class _Shut:
-    """What allocations do without: legs, and robots that stay where they are."""
+    """Restrictions on allocations: legs that they do without, and robots that stay where they are."""
 
     legs: frozenset[Leg]
     grounded: frozenset[str] = frozenset()
@@ -184,7 +184,7 @@ class _Shut:
 
 
 class _Prices:
-    """What allocations' nominal paths cost, each robot's path laid once.
+    """Costs of allocations' nominal paths, each robot's path laid once.
 
     Attributes:
         bounded: Whether every term that has no bound of its own was at least 0 on all paths.

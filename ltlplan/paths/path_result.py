@@ -116,12 +116,12 @@ def _plan(where: Room, plan: RobotPlan, spline: LeastSnapSpline, points: Floats,
 
 
 def _permitted(cuts: list[_Cut], index: int) -> frozenset[str]:
-    """What the piece that ends at a waypoint may enter."""
+    """Return the regions that the piece that ends at a waypoint may enter."""
     return next(cut.permitted for cut in cuts[index:] if cut.permitted is not None)
 
 
 def _cuts(where: Room, plan: RobotPlan, spline: LeastSnapSpline, points: Floats, length: float) -> list[_Cut] | None:
-    """Where the path comes to its visits, in order; None where they are not the planned ones."""
+    """Return the places at which the path comes to its visits, in order; None where they are not the planned ones."""
     at = np.linspace(spline.times[0], spline.times[-1], max(200, int(length / _STEP)))
     path = spline.evaluate(points, at)
     stays: list[tuple[int, int, str]] = []

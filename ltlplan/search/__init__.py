@@ -1,4 +1,4 @@
-"""Who does what, exactly: the cheapest words that satisfy the formula, or why there are none.
+"""Exact task assignment: the cheapest words that satisfy the formula, or why there are none.
 
 Read `exact` (the door, which lists what is tried for a `problem` and answers with `itineraries`), then the one search:
 `label_setting`, and `team_reading` (what it asks of each reading of a team, whose states `numbering` numbers, and whose answers `memoization` keeps); `lawler` goes on to the next

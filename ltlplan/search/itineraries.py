@@ -1,4 +1,4 @@
-"""What robots do along paths of their systems: visits, actions, words and costs."""
+"""Itineraries of robots along paths of their systems: visits, actions, words and costs."""
 
 from __future__ import annotations
 

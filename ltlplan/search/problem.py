@@ -76,12 +76,12 @@ class Problem:
 
     @property
     def several(self) -> bool:
-        """Whether there are several robots."""
+        """Return whether there are several robots."""
         return len(self.mission.agents) > 1
 
     @property
     def longest(self) -> bool:
-        """Whether the highest cost of several robots counts, not the sum."""
+        """Return whether the highest cost of several robots counts, not the sum."""
         return self.several and self.mission.planner.objective == "longest"
 
     @cached_property

@@ -70,7 +70,7 @@ def staying(system: TransitionSystem) -> TransitionSystem:
 
 @dataclass(slots=True)
 class Successors:
-    """What can follow a node that matters.
+    """Successors of a node that matters.
 
     Attributes:
         edges: Pairs (next node that matters, cost of the shortest way there).

@@ -1,4 +1,4 @@
-"""Which regions robots need to visit at all: of a thousand regions a formula speaks of a few, and nobody has to stop at the others.
+"""Regions that robots need to visit at all: of a thousand regions a formula speaks of a few; no robot has to stop at the others.
 
 Where every region can be reached from every other, a plan that stops at a region of which the formula does not speak is no
 better than the one that flies on: without that stop the robot shows free flight there, which it shows just before and just

@@ -1,4 +1,4 @@
-"""What may be shown at a wall that two rooms share, and whether the formula holds whatever is.
+"""Letters that may be shown at a wall that two rooms share, and whether the formula holds for each.
 
 Planned words show both rooms' names where a way leads straight from one into the other. Flown paths lie in a tube: where no ball of the
 margin's radius fits into what the rooms have in common, no path in it is in both for sure while it crosses, nor in either of them; it may

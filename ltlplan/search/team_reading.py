@@ -1,4 +1,4 @@
-"""What a mission asks of a team, as the search walks it: one protocol for all readings, and one search for each order on costs.
+"""Readings of a team as the search walks them: one protocol for all of them, and one search for each order on costs.
 
 A reading numbers its states. It says where it begins, what follows a state, which plans hold and what is least left. `least_sum` finds the plan
 whose costs have the least sum, `least_highest` the one whose highest cost is least (what each robot has paid is kept apart).
@@ -32,7 +32,7 @@ def is_complete(state: int) -> bool:
 
 
 class TeamReading(ABC):
-    """What a mission asks of a team. States are integers of small absolute value.
+    """Requirements of a mission on a team. States are integers of small absolute value.
 
     Attributes:
         ties: Of equal bounds, the least state comes first, or the one that is farthest from where plans begin.
@@ -87,7 +87,7 @@ class PaidApart(TeamReading):
 
 @dataclass(frozen=True, slots=True)
 class Found:
-    """What a search found.
+    """Result of a search.
 
     Attributes:
         bound: No plan has a lower objective; infinite where there is none.

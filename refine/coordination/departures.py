@@ -140,7 +140,7 @@ def departures(
 
 @dataclass(frozen=True, slots=True)
 class _Asked:
-    """What departures keep beside distances: precedences, by `late` s each, and those that are given."""
+    """Constraints on departures beside distances: precedences, by `late` s each, and departures that are given."""
 
     precedences: Sequence[Wait]
     given: Mapping[str, float]
@@ -264,7 +264,7 @@ def least_between(offsets: Floats, less: Floats | float = 0.0) -> float:
 
 
 class _Pairs:
-    """Who meets whom at which departures: that depends on the difference of two departures alone, and is looked at once."""
+    """Conflicts of robots by their departures: one depends on the difference of two departures alone, and is looked at once."""
 
     def __init__(self, tracks: dict[str, _Track], distance: float, *, closely: bool = False) -> None:
         self._tracks, self._distance, self._closely = tracks, distance, closely

@@ -115,7 +115,7 @@ def bend_apart(movers: Sequence[Mover], spacing: Spacing, beginning: Beginning) 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Near:
-    """Who may be too near whom or what, until points have moved far.
+    """Pairs that may be too near each other, and robots too near bodies, until points have moved far.
 
     Attributes:
         pairs: Rows of the samples of two robots at one time. Shape (pairs, 2).

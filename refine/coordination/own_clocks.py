@@ -214,7 +214,7 @@ class _Rows:
 
 
 class _Unknowns:
-    """Where one robot's unknowns stand: when it departs, how long it waits at rests, and the coefficients of its clock."""
+    """Layout of one robot's unknowns: when it departs, how long it waits at rests, and the coefficients of its clock."""
 
     def __init__(self, robot: RobotFlight, offset: int) -> None:
         self.end = robot.path.duration

@@ -103,7 +103,7 @@ def on_time_grid(mission: Mission, robot: RobotFlight) -> RobotFlight:
 
 
 class _Timetable:
-    """When robots set out on their legs, one after the other; what robots do that go first is worked out once."""
+    """Departures of robots on their legs, one after the other; flights of robots that go first are worked out once."""
 
     def __init__(self, robots: dict[str, RobotFlight], spacing: Spacing) -> None:
         total = sum(robot.path.duration + robot.plan.hold for robot in robots.values())

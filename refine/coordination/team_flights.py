@@ -151,7 +151,7 @@ class _Attempt:
 
     @property
     def many(self) -> bool:
-        """Whether so many robots fly that those that meet swerve, all at once."""
+        """Return whether so many robots fly that those that meet swerve, all at once."""
         return len(self.alone) > _FEW and not self.problem.plan.meetings
 
 

@@ -32,7 +32,7 @@ _STATES = 20_000
 
 @dataclass(frozen=True, slots=True)
 class _Way:
-    """How a robot flies to a visit: the robot, the visit, and samples of the way, the place where it rests then last. Shape (samples, 3)."""
+    """Way of a robot to a visit: the robot and the visit, and samples of the way; the last is where it rests. Shape (samples, 3)."""
 
     turn: Turn
     points: Floats

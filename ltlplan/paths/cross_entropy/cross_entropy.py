@@ -39,7 +39,7 @@ _SAME = 5e-3  # a plan with fewer waypoints is preferred where it costs at most 
 
 @dataclass(frozen=True, eq=False)
 class Improvement:
-    """What a search made of one robot's plan.
+    """Result of the search for one robot's plan.
 
     Attributes:
         plan: The improved plan with its cost, or the nominal one where nothing better was found.

@@ -33,7 +33,7 @@ _LAST = 0.75  # share of the batches after which the best one is alone
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
-    """How to search.
+    """Options of the search.
 
     Attributes:
         samples: Candidates a round.
@@ -62,7 +62,7 @@ class Options:
 
     @property
     def gaussians(self) -> int:
-        """How many Gaussians begin the search."""
+        """Number of Gaussians that begin the search."""
         if self.populations is not None:
             return self.populations
         return _POPULATIONS if self.rounds * len(self.sizes) >= _POPULATIONS * _BATCHES_EACH else 1

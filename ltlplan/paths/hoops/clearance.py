@@ -1,4 +1,4 @@
-"""Whether a planned path keeps clear, for all times: of regions that it may not enter, of rings, obstacles and the walls.
+"""Clearance of a planned path, for all times: from regions that it may not enter, rings, obstacles and the walls.
 
 A polynomial is above zero on an interval where all its Bernstein coefficients are; where that does not decide, the interval
 is halved (`keep_out` says what there is to keep clear of). Arithmetic is in floats: the planner's own judgement of its spline, with room to spare, never a certificate.

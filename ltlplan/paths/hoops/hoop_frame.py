@@ -17,7 +17,7 @@ from verify.data.shapes.region import Hoop
 
 @dataclass(frozen=True, eq=False, slots=True)
 class ControlPoints:
-    """Where a hoop is approached, flown through and passed by.
+    """Points at which a hoop is approached, flown through and passed by.
 
     Attributes:
         centre: m. Shape (3,).

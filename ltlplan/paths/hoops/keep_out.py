@@ -1,4 +1,4 @@
-"""What a planned path must keep clear of: regions, rings, obstacles and walls, each with the mission's margin and a little more."""
+"""Bodies that a planned path keeps clear of, each by the mission's margin and a little more: regions, rings, obstacles, walls."""
 
 from __future__ import annotations
 

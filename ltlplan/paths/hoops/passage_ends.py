@@ -1,4 +1,4 @@
-"""Where a passage through a hoop begins and ends when a region stands at the hoop's own control points.
+"""Ends of a passage through a hoop where a region stands at the hoop's own control points.
 
 A hoop's rear and front lie `reach` before and behind its centre. Where one of them, or the axis on the way to it, comes too near a
 region that is not visited there, the passage ends earlier on the axis, as soon as the ring is passed, and the way leads on through

@@ -1,4 +1,4 @@
-"""What each robot of a team, or the team in all, pays at the least for its share of what cycles are to show.
+"""Lower bounds on the costs that each robot of a team, or the team in all, pays for its share of what cycles are to show.
 
 Each mark is shown by some robots, each at some of its nodes. Whatever the cycles, every mark falls to such robots, and each of them comes to its
 nodes in its own system and then home. So the least is found over all ways to share the marks out, with ways of single robots alone.
@@ -118,7 +118,7 @@ def _joined(errands: Iterable[int]) -> int:
 
 
 class _Robot:
-    """What one robot pays at the least for errands.
+    """Least costs of one robot for errands.
 
     Attributes:
         before: For each node and set of errands, by bits, what it pays before cycles and in them. Shape (nodes, sets).

@@ -43,7 +43,7 @@ MOST_READ = 50_000
 
 
 class Goal(NamedTuple):
-    """What some robots must do: make a mark on their way, or show a letter that does not make it.
+    """Goal of some robots: make a mark on their way, or show a letter that does not make it.
 
     Attributes:
         mark: Its number.
@@ -63,7 +63,7 @@ _Needed = tuple[Goal, int]
 
 
 class CountedLandmarks:
-    """What must still be done, by states and sums.
+    """Goals that are still to be reached, by states and sums.
 
     Args:
         marks: What the formula sees.
@@ -273,7 +273,7 @@ class GoalCover:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Prices:
-    """What is paid for each goal, and by how much at most a robot is then paid more than its way costs.
+    """Price of each goal, and the most by which a robot is then paid more than its way costs.
 
     Attributes:
         of: For each goal. Shape (goals,).

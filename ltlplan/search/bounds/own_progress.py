@@ -1,4 +1,4 @@
-"""Where robots rest, and how far each that the formula names has come with the conjuncts that speak of it alone.
+"""Resting places of robots, and the progress of each that the formula names with the conjuncts that speak of it alone.
 
 Such a conjunct reads no letters but that robot's, so that what is left of it depends on where that robot is and on nobody else: it is found
 exactly, and added up over robots. A position is a class of places, of a robot that is named together with the states of its own conjuncts.

@@ -1,4 +1,4 @@
-"""What it costs at the least to come to sets of places and then home, in whichever order is cheapest.
+"""Lower bounds on the cost to come to sets of places and then home, in whichever order is cheapest.
 
 Of few sets all orders are compared (Held and Karp 1962); of many it is bounded by spanning trees with tolls (Held and Karp 1970).
 """

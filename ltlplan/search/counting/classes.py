@@ -52,7 +52,7 @@ class Crowd:
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """What one robot's move changes.
+    """Change of a team's letters by one robot's move.
 
     Attributes:
         move: The move.

@@ -103,7 +103,7 @@ def _stage_of(plan: CountedPlan) -> dict[int, int]:
 
 
 class _Seen:
-    """What one conjunct sees of a team: only the letters at which its marks change."""
+    """View of a team by one conjunct: only the letters at which its marks change."""
 
     def __init__(self, conjunct: ConjunctMarks, team: Sequence[Sequence[Sums]], kinds: Sequence[Sequence[int]]) -> None:
         self._conjunct = conjunct

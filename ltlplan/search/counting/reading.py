@@ -86,7 +86,7 @@ class CountReading(PaidApart):
 
     @property
     def reached(self) -> int:
-        """How many states were seen."""
+        """Number of states that were seen."""
         return len(self._places)
 
     def begin(self) -> int | None:

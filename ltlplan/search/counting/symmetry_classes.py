@@ -28,7 +28,7 @@ _Way = tuple[Node, bool, tuple[Sums, ...]]
 
 @dataclass(frozen=True, slots=True)
 class Rooms:
-    """What small regions hold.
+    """Capacities of small regions.
 
     Attributes:
         most: How many robots, by region.
@@ -41,7 +41,7 @@ class Rooms:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class CountedTeam:
-    """Who there is, and what is asked of them.
+    """Robots of a team, and the formula required of them.
 
     Attributes:
         systems: One for each robot.

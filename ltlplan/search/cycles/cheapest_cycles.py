@@ -42,7 +42,7 @@ _ROUNDING = 1e-9  # by which sums of the same costs may differ
 
 @dataclass(frozen=True, slots=True)
 class Effort:
-    """How cycles are searched for.
+    """Options of a search for cycles.
 
     Attributes:
         at_once: Whether robots act where they come to only before others go on, so that nobody waits for an action alone.
@@ -58,7 +58,7 @@ THOROUGH = Effort()
 
 @dataclass(frozen=True, slots=True)
 class Below:
-    """What a search for cycles below a limit found.
+    """Result of a search for cycles below a limit.
 
     Attributes:
         cycles: The cheapest ones; None where none are known.
@@ -175,7 +175,7 @@ def cycles_may_exist(
 
 @dataclass(frozen=True, slots=True)
 class _Answer:
-    """What a search found below a limit, and the reading that it went through."""
+    """Result of a search below a limit, and the reading that it went through."""
 
     found: Found
     reading: CycleReading

@@ -39,7 +39,7 @@ _Way = tuple[tuple[int, ...], tuple[int, ...]]
 
 @dataclass(frozen=True, slots=True)
 class Parts:
-    """What a formula asks of a team.
+    """Requirements of a formula on a team.
 
     Attributes:
         of_one: Parts that some robot keeps.

@@ -101,7 +101,7 @@ class Followers:
 
 
 class CycleEffects:
-    """What ways from one home do to the states that conjuncts may be in there, by number; 0 is to do nothing.
+    """Effects of ways from one home on the states that conjuncts may be in there, by number; 0 is to do nothing.
 
     Args:
         followers: The conjuncts that remember.

@@ -1,4 +1,4 @@
-"""Where a team can be before its cycles and in them, for a search that goes on with what costs least.
+"""Places of a team before its cycles and in them, for a search that goes on with what costs least.
 
 A place before the cycles is the nodes of all robots and what the formula remembers: the states of those of its conjuncts that ask for more than what
 is to be shown in every cycle (a *mark*, `G F p`), never, or always from some time on. What a cycle does to these states is its *effect* (`cycle_effects`).
@@ -31,7 +31,7 @@ Step = tuple[int, float, int]
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """Which places are looked at.
+    """Limits on the places that are looked at.
 
     Attributes:
         most: How many nodes of all robots, and places, there may be.
@@ -45,12 +45,12 @@ class Limits:
 
     @property
     def number(self) -> int:
-        """How many accounts there are."""
+        """Number of accounts."""
         return max(self.accounts) + 1
 
 
 class CyclePlaces:
-    """Where a team can be before its cycles and in them.
+    """Places of a team before its cycles and in them.
 
     Attributes:
         limits: What was given.

@@ -1,4 +1,4 @@
-"""What one robot or a team flies for ever, as an assignment: a prefix, and a cycle that all robots begin together.
+"""Infinite plans of one robot or a team, as an assignment: a prefix, and a cycle that all robots begin together.
 
 The searches of `_tries` are made in turn: parts of the formula are given to one robot each (one robot keeps all of them), else the product of all
 robots is searched.
@@ -87,7 +87,7 @@ class _Flown:
 
     @property
     def proved(self) -> bool:
-        """Whether no cycles are cheaper."""
+        """Return whether it is proved that no cycles are cheaper."""
         return self.least is not None and self.cost <= self.least + 2 * TIES
 
     def at_least(self, bound: float | None) -> _Flown:

@@ -45,7 +45,7 @@ class _Key(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Terms:
-    """How cycles are judged.
+    """Terms on which cycles are judged.
 
     Attributes:
         weight: How many cycles count.
@@ -61,7 +61,7 @@ class Terms:
 
 
 class CycleReading(PaidApart):
-    """What cycles ask of a team, by states of a search: before the cycle a place, in it also where it began, and what it has done so far.
+    """Reading of a team's cycles. A state is, before the cycle, a place; in it also where it began, and what it has done so far.
 
     Args:
         system: The team's.

@@ -45,7 +45,7 @@ Stage = tuple[Move, ...]
 
 @dataclass(frozen=True, slots=True)
 class Course:
-    """What a team does: stages once, then stages cycle by cycle.
+    """Course of a team: stages once, then stages cycle by cycle.
 
     Attributes:
         begin: Each robot's node at the start.
@@ -185,7 +185,7 @@ def _following(
 
 @dataclass(frozen=True, slots=True)
 class TeamCycles:
-    """What a team does for ever.
+    """Infinite plan of a team: prefixes and cycles.
 
     Attributes:
         prefixes: Each robot's nodes up to where its cycle begins, that one included.

@@ -1,4 +1,4 @@
-"""What a team can do, one robot flying at a time: the product of its robots' systems, made as it is walked.
+"""Transition system of a team, one robot flying at a time: the product of its robots' systems, made as it is walked.
 
 A node is the node of every robot and who moved last. A robot sets out when all others rest, in a region or where they start; so a
 path of the product is a flight of the team, one robot after another, whose every letter is read. What robots may do at

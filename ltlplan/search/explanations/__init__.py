@@ -1,4 +1,4 @@
-"""Why there is no plan, and what would make one possible.
+"""Explanations of missions without a plan, and changes that would make one possible.
 
 Read `unsatisfiable_cores` (requirements that cannot hold together, and edges and regions that would have to be there, or be open), then
 `reasons` (what stands in their way and what they need, found in `relaxed_systems`; `inquiry` is what they ask about), `relaxation` (what to leave out, the cheapest way) and `max_weight_subset` (which soft parts to keep).

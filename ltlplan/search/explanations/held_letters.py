@@ -1,4 +1,4 @@
-"""Why no precedences help where single interleavings would do: a letter that a robot holds may be read at any time.
+"""Reasons that no precedences help where single interleavings would do: a letter that a robot holds may be read at any time.
 
 In a single team word of `own` each letter is read when it helps, so that this is what an interleaving can do at best. That is a sentence for a
 person, and no plan: a robot cannot choose when a letter that it holds is looked at.

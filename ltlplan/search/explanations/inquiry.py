@@ -1,4 +1,4 @@
-"""What is asked about a mission without a plan: which requirements hold together in which worlds, and how they were written.
+"""Inquiry into a mission without a plan: which requirements hold together in which worlds, and how they were written.
 
 Of requirements by themselves it is found whether any word satisfies them, whoever may show it.
 """

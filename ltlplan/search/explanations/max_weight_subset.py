@@ -1,4 +1,4 @@
-"""Which parts to keep where not all can be kept: the most weight, and of equal weight the least cost.
+"""Subset of parts to keep where not all can be kept: the most weight, and of equal weight the least cost.
 
 Sets of parts to leave out are tried in the order of their weight (`ltlplan.search.lawler`). A set that cannot be kept is made smaller until all of it is needed for
 that; whoever keeps such a core need not be searched again, so that few searches answer for all sets (as MaxSAT solvers do; Davies and

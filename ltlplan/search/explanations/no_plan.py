@@ -1,4 +1,4 @@
-"""Why a finite mission has no plan: neither one that holds in every order of the robots, nor one that holds under precedences."""
+"""Reasons that a finite mission has no plan: neither one that holds in every order of the robots, nor one under precedences."""
 
 from __future__ import annotations
 

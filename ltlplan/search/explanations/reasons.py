@@ -1,4 +1,4 @@
-"""What stands in the way of requirements: each kind of reason is the outcome of a search in a world without that one thing.
+"""Reasons that stand in the way of requirements: each kind is the outcome of a search in a world without that one thing.
 
 `unmet_needs` says, step by step, what one requirement needs that the others or the world do not allow.
 """

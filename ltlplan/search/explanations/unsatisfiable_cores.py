@@ -1,4 +1,4 @@
-"""Why there is no plan: a smallest set of requirements that cannot hold together, and what stands in their way, in words.
+"""Unsatisfiable cores: a smallest set of requirements that cannot hold together, and what stands in their way, in words.
 
 Nothing is guessed. Every sentence here is the outcome of a search that found nothing, in the mission's world or in one
 that differs from it in just the thing that the sentence names: one region taken away, all edges added, free flight

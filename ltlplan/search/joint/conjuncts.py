@@ -80,7 +80,7 @@ class JointConjunct:
 
     @cached_property
     def repeats(self) -> bool:
-        """Whether reading any letter twice is the same as reading it once; False where there are too many to try."""
+        """Return whether reading any letter twice is the same as reading it once; False where there are too many to try."""
         if len(self.domain) << len(self._bit) > MAX_REPEATS and self._bit:
             return False
         once = ((letter, self.step(state, letter)) for letter in subsets(self.mask) for state in self.domain)
@@ -88,7 +88,7 @@ class JointConjunct:
 
 
 class WordEffects:
-    """What words of robots do to one conjunct, as numbers: words with equal numbers act alike, whatever others hold.
+    """Effects of robots' words on one conjunct, as numbers: words with equal numbers act alike, whatever others hold.
 
     Args:
         part: The conjunct.

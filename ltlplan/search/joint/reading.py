@@ -122,7 +122,7 @@ _NOT_YET = -1  # what a robot holds whose word has not begun
 
 @dataclass(frozen=True, slots=True)
 class _Shown:
-    """What a letter of the team leads to, in the order in which robots are followed.
+    """State that a letter of the team leads to, in the order in which robots are followed.
 
     Attributes:
         states: The conjuncts' states.
@@ -138,7 +138,7 @@ class _Shown:
 
 
 class JointReading(SequentialReading[Progress]):
-    """How far a team is whose robots fly one after another while the others hold their letters.
+    """Progress of a team whose robots fly one after another while the others hold their letters.
 
     Args:
         joint: The team and its task.

@@ -1,4 +1,4 @@
-"""Which visits a robot's events belong to: what a plan can say of them."""
+"""Visits that a robot's events belong to, so that a plan can name the events."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _DUE: Mapping[Due, int] = {"enters": 0, "leaves": 1, "acts": 2}
 
 @dataclass(frozen=True, slots=True)
 class EventName:
-    """What a robot does as it comes to a letter.
+    """Actions of a robot as it comes to a letter.
 
     Attributes:
         done: (what it has done then, index of visit).

@@ -54,7 +54,7 @@ def shown_at(marks: Marks, system: TransitionSystem, node: int) -> Shown:
 
 
 class Reading:
-    """How a formula reads a team's events.
+    """Reading of a team's events by a formula.
 
     Attributes:
         marks, joint: As given.
@@ -141,7 +141,7 @@ def _all(found: Iterable[int | None]) -> Known | None:
 
 
 class _Possibilities:
-    """What one conjunct may have come to, numbered."""
+    """Possible states of one conjunct, numbered."""
 
     def __init__(self, part: JointConjunct) -> None:
         self.part = part

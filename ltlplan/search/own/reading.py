@@ -135,7 +135,7 @@ class OwnTask:
 
 
 class OwnReading(SequentialReading[Progress]):
-    """How far a team is whose robots' words are read one after another.
+    """Progress of a team whose robots' words are read one after another.
 
     Args:
         own: The team and its task.

@@ -42,7 +42,7 @@ _SMALL = 1e-3
 
 @dataclass(frozen=True, slots=True)
 class Objective:
-    """What a share is judged by.
+    """Objective by which a share is judged.
 
     Attributes:
         longest: Whether the dearest robot counts, not the sum.

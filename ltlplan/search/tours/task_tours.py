@@ -104,7 +104,7 @@ class Leg:
 
 @dataclass(frozen=True, slots=True)
 class Tour:
-    """What one robot does: its tasks, one after another.
+    """Tour of one robot: its tasks, one after another.
 
     Attributes:
         tasks: In this order; some may be done on the way to others.
@@ -122,7 +122,7 @@ class Tour:
 
 
 class Tours:
-    """What robots' tours cost.
+    """Costs of robots' tours.
 
     Attributes:
         tasks: Conjuncts that some robot has to do, by index; those that starts do are left out.
