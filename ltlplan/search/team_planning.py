@@ -7,6 +7,7 @@ that no order breaks them. Where some order breaks another conjunct, that one is
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
@@ -178,7 +179,12 @@ def _least_within(task: TeamTask, budget: Budget, objective: Objective) -> Plann
 
 
 def _refined(
-    task: TeamTask, search: Callable[[SequentialReading[Any]], Found], objective: Objective, tracked: Collection[int] = ()
+    task: TeamTask,
+    search: Callable[[SequentialReading[Any]], Found],
+    objective: Objective,
+    tracked: Collection[int] = (),
+    *,
+    alike: bool = True,
 ) -> PlanningOutcome:
     """Search, and search again with the conjuncts tracked that some order broke, until a plan is kept by all orders.
 
@@ -187,11 +193,13 @@ def _refined(
         search: Returns the best plan of a reading.
         objective: The order on plans, and limits on robots.
         tracked: Conjuncts, by index, to begin with.
+        alike: Whether a search for the least sum tracks those that are like them, too.
     """
     found = PlanningOutcome(None, None, 0, tracked=frozenset(tracked))
     while True:
         try:
-            reading = task.reading(_with_alike(task, found.tracked, objective), objective)
+            among = _with_alike(task, found.tracked) if alike and objective == Objective() else sorted(found.tracked)
+            reading = task.reading(among, objective)
             answer = search(reading)
             run = _run_of(reading, answer)
             failing = {} if run is None else task.failing_orders(run.paths)
@@ -205,10 +213,10 @@ def _refined(
         found = replace(found, refused=found.refused or next(iter(failing.values())), tracked=found.tracked.union(failing))
 
 
-def _with_alike(task: TeamTask, tracked: Collection[int], objective: Objective) -> Collection[int]:
-    """Return conjuncts, by sums with all that are like them: what some order broke of one, it may break of these next."""
+def _with_alike(task: TeamTask, tracked: Collection[int]) -> list[int]:
+    """Return conjuncts with all that are like them: what some order broke of one, it may break of these next."""
     shapes = {task.shapes[index] for index in tracked}
-    return tracked if objective != Objective() else [index for index, shape in enumerate(task.shapes) if shape in shapes]
+    return [index for index, shape in enumerate(task.shapes) if shape in shapes]
 
 
 def _any_run(task: TeamTask, found: PlanningOutcome, stopped: TooLarge, budget: Budget) -> PlanningOutcome:
@@ -226,10 +234,12 @@ def _any_run(task: TeamTask, found: PlanningOutcome, stopped: TooLarge, budget: 
     third = max(1, budget.states // 3)
     few = max(1, third // len(robots))
 
-    def cheapest(flying: Collection[int], most: int, weight: float = 1.0, tracked: Collection[int] = ()) -> list[TeamRun]:
+    def cheapest(
+        flying: Collection[int], most: int, weight: float = 1.0, tracked: Collection[int] = (), *, alike: bool = True
+    ) -> list[TeamRun]:
         search = partial(least_sum, most=most, candidates=budget.candidates, weight=weight)
         flown = task if len(flying) == len(robots) else task.flown_by(flying)
-        among = _refined(flown, search, Objective(), tracked)
+        among = _refined(flown, search, Objective(), tracked, alike=alike)
         return [] if among.run is None else [among.run]
 
     runs: list[TeamRun] = []
@@ -240,8 +250,8 @@ def _any_run(task: TeamTask, found: PlanningOutcome, stopped: TooLarge, budget: 
         runs += [*alone.values(), *(run for pair in pairs for run in cheapest(pair, few))]
     active = robots if found.first is None else [robot for robot in robots if len(found.first.paths[robot]) > 1]
     teams = [active, robots] if len(active) < len(robots) else [robots]
-    for weight in GREEDY:
-        runs += [run for flying in teams for run in cheapest(flying, third, weight, found.tracked)]
+    for alike, weight in itertools.product((True, False), GREEDY):  # without those alike there are fewer states
+        runs += [run for flying in teams for run in cheapest(flying, third, weight, found.tracked, alike=alike)]
         if runs:
             break
     if not runs:
