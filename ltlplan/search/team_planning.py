@@ -29,6 +29,8 @@ MANY = 10
 """Robots from which on tasks are shared out before any search: where a bound is met there is nothing to search for."""
 
 GREEDY = (1.5, 3.0)  # how much the rest counts where any run will do; with the first, runs are nearer the cheapest
+_FEW = 10
+"""Share of the states, one in so many, of a first search that tracks no conjuncts but those that orders broke."""
 _ALONE = 6  # how much more may be spent on one robot by itself than on two
 _ROUNDING = 1e-9  # by which sums of the same costs may differ
 MAX_SINGLES = 20  # robots up to which each is tried as the only one that flies
@@ -41,11 +43,13 @@ class TeamTask(Protocol):
         graph: The team's graph.
         share: Of the budget, one in so many states is spent on a search by sums.
         shapes: For each conjunct what it has in common with those whose automata differ from its own in names alone.
+        alike: Whether conjuncts that are like a tracked one are tracked from the beginning, not only after a short search without them.
     """
 
     graph: ReducedGraph
     share: int
     shapes: Sequence[object]
+    alike: bool
 
     def flown_by(self, robots: Collection[int], /) -> Self:
         """Return the task of the team with all but these robots, by index, staying where they start."""
@@ -169,8 +173,14 @@ def _least_sum(task: TeamTask, budget: Budget) -> PlanningOutcome:
         TooLarge: The budget was used up before any plan was found.
     """
     budget = replace(budget, states=max(1, budget.states // task.share))
-    found = _refined(task, partial(least_sum, most=budget.states, candidates=budget.candidates), Objective())
-    return found if found.stopped is None else _any_run(task, found, found.stopped, budget)
+    few, found = max(1, budget.states // _FEW), PlanningOutcome(None, None, 0)
+    for most, alike in ((budget.states, True),) if task.alike else ((few, False), (budget.states, True)):
+        search = partial(least_sum, most=most, candidates=budget.candidates)
+        found = _refined(task, search, Objective(), found.tracked, alike=alike)
+        if found.stopped is None:
+            return found
+    assert found.stopped is not None, "the last search was stopped"
+    return _any_run(task, found, found.stopped, budget)
 
 
 def _least_within(task: TeamTask, budget: Budget, objective: Objective) -> PlanningOutcome:
@@ -250,7 +260,7 @@ def _any_run(task: TeamTask, found: PlanningOutcome, stopped: TooLarge, budget: 
         runs += [*alone.values(), *(run for pair in pairs for run in cheapest(pair, few))]
     active = robots if found.first is None else [robot for robot in robots if len(found.first.paths[robot]) > 1]
     teams = [active, robots] if len(active) < len(robots) else [robots]
-    for alike, weight in itertools.product((True, False), GREEDY):  # without those alike there are fewer states
+    for alike, weight in itertools.product((task.alike, not task.alike), GREEDY):
         runs += [run for flying in teams for run in cheapest(flying, third, weight, found.tracked, alike=alike)]
         if runs:
             break

@@ -49,6 +49,7 @@ class JointTask(TeamTask):
     """
 
     share = 10
+    alike = False
 
     def __init__(self, systems: Sequence[TransitionSystem], automata: Sequence[Automaton]) -> None:
         self.automata, self.shapes = tuple(automata), [automaton.shape for automaton in automata]

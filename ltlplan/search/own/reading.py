@@ -42,6 +42,7 @@ class OwnTask:
     """
 
     share = 1
+    alike = True
 
     def __init__(self, graph: ReducedGraph, task: Task) -> None:
         self.graph, self.task = graph, task
