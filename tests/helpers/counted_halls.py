@@ -61,5 +61,7 @@ def longest_alone(plan: Plan) -> float:
     flights = []
     for name, robot in plan.robots.items():
         only = mission.changed(agents={name: mission.agents[name]}, spec=mission.spec.model_copy(update={"formula": "true"}))
-        flights.append(refine(plan.model_copy(update={"robots": {name: robot}, "meetings": (), "mission": only}))[name])
+        flights.append(
+            refine(plan.model_copy(update={"robots": {name: robot}, "meetings": (), "precedences": (), "mission": only}))[name]
+        )
     return max(flight.duration for flight in flights)

@@ -112,7 +112,7 @@ def tried(fault: Fault, each: int) -> tuple[int, list[str]]:
                 proof = within(SECONDS, lambda flown=flown: finder.prove(flown.plan, flown.team, flown.certificate))
             except TooLong:  # no proof comes out, of others neither
                 return others + 1, wrong
-            except Exception:
+            except Exception:  # of whatever kind: code with a fault may raise anything, and then no proof comes out
                 others += 1
                 continue
             if (proof.statement, proof.evidence) != (honest.statement, honest.evidence):
