@@ -8,7 +8,6 @@ that finds words and paths together, because it prices words by the very paths, 
 from __future__ import annotations
 
 import itertools
-from bisect import bisect_left
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Protocol
@@ -55,6 +54,12 @@ class Itinerary:
         """Indices of the visits to whose middles it flies, in order, also where that is each visit once."""
         return tuple(range(len(self.visits))) if self.stops is None else self.stops
 
+    @property
+    def first_of_lap(self) -> int | None:
+        """Index of the stop with which the cycle begins; it may come back later to visits that the prefix began."""
+        stops, first = self.all_stops, self.cycle_visit
+        return None if first is None else next((k for k, visit in enumerate(stops) if visit >= first), len(stops))
+
     def legs(self, mission: Mission, robot: str) -> frozenset[Leg]:
         """Return the legs that a robot of the mission flies by it; a lasso's closing leg too."""
         stops = self.all_stops
@@ -62,8 +67,8 @@ class Itinerary:
         if regions and float(mission.all_regions[regions[0]].level(np.array(start))) <= 1.0:
             regions = regions[1:]  # it is there already
         places: list[Point | str] = [start, *regions]
-        if self.cycle_visit is not None and (lap := stops[bisect_left(stops, self.cycle_visit) :]):
-            places.append(self.visits[lap[0]].region)
+        if (first := self.first_of_lap) is not None and first < len(stops):
+            places.append(self.visits[stops[first]].region)
         return frozenset((robot, a, b) for a, b in itertools.pairwise(places) if isinstance(b, str))
 
 

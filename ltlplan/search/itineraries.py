@@ -137,4 +137,5 @@ def _enters(system: TransitionSystem, path: tuple[int, ...], index: int, cycle: 
     previous = path[index - 1] if index > 0 else cycle[-1]
     if index == len(path) - len(cycle):
         previous = cycle[-1]
-    return system.nodes[previous].flying and not system.nodes[path[index]].flying
+    before, after = system.nodes[previous], system.nodes[path[index]]
+    return not after.flying and (before.flying or not after.regions <= before.regions)

@@ -11,7 +11,6 @@ room is a `SplineBlocked`: it says what the spline comes too near to, where, and
 from __future__ import annotations
 
 import itertools
-from bisect import bisect_left
 from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
@@ -232,7 +231,7 @@ def segments(mission: Mission, plan: RobotPlan) -> tuple[Primitive, ...]:
 def _route(mission: Mission, robot: str, does: Itinerary, directions: Directions, where: Room, shortest: float) -> RobotPlan:
     visits, cycle_visit, word, served = does.visits, does.cycle_visit, does.word, does.all_stops
     flown = tuple(visits[stop] for stop in served)
-    first = None if cycle_visit is None else bisect_left(served, cycle_visit)
+    first = does.first_of_lap
     legs = Legs(mission, robot, flown, where, _ends_inside(mission, robot, flown, first, word), served)
     sides = choose_sides(legs, first, directions)
     stops, cycle = legs.stops(sides, first)

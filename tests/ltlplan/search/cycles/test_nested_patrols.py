@@ -50,6 +50,22 @@ def test_patrols_of_houses_with_rooms_are_certified(formula: str, start: list[fl
     assert certified(world(formula, start, robot=robot))
 
 
+@few_of(
+    1,
+    ("formula", "a", "b"),
+    [  # a region whose middle lies in b is left by going to the middle of b, and entered again from there: no flight in between
+        ("G F (c & b) & G F (b & !c)", (1.5, 0.3), (0.4, 0.5)),
+        ("G F (c & b) & G F (b & !c)", (-0.9, 0.3), (1.0, 1.2)),
+        ("G F c & G F !c & F a", (-0.4, 0.5), (0.4, 0.3)),
+    ],
+)
+def test_laps_between_middles_of_regions_that_overlap_are_certified(
+    formula: str, a: tuple[float, float], b: tuple[float, float]
+) -> None:
+    balls = {name: ([x, 0.0, 1.0], [radius] * 3) for name, (x, radius) in {"a": a, "b": b, "c": (0.0, 0.3)}.items()}
+    assert certified(world(formula, [0.0, -2.0, 1.0], balls))
+
+
 @pytest.mark.slow  # half a minute: many small worlds
 @pytest.mark.parametrize("seed", range(60))
 def test_whatever_is_planned_among_drawn_houses_is_certified_at_once(seed: int) -> None:
