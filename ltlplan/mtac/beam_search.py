@@ -74,7 +74,6 @@ class BeamSearch:
     """A team, what it may do, and how good that is.
 
     Attributes:
-        consulted: The costs that were compared, round by round: (robot, region) and the robot's cost up to it.
         heuristic: What is surely left to fly, a lower bound.
     """
 
@@ -99,7 +98,6 @@ class BeamSearch:
         self.cost, self.holds = price, holds
         self.heuristic = AdmissibleHeuristic(team)
         self.everybody = frozenset(team.starts)
-        self.consulted: list[dict[tuple[str, str], float]] = []
 
     def search(self, say: Progress) -> BeamNode | None:
         """Walk on until no walk that is left can be better than the best finished one; None where none was finished."""
@@ -170,7 +168,6 @@ class BeamSearch:
                 if choice.key not in choices or guess < choices[choice.key][0]:
                     choices[choice.key] = (guess, choice)
         chosen: list[BeamNode] = []
-        consulted: dict[tuple[str, str], float] = {}
         for guess, choice in sorted(choices.values(), key=lambda pair: pair[0]):
             full = len(chosen) >= self.options.width
             if not self.options.every_robot and (guess >= bound or (full and guess >= chosen[-1].score)):
@@ -178,14 +175,12 @@ class BeamSearch:
             robot = choice.order[-1]
             task = choice.tasks[robot]
             cost = self.cost(robot, task)
-            consulted[robot, task.moves[-1].visit.region] = cost
             if not math.isfinite(cost):
                 continue
             costs = {**choice.costs, robot: cost}
             rest = self.heuristic.bound(choice.states, task.end, self.everybody - set(choice.order))
             chosen.append(replace(choice, costs=costs, score=self.score(costs, rest)))
             chosen = sorted(chosen, key=_score)[: self.options.width]
-        self.consulted.append(consulted)
         return [one for one in chosen if one.score < bound]
 
     def neighbours(self, one: BeamNode) -> Iterator[tuple[float, BeamNode]]:

@@ -21,7 +21,7 @@ What the printed algorithm leaves open is decided like this.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
@@ -57,7 +57,6 @@ class Shared:
         cost: The objective.
         stops: Of each robot, as in an itinerary.
         tried: How many paths were optimised.
-        consulted: The costs compared at each step: (robot, region) and the cost of the robot's path up to it.
         prices: What paths cost, for more of them.
         least: Of many tasks: no assignment costs less, by straight lines or ways around obstacles.
     """
@@ -68,7 +67,6 @@ class Shared:
     stops: dict[str, tuple[int, ...]]
     tried: int
     prices: PricedPaths
-    consulted: tuple[dict[tuple[str, str], float], ...] = ()
     least: float | None = None
 
     @property
@@ -161,7 +159,7 @@ def _allocation(found: Shared, known: BestKnown | None) -> Allocation:
 def share_tasks(
     mission: Mission, *, rng: Generator, progress: Progress = silent, options: Options | None = None
 ) -> Shared | None:
-    """Search the team automaton as `mtac_e` does, or share many tasks in tours, and return what was found with the costs that were compared.
+    """Search the team automaton as `mtac_e` does, or share many tasks in tours, and return what was found.
 
     Args:
         mission: What is asked; `planner` gives objective, costs and the numbers of cross-entropy.
@@ -204,14 +202,11 @@ def share_tasks(
         world, reader, starts, begun=frozenset({reader.initial}), takes_off=True,
         in_decomposition_set=reader.in_decomposition_set, metric=straight_line_costs(mission),
     )  # fmt: skip
-    search = BeamSearch(team, price=price, holds=holds, options=chosen)
-    best = search.search(progress)
+    best = BeamSearch(team, price=price, holds=holds, options=chosen).search(progress)
     if best is None:
         return None
     tasks = {robot: best.tasks.get(robot, RobotTask(where)) for robot, where in starts.items()}
-    return _shared(
-        mission, paths, {robot: task.itinerary(world) for robot, task in tasks.items()}, best.order, search.consulted
-    )
+    return _shared(mission, paths, {robot: task.itinerary(world) for robot, task in tasks.items()}, best.order)
 
 
 def _shared(
@@ -219,11 +214,10 @@ def _shared(
     paths: PricedPaths,
     does: Mapping[str, Itinerary],
     order: tuple[str, ...],
-    consulted: Sequence[dict[tuple[str, str], float]] = (),
     least: float | None = None,
-) -> Shared:  # as many as a search has found
+) -> Shared:
     """Return what robots do with their paths, judged for all times."""
     found = {robot: paths.best(robot, own) for robot, own in does.items()}
     stops = {robot: own.stops or () for robot, own in does.items()}
     cost = team_cost(mission, [path.plan.cost for path in found.values()])
-    return Shared(found, order, cost, stops, len(paths.tried), paths, tuple(consulted), least)
+    return Shared(found, order, cost, stops, len(paths.tried), paths, least)
