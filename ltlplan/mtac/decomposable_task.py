@@ -5,22 +5,20 @@ Where a task may be divided, whether words hold in every order, and which letter
 
 from __future__ import annotations
 
-import itertools
 import math
-from collections.abc import Callable, Container, Hashable, Mapping, Sequence
+from collections.abc import Container, Hashable, Mapping, Sequence
 from functools import cached_property
 from typing import Any, Protocol
 
 from ltlplan.logic.automaton import DEAD
 from ltlplan.logic.conjunction import Conjunction, conjunct_automata
 from ltlplan.logic.decomposition import decomposes_from
-from ltlplan.logic.product_automaton import Task
-from ltlplan.logic.transition_monoid import OrderCheck, TransitionMonoid
 from ltlplan.logic.translation import translate
 from ltlplan.mtac.agent_moves import World
 from ltlplan.search.counting.counting_propositions import shows
+from ltlplan.search.every_order import hold_in_every_order
 from ltlplan.search.memoization import memoized
-from verify.data import BadInput, Letter
+from verify.data import Letter
 from verify.data.language.counting import atoms
 
 State = Hashable
@@ -149,14 +147,7 @@ class Reader:
 
     def holds_in_every_order(self, words: Mapping[str, Sequence[Letter]]) -> bool:
         """Tell whether the words have the sequential property (Def. 4.5)."""
-        if self._joint:
-            return holds_one_at_a_time(self, words, self.team_letter)
-        unforeseen = frozenset(letter for word in words.values() for letter in word) - frozenset(self.shown)
-        letters = (*self.shown, *sorted(unforeseen, key=sorted))  # where regions overlap, more may be flown than planned
-        numbers = {letter: i for i, letter in enumerate(letters)}
-        task = Task(conjunct_automata(self._formula, "finite"), letters)
-        monoid = TransitionMonoid(task)
-        return OrderCheck(task).failing_order([monoid.of(numbers[x] for x in word) for word in words.values()]) is None
+        return hold_in_every_order(conjunct_automata(self._formula, "finite"), [*words.values()], joint=self._joint)
 
 
 def union_of(held: Mapping[str, Letter]) -> Letter:
@@ -166,36 +157,3 @@ def union_of(held: Mapping[str, Letter]) -> Letter:
         held: Each robot's letter.
     """
     return frozenset[str]().union(*held.values())
-
-
-def holds_one_at_a_time(
-    automaton: Accepting,
-    words: Mapping[str, Sequence[Letter]],
-    team_letter: Callable[[Mapping[str, Letter]], Letter] = union_of,
-) -> bool:
-    """Tell whether a team's letters are accepted when robots fly one after another, in every order (`team: joint`).
-
-    Args:
-        automaton: Reads the team's letters.
-        words: Each robot's.
-        team_letter: What the team shows whose robots hold some letters.
-
-    Raises:
-        BadInput: There are too many robots to try all orders.
-    """
-    flying = [robot for robot, word in words.items() if len(word) > 1]
-    if len(flying) > 14:
-        raise BadInput(f"{len(flying)} robots with tasks under `team: joint` are too many to order; at most 14.")
-    still = {robot: word[0] for robot, word in words.items()}
-    reached: dict[frozenset[str], set[State]] = {frozenset(): {automaton.successor(automaton.initial, team_letter(still))}}
-    for size in range(len(flying)):
-        for done in map(frozenset, itertools.combinations(flying, size)):
-            for robot in flying:
-                if robot in done:
-                    continue
-                held = {**still, **{other: words[other][-1] for other in done}}
-                states = reached[done]
-                for letter in words[robot][1:]:
-                    states = {automaton.successor(state, team_letter({**held, robot: letter})) for state in states}
-                reached.setdefault(done | {robot}, set()).update(states)
-    return all(state in automaton.accepting for state in reached[frozenset(flying)])

@@ -13,9 +13,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from ltlplan.logic.automaton import Automaton
 from ltlplan.logic.budget import TooLarge
 from ltlplan.logic.conjunction import conjunct_automata, conjuncts
-from ltlplan.logic.product_automaton import Task
-from ltlplan.logic.transition_monoid import OrderCheck, TransitionMonoid
-from ltlplan.search.joint.conjuncts import JointConjunct, WordEffects
+from ltlplan.search.every_order import hold_in_every_order
 from ltlplan.systems.shared_walls import Crossing, Walls, wall_sentence
 from verify.data import Infeasible, Letter, Mission, Word
 from verify.data.language.counting import written_out
@@ -107,18 +105,7 @@ def _keep(mission: Mission, automata: Sequence[Automaton], words: Mapping[str, W
     """Tell whether words keep a part of the formula, in every order of the robots."""
     if mission.spec.trace == "infinite":
         return all(automaton.accepts(word) for automaton in automata for word in words.values())
-    if mission.spec.team == "joint":
-        bit = {
-            name: 1 << i for i, name in enumerate(sorted({name for automaton in automata for name in automaton.propositions}))
-        }
-        masks = [[sum(bit.get(name, 0) for name in letter) for letter in word.prefix] for word in words.values()]
-        effects = [WordEffects(JointConjunct(automaton, bit), None) for automaton in automata]
-        return all(effect.failing_order([effect.of(word) for word in masks]) is None for effect in effects)
-    numbers: dict[Letter, int] = {}
-    read = [[numbers.setdefault(letter, len(numbers)) for letter in word.prefix] for word in words.values()]
-    task = Task(automata, tuple(numbers))
-    monoid = TransitionMonoid(task)
-    return OrderCheck(task).failing_order([monoid.of(word) for word in read]) is None
+    return hold_in_every_order(automata, [word.prefix for word in words.values()], joint=mission.spec.team == "joint")
 
 
 def _refusal(mission: Mission, robot: str, crossing: Crossing, shown: Word, part: str) -> OpenWall:

@@ -7,14 +7,14 @@ not, the one that is easiest to fly and asks least. Then each that can be done w
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from ltlplan.logic.automaton import DEAD
 from ltlplan.logic.budget import TooLarge
 from ltlplan.search.counting.counting_propositions import Marks
-from ltlplan.search.joint.conjuncts import JointConjunct
 from ltlplan.search.label_setting import Label, ParetoSearch
+from ltlplan.search.memoization import memoized
 from ltlplan.search.orders.event_names import Event, Names, Pair, unlikeness
 from ltlplan.search.orders.state_sets import Reading, Shown
 from verify.data.plan import Precedence
@@ -55,7 +55,6 @@ class Linearisations:
 
     def __init__(self, marks: Marks, words: Sequence[Sequence[Shown]], *, joint: bool) -> None:
         self.marks, self.words, self.joint = marks, tuple(map(tuple, words)), joint
-        self.ends = tuple(len(word) - 1 for word in self.words)
         self._reading = Reading(marks, joint=joint)
 
     def broken(self, pairs: Sequence[Pair]) -> BreakingWord | None:
@@ -67,56 +66,74 @@ class Linearisations:
         Raises:
             TooLarge: There are too many team words.
         """
-        before: dict[Event, list[Event]] = {}
-        for first, then in pairs:
-            before.setdefault(then, []).append(first)
-        found = (self._broken(index, part, before) for index, part in enumerate(self.marks.parts))
+        found = (self.breaking(index, pairs) for index in range(len(self.marks.parts)))
         return next((word for word in found if word is not None), None)
 
-    def _broken(self, index: int, part: JointConjunct, before: Mapping[Event, Sequence[Event]]) -> BreakingWord | None:
-        readers = 1 if self.joint else len(self.words)
-        first: _Node = (0,) * len(self.words), part.initial, (1 << readers) - 1
+    @memoized
+    def robots(self, index: int) -> frozenset[int]:
+        """Return the robots whose letters can matter to one conjunct, by its index."""
+        return frozenset(robot for robot, word in enumerate(self.words) if self._reading.matters(index, word))
+
+    def breaking(self, index: int, pairs: Sequence[Pair] = ()) -> BreakingWord | None:
+        """Return a team word that keeps precedences and breaks one conjunct; None where all of them satisfy it.
+
+        Robots that neither matter to it nor are in a precedence stay at their first letters, which show it the same as all others of theirs.
+
+        Args:
+            index: The conjunct's.
+            pairs: The precedences that are kept.
+
+        Raises:
+            TooLarge: There are too many team words.
+        """
+        part, before = self.marks.parts[index], dict[Event, list[Event]]()
+        for first, then in pairs:
+            before.setdefault(then, []).append(first)
+        movers = self.robots(index).union(robot for pair in pairs for robot, _ in pair)
+        ends = tuple(len(word) - 1 if robot in movers else 0 for robot, word in enumerate(self.words))
+        readers = [0] if self.joint else sorted(movers)
+        start, unread = (0,) * len(self.words), sum(1 << reader for reader in readers)
+
+        def following(node: _Node) -> Iterator[tuple[int | None, _Node]]:
+            at, state, unread = node
+            letters = self._reading.letters(tuple(word[place] for word, place in zip(self.words, at, strict=True)))
+            for reader, letter in ((who, own) for who in readers for own in letters[who]):
+                yield reader, (at, part.step(state, letter), unread & ~(1 << reader))
+            ready = [
+                robot
+                for robot, place in enumerate(at)
+                if place < ends[robot]
+                and not unread >> (0 if self.joint else robot) & 1
+                and all(at[other] >= index for other, index in before.get((robot, place + 1), ()))
+            ]
+            if not self.joint:
+                for robot in ready:
+                    yield None, ((*at[:robot], at[robot] + 1, *at[robot + 1 :]), state, unread | 1 << robot)
+                return
+            for choice in itertools.product((0, 1), repeat=len(ready)):  # any of them at one instant
+                if any(choice):
+                    moved = list(at)
+                    for robot, moves in zip(ready, choice, strict=True):
+                        moved[robot] += moves
+                    yield None, (tuple(moved), state, 1)
 
         def successors(label: Label[_Node]) -> Iterator[Label[_Node]]:
-            for reader, node in () if part.finished(label.state[1]) else self._following(part, label.state, before):
+            for reader, node in () if part.finished(label.state[1]) else following(label.state):
                 yield Label(node, (), 0.0, (), label, reader)
 
-        search = ParetoSearch(
-            [Label(first, (), 0.0, ())], successors
-        )  # nothing is paid: each node comes once, the shortest way to it
+        first = (
+            Label[_Node]((start, part.step(part.initial, letter), unread & ~(1 << reader)), (), 0.0, (), None, reader)
+            for reader, own in enumerate(self._reading.letters(tuple(word[0] for word in self.words)))
+            for letter in own
+        )
+        search = ParetoSearch(first, successors)  # nothing is paid: each node comes once, the shortest way to it
         for label in search:
             at, state, unread = label.state
-            if state == DEAD or (at == self.ends and not unread and not part.accepting(state)):
+            if state == DEAD or (at == ends and not unread and not part.accepting(state)):
                 return _word(index, label.path())
             if search.reached > MOST_STEPS:
                 raise TooLarge("Trying all orders of some robots' events takes", search.reached, "steps", MOST_STEPS)
         return None
-
-    def _following(
-        self, part: JointConjunct, node: _Node, before: Mapping[Event, Sequence[Event]]
-    ) -> Iterator[tuple[int | None, _Node]]:
-        at, state, unread = node
-        letters = self._reading.letters(tuple(word[place] for word, place in zip(self.words, at, strict=True)))
-        for reader, own in enumerate(letters):
-            for letter in own:
-                yield reader, (at, part.step(state, letter), unread & ~(1 << reader))
-        ready = [
-            robot
-            for robot, place in enumerate(at)
-            if place < self.ends[robot]
-            and not unread >> (0 if self.joint else robot) & 1
-            and all(at[other] >= index for other, index in before.get((robot, place + 1), ()))
-        ]
-        if not self.joint:
-            for robot in ready:
-                yield None, ((*at[:robot], at[robot] + 1, *at[robot + 1 :]), state, unread | 1 << robot)
-            return
-        for choice in itertools.product((0, 1), repeat=len(ready)):  # any of them at one instant
-            if any(choice):
-                moved = list(at)
-                for robot, moves in zip(ready, choice, strict=True):
-                    moved[robot] += moves
-                yield None, (tuple(moved), state, 1)
 
 
 def _word(part: int, path: Sequence[Label[_Node]]) -> BreakingWord:

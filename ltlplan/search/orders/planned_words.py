@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator
+from dataclasses import replace
 
 from ltlplan.logic.budget import TooLarge
 from ltlplan.logic.conjunction import conjunct_automata
 from ltlplan.search.counting.counting_propositions import Marks
 from ltlplan.search.orders.event_names import event_names
+from ltlplan.search.orders.linearisations import Linearisations
 from ltlplan.search.orders.planning import MOST_STATES, OrderedTeam
+from ltlplan.search.orders.reading import shown_by
+from ltlplan.search.reduced_graph import staying
 from ltlplan.systems.transition_systems import Node, TransitionSystem
 from ltlplan.systems.visit_log import VisitLog
 from verify.data import Infeasible, Letter, Plan, RobotPlan, Unsatisfiable
@@ -21,6 +25,8 @@ from verify.data.sections import Action
 def precedences_for(plan: Plan) -> tuple[Precedence, ...] | None:
     """Return few precedences under which every team word of a plan's words satisfies the formula; None where that is not known.
 
+    Precedences only rule team words out. So those conjuncts alone are planned which some order breaks, for the robots that matter to them.
+
     Args:
         plan: Of a finite trace.
 
@@ -30,10 +36,15 @@ def precedences_for(plan: Plan) -> tuple[Precedence, ...] | None:
     known = systems_of_words(plan)
     if known is None:
         return None
-    formula = plan.mission.formula
+    formula, joint = plan.mission.formula, plan.mission.spec.team == "joint"
+    automata, counted = conjunct_automata(formula, "finite"), atoms(formula)
+    marks = Marks(automata, counted)
+    words = Linearisations(marks, shown_by(marks, known), joint=joint)
     try:
-        marks = Marks(conjunct_automata(formula, "finite"), atoms(formula))
-        found = OrderedTeam(known, marks, joint=plan.mission.spec.team == "joint").cheapest(MOST_STATES)
+        broken = [index for index in range(len(automata)) if words.breaking(index)]
+        flying = frozenset[int]().union(*map(words.robots, broken))
+        some = [own if robot in flying else replace(staying(own), final=None) for robot, own in enumerate(known)]
+        found = OrderedTeam(some, Marks([automata[index] for index in broken], counted), joint=joint).cheapest(MOST_STATES)
     except (TooLarge, Infeasible):
         return None
     if found is None:

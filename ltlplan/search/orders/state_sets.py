@@ -122,6 +122,18 @@ class Reading:
             return True
         return all(part.is_idle(self.marks.letter(own)) for own in shown for part in self._parts)
 
+    def matters(self, index: int, shown: Sequence[Shown]) -> bool:
+        """Tell whether it can make a difference to one conjunct when a robot shows what.
+
+        Args:
+            index: The conjunct's.
+            shown: By the robot, letter by letter.
+        """
+        letters = {sums for own in shown for sums in own}
+        if self.joint:
+            return len(set(map(self.marks.conjuncts[index].cut, letters))) > 1
+        return not all(self._parts[index].is_idle(self.marks.letter(sums)) for sums in letters)
+
     @memoized
     def letters(self, team: tuple[Shown, ...]) -> _Letters:
         """Return what each reader may read of what each robot shows."""
@@ -151,7 +163,12 @@ class _Possibilities:
         """Return the number of what is possible at first."""
         cut = self._cut(letters)
         unread = sum(1 << reader for reader, own in enumerate(cut) if not self._all_idle(own))
-        return self._read({(self.part.initial, unread)}, cut)
+        first = {
+            (self.part.step(self.part.initial, letter), unread & ~(1 << reader))
+            for reader, own in enumerate(cut)
+            for letter in own
+        }
+        return None if any(state == DEAD for state, _ in first) else self._read(first, cut)
 
     def after(self, number: int, letters: _Letters, reader: int) -> int | None:
         """Return the number of what is possible when one reader has come to a new letter; it has been read before."""
@@ -176,9 +193,11 @@ class _Possibilities:
 
     @memoized
     def is_idle(self, letter: int) -> bool:
-        """Tell whether reading a letter never changes anything."""
-        cut = letter & self.part.mask
-        return all(self.part.step(state, cut) == state for state in {*self.part.domain, self.part.initial})
+        """Tell whether reading a letter never changes anything, once some letter was read."""
+        part, edges = self.part, self.part.automaton.edges
+        later = {target for own in edges for _, target in own}
+        states = (state for at, state in enumerate(part.domain) if at in later)
+        return all(part.step(state, letter & part.mask) == state for state in states)
 
     def _read(self, possible: set[tuple[int, int]], letters: _Letters) -> int | None:
         """Return the number of what is possible after any readings of held letters; None where some lose the task."""

@@ -9,7 +9,7 @@ import ltlplan
 from ltlplan.mtac.admissible_heuristic import TeamModel
 from ltlplan.mtac.agent_moves import RobotTask, World
 from ltlplan.mtac.beam_search import BeamNode, BeamSearch, Options
-from ltlplan.mtac.decomposable_task import Reader, holds_one_at_a_time
+from ltlplan.mtac.decomposable_task import Reader
 from ltlplan.mtac.offline import mtac_e, share_tasks
 from ltlplan.mtac.optimality_gap import straight_cost, straight_line_costs
 from ltlplan.planner import make_plan
@@ -247,6 +247,6 @@ def test_one_at_a_time_is_judged_by_unions():
     mission = small("F a & F b & G !(a & b)", regions=ROW, agents=[(0, -1, 1), (1, -1, 1)], team="joint")
     reader = Reader(World(mission))
     free, a, b = frozenset(), frozenset({"a"}), frozenset({"b"})
-    assert holds_one_at_a_time(reader, {"x": [free, a, free], "y": [free, b, free]})
+    assert reader.holds_in_every_order({"x": [free, a, free], "y": [free, b, free]})
     # who ends inside a holds it while the other flies through b
-    assert not holds_one_at_a_time(reader, {"x": [free, a], "y": [free, b, free]})
+    assert not reader.holds_in_every_order({"x": [free, a], "y": [free, b, free]})
