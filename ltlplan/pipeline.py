@@ -90,7 +90,6 @@ def attempted(
         BadInput: The plan or its mission is not sound.
     """
     import verify
-    from ltlplan.replanning.repair_precedences import with_proposed_waits
 
     say, number = progress or silent, candidate.rounds + 1
     again = "" if number == 1 else f", round {number}"
@@ -104,7 +103,7 @@ def attempted(
     except (Infeasible, DoesNotFit) as error:
         return Conflict(error)
     say(f"proving{again}", 0.5)
-    return Flight(plan, team, with_proposed_waits(verify.judge(plan, team, margin=margin)))
+    return Flight(plan, team, verify.judge(plan, team, margin=margin))
 
 
 def _refined(candidate: Candidate, effort: Effort, refining: Progress) -> tuple[Plan, dict[str, Trajectory]]:

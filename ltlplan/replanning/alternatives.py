@@ -21,11 +21,10 @@ from ltlplan.replanning.soft_alternatives import (
     fewer_soft_parts,
     other_words,
     same_words_under_precedences,
-    waits_for_soft_parts,
     without_a_leg,
     words_under_precedences,
 )
-from verify.data import LtlplanError, NotCertified, Plan, Unsatisfiable
+from verify.data import LtlplanError, Plan, Unsatisfiable
 
 Alternative = Callable[[Refusal], Candidate | None]
 """From a refusal to the next candidate; None where the alternative has none, or does not apply."""
@@ -96,13 +95,10 @@ def _at_nominal_times(made: Plan) -> Plan | None:
     return None if other is None else for_mission(other, made.mission).model_copy(update={"lower_bound": made.lower_bound})
 
 
-def _more_waits(refusal: Refusal) -> Candidate | None:
-    """Return the same words with the waits that the counterexamples ask for, where these can help."""
-    return None if refusal.waiting is refusal.plan and refusal.breaks_formula else _same_waits(refusal)
-
-
 def _planned_order(refusal: Refusal) -> Candidate | None:
-    """Return the same words with precedences that planning finds for them, or other words that hold under precedences."""
+    """Return words that may break the formula with precedences that planning finds for them, or others that hold under precedences."""
+    if not refusal.breaks_formula:
+        return None
     if refusal.impossible:
         return refusal.answered("order", words_under_precedences(refusal.plan), proved=True)
     try:
@@ -112,12 +108,9 @@ def _planned_order(refusal: Refusal) -> Candidate | None:
     return refusal.answered("order", plan)
 
 
-def _same_waits(refusal: Refusal) -> Candidate | None:
+def _same_words(refusal: Refusal) -> Candidate | None:
     """Return the same words, whose next flight keeps clear of the counterexamples."""
-    plan = refusal.waiting
-    if refusal.impossible or isinstance(plan, NotCertified):
-        return None
-    return refusal.answered("waits", plan, witnesses=refusal.witnesses)
+    return None if refusal.impossible else refusal.answered("waits", refusal.plan, witnesses=refusal.witnesses)
 
 
 _OTHER_WORDS: tuple[Alternative, ...] = (
@@ -130,8 +123,8 @@ _OTHER_WORDS: tuple[Alternative, ...] = (
 _ALTERNATIVES: dict[Reason, tuple[Alternative, ...]] = {
     "certified": (),
     "endurance": (_as_fast_as_may_be, _shared_by_nominal_times, *_OTHER_WORDS, _flown_at_nominal_times),
-    "claims": (_more_waits, _planned_order, _same_waits, *_OTHER_WORDS, _flown_at_nominal_times),
+    "claims": (_planned_order, _same_words, *_OTHER_WORDS, _flown_at_nominal_times),
     "no flight": (*_OTHER_WORDS, _flown_at_nominal_times),
-    "soft parts": (waits_for_soft_parts, same_words_under_precedences, other_words, without_a_leg),
+    "soft parts": (same_words_under_precedences, other_words, without_a_leg),
     "no better": (without_a_leg,),
 }

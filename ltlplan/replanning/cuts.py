@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from ltlplan.allocation import Itinerary, Leg
 from ltlplan.paths.costs import with_expected_times
-from ltlplan.precedences import hold_under_precedences, with_waits
+from ltlplan.precedences import hold_under_precedences
 from verify.data import Infeasible, LtlplanError, Mission, NotCertified, Plan, Trajectory, Witness
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ _RELIEFS = 3
 """Soft parts without which a plan is tried that no flight kept."""
 CutKind = Literal["waits", "pace", "order", "precedences", "words", "legs", "capacity", "soft part", "tracking", "sharing"]
 _FORBIDS: dict[CutKind, str] = {
-    "waits": "flights without the waits that the counterexamples ask for",
+    "waits": "flights that come near the counterexamples",
     "pace": "flights at the mission's own pace",
     "order": "flights in every order of the robots",
     "precedences": "flights of these words without precedences",
@@ -56,7 +56,7 @@ class Cut:
     """Constraint that a refused flight puts on later plans.
 
     Attributes:
-        kind: What is forbidden: flights without waits, at the mission's pace, or in every order; the same words without precedences; words that need none; words along
+        kind: What is forbidden: flights near counterexamples, at the mission's pace, or in every order; the same words without precedences; words that need none; words along
             legs; more robots in a region; plans that keep all soft parts.
         why: What was said of the flight.
         rounds: How many times refinement had run by then.
@@ -316,14 +316,6 @@ class Refusal:
         """Return whether the formula is violated, and the words satisfy it under no precedences."""
         return self.breaks_formula and not hold_under_precedences(self.plan)
 
-    @cached_property
-    def waiting(self) -> Plan | NotCertified:
-        """The same words with the waits that the counterexamples ask for; an error where they go round in a circle."""
-        try:
-            return with_waits(self.plan, self.witnesses)
-        except NotCertified as circle:
-            return circle
-
     @property
     def why(self) -> str:
         """Sentences about the flight."""
@@ -344,8 +336,6 @@ class Refusal:
             return NotCertified(f"Not certified. {' '.join(self._too_long)} {hint}", self.witnesses)
         if self.reason == "no flight":
             return NotCertified(f"Not certified after {self.tried.rounds} rounds of refinement. {self.why}", self.witnesses)
-        if not self.impossible and isinstance(self.waiting, NotCertified):
-            return self.waiting
         no_waits = "Whatever robots wait for, these words do not satisfy the formula."
         return NotCertified(f"Not certified. {self.why} {no_waits}", self.witnesses)
 

@@ -1,6 +1,6 @@
-"""Other plans for soft parts that a flight does not keep: waits, precedences, words without a leg, and at last fewer soft parts.
+"""Other plans for soft parts that a flight does not keep: precedences, words without a leg, and at last fewer soft parts.
 
-Words of one robot, or of laps, hold or do not: no waits mend them. But the flight of other words may keep what the first one's does not: at
+Words of one robot, or of laps, hold or do not: no precedences mend them. But the flight of other words may keep what the first one's does not: at
 the edge of a region a robot may come and go within its margin, and legs differ in the room that they leave. Two sets of words differ in
 a leg at least, so each leg of the refused ones is shut in turn and the cheapest answer is taken (`ltlplan.search.lawler`). Where the
 counterexample enters a region more often than was planned, robots keep out of it first.
@@ -14,32 +14,18 @@ from collections.abc import Collection, Iterable, Iterator
 
 from ltlplan.allocation import Leg
 from ltlplan.planner import SEQUENCE
-from ltlplan.precedences import with_planned_waits, with_waits
+from ltlplan.precedences import with_planned_waits
 from ltlplan.replanning.checked_plan import plan, plan_or_none
 from ltlplan.replanning.cuts import Candidate, Refusal, legs_of, less_wished
 from ltlplan.replanning.soft_parts import KEPT, asking, is_timed, kept_by_plan, part_text
 from ltlplan.search.exact import under_precedences, without_legs
 from ltlplan.search.lawler import Member, Partition
-from verify.data import Mission, NotCertified, Plan, Unsatisfiable, Witness
+from verify.data import Mission, Plan, Unsatisfiable, Witness
 from verify.data.choices import PLANNING_METHODS
 
 _SHUT = 12  # legs that are shut in turn, each for one search
 _OTHERS = 3
-"""Other words that are tried where no waits and precedences keep soft parts, each without a leg more."""
-
-
-def waits_for_soft_parts(refusal: Refusal) -> Candidate | None:
-    """Return the same words with the waits that counterexamples to soft parts ask for; None where these go round in a circle, or there are none.
-
-    Args:
-        refusal: A certified flight that loses soft parts.
-    """
-    witnesses = _lost(refusal)
-    try:
-        waiting = with_waits(refusal.plan, witnesses)
-    except NotCertified:
-        return None
-    return refusal.answered("waits", None if waiting.precedences == refusal.plan.precedences else waiting)
+"""Other words that are tried where no precedences keep soft parts, each without a leg more."""
 
 
 def same_words_under_precedences(refusal: Refusal) -> Candidate | None:
@@ -52,7 +38,7 @@ def same_words_under_precedences(refusal: Refusal) -> Candidate | None:
         None where there are no such precedences, the plan has them, or they were tried.
     """
     made = refusal.plan
-    if not _lost(refusal) or refusal.tried.since("words", "legs", "precedences"):
+    if not _loses_some(refusal) or refusal.tried.since("words", "legs", "precedences"):
         return None
     try:
         found = with_planned_waits(made.model_copy(update={"mission": asking(made.mission, _meant(made))}))
@@ -68,7 +54,7 @@ def other_words(refusal: Refusal) -> Candidate | None:
         refusal: A certified flight that loses soft parts, or a plan that no flight keeps.
     """
     certified, tried = bool(refusal.soft), refusal.tried
-    asks = _lost(refusal) if certified else _may_be_planned(refusal) and not tried.given_up
+    asks = _loses_some(refusal) if certified else _may_be_planned(refusal) and not tried.given_up
     if not asks or tried.since("words", "legs"):
         return None
     return refusal.answered("words", words_under_precedences(refusal.plan), anew=not certified)
@@ -87,7 +73,7 @@ def without_a_leg(refusal: Refusal) -> Candidate | None:
     anew = refusal.reason not in ("soft parts", "no better")
     if anew and (not _may_be_planned(refusal) or tried.given_up):
         return None
-    if tried.others >= _OTHERS or made.method == SEQUENCE or (judged and not laps(made) and not _lost(refusal)):
+    if tried.others >= _OTHERS or made.method == SEQUENCE or (judged and not laps(made) and not _loses_some(refusal)):
         return None
     held = {index for index, part in enumerate(judged) if part.outcome == "holds"}
     for parts in asked_again(made, held):
@@ -152,14 +138,14 @@ def _may_be_planned(refusal: Refusal) -> bool:
     return bool(made.mission.soft_parts) and PLANNING_METHODS.knows(made.method)
 
 
-def _lost(refusal: Refusal) -> list[Witness]:
-    """Return the counterexamples to soft parts that the words keep and the flight does not; none of laps, in which no waits are known that would help."""
+def _loses_some(refusal: Refusal) -> bool:
+    """Tell whether a flight shows how soft parts break that its words keep; not of laps, in which no precedences are known that would help."""
     made = refusal.plan
     if made.method == SEQUENCE or laps(made):
-        return []
+        return False
     intended = range(len(refusal.soft)) if made.meetings else kept_by_plan(made.mission, made)
     lost = (part for index, part in enumerate(refusal.soft) if part.outcome != "holds" and index in intended)
-    return [part.witness for part in lost if part.witness is not None]
+    return any(part.witness is not None for part in lost)
 
 
 def laps(made: Plan) -> bool:

@@ -9,14 +9,14 @@ finished course.
 from __future__ import annotations
 
 import itertools
-import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
-from ltlplan.search.counting.counted_plans import CountedPlan, Flown, in_stages
-from ltlplan.search.counting.counting_propositions import Marks
+from ltlplan.search.counting.counted_plans import CountedPlan, Flown, in_stages, keep
+from ltlplan.search.counting.counting_propositions import Marks, Sums
 from ltlplan.search.counting.moves import RobotMoves
+from ltlplan.search.itineraries import path_cost
 from ltlplan.search.label_setting import BestFirst
 from ltlplan.search.memoization import memoized
 from ltlplan.systems.transition_systems import TransitionSystem
@@ -74,7 +74,7 @@ class CountedCourses:
         steps: list[Step] = []
         for robot, before, after in plan.turns:
             path = plan.paths[robot][before:after]
-            steps.append(Step(robot, path, self._along(robot, plan.paths[robot][before - 1], path)))
+            steps.append(Step(robot, path, path_cost(self.systems[robot], plan.paths[robot][before - 1 : after])))
         return tuple(steps)
 
     def costs(self, course: Course) -> list[float]:
@@ -130,25 +130,17 @@ class CountedCourses:
 
     def keeps(self, course: Course) -> bool:
         """Tell whether a course, one move after another, does what conjuncts ask that no visit is put in for, and ends where it may."""
-        held = [self._asked.of(system.robot, system.labels[system.initial]) for system in self.systems]
-        sums = tuple(map(sum, zip(*held, strict=True)))
-        states = self._asked.begin(sums)
-        for step in course:
-            labels = self.systems[step.robot].labels
-            for node in step.path:
-                if states is None:
-                    return False
-                shown = self._asked.of(self.systems[step.robot].robot, labels[node])
-                if shown != held[step.robot]:
-                    sums = tuple(s + new - old for s, new, old in zip(sums, shown, held[step.robot], strict=True))
-                    held[step.robot] = shown
-                    states = self._asked.read(states, sums)
         ends = {step.robot: step.path[-1] for step in course}
-        return (
-            states is not None
-            and self._asked.accepting(states)
-            and all(self._robots[robot].ends(ends.get(robot, system.initial)) for robot, system in enumerate(self.systems))
+        if not all(self._robots[robot].ends(ends.get(robot, system.initial)) for robot, system in enumerate(self.systems)):
+            return False
+        begin = [self._seen(robot, system.initial) for robot, system in enumerate(self.systems)]
+        return keep(
+            self._asked, begin, [(step.robot, tuple(map(partial(self._seen, step.robot), step.path))) for step in course]
         )
+
+    def _seen(self, robot: int, node: int) -> Sums:
+        """Return the marks that a robot makes at a node, of conjuncts that no visit is put in for."""
+        return self._asked.of(self.systems[robot].robot, self.systems[robot].labels[node])
 
     def plan(self, course: Course, *, bound: float, reached: int) -> CountedPlan | None:
         """Return the robots' paths, in stages; None where the course, one move after another, violates the formula.
@@ -187,10 +179,3 @@ class CountedCourses:
         for _ in found:
             pass
         return found
-
-    def _along(self, robot: int, at: int, path: Sequence[int]) -> float:
-        total = 0.0
-        for node in path:
-            total += min((cost for target, cost in self.systems[robot].edges[at] if target == node), default=math.inf)
-            at = node
-        return total

@@ -22,6 +22,17 @@ _Shown = tuple[int, tuple[Sums, ...]]
 """One robot's move as the formula sees it: which robot, and the marks that it makes along the way."""
 
 
+def keep(marks: Marks, begin: Sequence[Sums], turns: Sequence[_Shown]) -> bool:
+    """Tell whether turns, one after another, do what is asked.
+
+    Args:
+        marks: What the formula sees.
+        begin: The marks that each robot makes at its start.
+        turns: In order.
+    """
+    return all(_Reader(conjunct, begin, turns).allows(0, 0) for conjunct in marks.conjuncts)
+
+
 def stages(marks: Marks, begin: Sequence[Sums], turns: Sequence[_Shown]) -> list[tuple[int, ...]] | None:
     """Return turns, by index, in stages; None where even one after another they do not do what is asked.
 
