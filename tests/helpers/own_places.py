@@ -16,7 +16,7 @@ def own_places(
     starts: tuple[tuple[float, float], ...] = STARTS,
     extra: str = "",
 ) -> Mission:
-    """Return a mission in a plane.
+    """Return a mission in a plane, flown at nominal pace unless `extra` has a planner.
 
     Args:
         formula: Over a, b, c, d.
@@ -38,6 +38,6 @@ def own_places(
         "vehicle: crazyflie-2.1",
         "workspace: {min: [-20, -20, 0.2], max: [20, 20, 3]}",
         f"spec: {{formula: '{formula}', team: {team}}}",
-        extra,
+        extra if "planner:" in extra else f"planner: {{pace: nominal}}\n{extra}",
     ]
     return parse_mission("\n".join(lines))

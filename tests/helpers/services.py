@@ -25,6 +25,7 @@ agents:
   quad0: {start: [0.0, 0.0, 1.0]}
 vehicle: crazyflie-2.1
 workspace: {min: [-3, -3, 0.2], max: [3, 3, 2.5]}
+planner: {pace: nominal, samples: 20, iterations: 2}
 """
 """A mission that is planned, proved and flown within seconds."""
 

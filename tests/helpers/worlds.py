@@ -27,7 +27,7 @@ def world(
     objective: str = "sum",
     extra: str = "",
 ) -> Mission:
-    """Return a mission in a plane, at height 1 m. `extra` is YAML for further keys."""
+    """Return a mission in a plane, at height 1 m, flown at nominal pace: its plan is what is tested. `extra` is YAML for further keys."""
     radius = dict.fromkeys(regions, 0.2) | dict(radii or {})
     lines = [
         "format: 1", "name: world", "regions:",
@@ -36,7 +36,7 @@ def world(
         *(f"  quad{i}: {{start: [{x}, {y}, 1.0]}}" for i, (x, y) in enumerate(starts[:robots])),
         "vehicle: crazyflie-2.1",
         "workspace: {min: [-20, -20, 0.2], max: [20, 20, 3]}",
-        f"planner: {{objective: {objective}}}",
+        f"planner: {{objective: {objective}, pace: nominal}}",
         f"spec: {{formula: '{formula}', trace: {trace}, team: {team}, repeat: {repeat}}}",
         extra,
     ]  # fmt: skip

@@ -41,7 +41,10 @@ class Wire:
             raise BadInput(f"A service's address looks like http://127.0.0.1:8000, not {str(url)[:100]!r}.")
         self.url, self.patience = url.rstrip("/"), patience
         headers = {} if token is None else {"authorization": f"Bearer {token}"}
-        self._http = httpx.Client(base_url=self.url, headers=headers, timeout=patience)
+        secure = self.url.startswith(
+            "https:"
+        )  # else no certificates of authorities are loaded, which takes longer than a request
+        self._http = httpx.Client(base_url=self.url, headers=headers, timeout=patience, verify=secure)
 
     def close(self) -> None:
         """Let go of the connection."""

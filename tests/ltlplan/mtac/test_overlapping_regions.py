@@ -39,7 +39,7 @@ ALL = [pytest.param(case, marks=() if case in DEFAULT else pytest.mark.slow) for
 @few_of(1, "case", ALL)
 def test_one_robot_s_visits_are_the_cheapest_and_are_proved(case):
     mission = mission_of(case, "mtac-e")
-    made = plan(mission, method=partial(mtac_e, options=QUICK), seed=1)
+    made = plan(mission, method=partial(mtac_e, options=QUICK), seed=1, pace="nominal")
     found = share_tasks(mission, rng=rng(), options=QUICK)
     assert by_straight_lines(mission, found) == pytest.approx(assign(mission).cost, abs=1e-6)
     done = certified_team(made)
@@ -77,7 +77,7 @@ def test_a_team_s_words_hold_in_every_order_at_no_less_than_the_exact_cost(regio
 @pytest.mark.parametrize("method", ["mtac-e", "online-mtac-e"])
 def test_a_team_s_plan_is_refined_and_certified(regions, formula, starts, method):
     mission = overlapping(formula, *starts, regions=regions, method=method)
-    done = certified_team(plan(mission, seed=1))
+    done = certified_team(plan(mission, seed=1, pace="nominal"))
     assert all(claim.outcome == "holds" for claim in done.certificate.claims)
     assert all(sampled_word(mission, done.team[name]) == done.plan.words[name] for name in mission.agents)
     assert holds_when_sampled(mission, done.team)
@@ -86,7 +86,7 @@ def test_a_team_s_plan_is_refined_and_certified(regions, formula, starts, method
 @few_of(1, "case", ALL)
 def test_online_mtac_e_plans_them_too(case):
     mission = mission_of(case, "online-mtac-e")
-    made = plan(mission, seed=1)
+    made = plan(mission, seed=1, pace="nominal")
     assert not any("exact search's" in note for note in made.notes)
     done = certified_team(made)
     assert all(claim.outcome == "holds" for claim in done.certificate.claims)
@@ -152,5 +152,5 @@ def test_a_start_in_two_regions_goes_on_where_it_may_from_each(edges, visits):
             assign(mission)
         return
     assert [visit.region for visit in assign(mission).robots["quad0"].visits] == visits
-    done = certified_team(plan(mission, seed=1))
+    done = certified_team(plan(mission, seed=1, pace="nominal"))
     assert all(claim.outcome == "holds" for claim in done.certificate.claims)

@@ -29,7 +29,7 @@ def firefighting() -> Mission:
 
 @pytest.fixture(scope="session")
 def result(once: Once, firefighting: Mission) -> ltlplan.Result:
-    return once("run of firefighting by online MTAC-E", lambda _folder: ltlplan.run(firefighting, seed=3))
+    return once("run of firefighting by online MTAC-E", lambda _folder: ltlplan.run(firefighting, seed=3, pace="nominal"))
 
 
 @pytest.fixture(scope="session")

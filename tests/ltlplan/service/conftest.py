@@ -35,7 +35,7 @@ def served(once: Once) -> Served:
 @pytest.fixture
 def http(served: Served) -> Generator[httpx.Client]:
     """Yield a connection to the service."""
-    with httpx.Client(base_url=served.url, timeout=60) as client:
+    with httpx.Client(base_url=served.url, timeout=60, verify=False) as client:
         yield client
 
 

@@ -24,7 +24,7 @@ def to_the_machine(robots: int) -> float:
     return sum(math.dist(start, (1.3, 0.0)) for start in STARTS[:robots])
 
 
-@pytest.mark.parametrize("robots", [2, 3, 4, 5])
+@few_of(2, "robots", [2, 4, *(pytest.param(robots, marks=pytest.mark.slow) for robots in (3, 5))])
 def test_a_machine_for_one_costs_no_more_than_the_ways_to_it(robots: int) -> None:
     for more in ("", SHELF):
         found = assign(shared_machine(robots, more=more))

@@ -34,7 +34,7 @@ def world(formula: str, robots: int = 2) -> Mission:
     ],
 )
 def test_robots_that_are_to_be_outside_together_wait_there(formula: str, robots: int) -> None:
-    made = plan(world(formula, robots))
+    made = plan(world(formula, robots), pace="nominal")
     assert not made.meetings
     assert made.precedences
     assert certified_team(made).certificate.holds
@@ -42,7 +42,7 @@ def test_robots_that_are_to_be_outside_together_wait_there(formula: str, robots:
 
 @pytest.mark.slow
 def test_robots_that_are_outside_together_in_the_end_rest_apart_there() -> None:
-    made = plan(world("F(all(a) & F free)"))
+    made = plan(world("F(all(a) & F free)"), pace="nominal")
     assert certified_team(made).certificate.holds
 
 
@@ -81,7 +81,7 @@ workspace: {min: [-2.6, -2.0, 0.2], max: [2.6, 2.0, 1.9]}
 
 @pytest.mark.slow
 def test_opposite_actions_of_a_visit_that_is_the_last_are_made_in_stages() -> None:
-    made = plan(parse_mission(LAMPS))
+    made = plan(parse_mission(LAMPS), pace="nominal")
     assert made.meetings
     assert certified_team(made).certificate.holds
 

@@ -275,10 +275,10 @@ def test_a_job_has_the_pace_that_is_asked(http: httpx.Client) -> None:
         http.post(f"/api/jobs/{job['id']}/cancel")
         return job
 
-    fast, written = asked(ONE_HOOP, pace="1"), asked(ONE_HOOP + "planner: {pace: 1}\n")
+    fast, written = asked(ONE_HOOP, pace="1"), asked(ONE_HOOP.replace("pace: nominal", "pace: 1"))
     assert fast["id"].split("-")[0] == written["id"].split("-")[0]
     assert fast["id"].split("-")[0] != asked(ONE_HOOP)["id"].split("-")[0]
-    assert asked(ONE_HOOP, pace="nominal")["state"] == "queued"
+    assert asked(ONE_HOOP.replace("pace: nominal", "pace: 0.5"), pace="nominal")["state"] == "queued"
 
 
 @pytest.mark.parametrize("pace", ["0", "2", "nan", "fast", "true", ""])

@@ -45,7 +45,9 @@ def missions(folder: Path, **formulas: str) -> Path:
     """Write a mission file for each formula."""
     folder.mkdir(exist_ok=True)
     for name, formula in formulas.items():
-        (folder / f"{name}.yaml").write_text(mission_to_yaml(small_mission(formula, margin=0.05)))
+        (folder / f"{name}.yaml").write_text(
+            mission_to_yaml(small_mission(formula, margin=0.05, extra="planner: {pace: nominal}"))
+        )
     return folder
 
 

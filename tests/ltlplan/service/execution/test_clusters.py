@@ -77,7 +77,7 @@ def test_cancelling_kills_at_once(cluster: Cluster, tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_stages_find_there_what_they_find_here(cluster: Cluster) -> None:
-    mission = small_mission("F a", margin=0.05)
+    mission = small_mission("F a", margin=0.05, extra="planner: {pace: nominal}")
 
     def staged(do: Callable[[str, bytes], Outcome]) -> list[Outcome]:
         following, value, outcomes = "plan", mission_bytes(mission), []

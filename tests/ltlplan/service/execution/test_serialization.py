@@ -104,7 +104,7 @@ def test_all_that_a_stored_class_can_hold_can_be_stored() -> None:
 
 
 def test_a_candidate_with_everything_in_it_comes_back() -> None:
-    mission = small_mission("F a", margin=0.05)
+    mission = small_mission("F a", margin=0.05, extra="planner: {pace: nominal}")
     planned = importlib.import_module("ltlplan").plan(mission)
     waits = (Precedence(first=("r0", 0), then=("r0", 0), done="entered", due="leaves"),)
     plan: Plan = planned.model_copy(update={"precedences": waits, "lower_bound": 1.5, "notes": ("a note",)})
@@ -170,7 +170,7 @@ def test_what_planning_and_refining_a_flight_in_parts_store_comes_back(monkeypat
 @few_of(1, ("formula", "trace"), [("F a", "finite"), ("F (a & F b)", "finite"), ("G F a & G F b", "infinite")])
 def test_whatever_a_stage_stores_comes_back(formula: str, trace: str, monkeypatch: pytest.MonkeyPatch) -> None:
     regions = "a: {center: [1.0, 0.0, 1.0], radii: [0.2, 0.2, 0.2]}\nb: {center: [-1.0, 0.0, 1.0], radii: [0.2, 0.2, 0.2]}"
-    mission = small_mission(formula, regions=regions, margin=0.05, trace=trace)
+    mission = small_mission(formula, regions=regions, margin=0.05, trace=trace, extra="planner: {pace: nominal}")
     if trace == "finite":
         soft = [{"formula": "F a"}, {"formula": "G !a", "weight": 0.5}]
         mission = mission.changed(spec={**mission.spec.model_dump(), "soft": soft})

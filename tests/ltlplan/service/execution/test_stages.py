@@ -36,8 +36,8 @@ def staged(mission: Mission) -> list[tuple[str, Outcome]]:
     return outcomes
 
 
-def with_margin(formula: str = "F a") -> Mission:
-    return small_mission(formula, margin=0.05)
+def with_margin(formula: str = "F a", pace: str = "nominal") -> Mission:
+    return small_mission(formula, margin=0.05, extra=f"planner: {{pace: {pace}}}")
 
 
 @functools.cache
@@ -74,7 +74,7 @@ def test_what_is_refused_to_the_last_can_be_watched(monkeypatch: pytest.MonkeyPa
     judge = verify.judge
     monkeypatch.setattr(verify, "judge", lambda plan, team, margin=None: judge(plan, team, margin=0.5))
     monkeypatch.setattr(cuts, "MAX_ROUNDS", 1)
-    *_, (name, last) = staged(with_margin())
+    *_, (name, last) = staged(with_margin(pace="0.7"))
     assert name == "round 2"  # at the plan's own times
     assert last.following is None
     assert last.problem is not None

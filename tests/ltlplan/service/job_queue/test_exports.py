@@ -19,7 +19,7 @@ from tests.helpers.job_services import ended, run, service
 
 pytestmark = pytest.mark.xdist_group("service")
 
-SMALL = small_mission("F a", margin=0.05)
+SMALL = small_mission("F a", margin=0.05, extra="planner: {pace: nominal}")
 CSV = ExportAsked("crazyflie")
 
 

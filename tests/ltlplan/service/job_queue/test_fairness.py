@@ -44,7 +44,7 @@ def soon_long(monkeypatch: pytest.MonkeyPatch) -> None:
 
 async def many_at_once(folder: Path, small: int, large: int) -> list[str]:
     """Do so many small and large jobs, the large ones first, and return them in the order in which they ended."""
-    mission = small_mission("F a", margin=0.05)
+    mission = small_mission("F a", margin=0.05, extra="planner: {pace: nominal}")
     workers = StandIns(2)
     folder.mkdir()
     jobs = Jobs(Settings(data=folder), workers)
@@ -87,7 +87,7 @@ def test_two_hundred_jobs_at_once_are_all_done(tmp_path: Path, monkeypatch: pyte
 def test_a_long_piece_of_work_goes_on_where_it_is_when_others_wait(monkeypatch: pytest.MonkeyPatch) -> None:
     soon_long(monkeypatch)
     pool = LocalWorkers(1)
-    mission = small_mission("F a", margin=0.05)
+    mission = small_mission("F a", margin=0.05, extra="planner: {pace: nominal}")
     from ltlplan.planner import with_seed
     from ltlplan.service.execution.stages import mission_bytes
 
@@ -121,7 +121,7 @@ def test_users_take_turns(tmp_path: Path) -> None:
         data.mkdir()
         jobs = Jobs(Settings(data=data), StandIns(1))
         await jobs.start()
-        mission = small_mission("F a", margin=0.05)
+        mission = small_mission("F a", margin=0.05, extra="planner: {pace: nominal}")
         asked = ["a", "a", "a", "a", "b", "b", "c"]
         made = [await jobs.submit(mission, seed=1000 * index + 20, who=who) for index, who in enumerate(asked)]
         found = [await ended(jobs, job) for job in made]
@@ -142,7 +142,7 @@ def test_one_user_s_jobs_do_not_fill_the_queue(tmp_path: Path) -> None:
         data.mkdir()
         jobs = Jobs(Settings(data=data, limits=Limits(queued=10, queued_each=2)), StandIns(1))
         await jobs.start()
-        mission = small_mission("F a", margin=0.05)
+        mission = small_mission("F a", margin=0.05, extra="planner: {pace: nominal}")
         begun = await jobs.submit(mission, seed=999, who="a")
         while (await jobs.job(begun.id)).state == "queued":
             await asyncio.sleep(0.01)

@@ -21,7 +21,7 @@ from verify.data import BadInput
 
 pytestmark = pytest.mark.xdist_group("service")
 
-SMALL = small_mission("F a", margin=0.05)
+SMALL = small_mission("F a", margin=0.05, extra="planner: {pace: nominal}")
 MEGABYTE = 1_000_000
 
 

@@ -25,7 +25,7 @@ from verify.data import BadInput, Mission
 
 pytestmark = pytest.mark.xdist_group("service")
 
-SMALL = small_mission("F a", margin=0.05)
+SMALL = small_mission("F a", margin=0.05, extra="planner: {pace: nominal}")
 LARGE = ltlplan.load_mission("hoops-published")
 
 

@@ -93,7 +93,7 @@ def test_the_pace_that_is_typed_is_the_submitted_missions(typed: str, pace: floa
     vars(desk)["open"] = nothing
     writing = _Writing(desk)
     vars(writing.drafted)["hand_in"] = nothing
-    vars(writing.editor)["text"] = ONE_HOOP
+    vars(writing.editor)["text"] = ONE_HOOP.replace("pace: nominal", "pace: 0.7")
     writing._pace_typed(SimpleNamespace(args=typed))  # pyright: ignore[reportPrivateUsage]
     asyncio.run(writing.submit())
     assert [mission.planner.pace for mission in handed_in] == ([] if pace is None else [pace])
