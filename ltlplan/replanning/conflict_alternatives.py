@@ -124,10 +124,10 @@ def _with_fewer(refusal: Refusal, witness: Witness) -> Iterator[Candidate | None
     """Yield plans in which regions that are too full hold fewer robots."""
     made, capacities = refusal.plan, refusal.tried.capacities
     for region in _shared_regions(made, witness):
-        ends = [robot.waypoints[-1].region == region for robot in made.robots.values()]
+        ends = [robot.ends_in == region for robot in made.robots.values()]
         visits = [any(visit.region == region for visit in robot.visits) for robot in made.robots.values()]
         close = [made.robots[name] for name in _close(made, witness)]
-        found = sum(ends if all(robot.waypoints[-1].region == region for robot in close) else visits)
+        found = sum(ends if all(robot.ends_in == region for robot in close) else visits)
         most = min(found, capacities.get(region, found)) - 1
         if most >= 1:
             known = Known(budget=_COUNTED, capacities={**capacities, region: most})

@@ -51,7 +51,7 @@ def moved_apart(plan: Plan, distance: float, z_scale: float) -> Plan:
         last = {
             name: len(robot.waypoints) - 1
             for name, robot in moved.robots.items()
-            if robot.waypoints[-1].region == region and movable(plan.mission, robot, robot.waypoints[-1])
+            if robot.ends_in == region and movable(plan.mission, robot, robot.waypoints[-1])
         }
         hovering = {name: [np.array(robot.waypoints[-1].position)] for name, robot in moved.robots.items() if robot.still}
         places = _own_places(moved, region, last, (distance, z_scale), how="packed", nearby=hovering)
@@ -160,7 +160,7 @@ def _shared_places(
     plan: Plan, region: str, guests: Mapping[str, int], kept: tuple[float, float]
 ) -> dict[str, tuple[float, ...]]:
     """Return as many places in a region as are found, for those who end there first; others share theirs, one after another."""
-    ending = [name for name in guests if plan.robots[name].waypoints[-1].region == region]
+    ending = [name for name in guests if plan.robots[name].ends_in == region]
     order = [*ending, *(name for name in guests if name not in ending)]
     for several in range(len(order) - 1, max(1, len(ending) - 1), -1):
         for how in _HOW:
@@ -201,7 +201,7 @@ def _visits_within(mission: Mission, region: str, waypoints: Mapping[str, list[W
 
 def _refuse_what_is_too_small(plan: Plan, region: str, guests: Mapping[str, int], kept: tuple[float, float]) -> None:
     """Raise where robots that end in a region, and so are in it together, find no places there that lie far enough apart."""
-    last = {name: index for name, index in guests.items() if plan.robots[name].waypoints[-1].region == region}
+    last = {name: index for name, index in guests.items() if plan.robots[name].ends_in == region}
     if len(last) < 2 or any(_own_places(plan, region, last, kept, how=how) is not None for how in _HOW):
         return
     sentence = (

@@ -16,6 +16,8 @@ Floats = NDArray[np.float64]
 
 _AROUND = np.array([way for way in itertools.product((-1.0, 0.0, 1.0), repeat=3) if any(way)])
 """Ways out of a region."""
+_FURTHER = (0.0, 0.1, 0.2, 0.3, 0.4)
+"""m beyond the distance at which a leg ends outside: a robot that hovers beside a small region is in the way of who comes into it."""
 _STEP = 0.1
 """m between places on a leg that are kept clear."""
 
@@ -37,7 +39,7 @@ def left_last(mission: Mission, robot: RobotPlan) -> str | None:
 def moved_outside(
     mission: Mission, name: str, region: str, leg: tuple[Waypoint, Waypoint], taken: Sequence[Ball], flown: Sequence[Ball] = ()
 ) -> Waypoint | None:
-    """Return the last point of a leg out of a region as far outside in another direction, not taken and near; None where there is none.
+    """Return the last point of a leg out of a region as far outside in another direction, or further, not taken and near; None where there is none.
 
     Places on the ways of others are taken only where there are no more.
 
@@ -54,7 +56,9 @@ def moved_outside(
     ways = np.concatenate([[point - middle, before - middle], _AROUND])
     ways = ways[np.linalg.norm(ways, axis=1) > 0.0]
     reach = float(np.sqrt(body.level(point)))
-    places = middle + ways * (reach / np.sqrt(body.level(middle + ways)))[:, None]
+    edges = ways * (reach / np.sqrt(body.level(middle + ways)))[:, None]
+    lengths = np.linalg.norm(edges, axis=1)
+    places = middle + np.concatenate([edges * (1.0 + further / lengths)[:, None] for further in _FURTHER])
     bodies, grow = bodies_of(mission, name, CLEARANCE), mission.margin + CLEARANCE
     low, high = np.array(mission.workspace.min) + grow, np.array(mission.workspace.max) - grow
     free = np.all((places >= low) & (places <= high), axis=1)

@@ -95,6 +95,12 @@ class RobotPlan(Value):
         """True if the robot never leaves its start."""
         return len({waypoint.position for waypoint in self.waypoints}) == 1
 
+    @property
+    def ends_in(self) -> str | None:
+        """Region in which the robot ends its flight; None where it has left the last one, or visits none."""
+        last = self.waypoints[-1]
+        return None if last.role == "via" else last.region  # one that leads out of a region names it
+
 
 Done = Literal["left", "entered", "acted"]
 Due = Literal["enters", "leaves", "acts"]

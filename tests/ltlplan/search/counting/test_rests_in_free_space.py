@@ -47,6 +47,15 @@ def test_an_unrelated_region_makes_a_shared_machine_no_dearer_and_no_slower(robo
         assert beside == pytest.approx(alone)
 
 
+@pytest.mark.parametrize("radius", [0.2, 0.25])
+def test_robots_take_turns_at_a_machine_that_holds_one(radius: float) -> None:
+    """Who has left it hovers where the next one comes past, and is not said to be in it still."""
+    mission = shared_machine(3)
+    machine = mission.regions["machine"].changed(radii=(radius, radius, radius))
+    _, lasts = certified(mission.changed(regions={"machine": machine}), "nominal")
+    assert lasts < 7.0
+
+
 @few_of(1, "seed", [*range(2), *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(2, 20))])
 def test_no_unrelated_region_makes_a_search_dearer(seed: int) -> None:
     rng = np.random.default_rng(seed)
