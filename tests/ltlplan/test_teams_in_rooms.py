@@ -1,0 +1,114 @@
+"""Random teams in random rooms: cost and duration against bounds of their own, and what must change neither."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import ltlplan
+from tests.helpers.room_bounds import RoomBounds
+from tests.helpers.room_figures import Figure, measured
+from tests.helpers.room_teams import Box, Door, RoomTeam, drawn
+
+DURATION, COST = 1.3, 1.1
+"""Shares of the bounds that are asked of medians."""
+SEEDS = range(28)
+CHANCE = 0.03
+"""By how much paths that are improved by chance may differ: draws go to robots in the order in which they are listed, and are not mirrored."""
+
+
+def two_rooms(formula: str = "F a") -> RoomTeam:
+    """Return two rooms with a door 0.5 m wide between them, where one robot starts beside the door's axis and one on it."""
+    return RoomTeam(
+        kind="shared",
+        hall=Box((-2.0, -1.0), (2.0, 1.0)),
+        height="low",
+        solid=(Box((-0.1, -1.2), (0.1, -0.25)), Box((-0.1, 0.25), (0.1, 1.2))),
+        doors=(Door((-0.1, 0.1), (-0.25, 0.25)),),
+        places={"a": Box((1.0, -0.3), (1.6, 0.3))},
+        starts={"q0": (-1.0, 0.0), "q1": (-1.5, 0.0)},
+        ends={},
+        tasks={"": ("a",)},
+        formula=formula,
+        joint=False,
+    )
+
+
+def test_bounds_are_those_that_can_be_counted_by_hand() -> None:
+    bounds = RoomBounds(two_rooms(), speed=0.5)
+    assert bounds.cost == pytest.approx(2.05, rel=1e-3)  # to the edge, and the margin further
+    assert bounds.duration({"q0": ["a"]}) == pytest.approx(2.05 / 0.5, rel=1e-3)
+    both = bounds.duration({"q0": ["a"], "q1": ["a"]})
+    assert both == pytest.approx(2.55 / 0.5, rel=1e-3)  # the second one is later than the door asks for anyway
+
+
+def test_a_narrow_door_makes_robots_late_that_come_to_it_together() -> None:
+    beside = replace(two_rooms(), starts={"q0": (-1.0, 0.3), "q1": (-1.0, -0.3)})
+    one, both = (RoomBounds(beside, 1.0).duration(visited) for visited in ({"q0": ["a"]}, {"q0": ["a"], "q1": ["a"]}))
+    assert one + 0.1 < both < one + 0.4
+
+
+def test_a_wall_is_flown_around() -> None:
+    shut = replace(two_rooms(), solid=(Box((-0.1, -1.2), (0.1, 0.5)),), doors=())
+    least = RoomBounds(shut, 1.0).cost
+    corner = np.hypot(0.9, 0.5) + 0.2 + np.hypot(0.95, 0.25)  # around its edge itself, to a nearer point of the place
+    assert corner < least < corner + 0.12
+
+
+def test_a_small_mission_is_flown_within_twice_its_bounds() -> None:
+    figure = measured(drawn(13))
+    assert not figure.refusal
+    assert 1.0 <= figure.cost < 2.0
+    assert figure.nominal < 2.0
+    assert figure.paced < DURATION
+
+
+@pytest.fixture(scope="module")
+def figures() -> list[Figure]:
+    """Figures of four missions of each kind."""
+    return [measured(drawn(seed)) for seed in SEEDS]
+
+
+@pytest.mark.slow
+def test_costs_are_never_below_their_bound(figures: list[Figure]) -> None:
+    assert min(figure.cost for figure in figures if not figure.refusal) >= 1.0
+
+
+@pytest.mark.slow
+@pytest.mark.xfail(reason="visits on the way, and those of teams, are priced to middles of regions", strict=True)
+def test_the_median_cost_is_near_its_bound(figures: list[Figure]) -> None:
+    assert np.nanmedian([figure.cost for figure in figures]) <= COST
+
+
+@pytest.mark.slow
+def test_the_median_duration_is_near_its_bounds(figures: list[Figure]) -> None:
+    assert np.nanmedian([figure.nominal for figure in figures]) <= DURATION
+    assert np.nanmedian([figure.paced for figure in figures]) <= DURATION
+
+
+def cost_of(team: RoomTeam, more: dict[str, Box] | None = None) -> float:
+    """Return what a mission's plan costs, m."""
+    cost = ltlplan.plan(team.mission(more=more)).cost
+    assert cost is not None
+    return cost
+
+
+def costs_stay(seed: int) -> None:
+    """Assert that mirroring, renaming and reordering robots change no cost, and a region beside the ways none either."""
+    team = drawn(seed)
+    cost = cost_of(team)
+    assert cost_of(team.renamed()) == pytest.approx(cost, rel=1e-9)
+    for other in (team.mirrored(), team.reordered()):
+        assert cost_of(other) == pytest.approx(cost, rel=1e-6 if team.joint else CHANCE)
+
+
+def test_costs_owe_nothing_to_names_order_and_sides() -> None:
+    costs_stay(2)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(28))
+def test_costs_owe_nothing_to_names_order_and_sides_of_many(seed: int) -> None:
+    costs_stay(seed)
