@@ -31,11 +31,27 @@ sys.dont_write_bytecode = False
 # More processes than processors are at work: threads of linear algebra that wait for each other only take time from them.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 # Whether an example takes long is the machine's affair: a test must not fail because others are at work.
-settings.register_profile("tests", deadline=None, suppress_health_check=[HealthCheck.too_slow])
-settings.load_profile("tests")
+settings.register_profile("few", deadline=None, suppress_health_check=[HealthCheck.too_slow], max_examples=40)
+settings.register_profile("many", settings.get_profile("few"), max_examples=400)
+settings.load_profile("few")
 
 
 gc.disable()  # nearly all that is made until the tests begin stays to the end
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Draw many cases for laws that name no number of their own, where the slow tests run."""
+    if config.getoption("markexpr") == "slow":
+        settings.load_profile("many")
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Run laws of hypothesis with the slow tests, too: by default they are held to few cases."""
+    if config.getoption("markexpr") == "slow":
+        for item in items:
+            if getattr(getattr(item, "obj", None), "is_hypothesis_test", False):
+                item.add_marker("slow")
 
 
 @pytest.hookimpl(tryfirst=True)

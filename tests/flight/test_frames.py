@@ -37,7 +37,7 @@ GROUNDS = dict.fromkeys(PLACES, 0.0)
 @pytest.fixture(scope="module")
 def certified():
     mission = ltlplan.parse_mission(MISSION)
-    return mission, certified_team(ltlplan.plan(mission))
+    return mission, certified_team(ltlplan.plan(mission, pace="nominal"))
 
 
 def places_there(frame: Frame) -> dict[str, tuple[float, float, float]]:

@@ -32,7 +32,7 @@ def test_a_small_fast_robot_and_a_heavy_one_are_planned_refined_and_certified():
         "fast": ["desk"],
         "slow": ["water", "smoke"],
     }
-    certificate = judge(plan, refine(plan), largest=False)
+    certificate = judge(plan, refine(plan, pace="nominal"), largest=False)
     assert [claim.sentence for claim in certificate.claims if claim.outcome != "holds"] == []
     bounds = {(claim.name, claim.robot): claim.limit for claim in certificate.claims}
     assert (bounds["limits.speed", "fast"], bounds["limits.speed", "slow"]) == (1.0, 0.5)

@@ -19,7 +19,7 @@ regions: {{b: {{center: [0.5, 1, 1], radii: [0.2, 0.2, 0.2]}}}}
 agents: {{quad0: {{start: [-0.2, 0, 1]}}, quad1: {{start: [-0.2, 1, 1]}}}}
 vehicle: crazyflie-2.1
 workspace: {{min: [-2, -2, 0.2], max: [2, 2, 2]}}
-planner: {{method: {method}, seed: {seed}}}
+planner: {{method: {method}, seed: {seed}, pace: nominal, samples: 20, iterations: 2}}
 """
 
 

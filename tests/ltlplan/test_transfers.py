@@ -21,7 +21,7 @@ MISSION = pair("[-1.0, 0.8, 1.0]", "[1.0, 0.8, 1.4]", more=COLUMN)
 @pytest.fixture(scope="module")
 def certified():
     mission = ltlplan.parse_mission(MISSION)
-    return mission, certified_team(ltlplan.plan(mission)).team
+    return mission, certified_team(ltlplan.plan(mission, pace="nominal")).team
 
 
 def positions(team: dict[str, Trajectory]) -> dict[str, np.ndarray]:

@@ -25,6 +25,7 @@ regions: {a: {center: [0.5, 0, 1], radii: [0.2, 0.2, 0.2]}, b: {center: [0.5, 1,
 agents: {quad0: {start: [-0.2, 0, 1]}}
 vehicle: crazyflie-2.1
 workspace: {min: [-2, -2, 0.2], max: [2, 2, 2]}
+planner: {pace: nominal}
 """
 
 

@@ -7,6 +7,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+from tests.ltlplan.commands.test_commands import SMALL
+
 ENGINES = {
     "casadi", "cvxpy", "dask", "fastapi", "flint", "networkx", "nicegui", "osqp", "plotly", "rich", "scipy.ndimage", "scipy.optimize",
     "scipy.spatial", "spot",
@@ -24,7 +26,8 @@ def loaded(*words: str, cwd: Path) -> set[str]:
 
 
 def test_run_makes_pages_without_plotlys_objects(tmp_path: Path) -> None:
-    modules = loaded("run", "firefighting", "--out", "run", cwd=tmp_path)
+    (tmp_path / "small.yaml").write_text(SMALL)
+    modules = loaded("run", "small.yaml", "--out", "run", cwd=tmp_path)
     assert not modules & {"cvxpy", "dask", "fastapi", "networkx", "nicegui", "plotly.graph_objs", "rich"}
 
 

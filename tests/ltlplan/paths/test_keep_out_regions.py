@@ -16,7 +16,7 @@ from tests.helpers.worlds import world
 from verify import judge
 
 
-@pytest.mark.parametrize("pace", ["nominal", 0.7])
+@few_of(1, "pace", ["nominal", 0.7])
 def test_forbidden_cylinders_cost_no_more_than_solid_ones(pace: Pace) -> None:
     made, solid = ltlplan.plan(keeping_out()), ltlplan.plan(keeping_out(of="obstacles"))
     assert made.cost <= 1.01 * solid.cost  # a vehicle's radius is kept from what is solid, too

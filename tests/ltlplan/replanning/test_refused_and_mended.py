@@ -168,7 +168,8 @@ def test_a_refusal_under_own_names_the_letter_and_the_reading_that_has_a_plan() 
 
 def test_costs_weigh_the_flown_time_once_however_many_rounds_it_takes() -> None:
     """A plan whose flight was refused is priced as it was made when it is refined again."""
-    made = ltlplan.plan(parse_mission(SITES + "planner: {cost: {time: 1}, objective: longest}\n"))
+    text = SITES.replace(", endurance: 32", "") + "planner: {cost: {time: 1}, objective: longest, pace: nominal}\n"
+    made = ltlplan.plan(parse_mission(text))
     found = attempted(Candidate(made))
     assert isinstance(found, Flight)
     assert found.plan.cost == pytest.approx(max(flight.duration for flight in found.team.values()))

@@ -140,6 +140,7 @@ agents:
 vehicle: crazyflie-2.1
 workspace: {{min: [-3, -3, 0.2], max: [3, 3, 2.0]}}
 margin: 0.05
+planner: {{pace: nominal}}
 """
 
 
