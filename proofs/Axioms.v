@@ -21,6 +21,10 @@ Print Assumptions Regions.check_nonneg_sound.
 Print Assumptions Regions.must_tube.
 Print Assumptions Regions.no_tube.
 Print Assumptions Regions.leaves_once.
+Print Assumptions Regions.comes_near_once.
+Print Assumptions Regions.one_stay.
+Print Assumptions Regions.comes_joined.
+Print Assumptions Regions.goes_joined.
 Print Assumptions Regions.some_part.
 Print Assumptions Regions.faces_meet.
 Print Assumptions Margins.half_space_must.

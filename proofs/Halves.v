@@ -27,6 +27,7 @@ Definition second_half (l : list Z) : list Z := rev (first_half (rev l)).
 
 Definition all_nonneg (l : list Z) : bool := forallb (Z.leb 0) l.
 Definition all_positive (l : list Z) : bool := forallb (Z.ltb 0) l.
+Definition none_positive (l : list Z) : bool := forallb (fun x => Z.leb x 0) l.
 
 Fixpoint rising (l : list Z) : bool :=
   match l with
@@ -159,6 +160,21 @@ Proof.
   { apply bern_nonneg; try lra; intros i Hi; unfold coefficient; apply IZR_le.
     destruct (nth_in_or_default i l 0%Z) as [I | ->]; [|lia].
     unfold all_nonneg in H; rewrite forallb_forall in H; apply H in I; lia. }
+  apply Rmult_le_reg_l with k; lra.
+Qed.
+
+Lemma none_positive_sound : forall l f a b, a < b -> represents l f a b ->
+  none_positive l = true -> always (fun x => f x <= 0) a b.
+Proof.
+  intros l f a b Hab (_ & k & Hk & V) H x Hx.
+  set (u := (x - a) / (b - a)).
+  assert (Eu : a + u * (b - a) = x) by (unfold u; field; lra).
+  assert (Hu : 0 <= u <= 1) by (split; apply Rmult_le_reg_r with (b - a); lra).
+  specialize (V u Hu); rewrite Eu in V.
+  assert (value l (1 - u) u <= 0).
+  { apply bern_upper; try lra; intros i Hi; unfold coefficient; apply IZR_le.
+    destruct (nth_in_or_default i l 0%Z) as [I | ->]; [|lia].
+    unfold none_positive in H; rewrite forallb_forall in H; apply H in I; lia. }
   apply Rmult_le_reg_l with k; lra.
 Qed.
 

@@ -14,7 +14,8 @@ Import ListNotations.
 Record condition := Condition { kept : list Z; broken : list Z }.
 Record region := Region { parts : list (list nat); choices : list (list nat) }.
 
-Inductive mark := Must | No | Out | Open.
+(** Near is nowhere out; who comes in is out and then nowhere out, who goes out the other way round. *)
+Inductive mark := Must | No | Near | Coming | Out | Open.
 Inductive status := Kept | Broken | Unclear.
 
 Definition both (f : list Z -> list Z) (q : condition) : condition :=
@@ -34,21 +35,26 @@ Definition all_broken (r : region) (st : nat -> status) : bool :=
 Definition statuses (c : list condition) (k : nat) : status :=
   match nth_error c k with Some q => known_of q | None => Unclear end.
 
-(** What is not negative where a condition holds has falling coefficients. *)
-Definition falls (c : list condition) (k : nat) : bool :=
-  match nth_error c k with Some q => rising (rev (kept q)) | None => false end.
+(** What some test says of the function that is positive where a condition is broken. *)
+Definition tested (test : list Z -> bool) (c : list condition) (k : nat) : bool :=
+  match nth_error c k with Some q => test (broken q) | None => false end.
 
-(** Of each part some condition is broken, or each one is kept or may only be left. *)
-Definition leaves (r : region) (c : list condition) : bool :=
-  let st := statuses c in
-  forallb (fun p => existsb (fun k => is_broken (st k)) p
-    || forallb (fun k => is_kept (st k) || falls c k) p) (parts r).
+Definition near (r : region) (c : list condition) : bool :=
+  forallb (existsb (tested none_positive c)) (choices r).
+
+(** Of each part some condition is broken, or none is whose function does not rise, or fall. *)
+Definition one_way (way : list Z -> bool) (r : region) (c : list condition) : bool :=
+  forallb (fun p => existsb (fun k => is_broken (statuses c k)) p
+    || forallb (fun k => tested none_positive c k || tested way c k) p) (parts r).
+Definition falling (l : list Z) : bool := rising (rev l).
 
 Definition holds (r : region) (m : mark) (c : list condition) : bool :=
   match m with
   | Must => all_kept r (statuses c)
   | No => all_broken r (statuses c)
-  | Out => leaves r c
+  | Near => near r c
+  | Coming => one_way falling r c
+  | Out => one_way rising r c
   | Open => true
   end.
 
@@ -62,6 +68,32 @@ Open Scope R_scope.
 
 Definition times : Type := R -> R.
 
+(** ** A stay: it comes once and goes once *)
+
+Definition comes (P : R -> Prop) (a b : R) : Prop := forall x y, a <= x -> x <= y -> y <= b -> P x -> P y.
+Definition goes (P : R -> Prop) (a b : R) : Prop := forall x y, a <= x -> x <= y -> y <= b -> P y -> P x.
+
+Lemma comes_joined : forall P a b c, comes P a b -> comes P b c -> comes P a c.
+Proof.
+  intros P a b c H G x y Hx Hxy Hy Px; destruct (Rle_lt_dec y b) as [L|L]; [apply (H x y); auto|].
+  destruct (Rle_lt_dec b x) as [M|M]; [apply (G x y); auto|].
+  apply (G b y); try lra; apply (H x b); auto; lra.
+Qed.
+
+Lemma goes_joined : forall P a b c, goes P a b -> goes P b c -> goes P a c.
+Proof.
+  intros P a b c H G x y Hx Hxy Hy Py; destruct (Rle_lt_dec y b) as [L|L]; [apply (H x y); auto|].
+  destruct (Rle_lt_dec b x) as [M|M]; [apply (G x y); auto|].
+  apply (H x b); try lra; apply (G b y); auto; lra.
+Qed.
+
+Theorem one_stay : forall P a b c x y z, comes P a b -> goes P b c ->
+  a <= x -> x <= y -> y <= z -> z <= c -> P x -> P z -> P y.
+Proof.
+  intros P a b c x y z H G Hx Hxy Hyz Hz Px Pz; destruct (Rle_lt_dec y b) as [L|L];
+    [apply (H x y) | apply (G y z)]; auto; lra.
+Qed.
+
 Section Marks.
   Variable r : region.
   (** The two functions of time of each condition, by its number. *)
@@ -71,19 +103,18 @@ Section Marks.
     forall k q, nth_error c k = Some q ->
       represents (kept q) (fst (f k)) a b /\ represents (broken q) (snd (f k)) a b.
 
-  (** By the polynomials, time [x] is in the region, where the margin is zero. *)
-  Definition inside (x : R) : Prop :=
-    exists p, In p (parts r) /\ forall k, In k p -> 0 <= fst (f k) x.
-
-  (** A condition that is broken is not kept. *)
-  Definition exact : Prop := forall k x, 0 < snd (f k) x -> fst (f k) x < 0.
+  (** By the polynomials, at time [x] it is not out of the region. *)
+  Definition maybe (x : R) : Prop :=
+    exists p, In p (parts r) /\ forall k, In k p -> snd (f k) x <= 0.
 
   Definition says (m : mark) (a b : R) : Prop :=
     match m with
     | Open => True
     | Must => always (fun x => forall p, In p (choices r) -> exists k, In k p /\ 0 <= fst (f k) x) a b
     | No => always (fun x => forall p, In p (parts r) -> exists k, In k p /\ 0 < snd (f k) x) a b
-    | Out => exact -> forall x y, a <= x -> x <= y -> y <= b -> inside y -> inside x
+    | Near => always (fun x => forall p, In p (choices r) -> exists k, In k p /\ snd (f k) x <= 0) a b
+    | Coming => comes maybe a b
+    | Out => goes maybe a b
     end.
 
   Lemma known_cut : forall (h : list Z -> list Z) a b a' b' c,
@@ -115,33 +146,57 @@ Section Marks.
     apply H, existsb_exists in Hp as (k & Hk & B); exists k; auto.
   Qed.
 
-  (** Who is inside, and then outside, does not come back. *)
-  Theorem leaves_once : forall a b c, a < b -> known a b c -> leaves r c = true -> exact ->
-    forall x y, a <= x -> x <= y -> y <= b -> inside y -> inside x.
+  Lemma tested_sound : forall a b c k x, a < b -> known a b c -> a <= x <= b ->
+    tested none_positive c k = true -> snd (f k) x <= 0.
   Proof.
-    intros a b c Hab K H E x y Hx Hxy Hy (p & Hp & I); exists p; split; auto; intros k Hk.
-    unfold leaves in H; rewrite forallb_forall in H; specialize (H p Hp).
+    intros a b c k x Hab K Hx H; unfold tested in H.
+    destruct (nth_error c k) as [q|] eqn:N; [|discriminate]; destruct (K k q N) as [_ Kq].
+    apply (none_positive_sound (broken q) (snd (f k)) a b); auto.
+  Qed.
+
+  (** At time [x] it is not out where it is not at time [y], if each function is then no greater. *)
+  Lemma one_way_sound : forall way a b c x y, a < b -> known a b c -> one_way way r c = true ->
+    a <= x <= b -> a <= y <= b ->
+    (forall l g, represents l g a b -> way l = true -> g x <= g y) -> maybe y -> maybe x.
+  Proof.
+    intros way a b c x y Hab K H Hx Hy W (p & Hp & I); exists p; split; auto; intros k Hk.
+    unfold one_way in H; rewrite forallb_forall in H; specialize (H p Hp).
     apply orb_prop in H as [H|H].
     - apply existsb_exists in H as (j & Hj & B); specialize (I j Hj).
-      destruct (known_sound a b c j y Hab K) as [_ S]; [lra|].
-      assert (fst (f j) y < 0); [|lra].
-      apply E, S; destruct (statuses c j); auto; discriminate.
+      destruct (known_sound a b c j y Hab K Hy) as [_ S].
+      assert (0 < snd (f j) y); [|lra].
+      apply S; destruct (statuses c j); auto; discriminate.
     - rewrite forallb_forall in H; specialize (H k Hk); specialize (I k Hk).
-      apply orb_prop in H as [H|H].
-      + destruct (known_sound a b c k x Hab K) as [S _]; [lra|].
-        apply S; destruct (statuses c k); auto; discriminate.
-      + unfold falls in H; destruct (nth_error c k) as [q|] eqn:N; [|discriminate].
-        destruct (K k q N) as [Kq _].
-        pose proof (falls_sound _ _ a b x y Hab Kq H Hx Hxy Hy); lra.
+      apply orb_prop in H as [H|H]; [apply (tested_sound a b c k x Hab K Hx H)|].
+      unfold tested in H; destruct (nth_error c k) as [q|] eqn:N; [|discriminate].
+      destruct (K k q N) as [_ Kq]; specialize (W _ _ Kq H); lra.
+  Qed.
+
+  (** Who is out, and then not, does not go out again. *)
+  Theorem comes_near_once : forall a b c, a < b -> known a b c -> one_way falling r c = true -> comes maybe a b.
+  Proof.
+    intros a b c Hab K H x y Hx Hxy Hy; apply (one_way_sound falling a b c y x); auto; try lra.
+    intros l g L F; apply (falls_sound l g a b x y); auto.
+  Qed.
+
+  (** Who is not out, and then out, does not come back. *)
+  Theorem leaves_once : forall a b c, a < b -> known a b c -> one_way rising r c = true -> goes maybe a b.
+  Proof.
+    intros a b c Hab K H x y Hx Hxy Hy; apply (one_way_sound rising a b c x y); auto; try lra.
+    intros l g L F; apply (rises_sound l g a b x y); auto.
   Qed.
 
   Lemma holds_sound : forall m a b c, a < b -> known a b c -> holds r m c = true -> says m a b.
   Proof.
-    intros [| | |] a b c Hab K H; cbn in H |- *; auto.
+    intros [| | | | |] a b c Hab K H; cbn in H |- *; auto.
     - intros x Hx; apply (some_sound is_kept (statuses c)); auto; intros k B.
       apply (known_sound a b c k x Hab K Hx); destruct (statuses c k); auto; discriminate.
     - intros x Hx; apply (some_sound is_broken (statuses c)); auto; intros k B.
       apply (known_sound a b c k x Hab K Hx); destruct (statuses c k); auto; discriminate.
+    - intros x Hx p Hp; unfold near in H; rewrite forallb_forall in H.
+      apply H, existsb_exists in Hp as (k & Hk & B); exists k; split; auto.
+      apply (tested_sound a b c k x Hab K Hx B).
+    - apply (comes_near_once a b c); auto.
     - apply (leaves_once a b c); auto.
   Qed.
 

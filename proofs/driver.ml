@@ -47,9 +47,9 @@ let region () =
 let mark () =
   match next () with
   | "s" -> Some Split | "m" -> Some (Leaf Must) | "n" -> Some (Leaf No)
-  | "f" -> Some (Leaf Out) | "?" -> Some (Leaf Open) | _ -> None
+  | "y" -> Some (Leaf Near) | "i" -> Some (Leaf Coming) | "o" | "f" -> Some (Leaf Out) | "?" -> Some (Leaf Open) | _ -> None
 
-let name = function Must -> "m" | No -> "n" | Out -> "f" | Open -> "?"
+let name = function Must -> "m" | No -> "n" | Near -> "y" | Coming -> "i" | Out -> "f" | Open -> "?"
 
 let leaves checker =
   let marks = list mark in

@@ -78,13 +78,17 @@ def random_region(draw: random.Random) -> Cell:
         face = random_row(draw)
         rows += [face, [2 * shift - x for x in face]]
     low, high = Fraction(-shift), Fraction(shift)
-    kept, broken = ([(k, sign, bound) for k in range(len(rows))] for sign, bound in (("<=", low), (">", high)))
+    kept, near, broken = (
+        [(k, sign, bound) for k in range(len(rows))] for sign, bound in (("<=", low), ("<=", high), (">", high))
+    )
+    choices = [sorted({*choice}) for choice in product(*parts) if {*choice} != met]
     rules = {
-        "m": [[[kept[k] for k in sorted({*choice})] for choice in product(*parts) if {*choice} != met]],
+        "m": [[[kept[k] for k in choice] for choice in choices]],
         "n": [[[broken[k] for k in part] for part in parts]],
+        "y": [[[near[k] for k in choice] for choice in choices]],
     }
-    if not shift:
-        rules["f"] = [[[*(broken[j] for j in part), kept[k], (k, "rises", Fraction(0))] for part in parts for k in part]]
+    for mark, sign in (("i", "falls"), ("o", "rises")):
+        rules[mark] = [[[*(broken[j] for j in part), near[k], (k, sign, Fraction(0))] for part in parts for k in part]]
     return Cell(lambda k: Bernstein([-x for x in rows[k]], 1), rules)
 
 
@@ -94,7 +98,7 @@ def sought(whole: Cell) -> list[str]:
     waiting = [(whole, 0)]
     while waiting:
         part, depth = waiting.pop()
-        found.append(next(filter(part.holds, "mnf"), "s" if depth < 4 else "?"))
+        found.append(next(filter(part.holds, "mnyio" if depth > 1 else "mn"), "s" if depth < 4 else "?"))
         if found[-1] == "s":
             first, second = part.halves()
             waiting += [(second, depth + 1), (first, depth + 1)]
@@ -115,15 +119,15 @@ def assert_true(cell: Cell, leaves: str, draw: random.Random) -> None:
         end = begin + width
         times = sorted({begin, end, *(begin + width * Fraction(draw.randint(0, 64), 64) for _ in range(5))})
         inside = [
-            any(all(polynomials[k].at(t) <= (bounds[k] if mark == "n" else -bounds[k]) for k in part) for part in parts)
+            any(all(polynomials[k].at(t) <= (-bounds[k] if mark == "m" else bounds[k]) for k in part) for part in parts)
             for t in times
         ]
-        if mark == "m":
+        if mark in "my":
             assert all(inside)
         elif mark == "n":
             assert not any(inside)
-        elif mark == "f":
-            assert inside == sorted(inside, reverse=True)
+        elif mark in "if":
+            assert inside == sorted(inside, reverse=mark == "f")
     assert end == 1
 
 

@@ -83,7 +83,7 @@ class Tree:
             return Tree(Cell(lambda one: other if one is form else cell.row(one), cell.rules), self.marks)
         marks = list(self.marks)
         at = draw.randrange(len(marks))
-        marks[at : at + 1] = draw.choices("sn?fmFRk", k=draw.choice([0, 1, 1, 1, 2]))
+        marks[at : at + 1] = draw.choices("sn?fmyioFRk", k=draw.choice([0, 1, 1, 1, 2]))
         return Tree(self.whole, tuple(marks))
 
 
@@ -93,7 +93,8 @@ def _marks(whole: Part) -> dict[str, str]:
         return {"s": "s", "?": "?", "m": "m", "k": "n"}
     if "F" in whole.rules:
         return {"s": "s", "?": "?", "F": "m", "R": "f", "n": "n"}
-    return {"s": "s", "?": "?", "m": "m", "n": "n", **({"f": "f"} if "f" in whole.rules else {})}
+    ways = {mark: proved for mark, proved in {"y": "y", "i": "i", "o": "f", "f": "f"}.items() if mark in whole.rules}
+    return {"s": "s", "?": "?", "m": "m", "n": "n", **ways}
 
 
 def _above(row: Bernstein, bound: Fraction, scale: int) -> list[int]:
@@ -129,6 +130,8 @@ def _region(whole: Part) -> Region | None:
 
     outside = [[number(atom, kept=False) for atom in clause] for clause in broken[0]]
     inside = [[number(atom, kept=True) for atom in clause] for clause in kept[0]]
+    for near in whole.rules.get("y", ()):  # which say what is broken, even where nothing is kept
+        inside = [[number(atom, kept=False) for atom in clause] for clause in near]
     rows = [(_minus(whole.row(form)) if turned else whole.row(form)) for form, turned in bounds]
     asked = [_asked(row, two.get(True), two.get(False)) for row, two in zip(rows, bounds.values(), strict=True)]
     return outside, inside, asked

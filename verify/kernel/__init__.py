@@ -6,5 +6,5 @@ calls the rest for each claim; what is not so is `refused`. Geometry: `zones` (r
 time) and `words` (the invariant). `report` prints.
 """
 
-VERSION = 3
+VERSION = 4
 """Raised whenever what is checked, or how it is written down, changes its meaning."""

@@ -83,7 +83,7 @@ class Check:
         statement, team, path, name, of = self.statement, self.team, course.path, course.name, (course.name,)
         margin, near, limits = statement.margin, statement.margin + course.robot.radius, course.robot.limits
         yield Owed("transitions", of, lambda: check_transitions(statement, course.timeline))
-        visits = f"{name} makes its {len(course.robot.visits)} planned visits, in order; its actions are permitted."
+        visits = f"{name} makes its {len(course.robot.visits)} planned visits, no other; its actions are permitted."
         yield Owed("visits", of, lambda: visits if course.timeline else "")
         yield Owed("passages", of, lambda: f"{name} passes exactly its planned openings: {course.passages()}.")
         walls = Trees(f"workspace/{name}", along(path, workspace((statement.low, statement.high), margin)))

@@ -46,10 +46,8 @@ class Flight:
             x, y, z = (Bernstein([n * weight for n in row], unit) for row, weight in every)
             box = [((row.lowest << BITS) // unit, -((-row.highest << BITS) // unit)) for row in (x, y, z)]
             self.rows.append(Flown(one.start, one.stop, one, (x, y, z), box))
-        self.box = [
-            (min(low for low, _ in axis), max(high for _, high in axis))
-            for axis in zip(*(r.box for r in self.rows), strict=True)
-        ]
+        boxes = zip(*(one.box for one in self.rows), strict=True)
+        self.box = [(min(low for low, _ in axis), max(high for _, high in axis)) for axis in boxes]
 
     def around(self, error: Fraction) -> list[Flown]:
         """Return the segments, those of a lap's beginning once more behind its end if clocks differ."""

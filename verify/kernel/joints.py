@@ -55,10 +55,8 @@ def check_parts(path: Path, team: Team) -> str:
     longest = max(b - a for a, b in pairwise(sorted({0, *cuts, size})))
     fits = robot.limits.pieces is None or longest <= robot.limits.pieces
     require(fits, f"a part has {longest} pieces; its vehicle holds {robot.limits.pieces}")
-    for before, after in [
-        *((cut - 1, cut) for cut in cuts if cut),
-        *([] if robot.cycle is None else [(size - 1, robot.cycle)]),
-    ]:
+    seam = [] if robot.cycle is None else [(size - 1, robot.cycle)]
+    for before, after in [*((cut - 1, cut) for cut in cuts if cut), *seam]:
         where = f"at the cut before piece {after}"
         for order in range(4):
             end, begin = path.pieces[before].ends(order)[1], path.pieces[after].ends(order)[0]

@@ -123,8 +123,8 @@ _SIGNS = {"<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.
 class Bernstein:
     """A polynomial on an interval: numbers[k] / unit are its Bernstein coefficients, unit is above zero.
 
-    Its values lie between the least and the greatest of them (Coq: `bern_lower`, `bern_upper`, `bern_positive`), and rise where these do
-    (Coq: `bern_monotone`).
+    Its values lie between the least and the greatest of them (Coq: `bern_lower`, `bern_upper`, `bern_positive`), and rise, or fall,
+    where these do (Coq: `bern_monotone`).
     """
 
     __slots__ = ("highest", "lowest", "numbers", "unit")
@@ -133,9 +133,9 @@ class Bernstein:
         self.numbers, self.unit, self.lowest, self.highest = numbers, unit, min(numbers), max(numbers)
 
     def keeps(self, sign: str, value: Fraction) -> bool:
-        """Return whether all coefficients stand so to a value; or, of the sign `rises`, whether none is below the one before it."""
-        if sign == "rises":
-            return self.numbers == sorted(self.numbers)
+        """Return whether all coefficients stand so to a value; or whether none is below the one before it (`rises`), or above (`falls`)."""
+        if sign in ("rises", "falls"):
+            return self.numbers == sorted(self.numbers, reverse=sign == "falls")
         edge = self.lowest if sign in (">", ">=") else self.highest
         return _SIGNS[sign](edge * value.denominator, value.numerator * self.unit)
 

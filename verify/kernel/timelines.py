@@ -6,6 +6,7 @@ where visits are compared: prefix and three laps, times going on, of which the f
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from functools import cached_property
@@ -20,7 +21,7 @@ from .trees import Cell, Evidence, Rules, leaves
 from .zones import along, hoop_of, leaving, opening, region
 
 LAPS = 3
-_MARKS = {"n": "no", "m": "must", "?": "may", "f": "out"}
+_MARKS = {"n": "no", "m": "must", "f": "out"}
 Window = tuple[Fraction, Fraction]
 Word = Sequence[tuple[str, str]]
 
@@ -127,12 +128,21 @@ class Course:
         """Return spans of a region: `inside` it at the margin, or of the `nominal` path."""
         shape = self.statement.regions[name]
         rules = region(shape, self.statement.margin) if kind == "inside" else leaving(shape)
-        return self.spans([(start, mark) for start, mark, _ in self._along(f"{kind}/{self.name}/{name}", rules)])
+        found = [(start, mark) for start, mark, _ in self._along(f"{kind}/{self.name}/{name}", rules)]
+        require(kind != "inside" or self._are_whole(found), f"it may leave {name} and come back in what is taken for one stay")
+        return self.spans(found)
+
+    def _are_whole(self, found: Sequence[tuple[Fraction, str]]) -> bool:
+        """Return whether it comes and goes once between spans surely outside, over a lap's seam too (Coq: `one_stay`, `comes_joined`)."""
+        stops = [*(start for start, _ in found[1:]), self.end]
+        lasting = [(start, mark) for (start, mark), stop in zip(found, stops, strict=True) if mark != "n" or start < stop]
+        again = [mark for start, mark in lasting if self.lap is not None and start >= self.lap]
+        return not re.search(r"\?|o[^n]*i", "".join([*(mark for _, mark in lasting), *again]))
 
     def spans(self, found: Sequence[tuple[Fraction, str]]) -> Row:
         """Return spans of marks, each from its time to the next one's."""
         stops = [*(start for start, _ in found[1:]), self.end]
-        return settled([Span(start, stop, _MARKS[mark]) for (start, mark), stop in zip(found, stops, strict=True)])
+        return settled([Span(start, stop, _MARKS.get(mark, "may")) for (start, mark), stop in zip(found, stops, strict=True)])
 
     @cached_property
     def rows(self) -> dict[str, Row]:
@@ -308,10 +318,8 @@ class Course:
         return None if self._is_never(stay.must[0].stop) else stay.must[0].stop
 
     def _sets_out(self, visit: int, lap: int) -> Fraction | None:
-        number, opens = (
-            self._number(visit, lap),
-            visit == self.robot.cycle_visit,
-        )  # a lap's first visit sets out from where it begins
+        number = self._number(visit, lap)
+        opens = visit == self.robot.cycle_visit  # a lap's first visit sets out from where it begins
         there, seam = self.flown[number].start, (self.lap or ZERO) + lap * self.length
         before, moves = [*self._stays[0], *self.flown[:number]][-1:], self._first_motion(0)
         left = self._leaves(before[0]) if before else None

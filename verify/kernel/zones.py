@@ -91,26 +91,31 @@ def asked(terms: Terms, margin: Fraction) -> tuple[list[Atom], Atom]:
 
 @lru_cache(maxsize=4096)
 def region(shape: Shape, margin: Fraction) -> Rules:
-    """Return the claims `m` that a path is inside a region by a margin, and `n` that it is outside.
+    """Return the claims `m` that a path is inside a region by a margin, `n` that it is outside, `y` that it is so nowhere, and `i` that it is so up to
+    some time, if at all, and then nowhere, or `o` the other way round.
 
     Outside it breaks an inequality of each part. Inside it keeps one of each `choice`, so that all of the ball is in some part, or in one
-    part alone where choices are too many.
+    part alone where choices are too many. If functions that break one only fall, or only rise, it comes, or goes, once (Coq: `comes_near_once`,
+    `leaves_once`).
     """
     parts = [[terms_of(one, shape.center) for one in part] for part in shape.parts]
-    clauses, alone = choices(parts), [[asked(one, margin)[0] for one in part] for part in parts]
-    together = [[atom for one in clause for atom in asked(one, margin)[0]] for clause in clauses]
-    return {"m": [together] if together else alone, "n": [[[asked(one, margin)[1] for one in part] for part in parts]]}
+    clauses, broken = choices(parts), {one: asked(one, margin)[1] for part in parts for one in part}
+    whole = {one: [(form, "<=", bound)] for one, (form, _, bound) in broken.items()}
+    found = {"n": [[[broken[one] for one in part] for part in parts]]}
+    for mark, kept in (("m", {one: asked(one, margin)[0] for one in broken}), ("y", whole)):
+        together = [[atom for one in clause for atom in kept[one]] for clause in clauses]
+        found[mark] = [together] if together else [[kept[one] for one in part] for part in parts]
+    for mark, sign in (("i", "falls"), ("o", "rises")):
+        ways = ((one, [broken[k] for k in part]) for part in parts for one in part)
+        found[mark] = [[[*some, *whole[one], (broken[one][0], sign, ZERO)] for one, some in ways]]
+    return found
 
 
 @lru_cache(maxsize=4096)
 def leaving(shape: Shape) -> Rules:
-    """Return what a path itself does: besides `m` and `n` the claim `f` that it is inside up to some time, if at all, and then outside.
-
-    Of each part it breaks an inequality, or each of them is kept, or its function rises (Coq: `leaves_once`).
-    """
-    parts = [[asked(terms_of(one, shape.center), ZERO) for one in part] for part in shape.parts]
-    once = [[*(broken for _, broken in part), *kept, (broken[0], "rises", ZERO)] for part in parts for kept, broken in part]
-    return {**region(shape, ZERO), "f": [once]}
+    """Return what a path itself does: `m`, `n`, and `f` that it is inside up to some time, if at all, and then outside."""
+    found = region(shape, ZERO)
+    return {"m": found["m"], "n": found["n"], "f": found["o"]}
 
 
 def choices(parts: Sequence[Sequence[Terms]]) -> list[frozenset[Terms]]:
@@ -235,12 +240,5 @@ def obstacle(shape: Shape, hoops: tuple[Shape, ...], length: Fraction, sums: tup
 def workspace(corners: tuple[Vector, Vector], margin: Fraction) -> Rules:
     """Return the claim `m` that a path stays between the workspace's corners by the margin."""
     axes = [Polynomial([int(k == axis + 6) for k in range(10)]) for axis in range(3)]
-    every = list(zip(axes, *corners, strict=True))
-    return {
-        "m": [
-            [
-                *([(axis, ">=", low + margin)] for axis, low, _ in every),
-                *([(axis, "<=", high - margin)] for axis, _, high in every),
-            ]
-        ]
-    }
+    every = zip(axes, *corners, strict=True)
+    return {"m": [[[wall] for axis, low, high in every for wall in ((axis, ">=", low + margin), (axis, "<=", high - margin))]]}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
@@ -102,21 +102,22 @@ class _Found(Course):
         """Return spans of a region, whose marks are sought."""
         key, shape, margin = f"{kind}/{self.name}/{name}", self.statement.regions[name], self.statement.margin
         if key not in self._sought:
-            self._sought[key] = (
-                self.segments.region_trees(self.name, name, lambda: region(shape, margin))
-                if margin and kind == "inside"
-                else self._exactly(kind, leaving(shape) if kind == "nominal" else region(shape, margin))
-            )
+            if kind == "nominal":
+                self._sought[key] = self._exactly(kind, leaving(shape))
+            else:
+                trees = self.segments.region_trees(self.name, name, lambda: region(shape, margin)) if margin else ["?"]
+                told = not any("?" in tree for tree in trees)
+                self._sought[key] = trees if told else self._exactly(kind, region(shape, margin), trees)
         found: list[tuple[Fraction, str]] = []
         for segment, tree in zip(self.path.segments, self._sought[key], strict=True):
             if not found or tree != found[-1][1]:
                 found += [(segment.time(start) if start else segment.start, mark) for start, mark in starts_of(tree)]
         return self.spans(found)
 
-    def _exactly(self, kind: str, rules: Rules) -> list[str]:
-        return trees_of(
-            kind, list(along(self.path, rules)), self.segments.roots(self.name, rules, "n" if kind == "openings" else "nm")
-        )
+    def _exactly(self, kind: str, rules: Rules, known: Sequence[str] = ()) -> list[str]:
+        roots = self.segments.roots(self.name, rules, "n" if kind == "openings" else "nm")
+        trees = ["" if "?" in tree else tree for tree in known] if len(known) == len(roots) else roots
+        return trees_of(kind, list(along(self.path, rules)), trees)
 
     def marks(self) -> dict[str, str]:
         """Return marks of regions and openings."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 import functools
 import math
 import operator
-from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
@@ -23,7 +23,7 @@ from verify.kernel.limits import Interval, rates_and_thrusts
 from verify.kernel.polynomials import Polynomial
 from verify.kernel.statement import Robot
 from verify.kernel.trees import Atom, Rules
-from verify.proofs.search import STYLES
+from verify.proofs.search import EDGE
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -124,7 +124,7 @@ class FlownSegments:
         return found.tolist()
 
     def region_trees(self, name: str, region: str, rules: Callable[[], Rules]) -> list[str]:
-        """Return for each segment of a robot the marks of its tree in a region at the margin, open where neither side can be told.
+        """Return for each segment of a robot the marks of its tree in a region at the margin, open where none can be told.
 
         Args:
             name: The robot's.
@@ -133,7 +133,7 @@ class FlownSegments:
         """
         if (region,) not in self._known:
             claims = rules()
-            self._known[(region,)] = claims, self._region_trees(claims, STYLES["inside"].depth)
+            self._known[(region,)] = claims, self._region_trees(claims, EDGE)
         return self._known[(region,)][1][self.of[name]]
 
     def _region_trees(self, rules: Rules, depth: int) -> list[str]:
@@ -151,16 +151,21 @@ class FlownSegments:
         both = [_summed(weights[flat, 6:], self._lines), _summed(weights[~flat], self._squares)]
         both = [rows for rows in both if len(rows)]
         levels: list[NDArray[np.str_]] = []
-        for _ in range(depth + 1):
+        for level in range(depth + 1):
             low = np.concatenate([rows.min(axis=1) for rows in both])[order]
             high = np.concatenate([rows.max(axis=1) for rows in both])[order]
             room = _ROOM * (1 + np.maximum(abs(low), abs(high)))
             marks = np.full(low.shape[1], "", dtype="<U1")
-            inside, never, within, beyond = high < inner - room, low > inner, high <= outer, low > outer + room
+            inside, never, within, beyond = high < inner - room, low > inner, high < outer - room, low > outer + room
             lost = _all(_any(never[one].all(axis=0) for one in way) for way in claims)
-            marks[_any(within[part].all(axis=0) for part in parts) & lost] = "?"
+            marks[_any(within[part].all(axis=0) for part in parts) & (lost | (level == depth))] = "y"
             marks[_any(_all(inside[one].any(axis=0) for one in way) for way in claims)] = "m"
             marks[_all(beyond[part].any(axis=0) for part in parts)] = "n"
+            if level == depth:
+                for mark, once in self._changes(both, order, room):
+                    marks[
+                        _all(beyond[part].any(axis=0) | (within | once)[part].all(axis=0) for part in parts) & (marks == "")
+                    ] = mark
             levels.append(marks)
             open_ = marks == ""
             if not open_.any():
@@ -171,6 +176,13 @@ class FlownSegments:
             below = iter(found)
             found = [mark or ("s" + one + next(below) if (one := next(below, "")) else "?") for mark in marks.tolist()]
         return found
+
+    @staticmethod
+    def _changes(both: Sequence[Floats], order: NDArray[np.intp], room: Floats) -> Iterator[tuple[str, Flags]]:
+        """Yield where functions surely fall, so that a path may come in, and where they rise, so that it may go out."""
+        steps = [np.diff(rows, axis=1) for rows in both]
+        yield "i", np.concatenate([step.max(axis=1) for step in steps])[order] < -room
+        yield "o", np.concatenate([step.min(axis=1) for step in steps])[order] > room
 
     def are_parted(self, pair: Pair) -> bool:
         """Return whether planes surely part all segments of two paths that share some time, by what is asked of the pair."""

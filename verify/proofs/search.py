@@ -22,7 +22,7 @@ class Style(NamedTuple):
 
 
 STYLES: Mapping[str, Style] = {
-    "inside": Style("nm", 12, open=True),
+    "inside": Style("nmyio", 40, open=True),
     "nominal": Style("nmf", 30, open=True),
     "openings": Style("nFR", 18),
     "rims": Style("n", 16),
@@ -37,8 +37,13 @@ STYLES: Mapping[str, Style] = {
 LEAVING = 20
 """Halvings from which on it is near enough to an instant when a path leaves a region."""
 
+EDGE = 12
+"""Halvings from which on it is near enough to an instant when a path comes to a region at the margin, or leaves it."""
+
 NEAR = 8
 """Halvings from which on a path inside an opening's cylinder counts as near the opening."""
+
+_FROM = {"f": LEAVING, **dict.fromkeys("yio", EDGE), **dict.fromkeys("FR", NEAR)}
 
 
 def trees_of(kind: str, parts: Sequence[Part], roots: Sequence[str] = ()) -> list[str]:
@@ -83,10 +88,11 @@ def tree_of(style: Style, whole: Part, before: str = "") -> str:
 def _mark(style: Style, part: Part, depth: int, before: str) -> str:
     """Return what holds on a part, `?` where no half can tell more, or nothing; a passage goes on in the way in which it began."""
     for mark in style.marks.replace("FR", "RF") if before == "R" else style.marks:
-        sought = depth >= LEAVING if mark == "f" else mark not in "FR" or depth >= NEAR or _is_near(part)
+        sought = depth >= _FROM.get(mark, 0) or (mark in "FR" and _is_near(part))
         if sought and part.holds(mark):
             return mark
-    return "?" if style.open and isinstance(part, Cell) and _is_hopeless(part) else ""
+    hopeless = style.open and isinstance(part, Cell) and _is_hopeless(part)
+    return ("y" if "y" in style.marks else "?") if hopeless else ""
 
 
 def _is_near(part: Part) -> bool:

@@ -19,8 +19,12 @@ from tests.mutation.sites import ROOT
 from verify import judge
 from verify.data.plan import Meeting
 from verify.data.trajectory import Trajectory
+from verify.kernel.flights import read_team
 from verify.kernel.refused import Refused
+from verify.kernel.statement import read_statement
 from verify.kernel.team import Team
+from verify.kernel.timelines import Course
+from verify.kernel.trees import Evidence
 from verify.proofs.finder import prove
 
 
@@ -228,6 +232,33 @@ def test_robots_that_there_are_not_are_not_read(more: int) -> None:
         row[2] += more << len(followed)
     assert sets != [[]]
     assert "formula" in missing(checked(proof.statement, json.dumps(table), tables(other, team)))
+
+
+def there_and_back(brushes: bool) -> Flight:
+    """One visit is planned: of two, or of a brush by the region at the margin and a jump into it."""
+    of = mission("F a", [0, 0, 1], regions=A)
+    if not brushes:
+        return planned(of, {"r0": to("a")}), {"r0": legs([[0, 0, 1], [1, 0, 1], [0, 0, 1], [1, 0, 1]])}
+    path = legs([[0, 0, 1], [0.77, 0, 1], [0.5, 0, 1], [0.9, 0, 1], [1, 0, 1]])
+    kept = [0, 1, 3]
+    return planned(of, {"r0": to("a")}), {"r0": quantised(Trajectory(path.durations[kept], path.coefficients[kept]))}
+
+
+@pytest.mark.parametrize("brushes", [False, True])
+@pytest.mark.parametrize("forged", ["n?", "ny", "ni", "no", "i?", "o?", "io", "iy", "oi"])
+def test_visits_that_are_not_told_apart(brushes: bool, forged: str) -> None:
+    """To leave a region for sure and to come back is another visit, whatever a proof leaves open."""
+    plan, team = there_and_back(brushes)
+    certificate = judge(plan, team, largest=False)
+    assert "visits" in {one.name for one in certificate.claims if one.outcome == "fails"}
+    proof = prove(plan, team, certificate)
+    marks = "".join(Evidence(json.loads(proof.evidence)["evidence"]).marks("inside/r0/a"))
+    statement = read_statement(proof.statement)
+    path = read_team(statement, tables(plan, team)).paths["r0"]
+    for first in range(len(marks)):
+        forgery = Evidence({"inside/r0/a": marks[:first] + marks[first:].replace(forged[0], forged[1])})
+        with pytest.raises(Refused):
+            Course(statement, path, forgery).stays  # noqa: B018  # which are sought
 
 
 REFUSALS = ("refused_limits", "refused_paths", "refused_visits", "leg_windows", "passages", "separation", "region_relations")
