@@ -49,8 +49,8 @@ _OVER = 1.01
 _LOOKS = 24
 """Samples a piece for that."""
 _ORDERS = np.arange(1.0, 5.0)[:, None, None]
-_ROUNDS = 2
-"""How often pieces that do not follow are halved."""
+_ROUNDS = 8
+"""How often pieces that do not follow are halved at most: where a robot creeps they change by much within a short time."""
 _WITHIN = np.linspace(0.0, 1.0, 9)[1:-1]
 _FINE = 40
 """Steps between two knots over which times are added up."""
@@ -65,12 +65,14 @@ class Flown:
         start: When it departs, s.
         limits: What it keeps at its greatest pace.
         share: Its pace: a share of the fastest flight.
+        most: Pieces that it may fly; None for any number.
     """
 
     path: Spline
     start: float
     limits: Limits
     share: float
+    most: int | None = None
 
 
 def on_faster_clock(team: Mapping[str, Flown]) -> dict[str, tuple[Spline, float]]:
@@ -85,7 +87,7 @@ def on_faster_clock(team: Mapping[str, Flown]) -> dict[str, tuple[Spline, float]
     for breach in (*_BREACHES, *_BREACHES[-1:] * _CORRECTIONS):
         clock = search.fastest(breach)
         found = {
-            name: (retimed(each.path, each.start, clock), float(clock.flown(np.array([each.start]))[0]))
+            name: (retimed(each.path, each.start, clock, each.most), float(clock.flown(np.array([each.start]))[0]))
             for name, each in team.items()
         }
         if breach == _BREACHES[-1] and not search.corrected(clock, found):
@@ -271,13 +273,14 @@ def _derivatives(path: Spline, times: Floats) -> Floats:
     return np.stack([values(path.coefficients[piece], local, order)[:, 0] for order in (1, 2, 3, 4)])
 
 
-def retimed(path: Spline, start: float, clock: Retiming) -> Spline:
+def retimed(path: Spline, start: float, clock: Retiming, most: int | None = None) -> Spline:
     """Return a robot's pieces on a clock: they meet the motion at their nodes up to jerk, and follow it between them.
 
     Args:
         path: By the plan's times.
         start: When it departs, s.
         clock: The team's, or its own.
+        most: Pieces that it may have, where there are not more already: then it follows less closely.
     """
     nodes = path.knots
     found = _through(path, start, clock, nodes)
@@ -286,9 +289,11 @@ def retimed(path: Spline, start: float, clock: Retiming) -> Spline:
         begun = clock.flown(np.array([start]))
         wanted = _places(path, clock.plan(begun + times.ravel()) - start).reshape(*times.shape, -1)
         off = np.abs(found.sample(_WITHIN) - wanted).max(axis=(1, 2))
-        if not (off > _FOLLOWED).any():
+        worst = np.argsort(-off, kind="stable")[: None if most is None else max(most - len(off), 0)]
+        halved = worst[off[worst] > _FOLLOWED]
+        if not len(halved):
             break
-        nodes = np.unique(np.concatenate([nodes, 0.5 * (nodes[:-1] + nodes[1:])[off > _FOLLOWED]]))
+        nodes = np.unique(np.concatenate([nodes, 0.5 * (nodes[:-1] + nodes[1:])[halved]]))
         found = _through(path, start, clock, nodes)
     return found
 

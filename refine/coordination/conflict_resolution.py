@@ -218,7 +218,7 @@ def timed_faster(
     mission, options = problem.plan.mission, problem.options
     shares = {robot.name: options.share(mission, robot.name) for robot in group}
     team = {
-        robot.name: Flown(paths[robot.name], starts[robot.name], robot.limits, share)
+        robot.name: Flown(paths[robot.name], starts[robot.name], robot.limits, share, _room(options.held(mission, robot.name)))
         for robot in group
         if (share := shares[robot.name]) is not None
     }
@@ -231,6 +231,11 @@ def timed_faster(
         return [along(problem, robot, faster[robot.name][0]) for robot in group], {name: at for name, (_, at) in faster.items()}
     except Infeasible:  # the times that there are stand
         return None
+
+
+def _room(held: int | None) -> int | None:
+    """Return how many pieces a path may have of those that a vehicle holds: one is the wait before it departs."""
+    return None if held is None else held - 1
 
 
 def _ways(movers: tuple[Mover, ...], spacing: Spacing) -> Iterator[tuple[Spline, ...]]:

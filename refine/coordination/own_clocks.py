@@ -31,16 +31,19 @@ from verify.data.plan import Meeting
 
 Floats = NDArray[np.float64]
 
-_SAMPLE = 0.1
-"""s of its own time between two samples of a path."""
+_CELL = 0.1
+"""s of its own time that a cell of a path lasts at most."""
+_BULGE = 1.1
+"""How much farther a robot may be from the middle of a cell than at the cell's ends."""
 _CLEARANCE = 0.01
-"""m on top of the distance: what samples do not see."""
+"""m on top of the distance: what cells do not see."""
 _DEGREE = 5
 _KNOT = 0.35
 """s of its own time between two knots of a robot's clock, about."""
 _FEWEST = 4
 _BENDS = 1.5
-"""1/s: by how much of itself at most a clock's slowness changes in a second of its own time."""
+"""1/s: by how much at most a clock's slowness changes in a second of its own time, where it is 1. Where it is s, it changes by s^3 times as
+much for the same acceleration: by the tangent of that, which lies below."""
 _SLOWEST = 40.0
 """How many times slower than its own time a robot creeps at most."""
 _OTHERS = 0.1
@@ -49,6 +52,8 @@ _SMOOTH = 2e-3
 """Weight of squared bends, against s."""
 _MOST_ZONES = 500
 """Where robots are too near each other, at most: to decide who passes first takes time that goes by their square."""
+_REPAIRS = 4
+"""How often robots that are too near each other on their clocks get more of a distance."""
 _MOST_TRIES = 40
 """Paths that are laid around where another robot hovers."""
 
@@ -91,7 +96,7 @@ def on_own_clocks(problem: Problem, robots: dict[str, RobotFlight]) -> Together 
 
 
 def _around(problem: Problem, robots: Mapping[str, RobotFlight], name: str, others: Sequence[str]) -> RobotFlight | None:
-    """Return a robot's flight clear of where others start, wait and end, by what samples do not see where that is possible; None where there is none."""
+    """Return a robot's flight clear of where others start, wait and end, by what cells do not see where that is possible; None where there is none."""
     idle, reach = idle_others(problem, name), float(_line(problem, robots[name]).reach.max())
     for more in (reach, 0.0):
         spacing = replace(problem.spacing, distance=problem.spacing.distance + more)
@@ -106,29 +111,38 @@ def _around(problem: Problem, robots: Mapping[str, RobotFlight], name: str, othe
 def _timed(problem: Problem, robots: dict[str, RobotFlight]) -> Together | _Stuck | None:
     """Return the team on its paths; or two robots that leave each other no way, or None where no clocks keep all waits and limits."""
     names, lines = list(robots), [_line(problem, robot) for robot in robots.values()]
-    zones = zones_of(lines, problem.spacing.distance + _CLEARANCE)
-    if len(zones) > _MOST_ZONES:
-        return None
-    orders = passing_orders(lines, zones, _waits(problem, robots, lines))
-    if orders is None:
-        return None
-    if isinstance(orders, tuple):
-        return _Stuck((names[orders[0]], names[orders[1]]))
-    clocks = _clocks(list(robots.values()), lines, orders)
-    return None if clocks is None else _flown(problem, robots, clocks)
+    wider: dict[tuple[int, int], float] = {}
+    for _ in range(_REPAIRS):
+        zones = zones_of(lines, problem.spacing.distance + _CLEARANCE, wider)
+        if len(zones) > _MOST_ZONES:
+            return None
+        orders = passing_orders(lines, zones, _waits(problem, robots, lines))
+        if orders is None:
+            return None
+        if isinstance(orders, tuple):
+            return _Stuck((names[orders[0]], names[orders[1]]))
+        clocks = _clocks(list(robots.values()), lines, orders)
+        flown = None if clocks is None else _flown(problem, robots, clocks)
+        if not isinstance(flown, DepartureConflict):
+            return flown
+        one, other = sorted(map(names.index, flown.pair))
+        if one == other:
+            return None
+        short = max(problem.spacing.distance - flown.distance, 0.0) + _CLEARANCE
+        wider[one, other] = wider.get((one, other), 0.0) + short
+    return None
 
 
 def _line(problem: Problem, robot: RobotFlight) -> Line:
-    """Return a robot's samples."""
+    """Return a robot's cells."""
     path, spacing = robot.path, problem.spacing
-    ends = np.linspace(0.0, path.duration, max(int(np.ceil(path.duration / _SAMPLE)), 1) + 1)
-    halts = _halts(robot)
-    times = np.sort(np.concatenate([ends, halts, halts]))
-    places = _at(path, times)
-    places[:, 2] *= spacing.z_scale
-    steps = np.linalg.norm(np.diff(places, axis=0), axis=1)
-    step = np.maximum(np.append(steps, 0.0), np.append(0.0, steps))
-    return Line(times, places, 0.55 * step + spacing.skew * step / _SAMPLE, robot.plan.hold)
+    even = np.linspace(0.0, path.duration, max(int(np.ceil(path.duration / _CELL)), 1) + 1)
+    times = np.sort(np.concatenate([even[:1], even, even[-1:], *[_halts(robot)] * 2]))
+    scale = np.array([1.0, 1.0, spacing.z_scale])
+    borders, middles = _at(path, times) * scale, _at(path, 0.5 * (times[1:] + times[:-1])) * scale
+    reach = np.maximum(*(np.linalg.norm(middles - each, axis=1) for each in (borders[:-1], borders[1:])))
+    speeds = 2.0 * reach / np.maximum(np.diff(times), 1e-9)
+    return Line(times, middles, _BULGE * reach + spacing.skew * speeds, robot.plan.hold)
 
 
 def _halts(robot: RobotFlight) -> Floats:
@@ -147,7 +161,7 @@ def _at(path: Spline, times: Floats) -> Floats:
 
 
 def _waits(problem: Problem, robots: Mapping[str, RobotFlight], lines: Sequence[Line]) -> list[After]:
-    """Return the plan's waits and those of witnesses as differences of times at samples."""
+    """Return the plan's waits and those of witnesses as differences of times."""
     index = {name: number for number, name in enumerate(robots)}
     flights = {name: flight_of(problem.plan, robot) for name, robot in robots.items()}
     late = max(GRID / 2, 2 * (problem.spacing.skew + STEP)) + GRID
@@ -227,10 +241,10 @@ class _Unknowns:
         self.clock = offset + 1 + len(self.halts) + np.arange(self.count)
         self.total = 1 + len(self.halts) + self.count
 
-    def when(self, line: Line, sample: int) -> tuple[NDArray[np.intp], Floats]:
-        """Return the row that says when a sample is flown."""
-        time = float(line.times[sample])
-        before = sample + 1 < len(line.times) and line.times[sample + 1] == time  # a halt's first sample
+    def when(self, line: Line, number: int) -> tuple[NDArray[np.intp], Floats]:
+        """Return the row that says when one of a line's times is flown."""
+        time = float(line.times[number])
+        before = number + 1 < len(line.times) and line.times[number + 1] == time  # where a rest begins
         passed = self.waits[(self.halts < time) | ((self.halts == time) & (not before))]
         first = int(np.clip(np.searchsorted(self.knots, time, side="right") - 1, _DEGREE, self.count - 1))
         basis = BSpline.design_matrix(np.array([min(time, self.end)]), self.knots, _DEGREE).toarray()[0]
@@ -260,8 +274,8 @@ def _clocks(
         step = (own.knots[_DEGREE + 1 : -2] - own.knots[2 : -_DEGREE - 1]) / (_DEGREE - 1)
         for k, size in enumerate(step):
             part, change = 0.5 * _BENDS * size, np.array([[-slopes[k], slopes[k], 0.0], [0.0, -slopes[k + 1], slopes[k + 1]]])
-            rows.add(own.clock[k : k + 3], (part + 1.0) * change[0] + (part - 1.0) * change[1], 0.0)
-            rows.add(own.clock[k : k + 3], (part - 1.0) * change[0] + (part + 1.0) * change[1], 0.0)
+            rows.add(own.clock[k : k + 3], (3.0 * part + 1.0) * change[0] + (3.0 * part - 1.0) * change[1], 4.0 * part)
+            rows.add(own.clock[k : k + 3], (3.0 * part - 1.0) * change[0] + (3.0 * part + 1.0) * change[1], 4.0 * part)
         columns, values = own.when(line, len(line.times) - 1)
         linear[columns] += _OTHERS / len(robots) * values
         rows.add(np.append(columns, last), np.append(-values, 1.0), 0.0)
@@ -303,15 +317,20 @@ def _two_diagonals(here: Floats, next_one: Floats) -> sparse.csc_matrix:
     )
 
 
-def _flown(problem: Problem, robots: dict[str, RobotFlight], clocks: Mapping[str, tuple[OwnClock, float]]) -> Together | None:
-    """Return the team on its clocks, slowed as a whole where limits ask for it; None where it is not kept apart then."""
+def _flown(
+    problem: Problem, robots: dict[str, RobotFlight], clocks: Mapping[str, tuple[OwnClock, float]]
+) -> Together | DepartureConflict | None:
+    """Return the team on its clocks, slowed as a whole where limits ask for it; else who is too near whom, or None where a label is not kept."""
     plan, flown, slower = problem.plan, dict[str, RobotFlight](), 1.0
     for name, robot in robots.items():
         clock, _ = clocks[name]
         if robot.corridor is None:
             flown[name] = robot
             continue
-        path = retimed(robot.path, 0.0, clock)
+        held = problem.options.held(plan.mission, name)
+        path = retimed(
+            robot.path, 0.0, clock, None if held is None else held - 1 - sum(wait > GAP / 2 for _, wait in clock.waits)
+        )
         times = clock.flown(robot.path.knots)
         try:
             turned, factor = along(problem, robot, path)
@@ -329,4 +348,4 @@ def _flown(problem: Problem, robots: dict[str, RobotFlight], clocks: Mapping[str
     if any(violations(robot.path, plan.mission, name, plan.robots[name]) for name, robot in team.items()):
         return None
     found = departures_of(problem, team, starts)
-    return None if isinstance(found, DepartureConflict) else (team, starts)
+    return found if isinstance(found, DepartureConflict) else (team, starts)

@@ -9,8 +9,9 @@ decided in the order of time, each on the side by which the team arrives sooner;
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,12 +30,12 @@ _LATEST = 2.0
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Line:
-    """One robot's path by its own time.
+    """One robot's path by its own time, in cells.
 
     Attributes:
-        times: Own times of samples, s; those of halts stand twice: before the wait and after it. Shape (samples,).
-        places: m, z scaled. Shape (samples, 3).
-        reach: How far it may be from each sample until the next, and in the clocks' error, m. Shape (samples,).
+        times: Own times between which cells lie, s. Where a robot rests (at its start, halts and end) a cell lasts no time. Shape (cells + 1,).
+        places: About the middle of each cell, m, z scaled. Shape (cells, 3).
+        reach: How far it may be from there within the cell, and in the clocks' error, m. Shape (cells,).
         earliest: Least departure, s.
     """
 
@@ -46,13 +47,13 @@ class Line:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class After:
-    """Differences of times: samples of one robot come no sooner than samples of another one, and a gap.
+    """Differences of times: a robot comes to some of its times no sooner than another one to others, and a gap.
 
     Attributes:
         first: The other robot.
-        done: Its samples.
+        done: Which of its times.
         then: The robot.
-        due: Its samples.
+        due: Which of its times.
         gap: s.
     """
 
@@ -65,7 +66,7 @@ class After:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Zone:
-    """Samples at which two robots are too near each other, in one piece.
+    """Cells in which two robots are too near each other, in one piece.
 
     Attributes:
         sides: Either robot first: what the other one then waits for; None where the first one rests there at its start or end.
@@ -78,12 +79,15 @@ class Zone:
     pair: tuple[int, int]
 
 
-def zones_of(lines: Sequence[Line], distance: float) -> list[Zone]:
+def zones_of(
+    lines: Sequence[Line], distance: float, wider: Mapping[tuple[int, int], float] = MappingProxyType({})
+) -> list[Zone]:
     """Return all zones of a team.
 
     Args:
         lines: One a robot.
         distance: m that they keep.
+        wider: More of it for some pairs, the lower number first.
     """
     from scipy.spatial import KDTree  # here: it takes long to load, and few teams need it
 
@@ -92,19 +96,20 @@ def zones_of(lines: Sequence[Line], distance: float) -> list[Zone]:
     for one in range(len(lines)):
         for other in range(one + 1, len(lines)):
             a, b = lines[one], lines[other]
-            near = trees[one].query_ball_tree(trees[other], distance + float(a.reach.max() + b.reach.max()))
+            kept = distance + wider.get((one, other), 0.0)
+            near = trees[one].query_ball_tree(trees[other], kept + float(a.reach.max() + b.reach.max()))
             rows = np.repeat(np.arange(len(near)), [len(each) for each in near])
             columns = np.array([column for each in near for column in each], dtype=np.intp)
             if not len(rows):
                 continue
             gaps = np.linalg.norm(a.places[rows] - b.places[columns], axis=1)
-            met = gaps < distance + a.reach[rows] + b.reach[columns]
-            found += _zones(one, other, rows[met], columns[met], (len(a.times), len(b.times)))
+            met = gaps < kept + a.reach[rows] + b.reach[columns]
+            found += _zones(one, other, rows[met], columns[met], (len(a.places), len(b.places)))
     return found
 
 
 def _zones(one: int, other: int, rows: Indices, columns: Indices, shape: tuple[int, int]) -> list[Zone]:
-    """Return the zones of two robots, given all pairs of samples at which they are too near each other."""
+    """Return the zones of two robots, given all pairs of cells in which they are too near each other."""
     if not len(rows):
         return []
     low, high = np.array([rows.min(), columns.min()]), np.array([rows.max(), columns.max()])
@@ -125,11 +130,11 @@ def _labelled(table: NDArray[np.bool_]) -> tuple[NDArray[np.int32], int]:
     return labels, int(ndimage.label(table, np.ones((3, 3)), output=labels))  # pyright: ignore[reportArgumentType]  # a number with an output
 
 
-def _side(first: int, then: int, at: NDArray[np.intp], samples: int) -> After | None:
+def _side(first: int, then: int, at: NDArray[np.intp], cells: int) -> After | None:
     """Return what the second robot waits for where the first one passes first; None where the first one would have to leave its end."""
     due, done = at[:, 1], at[:, 0] + 1
     if (
-        due.min() == 0 or done.max() >= samples
+        due.min() == 0 or done.max() >= cells
     ):  # the second one rests there before it departs, or the first one when it has arrived
         return None
     latest = np.full(due.max() - due.min() + 1, -1)
@@ -140,7 +145,7 @@ def _side(first: int, then: int, at: NDArray[np.intp], samples: int) -> After | 
 
 
 class Times:
-    """Earliest times of all samples under differences that are added one after the other."""
+    """Earliest times of all cells under differences that are added one after the other."""
 
     def __init__(self, lines: Sequence[Line]) -> None:
         self._lines = lines

@@ -23,10 +23,17 @@ def crossing(rng: np.random.Generator, robots: int) -> list[Line]:
         angle = 2.0 * np.pi * number / robots + rng.uniform(-0.2, 0.2)
         begin = 2.0 * np.array([np.cos(angle), np.sin(angle), 0.0])
         end = -begin + rng.uniform(-0.6, 0.6, 3) * np.array([1.0, 1.0, 0.0])
-        times = np.linspace(0.0, 4.0, 81)
-        places = begin + (end - begin) * times[:, None] / 4.0
-        found.append(Line(times, places, np.full(81, 0.03), 0.0))
+        found.append(line(4.0, begin, end))
     return found
+
+
+def line(lasts: float, begin: np.ndarray, end: np.ndarray) -> Line:
+    """A straight path at even speed, in 80 cells and its rests."""
+    even = np.linspace(0.0, 1.0, 81)
+    borders = np.concatenate([[0.0], even, [1.0]])
+    middles = 0.5 * (borders[1:] + borders[:-1])
+    reach = np.append(np.insert(np.full(80, 0.55 * np.linalg.norm(end - begin) / 80), 0, 0.0), 0.0)
+    return Line(lasts * borders, begin + (end - begin) * middles[:, None], reach, 0.0)
 
 
 def apart(lines: list[Line], times: Times) -> float:
@@ -34,8 +41,8 @@ def apart(lines: list[Line], times: Times) -> float:
     until = max(float(each[-1]) for each in times.times)
     dense = np.linspace(0.0, until, 4000)
     where = [
-        np.stack([np.interp(np.interp(dense, when, line.times), line.times, line.places[:, axis]) for axis in range(3)], 1)
-        for line, when in zip(lines, times.times, strict=True)
+        (begin := each.places[0]) + (each.places[-1] - begin) * (np.interp(dense, when, each.times) / each.times[-1])[:, None]
+        for each, when in zip(lines, times.times, strict=True)
     ]
     return min(float(np.linalg.norm(a - b, axis=1).min()) for a, b in itertools.combinations(where, 2))
 
@@ -67,9 +74,8 @@ def test_whoever_passes_first_robots_are_apart_and_nearly_as_soon_as_by_trying_a
 
 def test_robots_that_stand_in_each_others_way_for_good_are_named() -> None:
     """Each ends where the other one starts."""
-    times = np.linspace(0.0, 2.0, 41)
-    ways = [np.stack([x, 0 * x, 0 * x], 1) for x in (times, 2.0 - times)]
-    lines = [Line(times, way, np.full(41, 0.03), 0.0) for way in ways]
+    here, there = np.zeros(3), np.array([2.0, 0.0, 0.0])
+    lines = [line(2.0, here, there), line(2.0, there, here)]
     assert passing_orders(lines, zones_of(lines, 0.3), []) == (0, 1)
 
 
