@@ -61,14 +61,14 @@ def test_a_run_that_does_not_hold_prints_one_document(shipped_run, monkeypatch: 
     from ltlplan import pipeline
     from ltlplan.report import summary
 
-    made = shipped_run("hoops-sequence")  # by the real function, which waits for nobody
+    made = shipped_run("firefighting")  # by the real function, which waits for nobody
     monkeypatch.setattr(pipeline, "run", lambda *_, **__: made)
     monkeypatch.setattr(summary, "holds", lambda _result: False)
-    done = runner.invoke(app, ["run", "hoops-sequence", "--json"])
+    done = runner.invoke(app, ["run", "firefighting", "--json"])
     assert done.exit_code == NotCertified.exit_code
     assert json.loads(done.stdout)["holds"] is False
     with pytest.raises(NotCertified, match="is not the certified one"):
-        runner.invoke(app, ["run", "hoops-sequence"], catch_exceptions=False)
+        runner.invoke(app, ["run", "firefighting"], catch_exceptions=False)
 
 
 def test_recheck_proves_it_again(folder: Path) -> None:

@@ -59,10 +59,12 @@ def test_the_pages_of_a_campaign_and_of_an_online_flight_can_be_sent(shipped_pag
     assert size(shipped_page(name)) <= MOST_BYTES
 
 
-def test_a_page_carries_all_of_plotly_and_unpacks_to_the_same(shipped_run: Callable[[str], ltlplan.Result]) -> None:
-    page = report_html(shipped_run("hoops-published"))
+def test_a_page_carries_all_of_plotly_and_unpacks_to_the_same(
+    shipped_run: Callable[[str], ltlplan.Result], shipped_page: Callable[[str], str]
+) -> None:
+    page = shipped_page("report")
     assert carried(page, "plotly") == get_plotlyjs()
-    assert page == report_html(shipped_run("hoops-published"))
+    assert page == report_html(shipped_run("firefighting"))
     text = "</script> & <b>\N{GREEK SMALL LETTER DELTA}" * 7
     assert "<" not in packed(text)
     assert gzip.decompress(base64.b85decode(packed(text).replace(",", "<"))).decode() == text
