@@ -73,6 +73,12 @@ def pytest_collection_finish() -> None:
     gc.enable()
 
 
+@pytest.fixture(params=["nominal", pytest.param(0.7, marks=pytest.mark.slow)])
+def pace(request: pytest.FixtureRequest) -> float | str:
+    """Return the pace of flights that are no subject of a test: nominal, and the default one with the slow tests."""
+    return request.param
+
+
 @pytest.fixture(scope="session")
 def once(tmp_path_factory: pytest.TempPathFactory) -> Once:
     """Return a way to make a value once in all processes of a run; its maker is given the path of a folder that is all its own."""

@@ -25,14 +25,14 @@ def flown():
     return team, certify(plan, team)
 
 
-def test_a_small_fast_robot_and_a_heavy_one_are_planned_refined_and_certified():
+def test_a_small_fast_robot_and_a_heavy_one_are_planned_refined_and_certified(pace):
     mission = mixed(FIRE, slow=", limits: {speed: 0.5, endurance: 60.0}", planner=", speed: 0.8", cost="{time: 1.0}")
     plan = make_plan(mission)
     assert {name: [v.region for v in robot.visits] for name, robot in plan.robots.items()} == {
         "fast": ["desk"],
         "slow": ["water", "smoke"],
     }
-    certificate = judge(plan, refine(plan, pace="nominal"), largest=False)
+    certificate = judge(plan, refine(plan, pace=pace), largest=False)
     assert [claim.sentence for claim in certificate.claims if claim.outcome != "holds"] == []
     bounds = {(claim.name, claim.robot): claim.limit for claim in certificate.claims}
     assert (bounds["limits.speed", "fast"], bounds["limits.speed", "slow"]) == (1.0, 0.5)

@@ -48,8 +48,8 @@ environment: {edges: [[hall, kitchen], [hall, bath], [hall, office]]}
 )
 
 
-def test_shapes_are_flown_and_proved_again_from_files(tmp_path: Path) -> None:
-    result = ltlplan.run(parse_mission(SHAPES), tmp_path / "run", pace="nominal")
+def test_shapes_are_flown_and_proved_again_from_files(tmp_path: Path, pace: float | str) -> None:
+    result = ltlplan.run(parse_mission(SHAPES), tmp_path / "run", pace=pace)
     assert result.certificate.holds
     assert {visit.region for visit in result.plan.robots["quad0"].visits} == {"a", "b", "c"}
     assert verify.recheck(tmp_path / "run").holds

@@ -110,9 +110,9 @@ def test_how_far_robots_have_to_come_is_a_lower_bound(formula):
 
 
 @pytest.mark.slow
-def test_its_flight_is_certified():
+def test_its_flight_is_certified(pace):
     mission = team("F(count(a) >= 2) & F b & F c & F d & G(count(b) <= 1)", robots=3)
-    certified = certified_team(ltlplan.plan(mission, method="mtac-e", pace="nominal"))
+    certified = certified_team(ltlplan.plan(mission, method="mtac-e", pace=pace))
     assert certified.certificate.holds
 
 

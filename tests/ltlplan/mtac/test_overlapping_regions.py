@@ -37,9 +37,9 @@ ALL = [pytest.param(case, marks=() if case in DEFAULT else pytest.mark.slow) for
 
 
 @few_of(1, "case", ALL)
-def test_one_robot_s_visits_are_the_cheapest_and_are_proved(case):
+def test_one_robot_s_visits_are_the_cheapest_and_are_proved(case, pace):
     mission = mission_of(case, "mtac-e")
-    made = plan(mission, method=partial(mtac_e, options=QUICK), seed=1, pace="nominal")
+    made = plan(mission, method=partial(mtac_e, options=QUICK), seed=1, pace=pace)
     found = share_tasks(mission, rng=rng(), options=QUICK)
     assert by_straight_lines(mission, found) == pytest.approx(assign(mission).cost, abs=1e-6)
     done = certified_team(made)
@@ -75,18 +75,18 @@ def test_a_team_s_words_hold_in_every_order_at_no_less_than_the_exact_cost(regio
 @pytest.mark.slow
 @pytest.mark.parametrize(("regions", "formula", "starts"), TEAMS)
 @pytest.mark.parametrize("method", ["mtac-e", "online-mtac-e"])
-def test_a_team_s_plan_is_refined_and_certified(regions, formula, starts, method):
+def test_a_team_s_plan_is_refined_and_certified(regions, formula, starts, method, pace):
     mission = overlapping(formula, *starts, regions=regions, method=method)
-    done = certified_team(plan(mission, seed=1, pace="nominal"))
+    done = certified_team(plan(mission, seed=1, pace=pace))
     assert all(claim.outcome == "holds" for claim in done.certificate.claims)
     assert all(sampled_word(mission, done.team[name]) == done.plan.words[name] for name in mission.agents)
     assert holds_when_sampled(mission, done.team)
 
 
 @few_of(1, "case", ALL)
-def test_online_mtac_e_plans_them_too(case):
+def test_online_mtac_e_plans_them_too(case, pace):
     mission = mission_of(case, "online-mtac-e")
-    made = plan(mission, seed=1, pace="nominal")
+    made = plan(mission, seed=1, pace=pace)
     assert not any("exact search's" in note for note in made.notes)
     done = certified_team(made)
     assert all(claim.outcome == "holds" for claim in done.certificate.claims)
@@ -144,7 +144,7 @@ def test_the_letters_of_the_decomposition_set_are_all_that_can_be_planned():
     ("edges", "visits"),
     [("[a, b], [b, a], [a, c], [b, c]", ["a", "b", "c"]), ("[b, c], [c, a]", None), ("[a, c], [c, b]", None)],
 )
-def test_a_start_in_two_regions_goes_on_where_it_may_from_each(edges, visits):
+def test_a_start_in_two_regions_goes_on_where_it_may_from_each(edges, visits, pace):
     world = f"environment: {{start: home, directed: true, edges: [{edges}]}}"
     mission = overlapping("F c & G(c -> !a)", (0.2, 0.0, 1.2), method="mtac-e", extra=world)
     if visits is None:
@@ -152,5 +152,5 @@ def test_a_start_in_two_regions_goes_on_where_it_may_from_each(edges, visits):
             assign(mission)
         return
     assert [visit.region for visit in assign(mission).robots["quad0"].visits] == visits
-    done = certified_team(plan(mission, seed=1, pace="nominal"))
+    done = certified_team(plan(mission, seed=1, pace=pace))
     assert all(claim.outcome == "holds" for claim in done.certificate.claims)

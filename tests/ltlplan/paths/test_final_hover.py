@@ -53,8 +53,8 @@ def test_a_cycle_of_one_piece_is_a_hover_at_rest():
         pytest.param("F hoop1 & F hoop2 & F G !hoop2", marks=pytest.mark.slow),
     ],
 )
-def test_a_lasso_that_hovers_after_its_last_hoop_goes_all_the_way(formula: str, tmp_path: Path):
-    result = ltlplan.run(asking(formula), tmp_path / "run", pace="nominal")
+def test_a_lasso_that_hovers_after_its_last_hoop_goes_all_the_way(formula: str, tmp_path: Path, pace):
+    result = ltlplan.run(asking(formula), tmp_path / "run", pace=pace)
     (plan,), (flown,) = result.plan.robots.values(), result.team.values()
     assert plan.hovers
     assert plan.waypoints[-1].position == plan.waypoints[-2].position
@@ -72,10 +72,10 @@ def test_a_lasso_that_hovers_after_its_last_hoop_goes_all_the_way(formula: str, 
 
 
 @few_of(1, "trace", ["finite", "infinite"])
-def test_staying_in_a_hoop_does_not_fly_through_it(trace: str):
+def test_staying_in_a_hoop_does_not_fly_through_it(trace: str, pace):
     """Whoever stays in a hoop comes from one side and keeps clear of the opening, judged by samples of the flight."""
     mission = asking("F hoop2 & F G hoop1", trace)
-    (flown,) = certified_team(ltlplan.plan(mission, pace="nominal")).team.values()
+    (flown,) = certified_team(ltlplan.plan(mission, pace=pace)).team.values()
     hoop = mission.hoops["hoop1"]
     offset = flown.evaluate(np.linspace(0.0, flown.knots[-1], 4000))[:, :3] - np.array(hoop.center)
     along = offset @ np.array(hoop.normal)

@@ -8,9 +8,9 @@ from tests.helpers.overlaps import CASES, NEST, holds_when_sampled, mission_of, 
 
 
 @few_of(2, "case", CASES)
-def test_the_exact_search_s_words_are_flown_and_proved(case):
+def test_the_exact_search_s_words_are_flown_and_proved(case, pace):
     mission = mission_of(case)
-    made = plan(mission, seed=1, pace="nominal")
+    made = plan(mission, seed=1, pace=pace)
     assert str(made.words["quad0"]) == CASES[case][3]
     done = certified_team(made)
     assert all(claim.outcome == "holds" for claim in done.certificate.claims)

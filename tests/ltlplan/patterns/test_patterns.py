@@ -69,8 +69,8 @@ def test_a_pattern_is_planned_by_words_that_spot_accepts(name: str) -> None:
 
 
 @few_of(2, "name", [slow_unless(name in FLOWN, name) for name in CASES])
-def test_a_pattern_is_refined_and_certified(name: str) -> None:
-    done = certified_team(plan(CASES[name].mission, pace="nominal"))
+def test_a_pattern_is_refined_and_certified(name: str, pace: float | str) -> None:
+    done = certified_team(plan(CASES[name].mission, pace=pace))
     assert all(claim.outcome == "holds" for claim in done.certificate.claims)
 
 

@@ -48,9 +48,9 @@ def test_what_holds_whatever_is_shown_at_the_wall_is_planned(formula: str) -> No
     assert frozenset({"hall", "bath"}) in word.letters
 
 
-def test_a_room_that_is_asked_for_after_the_other_is_gone_back_to() -> None:
+def test_a_room_that_is_asked_for_after_the_other_is_gone_back_to(pace: float | str) -> None:
     """On the planned letters alone the wall itself would do: both names are shown there."""
-    plan = ltlplan.plan(rooms("F (bath & F hall)"), pace="nominal")
+    plan = ltlplan.plan(rooms("F (bath & F hall)"), pace=pace)
     assert [visit.region for visit in plan.robots["q"].visits] == ["hall", "bath", "hall"]
     assert certified_team(plan).certificate.holds
 
@@ -68,25 +68,27 @@ def test_infinite_words_and_teams_are_held_to_it_too() -> None:
     assert joint.robots["q"].word.letters == (frozenset({"hall"}),)  # r is in the bath all the time, and shows it for both
 
 
-def test_another_way_is_taken_where_there_is_one() -> None:
+def test_another_way_is_taken_where_there_is_one(pace: float | str) -> None:
     plan = ltlplan.plan(
         rooms("F bath & G (hall | bath | corridor)", more="  corridor: {center: [0, 1.3, 1], size: [3.6, 1.0, 1.6]}"),
-        pace="nominal",
+        pace=pace,
     )
     assert [visit.region for visit in plan.robots["q"].visits] == ["hall", "corridor", "bath"]
     assert certified_team(plan).certificate.holds
 
 
-def test_the_union_of_both_rooms_mends_it() -> None:
+def test_the_union_of_both_rooms_mends_it(pace: float | str) -> None:
     both = f"  house: {{union: [{HALL}, {BATH}]}}"
-    assert certified_team(ltlplan.plan(rooms("F bath & G house", more=both), pace="nominal")).certificate.holds
+    assert certified_team(ltlplan.plan(rooms("F bath & G house", more=both), pace=pace)).certificate.holds
 
 
 @pytest.mark.parametrize(("width", "sure"), [(2.099, False), (2.101, True)])
-def test_rooms_that_overlap_by_twice_the_margin_are_left_and_entered_for_sure(width: float, sure: bool) -> None:
+def test_rooms_that_overlap_by_twice_the_margin_are_left_and_entered_for_sure(
+    width: float, sure: bool, pace: float | str
+) -> None:
     mission = rooms("F bath & G (hall | bath)", bath=f"{{center: [{2 - width / 2}, 0, 1], size: [{width}, 2, 1.6]}}")
     if sure:
-        assert certified_team(ltlplan.plan(mission, pace="nominal")).certificate.holds
+        assert certified_team(ltlplan.plan(mission, pace=pace)).certificate.holds
     else:
         with pytest.raises(ltlplan.Unsatisfiable):
             ltlplan.plan(mission)

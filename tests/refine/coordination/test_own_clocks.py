@@ -13,7 +13,7 @@ import verify
 from refine import refine
 from refine.coordination.passing_orders import Line, Times, Zone, passing_orders, zones_of
 from tests.helpers.counted_halls import abreast, gathering, hall, longest_alone
-from tests.helpers.few import given_few
+from tests.helpers.few import few_of, given_few
 
 
 def crossing(rng: np.random.Generator, robots: int) -> list[Line]:
@@ -98,7 +98,7 @@ def test_waits_that_the_formula_asks_for_stay() -> None:
     }
 
 
-@pytest.mark.parametrize("pace", ["nominal", "0.7"])
+@few_of(1, "pace", ["nominal", "0.7"])
 def test_robots_that_cross_fields_together_keep_to_lanes(pace: str) -> None:
     plan = ltlplan.plan(abreast(pace))
     team = refine(plan)

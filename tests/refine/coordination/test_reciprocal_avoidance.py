@@ -11,6 +11,7 @@ from refine.coordination.conflict_intervals import mover
 from refine.coordination.reciprocal_avoidance import avoid_by_rule
 from refine.corridor.fitting import fit
 from refine.corridor.planned import corridor_of
+from refine.single_robot.task import Pace
 from tests.helpers.few import few_of
 from tests.helpers.plans_by_hand import ball, straight
 from verify.data import Infeasible, Mission, Plan, RobotPlan, Trajectory
@@ -40,8 +41,8 @@ def swap(half: float, **agent) -> Plan:
     return hall(half, {"p": straight((-1.5, 0, 1), (1.5, 0, 1)), "q": straight((1.5, 0, 1), (-1.5, 0, 1))}, **agent)
 
 
-def certified(plan: Plan) -> dict[str, Trajectory]:
-    team = refine(plan)
+def certified(plan: Plan, pace: Pace = 0.7) -> dict[str, Trajectory]:
+    team = refine(plan, pace=pace)
     certificate = verify.judge(plan, team, largest=False)
     assert [claim.sentence for claim in certificate.claims if claim.outcome != "holds"] == []
     assert all(len(flight) <= 31 and flight.is_float32 for flight in team.values())
@@ -62,15 +63,17 @@ def test_two_robots_swap_places_through_a_hall(half: float) -> None:
         assert min(aside) > ASKED - (half - 0.05)
 
 
-def test_robots_that_look_ahead_swap_places_within_their_limits() -> None:
-    team = certified(swap(0.45, heading="path"))
+@few_of(1, "pace", ["nominal", 0.7])
+def test_robots_that_look_ahead_swap_places_within_their_limits(pace: Pace) -> None:
+    team = certified(swap(0.45, heading="path"), pace)
     np.testing.assert_allclose(team["p"].evaluate(100.0)[:3], [1.5, 0, 1], atol=1e-6)
 
 
-def test_a_hall_too_narrow_for_two_is_refused() -> None:
+@few_of(1, "pace", ["nominal", 0.7])
+def test_a_hall_too_narrow_for_two_is_refused(pace: Pace) -> None:
     """Cross-section less the margin: 0.3 by 0.2 m, whose diagonal is shorter than the distance."""
     with pytest.raises(Infeasible, match=r"No departure times keep .* apart, and no giving way does") as caught:
-        refine(swap(0.2))
+        refine(swap(0.2), pace=pace)
     assert caught.value.witness is not None
     assert caught.value.witness.claim == "separation"
 
@@ -97,8 +100,9 @@ def test_visits_are_kept_while_giving_way_and_others_depart_later() -> None:
     assert team["r"].duration > 0
 
 
-def test_the_same_encounter_gives_the_same_bytes() -> None:
-    first, second = refine(swap(0.4)), refine(swap(0.4))
+@few_of(1, "pace", ["nominal", 0.7])
+def test_the_same_encounter_gives_the_same_bytes(pace: Pace) -> None:
+    first, second = refine(swap(0.4), pace=pace), refine(swap(0.4), pace=pace)
     assert [flight.digest() for flight in first.values()] == [flight.digest() for flight in second.values()]
 
 
@@ -141,22 +145,24 @@ def test_three_robots_give_way_to_each_other_at_once() -> None:
     assert min(straight_gaps) < 1.6
 
 
-def test_robots_with_the_same_goal_region_take_turns_in_it() -> None:
+@few_of(1, "pace", ["nominal", 0.7])
+def test_robots_with_the_same_goal_region_take_turns_in_it(pace: Pace) -> None:
     regions = {"goal": ball(0.0, 0.0, 0.3)}
     robots = {
         f"r{k}": straight((1.4 * x, 1.4 * y, 1), (0.1 * x, 0.1 * y, 1), (-1.4 * y, 1.4 * x, 1.05), visits={1: "goal"})
         for k, (x, y) in enumerate([(1.0, 0.1), (-0.1, 1.0), (-1.0, -0.1), (0.3, -1.0)])
     }
-    team = certified(hall(1.8, robots, regions))
+    team = certified(hall(1.8, robots, regions), pace)
     times = np.linspace(0.0, max(flight.duration for flight in team.values()), 4000)
     inside = [np.linalg.norm(flight.evaluate(times)[:, :3] - [0.0, 0.0, 1.0], axis=1) <= 0.3 for flight in team.values()]
     assert all(np.any(one) for one in inside)
 
 
-def test_a_team_too_large_for_its_hall_is_refused_with_names_time_and_distance() -> None:
+@few_of(1, "pace", ["nominal", 0.7])
+def test_a_team_too_large_for_its_hall_is_refused_with_names_time_and_distance(pace: Pace) -> None:
     crowd = {"p": straight((-1.5, 0, 1), (1.5, 0, 1)), "q": straight((1.5, 0, 1), (-1.5, 0, 1)), "r": straight((0, 0, 1))}
     with pytest.raises(Infeasible, match=r"they come within [\d.]+ m at [\d.]+ s, 0\.401 m is needed") as caught:
-        refine(hall(0.2, crowd))
+        refine(hall(0.2, crowd), pace=pace)
     witness = caught.value.witness
     assert witness is not None
     assert {witness.robot, witness.other} <= {"p", "q", "r"}

@@ -15,12 +15,12 @@ from verify.data import Infeasible
 
 
 @few_of(2, "seed", range(8))
-def test_visits_contain_their_passages_where_openings_are_wide(seed: int) -> None:
+def test_visits_contain_their_passages_where_openings_are_wide(seed: int, pace: float | str) -> None:
     rng = np.random.default_rng(seed)
     mission = gate(
         rng.uniform(0.14, 0.2, 3).round(3).tolist(), round(float(rng.uniform(0.27, 0.36)), 3), yaw=float(rng.uniform(-40, 40))
     )
-    done = certified_team(ltlplan.plan(mission, seed=0))
+    done = certified_team(ltlplan.plan(mission, seed=0, pace=pace))
     assert done.rounds == 1
     assert verify.judge(done.plan, done.team, largest=False).holds
 

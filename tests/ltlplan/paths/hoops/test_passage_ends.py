@@ -55,12 +55,12 @@ _PLACES = {
 
 
 @few_of(2, "case", _PLACES)
-def test_a_hoop_is_flown_through_where_a_region_stands_at_its_control_points(case):
+def test_a_hoop_is_flown_through_where_a_region_stands_at_its_control_points(case, pace):
     mission = _grazed(**_PLACES[case])
     own, ends = mission.hoops["h"], passage_ends(mission.hoops["h"], room(mission), "h")
     apart = [np.linalg.norm(np.abs(end - own.center) - own.reach * np.abs(own.normal)) for end in ends.outer("F")]
     assert max(apart) > 0.01, "the hoop's own control points serve: nothing is tried here"
-    done = certified_team(plan(mission, seed=1, pace="nominal"))
+    done = certified_team(plan(mission, seed=1, pace=pace))
     assert all(claim.outcome == "holds" for claim in done.certificate.claims)
     _keeps_when_sampled(mission, done.team["quad0"])
 
@@ -86,10 +86,10 @@ def _from_ring(points, hoop):
     return np.hypot(beside, np.maximum(np.abs(along) - hoop.rim / 2, 0.0))
 
 
-def test_a_hoop_in_front_of_a_wall_is_left_and_entered_again_in_the_room_that_there_is():
+def test_a_hoop_in_front_of_a_wall_is_left_and_entered_again_in_the_room_that_there_is(pace):
     hoops = "h0: {center: [1.5, 0, 1], yaw_deg: 0, radii: [0.2, 0.2, 0.2], opening: 0.25, rim: 0.02, reach: 0.4}"
     mission = small_mission(hoops=hoops, sequence="h0F h0R", workspace="{min: [-2, -2, 0.2], max: [1.95, 2, 2]}")
-    assert all(claim.outcome == "holds" for claim in certified_team(plan(mission, seed=1, pace="nominal")).certificate.claims)
+    assert all(claim.outcome == "holds" for claim in certified_team(plan(mission, seed=1, pace=pace)).certificate.claims)
 
 
 def test_a_hoop_whose_own_control_points_are_clear_keeps_them():
@@ -122,7 +122,7 @@ def _reachable(mission):
 
 
 @pytest.mark.slow
-def test_random_hoops_that_a_flood_over_a_grid_reaches_are_flown_to():
+def test_random_hoops_that_a_flood_over_a_grid_reaches_are_flown_to(pace):
     rng = random.Random(3)
     certified = 0
     for _ in range(30):
@@ -137,7 +137,7 @@ def test_random_hoops_that_a_flood_over_a_grid_reaches_are_flown_to():
         )
         if not _reachable(mission):
             continue
-        done = certified_team(plan(mission, seed=1, pace="nominal"))
+        done = certified_team(plan(mission, seed=1, pace=pace))
         assert all(claim.outcome == "holds" for claim in done.certificate.claims)
         _keeps_when_sampled(mission, done.team["quad0"])
         certified += 1

@@ -234,8 +234,8 @@ workspace: {min: [-2.2, -2.4, 0.2], max: [2.2, 3.0, 1.9]}
 """
 
 
-def test_a_meeting_is_planned_flown_and_certified():
-    made = plan(parse_mission(MEETING.replace("FORMULA", "F(count(dock) >= 2)")), pace="nominal")
+def test_a_meeting_is_planned_flown_and_certified(pace):
+    made = plan(parse_mission(MEETING.replace("FORMULA", "F(count(dock) >= 2)")), pace=pace)
     assert not made.meetings
     done = certified_team(made)
     assert all(claim.outcome == "holds" for claim in done.certificate.claims)
@@ -286,13 +286,13 @@ def test_what_shares_tasks_in_flight_refuses_counts():
     assert translate("F(count(a) >= 2) & F quad0.a").propositions == ("count(a) >= 2", "quad0.a")
 
 
-def test_a_region_that_cannot_hold_so_many_gets_that_reason():
+def test_a_region_that_cannot_hold_so_many_gets_that_reason(pace):
     meeting = MEETING.replace("FORMULA", "F(count(dock) >= 2)")
     says = r"`count\(dock\) >= 2` asks for 2 robots in 'dock' \(room for 1\): their centres are 0.4 m apart .* at least 1.67 times that"
     with pytest.raises(NoPlan, match=says):
         plan(parse_mission(meeting.replace("radii: [0.8, 0.8, 0.5]", "radii: [0.15, 0.15, 0.15]")))
     tight = plan(
-        parse_mission(meeting.replace("radii: [0.8, 0.8, 0.5]", "radii: [0.25, 0.25, 0.25]")), pace="nominal"
+        parse_mission(meeting.replace("radii: [0.8, 0.8, 0.5]", "radii: [0.25, 0.25, 0.25]")), pace=pace
     )  # to the millimetre
     with pytest.raises(Infeasible, match=r"'dock' is too small: 2 robots are to be in it together \(quad0, quad1\)"):
         certified_team(tight)

@@ -33,16 +33,16 @@ def world(formula: str, robots: int = 2) -> Mission:
         pytest.param("F(all(a) & F(all(free) & F all(b)))", 3, marks=pytest.mark.slow),
     ],
 )
-def test_robots_that_are_to_be_outside_together_wait_there(formula: str, robots: int) -> None:
-    made = plan(world(formula, robots), pace="nominal")
+def test_robots_that_are_to_be_outside_together_wait_there(formula: str, robots: int, pace: float | str) -> None:
+    made = plan(world(formula, robots), pace=pace)
     assert not made.meetings
     assert made.precedences
     assert certified_team(made).certificate.holds
 
 
 @pytest.mark.slow
-def test_robots_that_are_outside_together_in_the_end_rest_apart_there() -> None:
-    made = plan(world("F(all(a) & F free)"), pace="nominal")
+def test_robots_that_are_outside_together_in_the_end_rest_apart_there(pace: float | str) -> None:
+    made = plan(world("F(all(a) & F free)"), pace=pace)
     assert certified_team(made).certificate.holds
 
 
@@ -80,8 +80,8 @@ workspace: {min: [-2.6, -2.0, 0.2], max: [2.6, 2.0, 1.9]}
 
 
 @pytest.mark.slow
-def test_opposite_actions_of_a_visit_that_is_the_last_are_made_in_stages() -> None:
-    made = plan(parse_mission(LAMPS), pace="nominal")
+def test_opposite_actions_of_a_visit_that_is_the_last_are_made_in_stages(pace: float | str) -> None:
+    made = plan(parse_mission(LAMPS), pace=pace)
     assert made.meetings
     assert certified_team(made).certificate.holds
 

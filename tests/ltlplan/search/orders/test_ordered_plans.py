@@ -44,9 +44,9 @@ def waits(plan: Plan) -> list[str]:
 )
 @pytest.mark.parametrize("team", ["own", "joint"])
 def test_robots_wait_for_each_other_where_no_words_hold_in_every_order(
-    formula: str, may_enter: dict[str, str], own: list[str], joint: list[str], team: str
+    formula: str, may_enter: dict[str, str], own: list[str], joint: list[str], team: str, pace: float | str
 ) -> None:
-    plan = ltlplan.plan(own_places(formula, may_enter, team=team))
+    plan = ltlplan.plan(own_places(formula, may_enter, team=team), pace=pace)
     expected = own if team == "own" else joint
     assert waits(plan) == expected
     sequential = check_team(plan.mission.formula, plan.words, plan.mission.spec.team).sequential
@@ -58,9 +58,9 @@ def test_robots_wait_for_each_other_where_no_words_hold_in_every_order(
     assert done.rounds == 1
 
 
-def test_two_robots_change_partners_without_ever_being_alone() -> None:
+def test_two_robots_change_partners_without_ever_being_alone(pace: float | str) -> None:
     mission = world("F(a & b) & F(b & c) & F(c & a)", robots=2, team="joint")
-    plan = ltlplan.plan(mission)
+    plan = ltlplan.plan(mission, pace=pace)
     assert any("leaves" in wait for wait in waits(plan))
     assert check_planned_order(plan).outcome == "holds"
     assert certified_team(plan).certificate.holds
