@@ -36,12 +36,13 @@ def main() -> int:
     try:
         require(len(sys.argv) == 2, "usage: check.pyz FOLDER")
         statement, claims = check_folder(Path(sys.argv[1]))
-        result, lines = any(one.missing for one in claims), [*statement_lines(statement), "", *claim_lines(claims)]
+        lines = [f"Kernel {VERSION}", *statement_lines(statement), "", *claim_lines(claims)]
+        result = int(any(claim.missing for claim in claims))
     except Refused as refused:
         result, lines = 2, [f"refused: {refused}"]
-    for line in (f"Kernel {VERSION}", *lines):
+    for line in lines:
         print(line.encode("unicode_escape").decode())  # names print no lines of their own
-    return int(result)
+    return result
 
 
 if __name__ == "__main__":
