@@ -237,7 +237,7 @@ def test_an_edit_by_which_a_stay_was_hidden() -> None:
     one_edit(Random(46600), Counter())
 
 
-@pytest.mark.parametrize("count", [150, pytest.param(COUNT, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("count", [75, pytest.param(COUNT, marks=pytest.mark.slow)])
 def test_edited_files_are_refused_or_true(count: int) -> None:
     found = Counter[str]()
     for seed in range(count):
