@@ -10,6 +10,8 @@ from math import dist
 from types import SimpleNamespace
 from typing import Any
 
+import pytest
+
 from verify.kernel.distances import Flight, Pair
 from verify.kernel.flights import Path, Segment
 from verify.kernel.polynomials import Polynomial
@@ -51,10 +53,11 @@ def is_proved(parts: Any, marks: str) -> bool:
     return False
 
 
-def test_what_is_proved_is_so() -> None:
+@pytest.mark.parametrize("number", [25, pytest.param(100, marks=pytest.mark.slow)])
+def test_what_is_proved_is_so(number: int) -> None:
     rng = random.Random(1)
     found = {True: 0, False: 0}
-    for _ in range(60):
+    for _ in range(number):
         pair = Pair(STATEMENT.separation, (Flight(STATEMENT, flown(rng)), Flight(STATEMENT, flown(rng))), Fraction(0))
         near = is_near(*(one.path for one in pair.flights), Fraction(0))
         marks = run_lengths(trees_of("pairs", list(pair.at_each_time())))
@@ -62,13 +65,14 @@ def test_what_is_proved_is_so() -> None:
             proved = is_proved(pair.at_each_time(), text)
             assert not (proved and near)
         found[is_proved(pair.at_each_time(), marks)] += 1
-    assert min(found.values()) > 5
+    assert min(found.values()) > number // 12
 
 
-def test_what_is_proved_of_clocks_that_differ_is_so() -> None:
+@pytest.mark.parametrize("number", [20, pytest.param(50, marks=pytest.mark.slow)])
+def test_what_is_proved_of_clocks_that_differ_is_so(number: int) -> None:
     rng = random.Random(2)
     found = {True: 0, False: 0}
-    for _ in range(20):
+    for _ in range(number):
         pair = Pair(STATEMENT.separation, (Flight(STATEMENT, flown(rng)), Flight(STATEMENT, flown(rng))), Fraction(0))
         near = is_near(*(one.path for one in pair.flights), Fraction(1, 16))
         marks = run_lengths(trees_of("apart", list(pair.at_all_times(Fraction(1, 16)))))

@@ -6,12 +6,14 @@ import json
 import subprocess
 import sys
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+from tests.helpers.few import few_of
 from tests.helpers.flights import legs, quantised
 from tests.helpers.kernel_opinion import proofs
 from tests.helpers.proofs import checked, missing, tables
@@ -20,19 +22,26 @@ from tests.mutation.sites import ROOT
 from verify import judge
 from verify.data.plan import Meeting
 from verify.data.trajectory import Trajectory
+from verify.kernel.flights import Path as FlownPath
 from verify.kernel.flights import read_team
 from verify.kernel.refused import Refused
-from verify.kernel.statement import read_statement
+from verify.kernel.statement import Statement, read_statement
 from verify.kernel.team import Team
 from verify.kernel.timelines import Course
 from verify.kernel.trees import Evidence
-from verify.proofs.finder import prove
+from verify.proofs.finder import Proof, prove
+
+
+@cache
+def proved(name: str) -> tuple[Proof, dict[str, str]]:
+    """Return the proof of a small flight, and its files."""
+    plan, team = small_flight(name)
+    return prove(plan, team, judge(plan, team, largest=False)), tables(plan, team)
 
 
 def edited(name: str, **changes: Any) -> set[str]:
     """Return what the kernel refuses of a small flight whose statement is another one, by the proof that it has."""
-    plan, team = small_flight(name)
-    proof = prove(plan, team, judge(plan, team, largest=False))
+    proof, files = proved(name)
     table = json.loads(proof.statement)
     for way, value in changes.items():
         *keys, last = way.split("__")
@@ -40,7 +49,7 @@ def edited(name: str, **changes: Any) -> set[str]:
         for key in keys:
             at = at[int(key)] if isinstance(at, list) else at[key]
         at[last] = value
-    return missing(checked(json.dumps(table), proof.evidence, tables(plan, team)))
+    return missing(checked(json.dumps(table), proof.evidence, files))
 
 
 EDITS: list[tuple[str, dict[str, Any], str]] = [
@@ -245,17 +254,23 @@ def there_and_back(brushes: bool) -> Flight:
     return planned(of, {"r0": to("a")}), {"r0": quantised(Trajectory(path.durations[kept], path.coefficients[kept]))}
 
 
-@pytest.mark.parametrize("brushes", [False, True])
-@pytest.mark.parametrize("forged", ["n?", "ny", "ni", "no", "i?", "o?", "io", "iy", "oi"])
-def test_visits_that_are_not_told_apart(brushes: bool, forged: str) -> None:
-    """To leave a region for sure and to come back is another visit, whatever a proof leaves open."""
+@cache
+def found_of(brushes: bool) -> tuple[Statement, FlownPath, str]:
+    """Return the statement, the path and the marks of the proof of such a flight."""
     plan, team = there_and_back(brushes)
     certificate = judge(plan, team, largest=False)
     assert "visits" in {one.name for one in certificate.claims if one.outcome == "fails"}
     proof = prove(plan, team, certificate)
     marks = "".join(Evidence(json.loads(proof.evidence)["evidence"]).marks("inside/r0/a"))
     statement = read_statement(proof.statement)
-    path = read_team(statement, tables(plan, team)).paths["r0"]
+    return statement, read_team(statement, tables(plan, team)).paths["r0"], marks
+
+
+@pytest.mark.parametrize("brushes", [False, True])
+@few_of(3, "forged", ["n?", "ny", "ni", "no", "i?", "o?", "io", "iy", "oi"])
+def test_visits_that_are_not_told_apart(brushes: bool, forged: str) -> None:
+    """To leave a region for sure and to come back is another visit, whatever a proof leaves open."""
+    statement, path, marks = found_of(brushes)
     for first in range(len(marks)):
         forgery = Evidence({"inside/r0/a": marks[:first] + marks[first:].replace(forged[0], forged[1])})
         with pytest.raises(Refused):
