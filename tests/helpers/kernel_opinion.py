@@ -22,8 +22,7 @@ from verify.data.plan import Plan
 from verify.data.trajectory import Trajectory
 from verify.kernel.checking import Check
 from verify.kernel.flights import read_team
-from verify.kernel.refused import Refused
-from verify.kernel.statement import read_statement
+from verify.kernel.statement import Refused, read_statement
 from verify.kernel.team import Team
 from verify.kernel.trees import read_evidence
 from verify.proofs.finder import Proof, prove

@@ -17,7 +17,7 @@ from verify.kernel import timelines, trees, words
 from verify.kernel.__main__ import check_folder
 from verify.kernel.places import Places
 from verify.kernel.polynomials import Bernstein
-from verify.kernel.refused import Refused
+from verify.kernel.statement import Refused
 from verify.kernel.team import At, State, Step, Team
 from verify.kernel.trees import Atom, Cell, Part
 from verify.kernel.words import Configuration
@@ -83,7 +83,7 @@ class Tree:
             return Tree(Cell(lambda one: other if one is form else cell.row(one), cell.rules), self.marks)
         marks = list(self.marks)
         at = draw.randrange(len(marks))
-        marks[at : at + 1] = draw.choices("sn?fmyioFRk", k=draw.choice([0, 1, 1, 1, 2]))
+        marks[at : at + 1] = draw.choices("sn?myioFRk", k=draw.choice([0, 1, 1, 1, 2]))
         return Tree(self.whole, tuple(marks))
 
 
@@ -93,7 +93,7 @@ def _marks(whole: Part) -> dict[str, str]:
         return {"s": "s", "?": "?", "m": "m", "k": "n"}
     if "F" in whole.rules:
         return {"s": "s", "?": "?", "F": "m", "R": "f", "n": "n"}
-    ways = {mark: proved for mark, proved in {"y": "y", "i": "i", "o": "f", "f": "f"}.items() if mark in whole.rules}
+    ways = {mark: proved for mark, proved in {"y": "y", "i": "i", "o": "f"}.items() if mark in whole.rules}
     return {"s": "s", "?": "?", "m": "m", "n": "n", **ways}
 
 

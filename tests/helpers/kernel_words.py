@@ -11,8 +11,7 @@ from typing import Any, cast
 
 from verify.data import Mission
 from verify.kernel.places import check_transitions
-from verify.kernel.refused import Refused
-from verify.kernel.statement import Statement
+from verify.kernel.statement import Refused, Statement
 from verify.kernel.timelines import Span, Timeline
 from verify.kernel.trees import Evidence
 from verify.kernel.words import check_formula

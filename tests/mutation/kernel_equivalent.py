@@ -15,10 +15,8 @@ EQUIVALENT: dict[str, str] = {
     ),
     "Polynomial.__add__: len(long) < len(short) -> len(long) <= len(short)": "of two that are equally long either may be added to the other",
     "Polynomial.stretched: 0 -> 1": "a polynomial without coefficients, or with one, is written over a greater power of two",
-    "Segment.sum: 6 -> 7": "a half-space with x in it is looked at by coefficients of degree 14 instead of 7, which bound it as well",
     "flights: 4096 -> 4095": "only how long a flight may be at the most, by one piece",
     "operands: 1 -> 2 #2": "no operator that is unknown has -2 operands, nor -1",
-    "stays: Span(row[-1].stop, row[-1].stop, 'no') -> Span(row[-1].stop, row[-1].stop, 'no')": "the two that change places are one and the same",
     "zones: 4 -> 5": "a matrix of four rows has no fifth",
     "timelines: 3 -> 4": "one lap more is looked at, which repeats the one before",
 }

@@ -26,7 +26,7 @@ from verify.certificate import Certificate
 from verify.data.errors import LtlplanError
 from verify.data.plan import Plan
 from verify.data.trajectory import Trajectory
-from verify.kernel.refused import Refused
+from verify.kernel.statement import Refused
 from verify.kernel.trees import Evidence
 from verify.kernel.words import check_formula
 from verify.proofs.finder import prove

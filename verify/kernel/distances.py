@@ -1,53 +1,55 @@
-"""Distances between robots whose clocks differ, for all times.
-
-Either of all times that clocks may show together, or at each time, and then greater by as far as a robot may fly within the clocks' error.
-"""
+"""Distances between robots, of all times that their clocks, which differ, may show at one moment."""
 
 from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
-from functools import partial
 from typing import NamedTuple
 
-from .flights import Path, Segment
-from .polynomials import Bernstein, square
+from .flights import Path
+from .polynomials import Bernstein, Polynomial, common, root, square
 from .statement import ZERO, Statement
-from .trees import Cell
 
 BITS = 40
-Row = tuple[Bernstein, Bernstein, Bernstein]
 Box = Sequence[tuple[int, int]]
 """Along x, y and z from where to where, m, over 2^40."""
 
 
 class Flown(NamedTuple):
-    """A segment that takes time: from when to when, the segment, its places, and its box."""
+    """A part of a path that takes time: from when to when, its places along x, y and z, and a box around them."""
 
     start: Fraction
     stop: Fraction
-    segment: Segment
-    places: Row
+    places: Sequence[Bernstein]
     box: Box
+
+    def halves(self) -> list[Flown]:
+        """Return both halves."""
+        middle = (self.start + self.stop) / 2
+        times, places = ((self.start, middle), (middle, self.stop)), zip(*(row.halves() for row in self.places), strict=True)
+        return [Flown(*when, where, self.box) for when, where in zip(times, places, strict=True)]
 
 
 class Flight:
-    """One robot's path as distances are measured: a metre in z may count more than one across. Lengths are `unit` times as long here."""
+    """One robot's path as distances are measured: a metre in z may count more than one across. Lengths are `unit` times as long here.
+
+    Its robot is within `loose` of a place that the path has then: it may be within the margin of any place of a step.
+    """
 
     def __init__(self, statement: Statement, path: Path) -> None:
-        self.weight = Fraction(1) if statement.separation_z is None else statement.separation / statement.separation_z
-        self.unit, self.path, self.rows = self.weight.denominator, path, list[Flown]()
-        self.stretch = max(Fraction(1), self.weight)
-        self.radius, self.loose = self.stretch * path.robot.radius, self.stretch * (statement.margin + path.steps[0])
+        weight = Fraction(1) if statement.separation_z is None else statement.separation / statement.separation_z
+        self.unit, self.path, self.rows = weight.denominator, path, list[Flown]()
+        steps = [square([axis.derivative() for axis in one.axes]) for one in path.segments if one.start == one.stop]
+        step, self.stretch = root(max((one.at(0) for one in steps), default=ZERO))[1], max(Fraction(1), weight)
+        self.radius, self.loose = self.stretch * path.robot.radius, self.stretch * (statement.margin + step)
         for one in (one for one in path.segments if one.start < one.stop):
-            rows, unit = one.lines
-            every = zip(rows, (self.unit, self.unit, self.weight.numerator), strict=False)
-            x, y, z = (Bernstein([n * weight for n in row], unit) for row, weight in every)
-            box = [((row.lowest << BITS) // unit, -((-row.highest << BITS) // unit)) for row in (x, y, z)]
-            self.rows.append(Flown(one.start, one.stop, one, (x, y, z), box))
-        boxes = zip(*(one.box for one in self.rows), strict=True)
-        self.box = [(min(low for low, _ in axis), max(high for _, high in axis)) for axis in boxes]
+            every = zip(one.axes, (self.unit, self.unit, weight.numerator), strict=False)
+            places = [one.bernstein(axis * Polynomial([times]), 7) for axis, times in every]  # of one degree, as pieces are
+            box = [((row.lowest << BITS) // row.unit, -((-row.highest << BITS) // row.unit)) for row in places]
+            self.rows.append(Flown(one.start, one.stop, places, box))
+        axes = zip(*(one.box for one in self.rows), strict=True)
+        self.box = [(min(low for low, _ in axis), max(high for _, high in axis)) for axis in axes]
 
     def around(self, error: Fraction) -> list[Flown]:
         """Return the segments, those of a lap's beginning once more behind its end if clocks differ."""
@@ -58,49 +60,27 @@ class Flight:
 
 
 class Pair:
-    """Two robots, and how far apart their paths must be, m; `drift` is what clocks add (Coq: `apart_moved`, `stretched_grows`)."""
+    """Two robots, and how far apart their paths must be, m (Coq: `apart_moved`, `stretched_grows`)."""
 
-    def __init__(self, separation: Fraction, flights: tuple[Flight, Flight], drift: Fraction) -> None:
-        self.flights, (one, other) = flights, flights
-        touching = one.radius + other.radius
-        self.least = max(separation, touching) + one.loose + other.loose + one.stretch * drift
+    def __init__(self, separation: Fraction, one: Flight, other: Flight) -> None:
+        self.flights, self.least = (one, other), max(separation, one.radius + other.radius) + one.loose + other.loose
         self._square = (self.least * one.unit) ** 2
-        self._gap = self._square.numerator << 2 * BITS, self._square.denominator
 
-    def are_far(self) -> bool:
-        """Return whether boxes around both paths part them."""
-        return self._are_far(*(one.box for one in self.flights))
-
-    def _are_far(self, box: Box, other: Box) -> bool:
-        gaps = [max(0, low - d, c - high) for (low, high), (c, d) in zip(box, other, strict=True)]
-        return sum(gap * gap for gap in gaps) * self._gap[1] >= self._gap[0]
-
-    def at_each_time(self) -> Iterator[Cell]:
-        """Yield the claims `m` that they are far enough apart at a time, where planes do not part them."""
-        one = self.flights[0]
-        weights = one.unit, one.unit, one.weight.numerator
-
-        def row(a: Segment, b: Segment, _: str) -> Bernstein:
-            times, both = (max(a.start, b.start), min(a.stop, b.stop)), zip(a.axes, b.axes, weights, strict=False)
-            return square([(a.within(p, times) - b.within(q, times)).times(weight) for p, q, weight in both]).bernstein()
-
-        for together in self.at_all_times(ZERO):
-            a, b = together.segments
-            if max(a.start, b.start) < min(a.stop, b.stop) and not together.holds("m"):
-                yield Cell(partial(row, a, b), {"m": [[[("square", ">=", self._square)]]]})
-
-    def at_all_times(self, error: Fraction) -> Iterator[Two]:
-        """Yield the claims `m` that they are far enough apart at times of theirs that differ by at most an error, s, where boxes do not part them."""
+    def parts(self, error: Fraction) -> Iterator[Two]:
+        """Yield the claims that they are far enough apart at times of theirs that differ by at most an error, s, where boxes do not part them."""
         one, other = self.flights
-        if self.are_far():
+        if self._are_far(one.box, other.box):
             return
         its = other.around(error)
         starts, stops = [b.start for b in its], [b.stop for b in its]
         for a in (a for a in one.around(error) if not self._are_far(a.box, other.box)):
             for b in its[bisect_left(stops, a.start - error) : bisect_right(starts, a.stop + error)]:
                 if not self._are_far(a.box, b.box):
-                    times = (a.start, a.stop), (b.start, b.stop)
-                    yield Two((a.segment, b.segment), *times, a.places, b.places, error, self._square)
+                    yield Two(a, b, error, self._square)
+
+    def _are_far(self, box: Box, other: Box) -> bool:
+        gaps = [max(0, low - d, c - high) for (low, high), (c, d) in zip(box, other, strict=True)]
+        return sum(gap * gap for gap in gaps) * self._square.denominator >= self._square.numerator << 2 * BITS
 
 
 class Two(NamedTuple):
@@ -109,20 +89,17 @@ class Two(NamedTuple):
     `k`: no two clocks show these times at one moment. `m`: a plane across the way from middle to middle parts them by what is asked (Coq: `plane_parts`).
     """
 
-    segments: tuple[Segment, Segment]
-    times: tuple[Fraction, Fraction]
-    its: tuple[Fraction, Fraction]
-    rows: Row
-    its_rows: Row
+    one: Flown
+    other: Flown
     error: Fraction
     square: Fraction
 
     def holds(self, mark: str) -> bool:
         """Return whether a mark is so."""
         if mark == "k":
-            return max(self.times[0] - self.its[1], self.its[0] - self.times[1]) > self.error
-        unit = max(row.unit for row in (*self.rows, *self.its_rows))  # units differ by powers of two
-        mine, its = ([[n * (unit // row.unit) for n in row.numbers] for row in rows] for rows in (self.rows, self.its_rows))
+            return max(self.one.start - self.other.stop, self.other.start - self.one.stop) > self.error
+        rows, unit = common([*self.one.places, *self.other.places])
+        mine, its = rows[:3], rows[3:]
         x, y, z = ((sum(a) - sum(b)) * 4096 // unit for a, b in zip(mine, its, strict=True))  # any would do
         near, far = ([x * a + y * b + z * c for a, b, c in zip(*rows, strict=True)] for rows in (mine, its))
         gap, least = min(near) - max(far), self.square * (x * x + y * y + z * z)
@@ -130,10 +107,8 @@ class Two(NamedTuple):
 
     def halves(self) -> tuple[Two, Two]:
         """Return both halves of the part that lasts longer."""
-        mine = self.times[1] - self.times[0] >= self.its[1] - self.its[0]
-        (start, stop), (x, y, z) = (self.times, self.rows) if mine else (self.its, self.its_rows)
-        (a, p), (b, q), (c, r) = x.halves(), y.halves(), z.halves()
-        first, second, middle = (a, b, c), (p, q, r), (start + stop) / 2
-        if mine:
-            return self._replace(times=(start, middle), rows=first), self._replace(times=(middle, stop), rows=second)
-        return self._replace(its=(start, middle), its_rows=first), self._replace(its=(middle, stop), its_rows=second)
+        if self.one.stop - self.one.start >= self.other.stop - self.other.start:
+            first, second = (self._replace(one=half) for half in self.one.halves())
+        else:
+            first, second = (self._replace(other=half) for half in self.other.halves())
+        return first, second

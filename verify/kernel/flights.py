@@ -15,9 +15,8 @@ from fractions import Fraction
 from functools import cached_property
 from typing import NamedTuple
 
-from .polynomials import Bernstein, Polynomial, root, square
-from .refused import Refused, require
-from .statement import ZERO, Robot, Statement
+from .polynomials import Bernstein, Polynomial, common, square
+from .statement import ZERO, Refused, Robot, Statement, require
 
 HEADER = ["duration", *(f"{axis}^{power}" for axis in ("x", "y", "z", "yaw") for power in range(8))]
 MOST_PIECES = 4096
@@ -58,8 +57,7 @@ class Segment:
 
     def ends(self, order: int = 0) -> tuple[list[Fraction], list[Fraction]]:
         """Return a derivative of all axes where it begins, and where it ends."""
-        rows = self.derivatives[order] if order else self.axes
-        return [row.at(0) for row in rows], [row.at(self.length) for row in rows]
+        return [row.at(0) for row in self.derivatives[order]], [row.at(self.length) for row in self.derivatives[order]]
 
     @cached_property
     def derivatives(self) -> list[Sequence[Polynomial]]:
@@ -81,32 +79,23 @@ class Segment:
         return square(self.force)
 
     @cached_property
-    def lines(self) -> tuple[list[list[int]], int]:
-        """Bernstein coefficients of x, y, z and 1, of degree 7, over one number."""
-        return self._common([*self.axes[:3], Polynomial([1])], 7)
-
-    @cached_property
-    def _squares(self) -> tuple[list[list[int]], int]:
+    def _forms(self) -> tuple[list[list[int]], int]:
+        """Bernstein coefficients of xx, xy, xz, yy, yz, zz, x, y, z and 1, of one degree, over one number."""
         x, y, z = self.axes[:3]
-        return self._common([x * x, x * y, x * z, y * y, y * z, z * z, x, y, z, Polynomial([1])], 14)
-
-    def _common(self, polynomials: Sequence[Polynomial], degree: int) -> tuple[list[list[int]], int]:
-        rows = [self.bernstein(p, degree) for p in polynomials]
-        unit = max(row.unit for row in rows)  # they differ by powers of two
-        return [[n * (unit // row.unit) for n in row.numbers] for row in rows], unit
+        forms = [x * x, x * y, x * z, y * y, y * z, z * z, x, y, z, Polynomial([1])]
+        return common([self.bernstein(form, len(forms[0].numbers) - 1) for form in forms])
 
     def sum(self, weights: Polynomial) -> Bernstein:
         """Return the sum of xx, xy, xz, yy, yz, zz, x, y, z and 1 along it, each times its weight."""
-        rows, unit = self._squares if any(weights.numbers[:6]) else self.lines
+        rows, unit = self._forms
         total: list[int] = [0] * len(rows[0])
-        for weight, row in zip(weights.numbers[-len(rows) :], rows, strict=True):
+        for weight, row in zip(weights.numbers, rows, strict=True):
             if weight:
                 total = [a + weight * b for a, b in zip(total, row, strict=True)]
         return Bernstein(total, unit << weights.shift)
 
 
-@dataclass(frozen=True)
-class Path:
+class Path(NamedTuple):
     """One robot's path: its segments, which of them are pieces (of a lasso, of prefix and one lap), and when its lap begins."""
 
     name: str
@@ -114,19 +103,6 @@ class Path:
     segments: list[Segment]
     pieces: list[Segment]
     lap: Fraction | None
-
-    @cached_property
-    def steps(self) -> tuple[Fraction, Fraction]:
-        """Bounds on the length of its longest step, and of all together, m."""
-        gaps = [[axis.derivative().at(0) for axis in one.axes] for one in self.segments if one.start == one.stop]
-        lengths = [root(x * x + y * y + z * z)[1] for x, y, z in gaps]
-        return max(lengths, default=ZERO), sum(lengths, ZERO)
-
-    def drift(self, speed: Fraction, error: Fraction) -> Fraction:
-        """Return how far its robot may fly at most at a speed within the time by which two clocks differ, steps included, m (Coq: `flown`)."""
-        once = self.lap is None or error <= self.segments[-1].stop - self.lap
-        require(once, "clocks differ by more than a lap, in which a path has each step once")
-        return speed * error + self.steps[1]
 
 
 class Team(NamedTuple):
@@ -139,7 +115,7 @@ class Team(NamedTuple):
 
 def _read_pieces(text: str, name: str) -> list[Segment]:
     """Read a CSV file."""
-    rows = [[cell.strip() for cell in line.split(",")] for line in text.removeprefix("\ufeff").split("\n") if line.strip()]
+    rows = [[cell.strip() for cell in line.split(",")] for line in text.removeprefix("\ufeff").splitlines() if line.strip()]
     fits = 2 <= len(rows) <= MOST_PIECES + 1 and rows[0] == HEADER and all(len(row) == len(HEADER) for row in rows)
     require(fits, f"{name}.csv is no flight of 1 to {MOST_PIECES} pieces, each a line of 33 numbers below their names.")
     found: list[Segment] = []

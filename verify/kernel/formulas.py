@@ -18,7 +18,7 @@ from collections.abc import Callable, Collection, Iterable
 from functools import partial
 from typing import Any, NamedTuple
 
-from .refused import require
+from .statement import require
 
 Tree = Any  # of any type: JSON nests
 
@@ -186,13 +186,9 @@ class Table:
         """Return whether one robot's letter satisfies a combination, which is a formula of names alone."""
         return not self.after(self.letter_of(shown), frozenset({self.root}))
 
-    def is_until(self, part: int) -> bool:
-        """Return whether a part is an until, not negated."""
-        return part % 2 == 0 and part < 2 * len(self.nodes) and self.nodes[part // 2][0] == "until"
-
-    def has_untils(self) -> bool:
-        """Return whether it speaks of more than one letter."""
-        return any(sign == "until" for sign, _ in self.nodes)
+    def untils(self) -> set[int]:
+        """Return all untils, not negated; without any it speaks of one letter alone."""
+        return {2 * number for number, (sign, _) in enumerate(self.nodes) if sign == "until"}
 
     def empty_word_keeps(self, owed: Owed) -> bool:
         """Return whether the empty word satisfies an alternative: it keeps negated untils, and what is true."""

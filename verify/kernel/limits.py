@@ -1,4 +1,5 @@
-"""Limits of a robot's nominal flight: polynomials, and by intervals the rate about the body's z axis and the thrust of each rotor.
+"""Limits of a robot's nominal flight: polynomials, and by intervals the rate about the body's z axis and the thrust of each rotor; its joints;
+how long it lasts. Each jump at a joint of pieces, of parts or of laps is the exact difference of two derivatives.
 
 With f = r'' + g e3 the thrust is m |f| and the body's z axis f / |f|; roll and pitch turn it at |r''' x f| / |f|^2. All are asked
 squared, and multiplied out, so that nothing is divided.
@@ -24,12 +25,12 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache, partial
+from itertools import pairwise
 
-from .flights import Path, Segment
+from .flights import Path, Segment, Team
 from .polynomials import Bernstein, Polynomial, square
-from .refused import Refused, require
-from .statement import ZERO, Robot
-from .trees import Cell, Rules
+from .statement import ZERO, Refused, Robot, require
+from .trees import Atom, Cell, Rules
 
 BITS = 64
 ONE = 1 << BITS
@@ -39,6 +40,11 @@ _GRID = 1 << 16
 
 TURNING = ("yaw_rate", "rotor_thrust_max", "rotor_thrust_min")
 LIMITS = ("speed", "acceleration", "thrust_max", "thrust_min", "tilt", "body_rate", *TURNING)
+
+JUMPS = (Fraction(1, 10_000), Fraction(1, 1_000), Fraction(1, 100), Fraction(1, 10))
+"""Greatest jumps in position (m), velocity, acceleration and jerk, and the same in rad for heading, its rate and its acceleration."""
+PAUSE, CLIMB_AND_LANDING = 60, 11
+"""s that an endurance counts for a pause between parts, and beside the flight."""
 
 
 @dataclass(slots=True)
@@ -109,29 +115,29 @@ def _cosine_and_sine(middle: int) -> tuple[Interval, Interval]:
     return Interval(low[0].low, high[0].high), Interval(low[1].low, high[1].high)
 
 
-def _asked(robot: Robot, name: str, limit: Fraction) -> list[tuple[Callable[[Segment], Polynomial], Fraction]]:
-    """Return polynomials of a piece, and what they must not be below (Coq: `speed_kept`, `tilt_kept`, `rate_kept`)."""
+def _asked(robot: Robot, name: str, limit: Fraction) -> Sequence[Atom]:
+    """Return what polynomials of a piece have to keep (Coq: `speed_kept`, `tilt_kept`, `rate_kept`)."""
 
-    def thrust(piece: Segment) -> Polynomial:
-        return piece.size.times(robot.mass**2)
+    def size(piece: Segment) -> Polynomial:
+        return piece.size
+
+    def upright(piece: Segment) -> Polynomial:
+        cosine = Fraction(max(Interval.of(limit).cosine_and_sine()[0].high, 0), ONE)  # (Coq: `cosine_above`)
+        return piece.force[2] * piece.force[2] - piece.size * Polynomial.of([cosine**2])
 
     def turned(piece: Segment) -> Polynomial:
         f, j = piece.force, piece.derivatives[3]
         rates = [j[i] * f[k] - j[k] * f[i] for i, k in ((1, 2), (2, 0), (0, 1))]
-        return (piece.size * piece.size).times(limit**2) - square(rates)
+        return piece.size * piece.size * Polynomial.of([limit**2]) - square(rates)
 
-    enough = thrust, robot.limits.thrust_min**2  # so that f has a direction
-    if name in ("speed", "acceleration"):
-        order = 1 if name == "speed" else 2
-        return [(lambda piece: -square(piece.derivatives[order][:3]), -(limit**2))]
-    if name == "tilt":  # below a quarter turn (Coq: `cosine_above`)
-        cosine = Fraction(max(Interval.of(limit).cosine_and_sine()[0].high, 0), ONE)
-        upright = lambda piece: piece.force[2] * piece.force[2] - piece.size.times(cosine**2)  # noqa: E731
-        return [enough, (lambda piece: piece.force[2], ZERO), (upright, ZERO)]
+    enough = size, ">=", (robot.limits.thrust_min / robot.mass) ** 2  # so that f has a direction
     return {
-        "thrust_max": [(lambda piece: -thrust(piece), -(limit**2))],
+        "speed": [(lambda piece: square(piece.derivatives[1][:3]), "<=", limit**2)],
+        "acceleration": [(lambda piece: square(piece.derivatives[2][:3]), "<=", limit**2)],
+        "thrust_max": [(size, "<=", (limit / robot.mass) ** 2)],
         "thrust_min": [enough],
-        "body_rate": [enough, (turned, ZERO)],
+        "tilt": [enough, (lambda piece: piece.force[2], ">=", ZERO), (upright, ">=", ZERO)],  # below a quarter turn
+        "body_rate": [enough, (turned, ">=", ZERO)],
     }[name]
 
 
@@ -139,12 +145,12 @@ def kept(path: Path, name: str, limit: Fraction, times: Sequence[tuple[Fraction,
     """Yield the claims `m` that a limit is kept at all times, or at some.
 
     Args:
-        path: Of whom.
-        name: Which limit.
+        path: The robot's.
+        name: The limit's.
         limit: SI.
         times: From when to when, s.
     """
-    rules: Rules = {"m": [[[(find, ">=", least)] for find, least in _asked(path.robot, name, limit)]]}
+    rules: Rules = {"m": [[[atom] for atom in _asked(path.robot, name, limit)]]}
 
     def row(piece: Segment, when: tuple[Fraction, Fraction], find: Callable[[Segment], Polynomial]) -> Bernstein:
         return piece.within(find(piece), when).bernstein()
@@ -203,3 +209,66 @@ class Turning(Cell):
             return False  # a divisor may be zero
         well = all(one.within(limits.rotor_thrust_min, limits.rotor_thrust_max) for one in thrusts)
         return mark == "m" and well and rate.within(-limits.yaw_rate, limits.yaw_rate)
+
+
+def _require(order: int, one: Sequence[Fraction], other: Sequence[Fraction], where: str, turns: bool = False) -> None:
+    """Refuse a jump that is too large; `turns` leaves full turns of the heading aside."""
+    x, y, z, yaw = (b - a for a, b in zip(one, other, strict=True))
+    full = 2 * PI * round(yaw / (2 * PI)) if turns else ZERO
+    # pi is off by so little that a million turns are off by less than 1e-30
+    near = x * x + y * y + z * z <= JUMPS[order] ** 2 and (order == 3 or abs(yaw - full) <= JUMPS[order] - abs(full) / 10**30)
+    require(near, f"derivative {order} of place or heading jumps {where} by more than {float(JUMPS[order]):g}")
+
+
+def check_continuity(path: Path, team: Team) -> str:
+    """Check all jumps, from rest at the start to rest at the end, or to where the lap begins; laps of several robots begin and end at rest."""
+    robot, zero = path.robot, [ZERO] * 4
+    for order in range(4):
+        ends = [piece.ends(order) for piece in path.pieces]
+        last = ends[-1][1]
+        _require(order, zero if order else [*robot.start, robot.yaw], ends[0][0], "at the start", turns=not order)
+        for number, ((_, before), (after, _)) in enumerate(pairwise(ends)):
+            _require(order, before, after, f"between pieces {number} and {number + 1}")
+        if robot.cycle is None:
+            _require(order, last, zero if order else [*(robot.end or last[:3]), last[3]], "at the end")
+        elif not order or len(team.paths) == 1:
+            _require(order, last, ends[robot.cycle][0], "where the lap ends", turns=not order)
+        else:
+            _require(order, last, zero, "where the lap ends")
+            _require(order, ends[robot.cycle][0], zero, "where the lap begins")
+    return f"The pieces of {path.name} join, from rest at its start."
+
+
+def check_parts(path: Path, team: Team) -> str:
+    """Check that a flight in parts is cut where all are, and rests at each cut, and that its vehicle holds each part."""
+    robot, cuts, size = path.robot, list(path.robot.cuts), len(path.pieces)
+    in_order = cuts == sorted(set(cuts)) and all(cut < size for cut in cuts) and (robot.cycle is None or robot.cycle in cuts)
+    require(in_order, "its cuts are no pieces in order, or its lap begins with none of them")
+    instants = {tuple(one.pieces[cut].start for cut in one.robot.cuts if cut < len(one.pieces)) for one in team.paths.values()}
+    require(len(instants) == 1, "robots are cut at different instants")
+    longest = max(b - a for a, b in pairwise(sorted({0, *cuts, size})))
+    fits = robot.limits.pieces is None or longest <= robot.limits.pieces
+    require(fits, f"a part has {longest} pieces; its vehicle holds {robot.limits.pieces}")
+    seam = [] if robot.cycle is None else [(size - 1, robot.cycle)]
+    for before, after in [*((cut - 1, cut) for cut in cuts if cut), *seam]:
+        where = f"at the cut before piece {after}"
+        for order in range(4):
+            end, begin = path.pieces[before].ends(order)[1], path.pieces[after].ends(order)[0]
+            require(not order or max(abs(end[3]), abs(begin[3])) <= JUMPS[order], f"its heading turns {where}")
+            for side in (end, begin):
+                _require(order, side, [*(begin[:3] if not order else [ZERO] * 3), side[3]], where)
+    return f"{path.name} rests at each of {len(cuts)} cuts."
+
+
+def check_endurance(team: Team, path: Path) -> str:
+    """Check that a robot lands in time, all laps counted, and all pauses of the robot that pauses most."""
+    total = team.end + CLIMB_AND_LANDING + (0 if path.lap is None else (team.repeat - 1) * (team.end - path.lap))
+    pauses = [0]
+    for robot in (other.robot for other in team.paths.values()):
+        begins, first = {0, *robot.cuts} if robot.cuts else set[int](), robot.cycle or 0
+        again = sum(begin >= first for begin in begins) * (1 if robot.cycle is None else team.repeat)
+        pauses.append(sum(begin < first for begin in begins) + again - 1)
+    total += max(pauses) * PAUSE
+    within = path.robot.limits.endurance is not None and total <= path.robot.limits.endurance
+    require(within, f"it is in the air for {float(total):.1f} s, longer than its endurance")
+    return f"{path.name} is in the air for {float(total):.5g} s."

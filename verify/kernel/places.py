@@ -17,8 +17,7 @@ from fractions import Fraction
 from itertools import combinations, pairwise
 from typing import NamedTuple
 
-from .refused import require
-from .statement import ZERO, Statement
+from .statement import ZERO, Statement, require
 from .timelines import Row, Span, Timeline
 
 MOST_OPEN = 6
@@ -63,15 +62,9 @@ class Places(NamedTuple):
         return self.letters[place] != self.letters[target] or self.laps[place] + self.laps[target] == 3
 
 
-def places_of(timeline: Timeline, names: frozenset[str], regions: frozenset[str]) -> Places:
-    """Return all places of a robot, of letters that are cut down to some names.
-
-    Args:
-        timeline: What is proved of the robot.
-        names: Names that are followed.
-        regions: All regions.
-    """
-    slots = _slots(timeline, {name: _row(timeline, name) for name in sorted(names & regions)}, names)
+def places_of(timeline: Timeline, names: frozenset[str]) -> Places:
+    """Return all places of a robot, of letters that are cut down to some names, of which some are regions."""
+    slots = _slots(timeline, {name: timeline.rows[name] for name in sorted(names & timeline.rows.keys())}, names)
     every = [(slot, number, letter) for number, slot in enumerate(slots) for letter in _letters(slot)]
     inside, numbers = [letter for _, _, letter in every], [number for _, number, _ in every]
     following: list[list[int]] = []
@@ -120,23 +113,8 @@ def _meets(span: Span, start: Fraction, stop: Fraction) -> bool:
 
 def _changes(timeline: Timeline, names: frozenset[str]) -> list[tuple[Fraction, Letter]]:
     """Return changes of the internal state that are followed, each with its instant."""
-    cycle, changes = timeline.cycle, [(Fraction(-1), timeline.internal), *timeline.actions]
-    require(cycle is None or 0 <= cycle < timeline.duration, f"the lap of {timeline.robot} does not end after it begins")
-    in_order = all(a < b and 0 <= b <= timeline.duration and b != cycle for (a, _), (b, _) in pairwise(changes))
-    require(in_order, f"the actions of {timeline.robot} are not in order")
-    alike = cycle is None or changes[-1][1] == [internal for time, internal in changes if time < cycle][-1]
-    require(alike, f"a lap of {timeline.robot} ends in another internal state than it begins in")
+    changes = [(ZERO, timeline.internal), *timeline.actions]
     return [(time, after) for (_, before), (time, after) in pairwise(changes) if (before ^ after) & names]
-
-
-def _row(timeline: Timeline, region: str) -> Row:
-    """Return a region's spans, which have to cover the whole flight."""
-    row = timeline.rows.get(region, ())
-    ends = [ZERO, *(span.stop for span in row)]
-    whole = [span.start for span in row] == ends[:-1] and ends[-1] == timeline.duration > 0 and sorted(ends) == ends
-    known = all(span.mark in ("no", "may", "must") for span in row)
-    require(whole and known, f"the labels of {timeline.robot} in {region} do not cover its flight")
-    return row
 
 
 def _marks(row: Sequence[Span], fine: Sequence[tuple[Fraction, Fraction]]) -> list[str]:
@@ -167,15 +145,16 @@ def check_transitions(statement: Statement, timeline: Timeline) -> str:
     """
     robot, regions = timeline.robot, frozenset(statement.regions)
     system = statement.robots[robot]
-    places = places_of(timeline, regions, regions)
+    places = places_of(timeline, regions)
     edges = dict.fromkeys(regions | {system.vertex}, regions) if system.edges is None else system.edges
     seen = {(place, frozenset({vertex})) for place in places.initial for vertex in places.inside[place] or {system.vertex}}
-    closed = any(places.inside[place] & system.closed for place in places.initial)
-    require(not closed, f"{robot} may begin in a region that is closed to it")
     waiting = list(seen)
     while waiting:
         place, vertices = waiting.pop()
         before = places.inside[place]
+        require(
+            not before & system.closed, f"{robot} may be in {min(before & system.closed, default='')}, which is closed to it"
+        )
         for target in _following(places, place):
             now = places.inside[target]
             came = now - before
@@ -185,8 +164,8 @@ def check_transitions(statement: Statement, timeline: Timeline) -> str:
                 require(one_by_one, f"{robot} may enter several regions at once")
                 continue
             for region in came:
-                joined = region not in system.closed and any(region == v or region in edges.get(v, ()) for v in vertices)
-                require(joined, f"{robot} may enter {region} from {min(vertices)}, where no edge that is open to it leads")
+                joined = any(region == v or region in edges.get(v, ()) for v in vertices)
+                require(joined, f"{robot} may enter {region} from {min(vertices)}, where no edge leads")
             left = vertices & before - now if system.edges is not None else ()
             after = (came or vertices).union(*(now & edges.get(v, frozenset()) for v in left))
             if (target, after) not in seen:

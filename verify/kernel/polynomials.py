@@ -12,7 +12,7 @@ from fractions import Fraction
 from functools import lru_cache
 from itertools import pairwise
 
-from .refused import require
+from .statement import require
 
 
 def _dyadic(value: Fraction | float) -> tuple[int, int]:
@@ -57,11 +57,6 @@ class Polynomial:
             for k, b in enumerate(other.numbers if a else (), start=i):
                 product[k] += a * b
         return Polynomial(product, self.shift + other.shift)
-
-    def times(self, value: Fraction | int) -> Polynomial:
-        """Return it times a number."""
-        number, shift = _dyadic(value)
-        return Polynomial([n * number for n in self.numbers], self.shift + shift)
 
     def derivative(self) -> Polynomial:
         """Return its derivative."""
@@ -152,6 +147,12 @@ class Bernstein:
             first.append(row[0] << left)
             second.append(row[-1] << left)
         return Bernstein(first, self.unit << degree), Bernstein(second[::-1], self.unit << degree)
+
+
+def common(rows: Sequence[Bernstein]) -> tuple[list[list[int]], int]:
+    """Return the coefficients of polynomials whose units differ by powers of two, over one unit."""
+    unit = max(row.unit for row in rows)
+    return [[n * (unit // row.unit) for n in row.numbers] for row in rows], unit
 
 
 def root(value: Fraction) -> tuple[Fraction, Fraction]:

@@ -10,13 +10,12 @@ from .checking import Checked
 from .formulas import show
 from .statement import Inequality, Statement
 
-_SAID = ("format", "name", "lasso", "repeat", "joint", "formula", "margin", "clock_error", "order")
+_SAID = ("format", "name", "lasso", "repeat", "joint", "formula", "margin", "clock_error")
 """Fields that the first lines speak of."""
 _WORDS = {
     "low": "workspace from", "high": "workspace to", "start": "starts at", "yaw": "with heading", "end": "finishes at", "closed": "may not enter",
     "edges": "may go from one region to others", "vertex": "comes from", "actions": "permitted changes of the internal state", "cuts": "parts begin with pieces",
     "changes": "planned changes of it", "cycle": "laps begin with piece", "cycle_visit": "laps begin with visit", "legs": "limits on the way to",
-    "digests": "digests, not looked at", "parts": "parts, around the center",
 }  # fmt: skip
 
 

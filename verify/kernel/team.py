@@ -21,13 +21,13 @@ import math
 from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
+from functools import cache
 from itertools import chain, pairwise, product
 from typing import TypeVar
 
 from .formulas import Letter, Table, Tree
 from .places import Places
-from .refused import require
-from .statement import ZERO, Statement
+from .statement import ZERO, Statement, require
 
 MOST_MOVES = 20_000
 """Ways in which robots may go on at one instant."""
@@ -49,22 +49,23 @@ _T = TypeVar("_T")
 class Claim:
     """One conjunct, and the team of which it is claimed.
 
-    Its places are found by `find`; `lap` is when a lap begins and ends, None for finite flights; of two events that are waited for, the second
-    one comes after the first one, not with it. `names` are asked of letters, `shown` are all names that robots show. `groups` has, by what is
-    counted, and whose letter it is if not everybody's, numbers of propositions, and how many robots each asks for.
+    `places` returns one robot's places, of letters cut down to some names; `lap` is when a lap begins and ends, None for finite flights; of two
+    events that are waited for, the second one comes after the first one, not with it. `names` are asked of letters, `shown` are all names that
+    robots show. `groups` has, by what is counted, and whose letter it is if not everybody's, numbers of propositions, and how many robots each
+    asks for; `counted` has the tables of what is counted.
     """
 
     lap: tuple[Fraction, Fraction] | None = None
     waits: Sequence[tuple[Event, Event]] = ()
 
     def __init__(self, statement: Statement, tree: Tree, find: Find) -> None:
-        self.robots, self.joint, self._find = tuple(statement.robots), statement.joint, find
+        self.robots, self.joint, self.places = tuple(statement.robots), statement.joint, cache(find)
         self.error = statement.clock_error if len(self.robots) > 1 else ZERO
         self.table = Table(tree, statement.regions)
         asked = self.table.propositions
-        self._counted = {one.counted: Table(json.loads(one.counted), statement.regions) for one in asked}
-        propositions = [p for one in self._counted.values() for p in one.propositions]
-        plain = all(p.name for p in propositions) and not any(map(Table.has_untils, self._counted.values()))
+        self.counted = {one.counted: Table(json.loads(one.counted), statement.regions) for one in asked}
+        propositions = [p for one in self.counted.values() for p in one.propositions]
+        plain = all(p.name for p in propositions) and not any(one.untils() for one in self.counted.values())
         require(plain, "what is counted is no combination of names")
         self.names = frozenset(p.name for p in propositions)
         internal = (one.states.values() for one in statement.robots.values())
@@ -77,17 +78,6 @@ class Claim:
         self.groups: dict[tuple[str, str], list[tuple[int, int]]] = {}
         for one, number in asked.items():
             self.groups.setdefault((one.counted, one.robot), []).append((number, one.least))
-        self._places: dict[tuple[str, frozenset[str]], Places] = {}
-
-    def satisfies(self, shown: frozenset[str], counted: str) -> bool:
-        """Return whether one robot's letter satisfies what a proposition counts."""
-        return self._counted[counted].is_true(shown)
-
-    def places(self, robot: str, names: frozenset[str]) -> Places:
-        """Return one robot's places, of letters cut down to some names."""
-        if (robot, names) not in self._places:
-            self._places[robot, names] = self._find(robot, names)
-        return self._places[robot, names]
 
 
 class Team:
@@ -142,7 +132,7 @@ class Team:
         for places in (one for one in others if robot in ("", one.robot)):
             may, may_not = [False] * self.size, [False] * self.size
             for shown, window in zip(places.letters, places.windows, strict=True):
-                kind = may if self.claim.satisfies(shown, text) else may_not
+                kind = may if self.claim.counted[text].is_true(shown) else may_not
                 for span in self._spans_of(window):
                     kind[span] = True
             found = [(must + (not b), most + a) for (must, most), a, b in zip(found, may, may_not, strict=True)]
@@ -153,7 +143,7 @@ class Team:
         choices: list[list[Letter]] = []
         shown = [(places.robot, places.letters[place]) for places, place in zip(self.followed, at, strict=True)]
         for ((text, robot), levels), numbers in zip(self.claim.groups.items(), self._numbers, strict=True):
-            own = sum(robot in ("", name) and self.claim.satisfies(letter, text) for name, letter in shown)
+            own = sum(robot in ("", name) and self.claim.counted[text].is_true(letter) for name, letter in shown)
             least, most = numbers[span]
             require(least <= most, "the robots' labels contradict each other")
             holding = {frozenset(n for n, k in levels if total >= k): None for total in range(own + least, own + most + 1)}

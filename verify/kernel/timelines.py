@@ -15,15 +15,12 @@ from operator import itemgetter
 from typing import NamedTuple
 
 from .flights import Path, Segment
-from .refused import require
-from .statement import ZERO, Statement, Visit, Wait
+from .statement import ZERO, Statement, Visit, Wait, require
 from .trees import Cell, Evidence, Rules, leaves
-from .zones import along, hoop_of, leaving, opening, region
+from .zones import Hoop, along, opening, region
 
 LAPS = 3
-_MARKS = {"n": "no", "m": "must", "f": "out"}
 Window = tuple[Fraction, Fraction]
-Word = Sequence[tuple[str, str]]
 
 
 class Span(NamedTuple):
@@ -89,13 +86,9 @@ def stays(rows: Mapping[str, Row]) -> list[Stay]:
     """Return the stays in regions."""
     found: list[Stay] = []
     for name, row in rows.items():
-        run: list[Span] = []
-        for span in (*row, Span(row[-1].stop, row[-1].stop, "no")):
-            if span.mark != "no":
-                run.append(span)
-            elif run:
-                found.append(Stay(run[0].start, run[-1].stop, name, [s for s in run if s.mark == "must"]))
-                run = []
+        for is_out, run in ((is_out, [*run]) for is_out, run in groupby(row, lambda span: span.mark == "no")):
+            if not is_out:
+                found.append(Stay(run[0].start, run[-1].stop, name, [span for span in run if span.mark == "must"]))
     return found
 
 
@@ -117,7 +110,7 @@ class Course:
         self.end = path.segments[-1].stop
         self.length = ZERO if path.lap is None else self.end - path.lap
 
-    def _along(self, key: str, rules: Rules) -> list[tuple[Fraction, str, Cell]]:
+    def along(self, key: str, rules: Rules) -> list[tuple[Fraction, str, Cell]]:
         """Return the leaves of a tree along the path: when each begins, its mark, and what is known there."""
         marks, found = self.evidence.marks(key), list[tuple[Fraction, str, Cell]]()
         for segment, cell in zip(self.path.segments, along(self.path, rules), strict=True):
@@ -126,23 +119,19 @@ class Course:
 
     def row(self, kind: str, name: str) -> Row:
         """Return spans of a region: `inside` it at the margin, or of the `nominal` path."""
-        shape = self.statement.regions[name]
-        rules = region(shape, self.statement.margin) if kind == "inside" else leaving(shape)
-        found = [(start, mark) for start, mark, _ in self._along(f"{kind}/{self.name}/{name}", rules)]
-        require(kind != "inside" or self._are_whole(found), f"it may leave {name} and come back in what is taken for one stay")
-        return self.spans(found)
+        rules = region(self.statement.regions[name], self.statement.margin if kind == "inside" else ZERO)
+        marks = {"n": "no", "m": "must", "o": "out" if kind == "nominal" else "may"}
+        found = self.along(f"{kind}/{self.name}/{name}", rules)
+        stops = [*(start for start, *_ in found[1:]), self.end]
+        row = [(start, stop, mark) for (start, mark, _), stop in zip(found, stops, strict=True)]
+        require(kind != "inside" or self._are_whole(row), f"it may leave {name} and come back in what is taken for one stay")
+        return settled([Span(start, stop, marks.get(mark, "may")) for start, stop, mark in row])
 
-    def _are_whole(self, found: Sequence[tuple[Fraction, str]]) -> bool:
+    def _are_whole(self, row: Sequence[tuple[Fraction, Fraction, str]]) -> bool:
         """Return whether it comes and goes once between spans surely outside, over a lap's seam too (Coq: `one_stay`, `comes_joined`)."""
-        stops = [*(start for start, _ in found[1:]), self.end]
-        lasting = [(start, mark) for (start, mark), stop in zip(found, stops, strict=True) if mark != "n" or start < stop]
+        lasting = [(start, mark) for start, stop, mark in row if mark != "n" or start < stop]
         again = [mark for start, mark in lasting if self.lap is not None and start >= self.lap]
         return not re.search(r"\?|o[^n]*i", "".join([*(mark for _, mark in lasting), *again]))
-
-    def spans(self, found: Sequence[tuple[Fraction, str]]) -> Row:
-        """Return spans of marks, each from its time to the next one's."""
-        stops = [*(start for start, _ in found[1:]), self.end]
-        return settled([Span(start, stop, _MARKS.get(mark, "may")) for (start, mark), stop in zip(found, stops, strict=True)])
 
     @cached_property
     def rows(self) -> dict[str, Row]:
@@ -231,14 +220,20 @@ class Course:
             require(self._is_aside(start, stop, number), "a passage is on the wrong side of where the lap begins")
             words[self._in_lap(number)].append((hoop, way))
         if self.statement.sequence is not None:
-            prefix, cycle = self.statement.sequence
-            alike = _letters(*words) == _letters(prefix, cycle or ()) and bool(words[1]) == bool(cycle)
-            require(alike, f"it passes {shown[:200]}, which is not the mission's sequence")
+            wanted = [list(part or ()) for part in self.statement.sequence]
+            size = sum(map(len, (*words, *wanted)))  # words that agree so far are one (Fine and Wilf)
+            first = [[*prefix, *cycle * size][:size] for prefix, cycle in (words, wanted)]
+            require(
+                first[0] == first[1] and bool(words[1]) == bool(wanted[1]),
+                f"it passes {shown[:200]}, which is not the mission's sequence",
+            )
         return shown
 
     def _passages(self, name: str) -> Iterator[tuple[Fraction, Fraction, str, str]]:
-        hoop = hoop_of(self.statement.regions[name])
-        every = self._along(f"openings/{self.name}/{name}", opening(hoop, self.statement.margin, self.robot.radius))
+        hoop = Hoop(self.statement.regions[name])
+        every = self.along(
+            f"openings/{self.name}/{name}", opening(self.statement.regions[name], self.statement.margin, self.robot.radius)
+        )
         runs = [(mark, list(run)) for mark, run in groupby(every, key=itemgetter(1))]
         stops = [*(run[0][0] for _, run in runs[1:]), self.end]
         for (mark, run), stop in zip(runs, stops, strict=True):
@@ -346,13 +341,3 @@ class Course:
 
 def _is_still(piece: Segment, powers: int) -> bool:
     return not any(any(axis.numbers[1:powers]) for axis in piece.axes[:3])
-
-
-def _letters(prefix: Word, cycle: Word) -> tuple[Word, Word]:
-    """Return a word, a prefix and what is repeated for ever, if anything, in its shortest form: words are one where these are."""
-    first, then = tuple(prefix), tuple(cycle)
-    size = next((k for k in range(1, len(then)) if then[:k] * (len(then) // k) == then), len(then))
-    then = then[:size]
-    while first and then and first[-1] == then[-1]:
-        first, then = first[:-1], (first[-1], *then[:-1])
-    return first, then

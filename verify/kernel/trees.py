@@ -10,15 +10,14 @@ import re
 from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from copy import copy
 from fractions import Fraction
-from functools import partial
+from functools import cache
 from itertools import repeat
-from typing import Any, NamedTuple, Protocol, Self, TypeVar
+from typing import Any, Protocol, Self, TypeVar
 
 from .polynomials import Bernstein
-from .refused import require
-from .statement import read, read_json
+from .statement import read, read_json, require
 
-FORMAT = 3
+FORMAT = 4
 DEEPEST = 64
 """Halvings of an interval, at the most; they bound the work."""
 
@@ -34,10 +33,6 @@ class Evidence:
     def __init__(self, table: Mapping[str, Any]) -> None:
         self._table = table
 
-    def has(self, key: str) -> bool:
-        """Return whether there is an entry."""
-        return self._table.get(key) is not None
-
     def get(self, key: str, kind: Any) -> Any:
         """Return an entry that is of some type; there has to be one, unless the type has None."""
         return read(kind, self._table.get(key), f"the proof's {key}")
@@ -48,6 +43,12 @@ class Evidence:
         require(isinstance(text, str), f"the proof has no marks for {key}")
         for run in re.finditer(r"(\d{0,9})(\D|$)", str(text)):
             yield from repeat(run[2], int(run[1] or 1))
+
+    def prove(self, key: str, parts: Iterable[Part]) -> None:
+        """Check the trees of parts, which leave nothing open."""
+        marks = self.marks(key)
+        for part in parts:
+            require(all(mark != "?" for _, mark, _ in leaves(part, marks)), f"the proof's {key} leaves something open")
 
 
 def read_evidence(text: str) -> Evidence:
@@ -70,16 +71,10 @@ P = TypeVar("P", bound=Part)
 
 
 class Cell:
-    """Polynomials on a part of an interval, each found when it is asked for, and what marks claim of them."""
+    """Polynomials on a part of an interval, which `row` returns, each found when it is asked for; and what marks claim of them."""
 
     def __init__(self, find: Callable[[Any], Bernstein], rules: Rules) -> None:
-        self._find, self.rules, self._rows = find, rules, dict[Hashable, Bernstein]()
-
-    def row(self, form: Hashable) -> Bernstein:
-        """Return a polynomial."""
-        if form not in self._rows:
-            self._rows[form] = self._find(form)
-        return self._rows[form]
+        self.row, self.rules = cache(find), rules
 
     def holds(self, mark: str) -> bool:
         """Return whether what a mark claims is so (Coq: `check_region_sound`, `check_nonneg_sound`)."""
@@ -88,19 +83,10 @@ class Cell:
 
     def halves(self) -> tuple[Self, Self]:
         """Return both halves."""
-        known: dict[Hashable, tuple[Bernstein, Bernstein]] = {}
-
-        def half(which: int, form: Hashable) -> Bernstein:
-            if form not in known:
-                known[form] = self.row(form).halves()
-            return known[form][which]
-
-        return self._found_by(partial(half, 0)), self._found_by(partial(half, 1))
-
-    def _found_by(self, find: Callable[[Any], Bernstein]) -> Self:
-        other = copy(self)
-        other._find, other._rows = find, {}
-        return other
+        both = cache(lambda form: self.row(form).halves())
+        first, second = copy(self), copy(self)
+        first.row, second.row = cache(lambda form: both(form)[0]), cache(lambda form: both(form)[1])
+        return first, second
 
 
 def leaves(whole: P, marks: Iterator[str]) -> Iterator[tuple[Fraction, str, P]]:
@@ -116,16 +102,3 @@ def leaves(whole: P, marks: Iterator[str]) -> Iterator[tuple[Fraction, str, P]]:
         else:
             require(mark == "?" or part.holds(mark), f"a leaf is marked {mark!r}, and that is not so")
             yield Fraction(place, 1 << depth), mark, part
-
-
-class Trees(NamedTuple):
-    """Parts of which marks have to hold everywhere, leaving nothing open, and where the proof has the marks."""
-
-    key: str
-    parts: Iterable[Part]
-
-    def check(self, evidence: Evidence) -> None:
-        """Check all of them."""
-        marks = evidence.marks(self.key)
-        for part in self.parts:
-            require(all(mark != "?" for _, mark, _ in leaves(part, marks)), f"the proof's {self.key} leaves something open")

@@ -29,8 +29,7 @@ from typing import Any, NamedTuple
 
 from .formulas import Owed, Tree, conjuncts, show
 from .places import Places, places_of
-from .refused import require
-from .statement import ZERO, Statement, read
+from .statement import ZERO, Statement, read, require
 from .team import At, Claim, Event, Step, Team
 from .timelines import Span, Timeline, planned_stays, stays
 from .trees import Evidence
@@ -79,7 +78,7 @@ def read_invariant(
     """Read a team, what each level names, and the configurations of each span."""
     followed, more, owed, levels, sets, runs = read(_WRITTEN, data, "an invariant")
     require(len({*followed} & {*claim.robots}) == len(followed), "an invariant follows robots that there are not")
-    untils = all(one is None or claim.table.is_until(one) for one in levels)
+    untils = {*levels} <= {None, *claim.table.untils()}
     known = all(part < 2 * len(claim.table.nodes) for one in owed for part in one)
     require(levels and untils and known, "an invariant names no untils, or parts that there are not")
     team = Team(claim, followed, frozenset(more))
@@ -140,14 +139,11 @@ def flown(statement: Statement, timelines: Mapping[str, Timeline], tree: Tree) -
 
     Args:
         statement: Has the regions, and how words are read.
-        timelines: One for each robot.
+        timelines: One for each robot; all flights, or first laps, end together.
         tree: The conjunct.
     """
-    regions, line = frozenset(statement.regions), next(iter(timelines.values()))
-    alike = {(one.duration, one.cycle) for one in timelines.values()} == {(line.duration, line.cycle)}
-    require(alike and set(timelines) == set(statement.robots), "the robots' flights do not last equally long")
-    require((line.cycle is not None) == statement.lasso, "either the trace is infinite or flights have laps, not both")
-    claim = Claim(statement, tree, lambda robot, names: places_of(timelines[robot], names, regions))
+    line = next(iter(timelines.values()))
+    claim = Claim(statement, tree, lambda robot, names: places_of(timelines[robot], names))
     claim.lap = None if line.cycle is None else (line.cycle, line.duration)
     return claim
 

@@ -15,8 +15,7 @@ from functools import lru_cache
 
 from .flights import Path
 from .polynomials import Polynomial, root
-from .refused import require
-from .statement import ZERO, Inequality, Shape, Vector
+from .statement import ZERO, Inequality, Shape, Vector, require
 from .trees import Atom, Cell, Rules
 
 MOST_SUMS = 64
@@ -111,13 +110,6 @@ def region(shape: Shape, margin: Fraction) -> Rules:
     return found
 
 
-@lru_cache(maxsize=4096)
-def leaving(shape: Shape) -> Rules:
-    """Return what a path itself does: `m`, `n`, and `f` that it is inside up to some time, if at all, and then outside."""
-    found = region(shape, ZERO)
-    return {"m": found["m"], "n": found["n"], "f": found["o"]}
-
-
 def choices(parts: Sequence[Sequence[Terms]]) -> list[frozenset[Terms]]:
     """Return sets of inequalities of which a point is in some part if it keeps one of each; none where they are too many.
 
@@ -171,23 +163,18 @@ class Hoop:
 
 
 @lru_cache(maxsize=4096)
-def hoop_of(shape: Shape) -> Hoop:
-    """Return a hoop."""
-    return Hoop(shape)
-
-
-@lru_cache(maxsize=4096)
-def opening(hoop: Hoop, margin: Fraction, radius: Fraction) -> Rules:
-    """Return the claims `n` that no point within the margin is in the opening, and `F` and `R` that a vehicle there is inside by its radius and
-    the margin; and that it flies on, forward or in reverse, or stays within the margin of the plane.
+def opening(shape: Shape, margin: Fraction, radius: Fraction) -> Rules:
+    """Return the claims `n` that no point within the margin is in a hoop's opening, and `F` and `R` that a vehicle there is inside by its radius
+    and the margin; and that it flies on, forward or in reverse, or stays within the margin of the plane.
 
     (Coq: `before_plane`, `behind_plane`, `beside_opening`, `inside_opening`)
 
     Args:
-        hoop: Has the opening.
+        shape: The hoop.
         margin: m.
         radius: Of the vehicle, m.
     """
+    hoop = Hoop(shape)
     inside = [(hoop.across, "<=", bound) for _, _, bound in hoop.within(margin + radius)]
     near = [("<=", margin * hoop.high), (">=", -margin * hoop.high)]
     ways = {way: [[inside, *([(p, "rises", ZERO), (p, *bound)] for bound in near)]] for way, p in hoop.ways.items()}
@@ -195,11 +182,12 @@ def opening(hoop: Hoop, margin: Fraction, radius: Fraction) -> Rules:
 
 
 @lru_cache(maxsize=4096)
-def rim(hoop: Hoop, length: Fraction) -> Rules:
-    """Return the claim `n` that a path stays farther than a length from the rim: in its plane by one side of a right triangle,
+def rim(shape: Shape, length: Fraction) -> Rules:
+    """Return the claim `n` that a path stays farther than a length from a hoop's rim: in its plane by one side of a right triangle,
     along the axis by the other, of which the length is the longest (Coq: `rim_clear`).
     """
-    ways, wide = list[list[list[Atom]]](), hoop.ring.rim
+    hoop, ways = Hoop(shape), list[list[list[Atom]]]()
+    wide = hoop.ring.rim
     for t in (Fraction(k, CORNERS) for k in range(CORNERS)):
         aside, above = (1 - t * t) / (1 + t * t) * length, 2 * t / (1 + t * t) * length
         beside = [hoop.beside(wide + aside), *hoop.within(aside)]
@@ -232,7 +220,7 @@ def obstacle(shape: Shape, hoops: tuple[Shape, ...], length: Fraction, sums: tup
             x, y, z = hoop.center
             powers = x * x, x * y, x * z, y * y, y * z, z * z, x, y, z, 1
             if all(sum(map(operator.mul, one, powers)) <= 0 for one in terms):
-                clauses[-1] += hoop_of(hoop).within(length)
+                clauses[-1] += Hoop(hoop).within(length)
     return {"n": [clauses]}
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -14,23 +13,17 @@ from verify.data.files.trajectory_csv import write_csv
 from verify.data.plan import Plan
 from verify.data.trajectory import Trajectory
 from verify.kernel.checking import Check, Owed
+from verify.kernel.distances import Two
 from verify.kernel.flights import Path, read_team
-from verify.kernel.refused import Refused
-from verify.kernel.statement import read_statement
-from verify.kernel.timelines import Course, Row
+from verify.kernel.statement import Refused, read_statement
+from verify.kernel.timelines import Course
 from verify.kernel.trees import Cell, Evidence, Part, Rules
-from verify.kernel.zones import along, hoop_of, leaving, opening, region
+from verify.kernel.zones import along, opening
 from verify.proofs.half_space_sums import half_space_sums
-from verify.proofs.proposed_roots import FlownPieces, FlownSegments
+from verify.proofs.proposed_roots import FlownPieces, FlownSegments, parted_roots
 from verify.proofs.search import STYLES, proof_text, run_lengths, starts_of, trees_of
 from verify.proofs.statement import statement_of
 from verify.proofs.words import find_formula, find_ordered
-
-_ROOM = 1.005
-"""Share of a proved speed that is asked of the kernel: the nearer to the greatest speed, the more a proof has to say."""
-
-_GRID = 4096
-"""Speeds are rounded up to 1 / _GRID m/s."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,22 +51,21 @@ def prove(plan: Plan, team: Mapping[str, Trajectory], certificate: Certificate) 
         BadInput: The trajectories' numbers are not float32.
     """
     tables = {name: write_csv(path, plan.mission.spec.repeat) for name, path in team.items()}
-    return prove_statement(statement_of(plan, certificate), tables, _speeds(certificate))
+    return prove_statement(statement_of(plan, certificate), tables)
 
 
-def prove_statement(text: str, tables: Mapping[str, str], speeds: Mapping[str, Fraction]) -> Proof:
+def prove_statement(text: str, tables: Mapping[str, str]) -> Proof:
     """Write down a proof of a statement, as far as one is found.
 
     Args:
         text: Of the statement.
         tables: Each robot's CSV file.
-        speeds: Bounds that the kernel is asked to check, m/s, by "speed/" and the robot's name.
     """
     statement = read_statement(text)
     flown = read_team(statement, tables)
     floats = FlownSegments(flown.paths)
     hulls = {name: floats.lines[own, :3].transpose(0, 2, 1) for name, own in floats.of.items()}
-    evidence: dict[str, Any] = {**speeds, **half_space_sums(statement, flown, hulls)}
+    evidence: dict[str, Any] = {**half_space_sums(statement, flown, hulls)}
     check = Check(statement, flown, Evidence(evidence))
     pieces = FlownPieces(flown.paths)
     found = {name: _Found(check, path, floats, pieces) for name, path in flown.paths.items()}
@@ -86,7 +78,7 @@ def prove_statement(text: str, tables: Mapping[str, str], speeds: Mapping[str, F
     check.courses = found
     for owed in check.owed():
         with suppress(Refused):
-            evidence |= _trees(found, check, owed, evidence)
+            evidence |= _trees(found, owed, evidence)
     return Proof(text, proof_text(evidence))
 
 
@@ -98,21 +90,18 @@ class _Found(Course):
         self.segments, self.pieces = segments, pieces
         self._sought: dict[str, list[str]] = {}
 
-    def row(self, kind: str, name: str) -> Row:
-        """Return spans of a region, whose marks are sought."""
-        key, shape, margin = f"{kind}/{self.name}/{name}", self.statement.regions[name], self.statement.margin
+    def along(self, key: str, rules: Rules) -> list[tuple[Fraction, str, Any]]:
+        """Return when each leaf of a region's trees begins, and its mark; they are sought."""
+        kind = key.partition("/")[0]
         if key not in self._sought:
-            if kind == "nominal":
-                self._sought[key] = self._exactly(kind, leaving(shape))
-            else:
-                trees = self.segments.region_trees(self.name, name, lambda: region(shape, margin)) if margin else ["?"]
-                told = not any("?" in tree for tree in trees)
-                self._sought[key] = trees if told else self._exactly(kind, region(shape, margin), trees)
-        found: list[tuple[Fraction, str]] = []
+            trees = self.segments.region_trees(self.name, rules) if self.statement.margin and kind == "inside" else ["?"]
+            told = not any("?" in tree for tree in trees)
+            self._sought[key] = trees if told else self._exactly(kind, rules, trees)
+        found: list[tuple[Fraction, str, None]] = []
         for segment, tree in zip(self.path.segments, self._sought[key], strict=True):
             if not found or tree != found[-1][1]:
-                found += [(segment.time(start) if start else segment.start, mark) for start, mark in starts_of(tree)]
-        return self.spans(found)
+                found += [(segment.time(start) if start else segment.start, mark, None) for start, mark in starts_of(tree)]
+        return found
 
     def _exactly(self, kind: str, rules: Rules, known: Sequence[str] = ()) -> list[str]:
         roots = self.segments.roots(self.name, rules, "n" if kind == "openings" else "nm")
@@ -127,7 +116,7 @@ class _Found(Course):
             if name in self.robot.limits.legs:
                 self.row("nominal", name)
             if shape.ring:
-                rules = opening(hoop_of(shape), self.statement.margin, self.robot.radius)
+                rules = opening(shape, self.statement.margin, self.robot.radius)
                 self._sought[f"openings/{self.name}/{name}"] = self._exactly("openings", rules)
         return {key: run_lengths(trees) for key, trees in self._sought.items()}
 
@@ -137,41 +126,22 @@ class _Found(Course):
         if kind in ("workspace", "rims", "obstacles") and isinstance(first, Cell):
             return self.segments.roots(self.name, first.rules, STYLES[kind].marks)
         if kind == "limits" and len(names) == 2:
-            limit: Any = (
-                self.evidence.get(f"speed/{self.name}", Fraction)
-                if names[0] == "speed"
-                else getattr(self.robot.limits, names[0])
-            )
-            return self.pieces.roots(self.name, names[0], float(limit))
+            return self.pieces.roots(self.name, names[0], float(getattr(self.robot.limits, names[0])))
         return self.pieces.turning(self.name) if kind == "turning" else []
 
 
-def _trees(found: Mapping[str, _Found], check: Check, owed: Owed, known: Mapping[str, Any]) -> dict[str, str]:
-    """Return the marks of a claim's trees; of a distance for all times that clocks may show where some time alone does not do."""
+def _trees(found: Mapping[str, _Found], owed: Owed, known: Mapping[str, Any]) -> dict[str, str]:
+    """Return the marks of a claim's trees."""
     texts: dict[str, str] = {}
-    if owed.name == "separation":
-        mine, its = (found[name] for name in owed.robots)
-        pair = check.pair((mine, its), all_times=False)
-        if pair.are_far() or mine.segments.are_parted(pair):
-            return {}
-    for key, parts in ((trees.key, iter(trees.parts)) for trees in owed.trees if trees.key not in known):
+    for key, parts in ((key, iter(parts)) for key, parts in owed.trees if key not in known):
         first = next(parts, None)
-        roots = found[owed.robots[0]].roots(key, first) if len(owed.robots) == 1 and first else []
+        every = [] if first is None else [first]
+        if owed.name == "separation":
+            every += parts
+            roots = parted_roots([part for part in every if isinstance(part, Two)])
+        else:
+            roots = found[owed.robots[0]].roots(key, first) if first else []
         if not roots or not all(roots):
-            every = [] if first is None else [first, *parts]
-            roots = trees_of(key.partition("/")[0], every, roots)
+            roots = trees_of(key.partition("/")[0], [*every, *parts], roots)
         texts[key] = run_lengths(roots)
-    if owed.name == "separation" and any("?" in marks for marks in texts.values()):
-        mine, its = (found[name] for name in owed.robots)
-        parts = check.pair((mine, its), all_times=True).at_all_times(check.statement.clock_error)
-        return {"/".join(("apart", *owed.robots)): run_lengths(trees_of("apart", list(parts)))}
     return texts
-
-
-def _speeds(certificate: Certificate) -> dict[str, Fraction]:
-    """Return bounds on speeds that the kernel is asked to check, a little above those that were proved."""
-    found: dict[str, Fraction] = {}
-    for claim in certificate.claims:
-        if claim.name == "limits.speed" and claim.robot is not None and claim.bound is not None and claim.limit is not None:
-            found[f"speed/{claim.robot}"] = min(Fraction(claim.limit), Fraction(math.ceil(claim.bound * _ROOM * _GRID), _GRID))
-    return found

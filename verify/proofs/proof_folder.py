@@ -17,8 +17,8 @@ from verify.data.trajectory import Trajectory
 from verify.kernel import VERSION
 from verify.kernel.__main__ import check_folder
 from verify.kernel.checking import Checked
-from verify.kernel.refused import Refused
 from verify.kernel.report import summary
+from verify.kernel.statement import Refused
 from verify.proofs.finder import prove
 from verify.proofs.search import PROOF_FILE
 from verify.proofs.statement import STATEMENT_FILE, statement_of

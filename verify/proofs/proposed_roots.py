@@ -8,7 +8,7 @@ from __future__ import annotations
 import functools
 import math
 import operator
-from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
@@ -17,7 +17,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from verify.kernel.distances import Pair
+from verify.kernel.distances import Flown, Two
 from verify.kernel.flights import GRAVITY, Path, Segment
 from verify.kernel.limits import Interval, rates_and_thrusts
 from verify.kernel.polynomials import Polynomial
@@ -86,8 +86,6 @@ class FlownSegments:
         ends = np.cumsum([0, *(len(path.segments) for path in paths.values())])
         self.of = {name: slice(first, last) for name, first, last in zip(paths, ends, ends[1:], strict=False)}
         self._known: dict[tuple[Hashable, ...], tuple[Rules, list[str]]] = {}
-        self._starts = np.array([float(one.start) for one in segments])
-        self._stops = np.array([float(one.stop) for one in segments])
         places = _powers(segments, 3)
         ones = np.zeros((len(places), 1, 8))
         ones[:, 0, 0] = 1
@@ -123,18 +121,16 @@ class FlownSegments:
                 found[every & (found == "")] = mark
         return found.tolist()
 
-    def region_trees(self, name: str, region: str, rules: Callable[[], Rules]) -> list[str]:
+    def region_trees(self, name: str, rules: Rules) -> list[str]:
         """Return for each segment of a robot the marks of its tree in a region at the margin, open where none can be told.
 
         Args:
             name: The robot's.
-            region: The region's.
-            rules: Returns what marks claim.
+            rules: What marks claim.
         """
-        if (region,) not in self._known:
-            claims = rules()
-            self._known[(region,)] = claims, self._region_trees(claims, EDGE)
-        return self._known[(region,)][1][self.of[name]]
+        if (id(rules),) not in self._known:
+            self._known[(id(rules),)] = rules, self._region_trees(rules, EDGE)
+        return self._known[(id(rules),)][1][self.of[name]]
 
     def _region_trees(self, rules: Rules, depth: int) -> list[str]:
         (outside,), ways = rules["n"], rules["m"]
@@ -146,7 +142,7 @@ class FlownSegments:
         inner = np.array([kept.get(form, -math.inf) for form in broken]).reshape(-1, 1)
         outer = np.array(list(broken.values())).reshape(-1, 1)
         weights = np.array([_weights(form) for form in numbers]).reshape(-1, 10)
-        flat = ~weights[:, :6].any(axis=1)  # the kernel looks at these by fewer coefficients
+        flat = ~weights[:, :6].any(axis=1)  # fewer coefficients do
         order = np.argsort(np.concatenate([np.flatnonzero(flat), np.flatnonzero(~flat)]))
         both = [_summed(weights[flat, 6:], self._lines), _summed(weights[~flat], self._squares)]
         both = [rows for rows in both if len(rows)]
@@ -184,18 +180,6 @@ class FlownSegments:
         yield "i", np.concatenate([step.max(axis=1) for step in steps])[order] < -room
         yield "o", np.concatenate([step.min(axis=1) for step in steps])[order] > room
 
-    def are_parted(self, pair: Pair) -> bool:
-        """Return whether planes surely part all segments of two paths that share some time, by what is asked of the pair."""
-        one, other = (self.of[flight.path.name] for flight in pair.flights)
-        starts, stops, lines = self._starts, self._stops, self.lines
-        at, its = np.nonzero((starts[one, None] <= stops[other] + _ROOM) & (starts[other] <= stops[one, None] + _ROOM))
-        weights, least = np.array([1.0, 1.0, float(pair.flights[0].weight)])[:, None], float(pair.least)
-        near, far = lines[one][at, :3] * weights, lines[other][its, :3] * weights
-        normals = (near - far).mean(axis=-1)
-        gaps = np.einsum("nk,nkd->nd", normals, near).min(axis=-1) - np.einsum("nk,nkd->nd", normals, far).max(axis=-1)
-        lengths = np.linalg.norm(normals, axis=-1)
-        return bool((gaps > (least * (1 + 1e-6) + 1e-6) * lengths).all() and (lengths > 0.01).all())
-
     def _hold(self, atoms: Sequence[Atom]) -> Flags:
         """Return where atoms surely hold. Shape (atoms, segments)."""
         numbers: dict[Hashable, int] = {}
@@ -212,6 +196,26 @@ class FlownSegments:
         room = _ROOM * (1 + abs(bounds) + np.maximum(abs(low), abs(high)))
         over = np.array([sign in (">", ">=") for _, sign, _ in atoms], bool).reshape(-1, 1)
         return np.where(over, low > bounds + room, high < bounds - room)
+
+
+def parted_roots(parts: Sequence[Two]) -> list[str]:
+    """Return `m` for each two segments that a plane across the way from middle to middle surely parts by what is asked, else nothing."""
+    if not parts:
+        return []
+    known: dict[int, Floats] = {}
+
+    def places(one: Flown) -> Floats:
+        if id(one.places) not in known:
+            known[id(one.places)] = np.array([[n / row.unit for n in row.numbers] for row in one.places])
+        return known[id(one.places)]
+
+    near, far = np.array([places(two.one) for two in parts]), np.array([places(two.other) for two in parts])
+    least = np.array([math.sqrt(two.square) for two in parts])
+    normals = (near - far).mean(axis=-1)
+    gaps = np.einsum("nk,nkd->nd", normals, near).min(axis=-1) - np.einsum("nk,nkd->nd", normals, far).max(axis=-1)
+    lengths = np.linalg.norm(normals, axis=-1)
+    parted = (gaps > (least * (1 + 1e-6) + 1e-6) * lengths) & (lengths > 0.01)
+    return ["m" if one else "" for one in parted.tolist()]
 
 
 def _any(every: Iterable[Any]) -> Any:  # of arrays, or of what is so of all

@@ -23,19 +23,15 @@ class Style(NamedTuple):
 
 STYLES: Mapping[str, Style] = {
     "inside": Style("nmyio", 40, open=True),
-    "nominal": Style("nmf", 30, open=True),
+    "nominal": Style("nmo", 30, open=True),
     "openings": Style("nFR", 18),
     "rims": Style("n", 16),
     "obstacles": Style("n", 14),
     "workspace": Style("m", 24),
     "limits": Style("m", 24),
     "turning": Style("m", 16),
-    "pairs": Style("m", 24),
     "apart": Style("km", 28),
 }
-
-LEAVING = 20
-"""Halvings from which on it is near enough to an instant when a path leaves a region."""
 
 EDGE = 12
 """Halvings from which on it is near enough to an instant when a path comes to a region at the margin, or leaves it."""
@@ -43,7 +39,7 @@ EDGE = 12
 NEAR = 8
 """Halvings from which on a path inside an opening's cylinder counts as near the opening."""
 
-_FROM = {"f": LEAVING, **dict.fromkeys("yio", EDGE), **dict.fromkeys("FR", NEAR)}
+_FROM = {**dict.fromkeys("yio", EDGE), **dict.fromkeys("FR", NEAR)}
 
 
 def trees_of(kind: str, parts: Sequence[Part], roots: Sequence[str] = ()) -> list[str]:

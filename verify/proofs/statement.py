@@ -49,7 +49,6 @@ def statement_of(plan: Plan, certificate: Certificate) -> str:
         "high": list(mission.workspace.max),
         "regions": {name: body_table(region) for name, region in mission.all_regions.items()},
         "obstacles": {name: body_table(obstacle) for name, obstacle in mission.obstacles.items()},
-        "order": list(mission.agents),
         "robots": {name: _robot(plan, certificate, name) for name in mission.agents},
         "waits": _waits(plan),
         "words": _words(plan) if any(claim.name == "ordered" for claim in certificate.claims) else {},
@@ -58,8 +57,8 @@ def statement_of(plan: Plan, certificate: Certificate) -> str:
 
 
 def statement_text(table: Table) -> str:
-    """Return a statement's text."""
-    return json.dumps(_plain(table), sort_keys=True, allow_nan=False, separators=(",", ":")) + "\n"
+    """Return a statement's text; the order of robots is that of the table."""
+    return json.dumps(_plain(table), allow_nan=False, separators=(",", ":")) + "\n"
 
 
 def _plain(value: Any) -> Any:  # of any type: JSON nests

@@ -14,8 +14,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from verify.kernel.formulas import Owed, conjuncts
-from verify.kernel.refused import Refused
-from verify.kernel.statement import Statement
+from verify.kernel.statement import Refused, Statement
 from verify.kernel.team import Claim, Step, Team
 from verify.kernel.timelines import Timeline
 from verify.kernel.words import Configuration, flown, planned

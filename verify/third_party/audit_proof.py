@@ -20,8 +20,7 @@ from verify.claims.claim import Claim, figures
 from verify.data.files.trajectory_csv import write_csv
 from verify.data.mission import Mission
 from verify.kernel.flights import MOST_PIECES
-from verify.kernel.refused import Refused
-from verify.kernel.statement import FORMAT, LARGEST
+from verify.kernel.statement import FORMAT, LARGEST, Refused
 from verify.motion.continuity import JUMPS
 from verify.proofs.finder import prove_statement
 from verify.proofs.formula_tree import formula_tree
@@ -102,9 +101,7 @@ def prove_audit(fleet: Fleet, asked: Asked, mission: Mission | None, claims: Seq
     own_mission, separation_z = mission if has_words else None, mission.separation_z if mission else None
     stated = _Stated(fleet, rounded_paths(fleet), asked, own_mission, frozenset(named - refused), separation_z)
     tables = {name: write_csv(path) for name, path in stated.rounded.paths.items()}
-    proof = prove_statement(
-        statement_text(stated.table()), tables, {f"speed/{n}": Fraction(stated.speed(k)) for k, n in enumerate(fleet.names)}
-    )
+    proof = prove_statement(statement_text(stated.table()), tables)
     texts = {
         STATEMENT_FILE: proof.statement,
         PROOF_FILE: proof.evidence,
@@ -170,7 +167,6 @@ class _Stated:
             "low": low, "high": high,
             "regions": {} if mission is None else {name: body_table(region) for name, region in mission.all_regions.items()},
             "obstacles": {} if mission is None else {name: body_table(obstacle) for name, obstacle in mission.obstacles.items()},
-            "order": list(names),
             "robots": {name: self._robot(drone, visits.get(name, [])) for drone, name in enumerate(names)},
             "waits": [], "words": {},
         }  # fmt: skip

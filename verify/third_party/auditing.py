@@ -21,7 +21,7 @@ from verify.claims.claim import Claim, claim_of
 from verify.data.errors import BadInput
 from verify.data.mission import Mission, check_mission
 from verify.data.progress import Progress, silent
-from verify.kernel.refused import Refused
+from verify.kernel.statement import Refused
 from verify.third_party.audit_proof import prove_audit, require_statable
 from verify.third_party.audit_requirements import Asked, AuditLimits, require_agents, resolve
 from verify.third_party.column_claims import column_claims, columns_lowest, unknown_claims

@@ -17,7 +17,7 @@ import numpy as np
 from verify.arithmetic.balls import Floats
 from verify.arithmetic.exact import fraction
 from verify.data.trajectory import DEGREE, Trajectory
-from verify.kernel.refused import Refused
+from verify.kernel.statement import Refused
 from verify.third_party.fleet import Fleet
 
 Polynomials = Sequence[Sequence[Fraction]]

@@ -185,7 +185,6 @@ class _Possibilities:
         """Tell whether all that is possible once everybody has been read is accepting."""
         return all(unread or self.part.accepting(state) for state, unread in self._sets.known[number])
 
-    @memoized
     def _cut(self, letters: _Letters) -> _Letters:
         return tuple(tuple(sorted({letter & self.part.mask for letter in own})) for own in letters)
 
@@ -202,15 +201,19 @@ class _Possibilities:
 
     def _read(self, possible: set[tuple[int, int]], letters: _Letters) -> int | None:
         """Return the number of what is possible after any readings of held letters; None where some lose the task."""
-        readers = [(1 << reader, letter) for reader, own in enumerate(letters) if not self._all_idle(own) for letter in own]
-        moves: dict[int, set[tuple[int, int]]] = {}
+        bits: dict[int, list[int]] = {}
+        for reader, own in enumerate(letters):
+            for letter in own if not self._all_idle(own) else ():
+                bits.setdefault(letter, []).append(1 << reader)
         found, waiting = set(possible), list(possible)
         for state, unread in waiting:  # grows while it is walked
-            if state not in moves:
-                moves[state] = {(self.part.step(state, letter), ~bit) for bit, letter in readers}
-                if any(after == DEAD for after, _ in moves[state]):
+            for letter, readers in bits.items():
+                after = self.part.step(state, letter)
+                if after == DEAD:
                     return None
-            reached = {(after, unread & kept) for after, kept in moves[state]} - found
-            found |= reached
-            waiting += reached
+                for bit in readers:
+                    reached = after, unread & ~bit
+                    if reached not in found:
+                        found.add(reached)
+                        waiting.append(reached)
         return self._sets[frozenset(found)]

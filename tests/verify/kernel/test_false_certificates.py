@@ -6,14 +6,11 @@ import json
 import subprocess
 import sys
 from collections.abc import Callable
-from functools import cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from tests.helpers.few import few_of
 from tests.helpers.flights import legs, quantised
 from tests.helpers.kernel_opinion import proofs
 from tests.helpers.proofs import checked, missing, tables
@@ -22,26 +19,18 @@ from tests.mutation.sites import ROOT
 from verify import judge
 from verify.data.plan import Meeting
 from verify.data.trajectory import Trajectory
-from verify.kernel.flights import Path as FlownPath
 from verify.kernel.flights import read_team
-from verify.kernel.refused import Refused
-from verify.kernel.statement import Statement, read_statement
+from verify.kernel.statement import Refused, read_statement
 from verify.kernel.team import Team
 from verify.kernel.timelines import Course
 from verify.kernel.trees import Evidence
-from verify.proofs.finder import Proof, prove
-
-
-@cache
-def proved(name: str) -> tuple[Proof, dict[str, str]]:
-    """Return the proof of a small flight, and its files."""
-    plan, team = small_flight(name)
-    return prove(plan, team, judge(plan, team, largest=False)), tables(plan, team)
+from verify.proofs.finder import prove
 
 
 def edited(name: str, **changes: Any) -> set[str]:
     """Return what the kernel refuses of a small flight whose statement is another one, by the proof that it has."""
-    proof, files = proved(name)
+    plan, team = small_flight(name)
+    proof = prove(plan, team, judge(plan, team, largest=False))
     table = json.loads(proof.statement)
     for way, value in changes.items():
         *keys, last = way.split("__")
@@ -49,7 +38,7 @@ def edited(name: str, **changes: Any) -> set[str]:
         for key in keys:
             at = at[int(key)] if isinstance(at, list) else at[key]
         at[last] = value
-    return missing(checked(json.dumps(table), proof.evidence, files))
+    return missing(checked(json.dumps(table), proof.evidence, tables(plan, team)))
 
 
 EDITS: list[tuple[str, dict[str, Any], str]] = [
@@ -254,83 +243,21 @@ def there_and_back(brushes: bool) -> Flight:
     return planned(of, {"r0": to("a")}), {"r0": quantised(Trajectory(path.durations[kept], path.coefficients[kept]))}
 
 
-@cache
-def found_of(brushes: bool) -> tuple[Statement, FlownPath, str]:
-    """Return the statement, the path and the marks of the proof of such a flight."""
+@pytest.mark.parametrize("brushes", [False, True])
+@pytest.mark.parametrize("forged", ["n?", "ny", "ni", "no", "i?", "o?", "io", "iy", "oi"])
+def test_visits_that_are_not_told_apart(brushes: bool, forged: str) -> None:
+    """To leave a region for sure and to come back is another visit, whatever a proof leaves open."""
     plan, team = there_and_back(brushes)
     certificate = judge(plan, team, largest=False)
     assert "visits" in {one.name for one in certificate.claims if one.outcome == "fails"}
     proof = prove(plan, team, certificate)
     marks = "".join(Evidence(json.loads(proof.evidence)["evidence"]).marks("inside/r0/a"))
     statement = read_statement(proof.statement)
-    return statement, read_team(statement, tables(plan, team)).paths["r0"], marks
-
-
-@pytest.mark.parametrize("brushes", [False, True])
-@few_of(3, "forged", ["n?", "ny", "ni", "no", "i?", "o?", "io", "iy", "oi"])
-def test_visits_that_are_not_told_apart(brushes: bool, forged: str) -> None:
-    """To leave a region for sure and to come back is another visit, whatever a proof leaves open."""
-    statement, path, marks = found_of(brushes)
+    path = read_team(statement, tables(plan, team)).paths["r0"]
     for first in range(len(marks)):
         forgery = Evidence({"inside/r0/a": marks[:first] + marks[first:].replace(forged[0], forged[1])})
         with pytest.raises(Refused):
             Course(statement, path, forgery).stays  # noqa: B018  # which are sought
-
-
-def printed(folder: Path, texts: dict[str, str]) -> subprocess.CompletedProcess[str]:
-    """Return what the kernel prints of files, to a terminal that knows ASCII alone."""
-    for name, text in texts.items():
-        (folder / name).write_bytes(text.encode())
-    command = [sys.executable, "-m", "verify.kernel", str(folder)]
-    environment = {"PYTHONPATH": str(ROOT), "PYTHONIOENCODING": "ascii"}
-    return subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, check=False, timeout=60)
-
-
-@pytest.mark.parametrize(
-    "name", ["x\n\n1 of 1 claims checked by the kernel", "\x1b[2Jx", "\ud800", "\u202ekciuq", "große Räume"]
-)
-def test_names_print_no_lines_of_their_own(name: str, tmp_path: Path) -> None:
-    """Whoever writes a statement could write what is said of it, or stop the printing."""
-    plan, team = small_flight("one")
-    proof = prove(plan, team, judge(plan, team, largest=False))
-    table = json.loads(proof.statement)
-    table["name"] = name
-    table["regions"][name] = table["regions"]["a"]
-    files = {f"{one}.csv": text for one, text in tables(plan, team).items()}
-    done = printed(tmp_path, {"statement.json": json.dumps(table), "proof.json": proof.evidence, **files})
-    assert done.returncode == 1
-    assert done.stderr == ""
-    lines = done.stdout.split("\n")
-    assert not any(line.startswith("1 of 1") for line in lines)
-    assert all(line.isascii() and line.isprintable() for line in lines)
-
-
-def test_formulas_that_cannot_be_shown(tmp_path: Path) -> None:
-    plan, team = small_flight("one")
-    proof = prove(plan, team, judge(plan, team, largest=False))
-    table = {**json.loads(proof.statement), "formula": ["next", ["name", "a"]]}
-    files = {f"{one}.csv": text for one, text in tables(plan, team).items()}
-    done = printed(tmp_path, {"statement.json": json.dumps(table), "proof.json": proof.evidence, **files})
-    assert done.returncode == 2
-    assert "not covered by the kernel" in done.stdout
-
-
-def test_lines_that_only_some_readers_tell_apart() -> None:
-    plan, team = small_flight("legs")
-    proof = prove(plan, team, judge(plan, team, largest=False))
-    for end in ("\x0c", "\x1c", "\x85", "\u2028", "\r"):
-        with pytest.raises(Refused):
-            checked(proof.statement, proof.evidence, {one: text.replace("\n", end) for one, text in tables(plan, team).items()})
-    assert checked(
-        proof.statement, proof.evidence, {one: text.replace("\n", "\r\n") for one, text in tables(plan, team).items()}
-    )
-
-
-def test_what_is_no_file_is_not_read(tmp_path: Path) -> None:
-    (tmp_path / "statement.json").symlink_to("/dev/zero")
-    done = printed(tmp_path, {})
-    assert done.returncode == 2
-    assert "is no file" in done.stdout
 
 
 REFUSALS = ("refused_limits", "refused_paths", "refused_visits", "leg_windows", "passages", "separation", "region_relations")

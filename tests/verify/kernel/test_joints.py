@@ -10,10 +10,9 @@ from typing import Any
 import pytest
 
 from verify.kernel.flights import Path, Segment, Team
-from verify.kernel.joints import check_continuity, check_endurance, check_parts
-from verify.kernel.limits import PI
+from verify.kernel.limits import PI, check_continuity, check_endurance, check_parts
 from verify.kernel.polynomials import Polynomial
-from verify.kernel.refused import Refused
+from verify.kernel.statement import Refused
 
 ZERO = Fraction(0)
 JUMPS = (Fraction(1, 10_000), Fraction(1, 1_000), Fraction(1, 100), Fraction(1, 10))

@@ -17,19 +17,16 @@ from tests.helpers.kernel_words import kernel_statement
 from tests.helpers.plain_team_words import holds
 from tests.helpers.random_teams import random_formula
 from tests.helpers.timelines import mission
-from verify.kernel.checking import Check
-from verify.kernel.distances import Flight, Two
+from verify.kernel.distances import Flight, Flown, Pair, Two
 from verify.kernel.flights import HEADER, LARGEST, MOST_PIECES, Path, Segment, read_team
-from verify.kernel.flights import Team as FlownTeam
 from verify.kernel.formulas import Table, _least
 from verify.kernel.places import check_transitions
 from verify.kernel.polynomials import Polynomial, root
-from verify.kernel.refused import Refused
-from verify.kernel.statement import Inequality, Ring, Shape
+from verify.kernel.statement import Inequality, Refused, Ring, Shape
 from verify.kernel.timelines import Span, Stay, Timeline, settled
 from verify.kernel.trees import Cell, Evidence
 from verify.kernel.words import check_formula
-from verify.kernel.zones import asked, hoop_of, opening, rim, terms_of
+from verify.kernel.zones import asked, opening, rim, terms_of
 from verify.proofs.formula_tree import tree_of
 
 ZERO = Fraction(0)
@@ -73,25 +70,6 @@ def test_numbers_are_those_that_a_vehicle_reads() -> None:
     path = read(row("0.1", c1="0.3")).paths["r"]
     assert path.pieces[0].stop == Fraction(13421773, 1 << 27)
     assert path.pieces[0].axes[0].at(0) == Fraction(10066330, 1 << 25)
-
-
-def test_steps_are_as_long_as_they_are() -> None:
-    """From the start, between pieces, and one after another."""
-    team = read(row(c1=3, c9=4), row(c1=3, c9=4, c17=1), row(c1=3, c9=4, c17=1))
-    path = team.paths["r"]
-    longest, every = path.steps
-    assert 5 <= longest < 5 + Fraction(1, 1 << 60)
-    assert 6 <= every < 6 + Fraction(1, 1 << 60)
-    assert path.drift(Fraction(2), Fraction(1, 2)) == 1 + every
-
-
-def test_drift_within_a_lap_alone() -> None:
-    still = [Polynomial.of([ZERO])] * 4
-    segments = [Segment(Fraction(k), Fraction(k + 1), still) for k in range(3)] + [Segment(Fraction(3), Fraction(3), still[:3])]
-    path = Path("r", SimpleNamespace(), segments, segments[:3], Fraction(1))  # type: ignore[arg-type]
-    assert path.drift(Fraction(1), Fraction(2)) == 2
-    with pytest.raises(Refused, match="more than a lap"):
-        path.drift(Fraction(1), Fraction(2) + Fraction(1, 1000))
 
 
 def test_roots_are_enclosed() -> None:
@@ -188,19 +166,22 @@ def test_a_quadric_moves_by_as_much_as_its_form_stretches() -> None:
         assert wanted * (1 - 1e-12) <= grown <= wanted * (1 + 1e-6)
 
 
-def test_distances_at_each_time_are_of_segments_that_share_some_time() -> None:
-    """Two paths that both begin another piece at one instant, and cross."""
+def test_distances_are_of_segments_that_share_some_time() -> None:
+    """Two paths that both begin another piece at one instant, and cross; clocks that differ may show it while another robot flies its other piece."""
     ways = ([-1, 1], [0, 1]), ([1, -1], [0, -1])
-    zero, paths = Polynomial.of([ZERO]), dict[str, Path]()
+    zero, flights = Polynomial.of([ZERO]), list[Flight]()
+    statement: Any = SimpleNamespace(separation=Fraction(1, 4), separation_z=None, margin=ZERO)
     for axis, way in enumerate(ways):
         pieces = [Polynomial.of(list(map(Fraction, row))) for row in way]
         axes = [[piece, zero, zero] if axis == 0 else [zero, piece, zero] for piece in pieces]
-        segments = [Segment(Fraction(k), Fraction(k + 1), row) for k, row in enumerate(axes)]
+        segments = [Segment(Fraction(3 * k), Fraction(3 * k + 3), row) for k, row in enumerate(axes)]
         step = Segment(ZERO, ZERO, [Polynomial.of([row.at(0)]) for row in axes[0]])
-        paths[str(axis)] = Path(str(axis), SimpleNamespace(radius=ZERO), [step, *segments], segments, None)  # type: ignore[arg-type]
-    statement: Any = SimpleNamespace(separation=Fraction(1, 4), separation_z=None, margin=ZERO, clock_error=ZERO, regions={})
-    check = Check(statement, FlownTeam(paths, Fraction(2), 1), Evidence({}))
-    assert len(list(check.pair((check.courses["0"], check.courses["1"]), all_times=False).at_each_time())) == 2
+        flights.append(Flight(statement, Path("r", SimpleNamespace(radius=ZERO), [step, *segments], segments, None)))  # type: ignore[arg-type]
+    both = list(Pair(statement.separation, *flights).parts(ZERO))
+    assert [two.holds("k") for two in both] == [False] * 4
+    first, _ = both[1].halves()
+    assert first.holds("k")
+    assert not first._replace(error=Fraction(2)).holds("k")
 
 
 @pytest.mark.parametrize(("error", "accepted"), [("1.99", True), ("2", False), ("3", False)])
@@ -218,42 +199,20 @@ def test_clocks_that_differ_by_half_a_lap_prove_nothing(error: str, accepted: bo
     assert found == accepted
 
 
-@pytest.mark.parametrize(
-    ("times", "cycle", "accepted"),
-    [((9,), None, True), ((0,), None, True), ((10,), None, False), ((3, 3), None, False), ((4, 3), None, False), ((3, 4), None, True),
-     ((2, 3), 2, False), ((1, 3), 2, False), ((3, 4), 2, True), ((3,), 2, False), ((1,), 2, True)],
-)  # fmt: skip
-def test_internal_states_change_in_order_within_the_flight(times: tuple[int, ...], cycle: int | None, accepted: bool) -> None:
-    """Each lap ends as it began, and no change is where a lap begins."""
-    states = [frozenset({"water"}) if k % 2 == 0 else frozenset[str]() for k in range(len(times))]
-    actions = tuple(zip(map(Fraction, times), states, strict=True))
-    line = Timeline(
-        "q", Fraction(9), {"a": tuple(spans("nnnnnnnnn"))}, frozenset(), actions, None if cycle is None else Fraction(cycle)
-    )
-    robot = SimpleNamespace(edges=None, vertex="", closed=frozenset())
-    assert transitions_hold(robot, line) == accepted
-
-
-def test_of_steps_the_longest_of_each_robot_counts_and_within_clocks_all() -> None:
-    """A robot with steps of 3 and 4, beside one with a step of 1; speeds are 2, and clocks differ by 1/4."""
-    zero = Polynomial.of([ZERO])
-    paths = {}
-    for name, places in (("p", [0, 3, 7]), ("q", [0, 1, 1])):
+def test_of_steps_the_longest_of_each_robot_counts() -> None:
+    """A robot with steps of 3 and 4, beside one with a step of 1."""
+    zero, flights = Polynomial.of([ZERO]), list[Flight]()
+    statement: Any = SimpleNamespace(separation=Fraction(1, 2), separation_z=None, margin=Fraction(1, 16))
+    for places in ([0, 3, 7], [0, 1, 1]):
         segments: list[Segment] = []
         for k, (before, after) in enumerate(zip([0, *places], places, strict=False)):
             start = Fraction(k)
             segments.append(Segment(start, start, [Polynomial.of([Fraction(before), Fraction(after - before)]), zero, zero]))
             segments.append(Segment(start, start + 1, [Polynomial.of([Fraction(after)]), zero, zero, zero]))
-        robot = SimpleNamespace(radius=Fraction(1, 8), limits=SimpleNamespace(speed=Fraction(2)))
-        paths[name] = Path(name, robot, segments, segments[1::2], None)  # type: ignore[arg-type]
-    statement: Any = SimpleNamespace(
-        separation=Fraction(1, 2), separation_z=None, margin=Fraction(1, 16), clock_error=Fraction(1, 4), regions={}
-    )
-    check = Check(statement, FlownTeam(paths, Fraction(3), 1), Evidence({"speed/p": Fraction(2), "speed/q": Fraction(1)}))
-    both = check.courses["p"], check.courses["q"]
-    all_times, each_time = (check.pair(both, all_times=one).least for one in (True, False))
-    assert abs(all_times - (Fraction(1, 2) + Fraction(1, 8) + 5)) < Fraction(1, 1 << 60)
-    assert abs(each_time - all_times - (Fraction(1, 4) + 1)) < Fraction(1, 1 << 60), "the second robot drifts less"
+        robot: Any = SimpleNamespace(radius=Fraction(1, 8))
+        flights.append(Flight(statement, Path("r", robot, segments, segments[1::2], None)))
+    least = Pair(statement.separation, *flights).least
+    assert abs(least - (Fraction(1, 2) + Fraction(1, 8) + 5)) < Fraction(1, 1 << 60)
 
 
 def test_rims_and_openings_are_as_far_as_they_are() -> None:
@@ -269,7 +228,7 @@ def test_rims_and_openings_are_as_far_as_they_are() -> None:
         aside, above = rng.uniform(0, 1.2), rng.uniform(-0.6, 0.6)
         place = [Fraction(float(x)) for x in np.array([1, 2, 3]) + aside * across + above * unit]
         ring = Ring(tuple(Fraction(int(x)) for x in normal), Fraction(wide), Fraction(thick))  # type: ignore[arg-type]
-        hoop = hoop_of(Shape((Fraction(1), Fraction(2), Fraction(3)), (), ring))
+        hoop = Shape((Fraction(1), Fraction(2), Fraction(3)), (), ring)
         segment = Segment(ZERO, Fraction(1), [Polynomial.of([x]) for x in place])
         away = math.hypot(max(wide - aside, 0, aside - wide - thick), max(abs(above) - thick / 2, 0))
         disc = math.hypot(max(aside - wide, 0), above)
@@ -298,7 +257,6 @@ def test_clocks_that_differ_see_a_lap_s_beginning_behind_its_end() -> None:
 
 @pytest.mark.parametrize(("begin", "apart"), [("1.25", False), ("1.26", True)])
 def test_no_clocks_show_times_that_differ_by_more_than_the_error(begin: str, apart: bool) -> None:
-    parts = ((ZERO, Fraction(1)), (Fraction(begin), Fraction(3)))
-    for times, its in (parts, parts[::-1]):
-        two = Two(**{**dict.fromkeys(Two._fields), "times": times, "its": its, "error": Fraction(1, 4)})  # type: ignore[arg-type]
-        assert two.holds("k") == apart
+    parts = Flown(ZERO, Fraction(1), [], []), Flown(Fraction(begin), Fraction(3), [], [])
+    for one, other in (parts, parts[::-1]):
+        assert Two(one, other, Fraction(1, 4), ZERO).holds("k") == apart

@@ -14,8 +14,8 @@ import pytest
 from verify.kernel.flights import GRAVITY, Path, Segment
 from verify.kernel.limits import PI, Interval, kept, rates_and_thrusts
 from verify.kernel.polynomials import Polynomial
-from verify.kernel.refused import Refused
-from verify.kernel.trees import Evidence, Trees
+from verify.kernel.statement import Refused
+from verify.kernel.trees import Evidence
 
 ONE = 1 << 64
 PI_60 = Fraction(314159265358979323846264338327950288419716939937510582097494, 10**59)
@@ -153,7 +153,7 @@ def flown(x: list[float], **limits: float) -> Path:
 
 def is_kept(path: Path, name: str, limit: Fraction) -> bool:
     try:
-        Trees("limits", kept(path, name, limit)).check(Evidence({"limits": "m"}))
+        Evidence({"limits": "m"}).prove("limits", kept(path, name, limit))
     except Refused:
         return False
     return True

@@ -7,8 +7,7 @@ import pytest
 
 from verify.kernel.flights import Path, Segment
 from verify.kernel.polynomials import Polynomial
-from verify.kernel.refused import Refused
-from verify.kernel.statement import Ring, Shape
+from verify.kernel.statement import Refused, Ring, Shape
 from verify.kernel.timelines import Course
 from verify.kernel.trees import Evidence
 

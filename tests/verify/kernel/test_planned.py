@@ -19,8 +19,7 @@ from verify import check_ordered
 from verify.data import Formula, Letter, Word
 from verify.data.plan import Meeting, Precedence, RobotPlan, Visit, Waypoint
 from verify.data.sections import Action
-from verify.kernel.refused import Refused
-from verify.kernel.statement import Statement, Wait
+from verify.kernel.statement import Refused, Statement, Wait
 from verify.kernel.trees import Evidence
 from verify.kernel.words import check_ordered as kernel_checks
 from verify.kernel.words import planned

@@ -15,7 +15,7 @@ from tests.helpers.proofs import checked, missing, tables, untrue
 from verify import judge
 from verify.data.errors import LtlplanError
 from verify.data.trajectory import Trajectory
-from verify.kernel.refused import Refused
+from verify.kernel.statement import Refused
 from verify.proofs.finder import prove
 from verify.proofs.statement import statement_of
 
@@ -62,7 +62,7 @@ def changed(statement, **changes):
 FALSE = [
     ({"margin": 0.09}, {"visits"}),
     ({"margin": 0.2}, {"visits", "passages", "rims", "formula"}),
-    ({"clock_error": 2.0}, {"separation", "formula"}),
+    ({"clock_error": 2.0}, {"formula"}),
     ({"separation": 0.6}, {"separation"}),
     ({"separation_z": 0.1}, {"separation"}),
     ({"low__0": -1.2}, {"workspace"}),
@@ -73,7 +73,7 @@ FALSE = [
     ({"robots__quad0__limits__thrust_min": 0.33}, {"limits.thrust_min", "limits.tilt", "limits.body_rate"}),
     ({"robots__quad0__limits__tilt": 0.01}, {"limits.tilt"}),
     ({"robots__quad0__limits__body_rate": 0.01}, {"limits.body_rate"}),
-    ({"robots__quad0__limits__yaw_rate": 1e-6}, {"limits.yaw_rate"}),
+    ({"robots__quad0__limits__yaw_rate": 1e-6}, {"limits.yaw_rate", "limits.rotor_thrust_max", "limits.rotor_thrust_min"}),
     ({"robots__quad0__limits__rotor_thrust_max": 0.081}, {"limits.rotor_thrust_max"}),
     ({"robots__quad0__limits__rotor_thrust_min": 0.0809}, {"limits.rotor_thrust_min"}),
     ({"robots__quad0__torque_to_thrust": 1e-9}, {"limits.rotor_thrust_max"}),
@@ -109,8 +109,8 @@ def test_what_is_false_is_refused(proved, changes, wanted):
 
 
 UNREADABLE = [
-    {"margin": -0.1}, {"margin": "0.1"}, {"margin": 1e12}, {"margin": True}, {"order": ["quad0"]}, {"order": ["quad0", "quad1", "quad1"]},
-    {"format": 2}, {"repeat": 0}, {"lasso": True}, {"robots__quad0__cycle": 3}, {"robots__quad0__mass": 0}, {"robots__quad0__more": 1},
+    {"margin": -0.1}, {"margin": "0.1"}, {"margin": 1e12}, {"margin": True}, {"order": ["quad0"]}, {"robots": {}},
+    {"format": 1}, {"repeat": 0}, {"lasso": True}, {"robots__quad0__cycle": 3}, {"robots__quad0__mass": 0}, {"robots__quad0__more": 1},
     {"regions__smoke__parts": []}, {"regions__smoke__parts__0": []}, {"robots__quad0__visits__0__region": "nowhere"},
     {"robots__quad0__visits__0__direction": "L"}, {"robots__quad0__initial": "flying"}, {"robots__quad0__changes__0__visit": 7},
     {"regions__smoke__parts__0__0__quadratic": [[1, 2, 0], [0, 1, 0], [0, 0, 1]]}, {"regions__smoke__ring__normal": [0, 0, 0]},

@@ -26,7 +26,7 @@ from tests.helpers.random_teams import lap_timeline, random_formula, random_time
 from tests.helpers.timelines import END, at, fill, mission, timeline
 from verify.data import Formula, parse_formula
 from verify.kernel.formulas import Table, conjuncts, show
-from verify.kernel.refused import Refused
+from verify.kernel.statement import Refused
 from verify.kernel.trees import Evidence
 from verify.kernel.words import check_formula
 from verify.model_checking.timeline import Change, Relations, Timeline
@@ -190,7 +190,7 @@ def test_actions_are_followed(team: str) -> None:
         ("G(count(a) <= 2)", False),
         ("F(count(a) >= 2 & F all(free))", True),
         ("F(q0.a & q1.a) & G(q2.a -> !q0.b)", True),
-        pytest.param("F(count(a & b) >= 4)", False, marks=pytest.mark.slow),  # some seconds
+        ("F(count(a & b) >= 4)", False),
     ],
 )
 def test_many_robots_are_counted(formula: str, accepted: bool) -> None:
@@ -198,12 +198,11 @@ def test_many_robots_are_counted(formula: str, accepted: bool) -> None:
     assert kernel_says_yes(mission(formula, team="joint", robots=20), lines, Fraction(1, 4)) == accepted
 
 
-@pytest.mark.parametrize("number", [10, pytest.param(100, marks=pytest.mark.slow)])
-def test_proofs_of_others_are_no_proofs(number: int) -> None:
+def test_proofs_of_others_are_no_proofs() -> None:
     """An invariant of one flight, held against another one that breaks the formula."""
     rng = Random(5)
     tried = refused = 0
-    while tried < number:
+    while tried < 40:
         formula, reading, lines, error = flight(rng)
         given = mission(str(formula), team=reading, robots=len(lines))
         *_, evidence = proof_of(given, lines, error)
@@ -216,7 +215,7 @@ def test_proofs_of_others_are_no_proofs(number: int) -> None:
         with pytest.raises(Refused):
             check_formula(statement, own, Evidence(evidence))
         refused += 1
-    assert refused == number
+    assert refused == 40
 
 
 @pytest.mark.parametrize(("seed", "number"), [(1, 12), pytest.param(2, 300, marks=pytest.mark.slow)])
@@ -314,20 +313,3 @@ def test_formulas_that_are_none(tree: Any, message: str) -> None:
     statement.formula = tree  # type: ignore[misc]
     with pytest.raises(Refused, match=message):
         check_formula(statement, {"q0": kernel_timeline(timeline("q0"))}, Evidence({}))
-
-
-def test_timelines_that_are_none() -> None:
-    statement, own, evidence = proof_of(mission("F a"), {"q0": timeline("q0", ("a", 2, 4))})
-    line, row = own["q0"], own["q0"].rows["a"]
-    check_formula(statement, own, Evidence(evidence))
-    for wrong in (
-        line._replace(rows={}),
-        line._replace(rows={**line.rows, "a": row[:-1]}),
-        line._replace(rows={**line.rows, "a": row[1:]}),
-        line._replace(rows={**line.rows, "a": (row[0]._replace(mark="never"), *row[1:])}),
-        line._replace(duration=Fraction(30)),
-        line._replace(cycle=Fraction(2)),
-        line._replace(actions=((Fraction(3), frozenset()), (Fraction(3), frozenset({"water"})))),
-    ):
-        with pytest.raises(Refused):
-            check_formula(statement, {"q0": wrong}, Evidence(evidence))
