@@ -7,7 +7,7 @@ whose costs have the least sum, `least_highest` the one whose highest cost is le
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Literal
 
@@ -118,7 +118,6 @@ def least_sum(
     *,
     candidates: int | None = None,
     weight: float = 1.0,
-    left: Callable[[int], float] | None = None,
 ) -> Found:
     """Return the plan with the least sum of costs (A*).
 
@@ -127,12 +126,11 @@ def least_sum(
         most: States that may be gone on with.
         candidates: Complete plans that may be looked at.
         weight: How much what is left counts; with more than 1 any plan is found sooner, and nothing is known of the least sum.
-        left: In place of the reading's own bound.
     """
     begin = reading.begin()
     if begin is None:
         return Found()
-    steps, bound_of = reading.steps, reading.left if left is None else left
+    steps, bound_of = reading.steps, reading.left
 
     def successors(state: int) -> Iterable[Step]:
         return () if state < _LOWEST else steps(state)

@@ -1,6 +1,6 @@
 """The entry to planning for formulas that count robots: plans are searched by a list of tries, and each try by a list of searches.
 
-`CourseSearch` looks for courses, by the sum or by the highest cost of a robot. The cheapest course is searched by a list of tries: with bounds that are quick to make, with better ones, and then for any course.
+`CourseSearch` looks for courses, by the sum or by the highest cost of a robot. The cheapest course is searched first, and then any course.
 """
 
 from __future__ import annotations
@@ -36,8 +36,6 @@ _IN_ROOMS = ((True, 40_000), (False, 10_000))
 """Whether one robot may come to a full region while another one leaves it, and states that a search may look at then."""
 _WEIGHTS = (2.0, 5.0)
 """Of what is left, where the cheapest course is too far: among small regions, where many orders are cut off late, the dearest routes are not taken first."""
-_EASY = 300
-"""States of a search with bounds from conjuncts alone, which are quick to make; longer searches take the places of the robots into account."""
 _GREED = 0.5
 """Weight of what is left for each robot beside the bound on the highest cost, where the states do not suffice for the lowest one."""
 
@@ -89,12 +87,9 @@ class CourseSearch:
             states: That may be looked at, for each half of the tries.
         """
         most, searched = states // 2, Searched(None, 0.0, 0)
-        named = any(conjunct.robot for conjunct in self.classes.marks.conjuncts)  # what one robot does is known at once
-        tries = [*([] if named else [(True, min(_EASY, most), 1.0)]), (False, most, 1.0)]
-        tries += [(False, most, weight) for weight in (_WEIGHTS if self.classes.crowds else _WEIGHTS[-1:])]
-        for easy, limit, weight in tries:
+        for weight in (1.0, *(_WEIGHTS if self.classes.crowds else _WEIGHTS[-1:])):
             reading = CountReading(self.classes, self._bounds)
-            found = least_sum(reading, limit, weight=weight, left=reading.left_of_conjuncts if easy else None)
+            found = least_sum(reading, most, weight=weight)
             used = None if found.stopped is None else found.explored
             searched = Searched(reading.course(found), max(searched.bound, found.bound), reading.reached, used)
             if used is None:

@@ -13,7 +13,6 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from operator import add
 
 from ltlplan.search.bounds.counted_conjuncts import ConjunctBound
@@ -43,24 +42,14 @@ class Course:
 
 
 class CountBounds:
-    """Lower bounds on what is left, each made when it is first needed.
+    """Lower bounds on what is left, from each conjunct by itself, and from the goals that robots must reach and where they are.
 
     Args:
         classes: The team's abilities.
     """
 
     def __init__(self, classes: Classes) -> None:
-        self._classes = classes
-
-    @cached_property
-    def conjuncts(self) -> ConjunctBound:
-        """From each conjunct by itself: quick to make."""
-        return ConjunctBound(self._classes)
-
-    @cached_property
-    def cover(self) -> GoalCover:
-        """From the goals that robots must reach, and where they are."""
-        return GoalCover(self._classes)
+        self.conjuncts, self.cover = ConjunctBound(classes), GoalCover(classes)
 
 
 class CountReading(PaidApart):
@@ -119,11 +108,6 @@ class CountReading(PaidApart):
         """Return a lower bound on the sum of the costs that are left: the larger one of `goal_cover` and of the conjuncts."""
         states, numbers, sums = self._places[-state]
         return max(self._bounds.conjuncts(states, sums), self._bounds.cover(states, sums, numbers))
-
-    def left_of_conjuncts(self, state: int) -> float:
-        """Return a lower bound on the sum of the costs that are left, from each conjunct by itself: quick to make, and smaller."""
-        states, _, sums = self._places[-state]
-        return self._bounds.conjuncts(states, sums)
 
     def nothing_paid(self) -> Costs:
         """Return no cost for any robot."""
