@@ -39,6 +39,7 @@ def assign(
     budget: Budget = DEFAULT_BUDGET,
     capacities: Mapping[str, int] = MappingProxyType({}),
     explained: bool = True,
+    ordered: bool = False,
 ) -> Allocation:
     """Share a mission among its robots at the smallest cost.
 
@@ -50,6 +51,7 @@ def assign(
         budget: Bounds on the search.
         capacities: Robots that regions hold, where refinement found no places for more; kept by formulas that count.
         explained: Whether it is found out why there is no plan, which takes many more searches.
+        ordered: Whether words are to hold under precedences, also where dearer or other words hold in every order.
 
     Raises:
         Unsatisfiable: No words that these robots can fly satisfy the formula; the message says which parts of it cannot
@@ -59,43 +61,16 @@ def assign(
     """
     problem = Problem(mission, budget, cost, metre, capacities, _cheapest, _no_plan)
     nothing: NoWords | None = None
-    for plan in _tries(problem):
+    for plan in (_under_precedences,) if ordered else _tries(problem):
         try:
             found = plan(problem)
         except NoWords as error:
             nothing = nothing or error
             continue
-        return _within_endurance(problem, found)
+        require_endurance(mission, problem.systems, found.robots)
+        return in_units_of(mission, found) if cost is None else found
     assert nothing is not None  # something is tried
     raise (nothing.why() if explained else nothing) from None
-
-
-def assign_under_precedences(mission: Mission, *, cost: Cost | None = None, budget: Budget = DEFAULT_BUDGET) -> Allocation:
-    """Share a finite mission by the cheapest words that hold under precedences, also where dearer or other words hold in every order.
-
-    Args:
-        mission: Of several robots.
-        cost: Cost of a leg, as for `assign`.
-        budget: Bounds on the search.
-
-    Raises:
-        Unsatisfiable: There are no such words.
-        Infeasible: It brings not all back before a vehicle's endurance ends.
-        TooLarge: A budget was used up before an answer was found.
-    """
-    from ltlplan.search.orders import planning as orders
-
-    problem = Problem(mission, budget, cost)
-    found = orders.plan(problem)
-    if found is None:
-        raise Unsatisfiable(_NO_PRECEDENCES)
-    return _within_endurance(problem, found)
-
-
-def _within_endurance(problem: Problem, found: Allocation) -> Allocation:
-    """Return an allocation in the units in which costs were asked for; refuse it where a robot flies too long."""
-    require_endurance(problem.mission, problem.systems, found.robots)
-    return in_units_of(problem.mission, found) if problem.cost is None else found
 
 
 def in_units_of(mission: Mission, found: Allocation) -> Allocation:
@@ -177,13 +152,8 @@ def exact(mission: Mission, context: Context) -> Allocation:
         Infeasible: No way to share it brings all back before a vehicle's endurance ends.
         TooLarge: A budget was used up before an answer was found.
     """
-    known = context.known
-    if context.blocked:
-        cost = _avoiding(mission, context.blocked)
-        return in_units_of(mission, assign(mission, cost=cost, budget=known.budget, capacities=known.capacities))
     context.progress("searching words and robots", 0.05)
-    before = known.found.get(key_of(mission))
-    return before or assign(mission, budget=known.budget, capacities=known.capacities)
+    return (None if context.blocked else context.known.found.get(key_of(mission))) or _assigned(mission, context)
 
 
 def under_precedences(mission: Mission, context: Context) -> Allocation:
@@ -199,8 +169,13 @@ def under_precedences(mission: Mission, context: Context) -> Allocation:
         TooLarge: A budget was used up before an answer was found.
     """
     context.progress("searching words and who waits for whom", 0.05)
-    cost = _avoiding(mission, context.blocked) if context.blocked else None
-    found = assign_under_precedences(mission, cost=cost, budget=context.known.budget)
+    return _assigned(mission, context, ordered=True)
+
+
+def _assigned(mission: Mission, context: Context, *, ordered: bool = False) -> Allocation:
+    """Return the cheapest allocation without the legs that are blocked, if there is one, within what is known."""
+    known, cost = context.known, _avoiding(mission, context.blocked) if context.blocked else None
+    found = assign(mission, cost=cost, budget=known.budget, capacities=known.capacities, ordered=ordered)
     return found if cost is None else in_units_of(mission, found)
 
 

@@ -9,7 +9,7 @@ import pytest
 from ltlplan import parse_mission, plan
 from ltlplan.logic.budget import TooLarge
 from ltlplan.pipeline import certified_team
-from ltlplan.search.exact import assign_under_precedences
+from ltlplan.search.exact import assign
 from verify.data import Infeasible, Mission, Unsatisfiable
 
 
@@ -116,6 +116,6 @@ def test_no_plan_is_called_impossible_that_precedences_allow(seed: int) -> None:
     except (Unsatisfiable, Infeasible):
         try:
             with pytest.raises(Unsatisfiable):
-                assign_under_precedences(mission)
+                assign(mission, ordered=True)
         except (TooLarge, Infeasible):
             return
