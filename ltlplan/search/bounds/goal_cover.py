@@ -4,7 +4,8 @@ What one robot pays at the least for a set of goals, in whatever order, is found
 Karp 1962, over moves), that for what the formula asks of it alone included (`own_progress`). Beyond what all pay for that, the goals are then shared out among robots. Where each is needed once, at the least cost of joining sets: no less
 than the spanning tree over goals, which `conjunct_bounds` gives. Where some are needed of several robots, that is a set cover, and its
 linear relaxation is looked at: a price for each goal, paid to every robot that reaches it, where no robot gets more than its way costs.
-Any prices give a lower bound, so those that are best of one state serve others.
+Any prices give a lower bound, so those that are best of one state serve others. Without prices ten robots with counts of three places are not
+proved to be cheapest at all.
 
 Goals are landmarks: how many robots must at some later time make a mark, or no longer make it, whatever is done. A state of a conjunct's automaton needs a proposition where no letters without it lead on to acceptance (Hoffmann, Porteous and
 Sebastia 2004), and needs it to be false where none with it do. While a proposition `at least k make this mark` is false and needed, as

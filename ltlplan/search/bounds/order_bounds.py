@@ -3,6 +3,9 @@
 A search follows robots one after another, and what is cheap in that order may break a conjunct in another one. What the other orders
 still ask for is known long before all robots have flown: those that did may come before what is still to be flown, or after it. So this has
 to lead on from where some of them take the conjunct to where the rest of them, read afterwards, takes it to a goal.
+
+Eight robots under `joint`, two of whose goals must not meet and two must, take 7 133 states with these bounds and 105 431 without; under `own`
+sequences take half of the states.
 """
 
 from __future__ import annotations
