@@ -202,6 +202,7 @@ def test_slowing_down_keeps_the_limits_of_the_leg_that_it_ends():
     assert all(claim.outcome == "holds" for claim in judge_stop(world, {"quad0": stop}, Fraction(1), {"quad0": (begin, "a")}))
 
 
+@pytest.mark.slow
 def test_where_coming_to_rest_cannot_be_proved_the_team_holds_for_good(turning):
     # a ring drops across the way of quad0, a moment ahead of it
     ahead = CertifiedTeam(turning, seed=1).present.team["quad0"].evaluate(0.9)[:3]
