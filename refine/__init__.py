@@ -6,8 +6,8 @@ vehicle's memory.
 
 Read `team` (`laps` for synchronised cycles, over `lap_missions`; `parts` and `team_pauses` for flights that exceed a vehicle's memory), then `single_robot` (one robot
 as if alone) and `coordination` (all of them), over `corridor`, `solvers`, `heading`, `limits` and `spline`. `obstacles` and `planes` are what flights
-stay out of. `slowing` flies a certified team more slowly where it strays. `rest_to_rest` puts the flights between two hovers on a common clock. `alternatives` tries a plan's own fall-backs in order, and
-`feedback` turns the checker's witnesses into changes of the next attempt.
+stay out of. `slowing` flies a certified team more slowly where it strays. `rest_to_rest` puts the flights between two hovers on a common clock. `alternatives` tries a plan's own fall-backs in order, `refusals` says why none
+does, and `feedback` turns the checker's witnesses into changes of the next attempt.
 """
 
 from __future__ import annotations

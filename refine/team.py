@@ -16,6 +16,7 @@ from refine.coordination.team_flights import together
 from refine.feedback import feedback_of
 from refine.laps import team_laps
 from refine.parts import in_parts, longer_than_held, say_how_found
+from refine.refusals import with_reasons
 from refine.rest_to_rest import as_flown
 from refine.single_robot.task import Effort, Pace, RefinementOptions, RobotFlight, TooLong, unheard
 from refine.spline.rounding import quantise
@@ -88,12 +89,12 @@ def _flights(plan: Plan, witnesses: tuple[Witness, ...], options: RefinementOpti
     """Return one flight a robot, cut into parts where it is too long and may rest."""
     laps = plan.mission.spec.trace == "infinite"
     if laps and len(plan.robots) > 1:
-        flights = team_laps(plan, witnesses, options, tell)
+        flights = with_reasons(plan, lambda telling: team_laps(plan, witnesses, options, telling), tell)
         long = longer_than_held(plan.mission, flights, options)
         if long and options.too_long == "refuse":
             raise _too_long(plan, long, options)
         return flights
-    team = together(plan, feedback_of(plan, witnesses), options, tell)
+    team = with_reasons(plan, lambda telling: together(plan, feedback_of(plan, witnesses), options, telling), tell)
     tell("rounding to the vehicle's numbers", 0.95)
     robots, starts = team
     say_how_found(robots.values(), options)

@@ -18,7 +18,7 @@ from ltlplan.allocation import Context, Known, Leg
 from ltlplan.logic.budget import Budget
 from ltlplan.precedences import hold_under_precedences
 from ltlplan.replanning.checked_plan import NO_PLAN, plan_or_none
-from ltlplan.replanning.cuts import Candidate, CutKind, Refusal, digest, legs_of
+from ltlplan.replanning.cuts import Candidate, Cut, CutKind, Refusal, digest, legs_of
 from ltlplan.search.exact import without_legs
 from ltlplan.search.lawler import Partition
 from verify.data import Infeasible, LtlplanError, NotCertified, Plan, Witness
@@ -70,8 +70,13 @@ def no_other_words(refusal: Refusal) -> LtlplanError:
         else f"Of {others} other {'plan' if others == 1 else 'plans'}, with other words, no flight was found either."
     )
     held = _held_letter(made) if witness.claim == "formula" else []
-    sentence = " ".join([_given_up(refusal.tried) or str(error), tried, *held])
-    return NotCertified(sentence, error.witnesses) if isinstance(error, NotCertified) else Infeasible(sentence, witness)
+    first = _given_up(refusal.tried)
+    sentence = " ".join([str(error) if first is None else first.why, tried, *held])
+    if isinstance(error, NotCertified):
+        return NotCertified(sentence, error.witnesses)
+    obstruction = getattr(error, "obstruction", None) if first is None else first.obstruction
+    found = Infeasible(sentence, witness)
+    return found if obstruction is None else found.because(obstruction.saying(tried, *held))
 
 
 def _conflict(refusal: Refusal) -> Witness | None:
@@ -90,7 +95,9 @@ def _first_flyable(others: Iterable[Candidate | None]) -> Candidate | None:
     best = next((other for other in found if has_an_order(other.plan)), found[0] if found else None)
     if best is None:
         return None
-    note = f"The words planned first were given up for others, as no flight of theirs was found. {_given_up(best)}"
+    first = _given_up(best)
+    why = "" if first is None else first.why if first.obstruction is None else first.obstruction.what
+    note = f"The words planned first were given up for others, as no flight of theirs was found. {why}".rstrip()
     return replace(best, plan=best.plan.model_copy(update={"complete": False, "notes": (*best.plan.notes, note)}))
 
 
@@ -105,9 +112,9 @@ def _held_letter(made: Plan) -> list[str]:
     return held_letter(mission, systems, mission.formula, lambda asked: plan_or_none(asked) is not None)
 
 
-def _given_up(candidate: Candidate) -> str | None:
-    """Return why the words planned first were given up; None before that."""
-    return next((cut.why for cut in candidate.since("legs", "capacity")), None)
+def _given_up(candidate: Candidate) -> Cut | None:
+    """Return the cut by which the words planned first were given up; None before that."""
+    return next(iter(candidate.since("legs", "capacity")), None)
 
 
 def _answered(refusal: Refusal, kind: CutKind, other: Plan | None, **forbidden: Any) -> Candidate | None:

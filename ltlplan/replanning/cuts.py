@@ -20,6 +20,7 @@ from ltlplan.allocation import Itinerary, Leg
 from ltlplan.paths.costs import with_expected_times
 from ltlplan.precedences import hold_under_precedences
 from verify.data import Infeasible, LtlplanError, Mission, NotCertified, Plan, Trajectory, Witness
+from verify.data.obstruction import Obstruction
 
 if TYPE_CHECKING:
     from typing import Any
@@ -67,6 +68,7 @@ class Cut:
         capacity: Region, and how many robots it may hold.
         parts: Soft parts, by index, that the first plan to lose one of them was meant to keep.
         plan: Digest of the refused plan; empty where it may come again.
+        obstruction: What stood in the way of its flight, where refinement says it.
     """
 
     kind: CutKind
@@ -79,6 +81,7 @@ class Cut:
     capacity: tuple[str, int] | None = None
     parts: tuple[int, ...] = ()
     plan: str = ""
+    obstruction: Obstruction | None = None
 
     @property
     def sentence(self) -> str:
@@ -365,6 +368,8 @@ class Refusal:
             return None
         if plan.words != self.plan.words and not forbidden.get("proved"):  # cheaper words may have flights that were not found
             plan = plan.model_copy(update={"complete": False})
-        cut = Cut(kind, str(self.error) if anew else self.why, self.tried.rounds, anew=anew, **forbidden)
+        obstruction = getattr(self.error, "obstruction", None) if anew else None
+        why = str(self.error) if anew else self.why
+        cut = Cut(kind, why, self.tried.rounds, anew=anew, obstruction=obstruction, **forbidden)
         judged = self.tried.rounds - isinstance(self.found, Conflict)
         return replace(self.tried, plan=plan, cuts=(*self.tried.cuts, cut), rounds=judged)

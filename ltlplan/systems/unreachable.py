@@ -9,6 +9,9 @@ from ltlplan.systems.region_graph import RegionGraph
 from verify.data import Mission
 from verify.data.shapes.inequalities import Point
 
+_INSIDE = 5e-4
+"""m; a place so near to an obstacle is said to lie in it."""
+
 
 def why_unreachable(mission: Mission, graph: RegionGraph, robot: str, region: str) -> str | None:
     """Return a sentence that says what shuts the way of a robot to a region; None where nothing solid does.
@@ -49,11 +52,11 @@ def said_of(mission: Mission, robot: str, region: str, shut: Gap | Shut | TooNea
                 where = f"through {joined_names(through)}, {width} wide, between {_sides(shut.between)}"
             sides = "radius and margin" if WALL not in shut.between else "radius and margin to the obstacle, margin to the wall"
             return f"{region} can only be reached {where}; {robot} needs {round(shut.needed, 3):g} m ({sides}, {radius:g} m and {margin:g} m)."
-        case TooNear() if shut.distance <= 0:
-            return f"The {middle} of {region} cannot be reached: it lies inside the obstacle '{shut.name}'."
+        case TooNear() if shut.distance < _INSIDE:
+            return f"The {middle} of {region} cannot be reached: it lies in the obstacle '{shut.name}'."
         case TooNear():
             return (
-                f"The {middle} of {region} cannot be reached: it is {shut.distance:.3g} m from the obstacle '{shut.name}', and {robot} "
+                f"The {middle} of {region} cannot be reached: it is {round(shut.distance, 3):g} m from the obstacle '{shut.name}', and {robot} "
                 f"needs {radius + margin:.3g} m (radius and margin)."
             )
         case _:

@@ -206,7 +206,7 @@ def _refuse_what_is_too_small(plan: Plan, region: str, guests: Mapping[str, int]
         return
     sentence = (
         f"'{region}' is too small: {len(last)} robots are to be in it together ({', '.join(last)}), and no {len(last)} places {kept[0]:.3f} m "
-        "apart were found in it (separation, twice the margin, and room for hovering). Make the region larger, or ask for fewer robots."
+        "apart were found in it (separation, twice the margin, and room for hovering)."
     )
     raise Infeasible(sentence, Witness(claim="separation", sentence=sentence, region=region))
 

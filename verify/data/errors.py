@@ -12,6 +12,9 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from typing import Self
+
+    from verify.data.obstruction import Obstruction
     from verify.data.witness import Witness
 
 
@@ -44,6 +47,7 @@ class Infeasible(LtlplanError):
 
     Attributes:
         witness: The limit or label that cannot be met and by how much, where known.
+        obstruction: Narrow place, robots, what was tried and what would help, where known; the message is made of it.
     """
 
     exit_code = 4
@@ -51,6 +55,16 @@ class Infeasible(LtlplanError):
     def __init__(self, message: str, witness: Witness | None = None) -> None:
         super().__init__(message)
         self.witness = witness
+        self.obstruction: Obstruction | None = None
+
+    def because(self, obstruction: Obstruction) -> Self:
+        """Return the error with what stands in the way, and the message that says it.
+
+        Args:
+            obstruction: What is known of it.
+        """
+        self.obstruction, self.args = obstruction, (obstruction.sentence,)
+        return self
 
 
 class NotCertified(LtlplanError):

@@ -79,6 +79,7 @@ def avoid(
         within: Of these, regions that it may not leave.
 
     Raises:
+        Infeasible: No way stays within a region that the leg may not leave.
         Blocked: Both avoid points of a hoop in the way are blocked, whatever other hoops are passed by first; the
             message says by what.
     """
@@ -88,7 +89,13 @@ def avoid(
     if all(np.all(stays_inside(mission.all_regions[name], way[:-1], way[1:], mission.margin + where.slack)) for name in rooms):
         return points
     inside = way_inside(where.space, rooms, (start, end), permitted, where.slack)
-    return points if inside is None else tuple(Detour(point, "via", None) for point in _divided(inside)[1:-1])
+    if inside is None:
+        names = " and ".join(f"'{name}'" for name in rooms)
+        deep = mission.margin + where.slack
+        raise Infeasible(
+            f"No way from {_show(start)} to {_show(end)} was found that stays {deep:.3g} m within {names}, as the margin asks."
+        )
+    return tuple(Detour(point, "via", None) for point in _divided(inside)[1:-1])
 
 
 def _past(mission: Mission, where: Room, start: Floats, end: Floats, permitted: Collection[str]) -> tuple[Detour, ...]:

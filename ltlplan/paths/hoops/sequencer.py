@@ -22,6 +22,7 @@ from ltlplan.free_space.bottlenecks import Gap, narrowest
 from ltlplan.free_space.free_space import FreeSpace
 from ltlplan.paths.costs import cost_of, plan_cost
 from ltlplan.paths.final_hover import then_hovering
+from ltlplan.paths.hoops.avoidance import Blocked
 from ltlplan.paths.hoops.clearance import Conflict, conflicts
 from ltlplan.paths.hoops.keep_out import Room, room
 from ltlplan.paths.hoops.legs import Legs
@@ -29,11 +30,13 @@ from ltlplan.paths.hoops.passage_directions import Directions, choose_sides
 from ltlplan.paths.hoops.primitives import Primitive
 from ltlplan.paths.hoops.stops import Stop, holds, hoop_axes, primitives_between
 from ltlplan.paths.sampling.least_snap_spline import LeastSnapSpline
+from ltlplan.systems.forbidden_regions import forbidden_regions
 from ltlplan.systems.unreachable import joined_names
 from ltlplan.systems.visit_words import word_of
 from verify.data import BadInput, Infeasible, Mission, RobotPlan, Visit, Waypoint, Word
 from verify.data.arrays import Floats
 from verify.data.errors import did_you_mean
+from verify.data.obstruction import Obstruction
 
 _SLACKS = (0.04, 0.02, 0.0)
 """m beyond the mission's margin that the nominal spline keeps, where there is room: refinement changes it a little."""
@@ -193,9 +196,24 @@ def _laid(mission: Mission, robot: str, does: Itinerary, directions: Directions 
         try:
             return _route(mission, robot, does, directions or mission.planner.directions, where, shortest)
         except Infeasible as error:
-            problem = error if mission.obstacles else problem or error  # with obstacles, what stops it where least is kept
+            if mission.obstacles or problem is None or type(error) is type(problem):
+                problem = error  # what stops it where least is kept; without obstacles, of the kind that was met first
     assert problem is not None
-    raise problem.beside(mission, mission.vehicle_of(robot).radius) if isinstance(problem, SplineBlocked) else problem
+    if isinstance(problem, SplineBlocked):
+        problem = problem.beside(mission, mission.vehicle_of(robot).radius)
+    raise problem if problem.obstruction is not None else problem.because(_obstruction(mission, robot, problem))
+
+
+def _obstruction(mission: Mission, robot: str, problem: Infeasible) -> Obstruction:
+    """Return what stands in the way of a robot's path."""
+    what, least = str(problem), ("a smaller `margin`",) if mission.margin > 0.0 else ()
+    if isinstance(problem, SplineBlocked):
+        return Obstruction(what, (robot,))
+    if not isinstance(problem, Blocked):
+        return Obstruction(what, (robot,), helps=("more room", *least))
+    allowed = (f"a formula that lets {robot} enter it",) if problem.region in forbidden_regions(mission, robot) else ()
+    where = f"more room beside '{problem.region}'" if problem.region in mission.all_regions else "more room"
+    return Obstruction(what, (robot,), helps=(where, *allowed, *least))
 
 
 def _stands_near(mission: Mission, robot: str) -> bool:

@@ -1,0 +1,173 @@
+"""Missions that have no plan or no flight, with the names that the refusal has to say, and what no refusal may name."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+from verify.data import Mission
+
+_WORDS = {"hoop": "hoops", "ring": "hoops", "rim": "hoops", "passage": "hoops", "opening": "hoops", "obstacle": "obstacles"}
+"""Words that are said only of missions that have such things."""
+_KEYS = {"margin", "separation", "only", "joint", "own"}
+
+
+@dataclass(frozen=True)
+class Refused:
+    """A mission and what the sentence of its refusal has.
+
+    Attributes:
+        formula: What is asked.
+        agents: By name, as they are written in a mission.
+        regions: As above.
+        obstacles: As above.
+        says: Pieces of the sentence.
+        team: How words are read.
+        more: Other keys of the mission.
+    """
+
+    formula: str
+    agents: str
+    says: tuple[str, ...]
+    regions: str = ""
+    obstacles: str = ""
+    team: str = "joint"
+    more: str = ""
+
+    @property
+    def text(self) -> str:
+        """The mission file."""
+        return f"""format: 1
+name: refused
+spec: {{formula: "{self.formula}", team: {self.team}}}
+regions: {{{self.regions}}}
+obstacles: {{{self.obstacles}}}
+agents: {{{self.agents}}}
+vehicle: crazyflie-2.1
+planner: {{pace: nominal}}
+workspace: {{min: [-2, -1, 0.9], max: [2, 1, 1.1]}}
+{self.more}
+"""
+
+
+def _box(x: float, y: float, wide: float, long: float, high: float = 4.0) -> str:
+    return f"{{center: [{x}, {y}, 1], size: [{wide}, {long}, {high}]}}"
+
+
+def _at(x: float, y: float, end: tuple[float, float] | None = None) -> str:
+    return f"{{start: [{x}, {y}, 1]" + (f", end: [{end[0]}, {end[1]}, 1]}}" if end else "}")
+
+
+def _between(name: str, x: float, y: float, wide: float, long: float) -> str:
+    """Return a region between walls."""
+    return f"{name}: {_box(x, y, wide, long, 0.2)}"
+
+
+def _walls(x: float, length: float, gap: float) -> str:
+    """Return two walls along x with a corridor between them."""
+    deep = 1.2 - gap / 2
+    return f"north: {_box(x, gap / 2 + deep / 2, length, deep)}, south: {_box(x, -gap / 2 - deep / 2, length, deep)}"
+
+
+_TUBE, _CORRIDOR, _DEAD_END = _walls(0.0, 4.4, 0.5), _walls(0.0, 2.0, 0.5), _walls(0.6, 2.8, 0.5)
+_LEFT, _RIGHT = _between("left", -1.6, 0, 0.5, 0.5), _between("right", 1.6, 0, 0.5, 0.5)
+_DEEP, _SPOT = _between("deep", 1.6, 0, 0.4, 0.3), _between("spot", 1.0, 0, 0.3, 0.3)
+_NARROW = ("'north'", "'south'", "0.5 m wide", "from 0.628 m on", "second", "`separation`")
+_THREE = f"a: {_at(-1.5, 0.5)}, b: {_at(-1.5, -0.5)}, c: {_at(-1.0, 0)}"
+_TWO = f"a: {_at(-1.5, 0.5)}, b: {_at(-1.5, -0.5)}"
+_ONE = f"a: {_at(-1.5, 0)}"
+_STRIP = f"{_RIGHT}, strip: {_box(0, 0, 0.4, 2.4)}"
+
+CASES = {
+    "two robots swap places in a tube": Refused(
+        "F a.right & F b.left", f"a: {_at(-1.2, 0)}, b: {_at(1.2, 0)}", ("keep b and a apart", *_NARROW, "Tried:"), f"{_LEFT}, {_RIGHT}", _TUBE
+    ),
+    "two robots swap ends in a tube": Refused(
+        "true", f"a: {_at(-1.2, 0, (1.2, 0))}, b: {_at(1.2, 0, (-1.2, 0))}", (*_NARROW, "ends or last regions elsewhere for", "Tried:"), "", _TUBE
+    ),
+    "two robots swap places in a dead end": Refused(
+        "true", f"a: {_at(0.2, 0, (1.6, 0))}, b: {_at(1.6, 0, (0.2, 0))}", (*_NARROW, "elsewhere"), "", _DEAD_END
+    ),
+    "the one in front has to come out first": Refused(
+        "F a.deep & F b.deep", f"a: {_at(0.2, 0)}, b: {_at(-1.5, 0)}", (*_NARROW, "elsewhere"), _DEEP, _DEAD_END
+    ),
+    "a robot hovers in a corridor": Refused(
+        "F a.right", f"{_ONE}, b: {_at(0, 0)}", (*_NARROW, "elsewhere for b, as it hovers there"), _RIGHT, _CORRIDOR
+    ),
+    "no room to take turns": Refused(
+        "each(F deep) & G(count(deep) <= 1)", f"a: {_at(0.2, 0)}, b: {_at(-1.5, 0)}", _NARROW, _DEEP, _DEAD_END
+    ),
+    "an escort into a dead end": Refused(
+        "F(vip.deep) & G(vip.deep -> guard.deep)", f"vip: {_at(-1.5, 0.5)}, guard: {_at(-1.5, -0.5)}", ("vip", "guard", "'north'"), _DEEP, _DEAD_END
+    ),
+    "two robots end where there is room for one": Refused(
+        "F(a.spot & b.spot)", _TWO, ("'spot' is too small", "(a, b)", "a larger 'spot'", "fewer robots", "`margin`"), _SPOT
+    ),
+    "two robots stay where there is room for one": Refused(
+        "F G all(spot)", _TWO, ("2 robots in 'spot'", "room for 1", "Make it larger"), _SPOT
+    ),
+    "three are counted where there is room for one": Refused(
+        "F(count(spot) >= 3)", _THREE, ("3 robots in 'spot'", "room for 1", "Make it larger"), _SPOT
+    ),
+    "two meet in a door": Refused(
+        "F(count(door) >= 2)", f"{_ONE}, b: {_at(1.5, -0.5)}", ("2 robots in 'door'", "room for 1"), _between("door", 0, 0, 0.3, 0.4), _walls(0, 0.1, 0.5)
+    ),
+    "more are counted than there are": Refused("F(count(right) >= 3)", _TWO, ("more robots than the mission has: 2",), _RIGHT),
+    "a door is narrower than radius and margin": Refused(
+        "F right", _ONE, ("between 'north' and 'south', 0.2 m apart", "a needs 0.24 m"), _RIGHT, _walls(0, 0.1, 0.2)
+    ),
+    "a door with a name is narrower than radius and margin": Refused(
+        "F right", _ONE, ("through door, 0.2 m wide", "'north'", "a needs 0.24 m"), f"{_RIGHT}, {_between('door', 0, 0, 0.3, 0.2)}", _walls(0, 0.1, 0.2)
+    ),
+    "a region is thinner than the margin": Refused(
+        "F door & F right", _ONE, ("'door'", "`margin`", "wider"), f"{_RIGHT}, {_between('door', 0, 0, 0.3, 0.09)}", _walls(0, 0.1, 0.4)
+    ),
+    "a region to keep out of closes the hall": Refused(
+        "F right & G !strip", _ONE, ("'strip'", "It concerns a", "a formula that lets a enter it", "0.12 m to each side"), _STRIP, team="own"
+    ),
+    "a region to keep out of closes a door": Refused(
+        "F right & G !strip", _ONE, ("`F right` needs strip", "`G !strip`"), f"{_RIGHT}, strip: {_box(0, 0, 0.4, 0.6)}", _walls(0, 0.1, 0.5), team="own"
+    ),
+    "a region reaches into an obstacle": Refused(
+        "F right", _ONE, ("middle of right", "lies in the obstacle 'block'"), _RIGHT, f"block: {_box(1.9, 0, 0.6, 0.6)}"
+    ),
+    "a wall shuts the hall": Refused("F right", _ONE, ("No way of any width leads to right", "'wall' stands between"), _RIGHT, f"wall: {_box(0, 0, 0.1, 2.4)}"),
+    "a room may not be left": Refused(
+        "F right & G house", _ONE, ("house and right lie apart",), f"{_RIGHT}, house: {_box(-1.3, 0, 1.2, 1.8, 0.2)}", team="own"
+    ),
+    "no edge leads there": Refused("F right", f"a: {_at(-0.5, 0)}", ("With the edge robot - right added",), f"{_RIGHT}, {_LEFT}", more="environment: {edges: [[robot, left]]}"),
+    "two regions at once lie apart": Refused("F(left & right)", f"a: {_at(-0.5, 0)}", ("right", "left"), f"{_RIGHT}, {_LEFT}", team="own"),
+    "a contradiction": Refused("F right & G !right", _ONE, ("no word satisfies this",), _RIGHT, team="own"),
+    "a vehicle flies too shortly": Refused(
+        "F left & F right", f"a: {_at(0, 0)}", ("a's endurance of 13 s", "vehicles of longer endurance"), f"{_RIGHT}, {_LEFT}", more="limits: {endurance: 13}"
+    ),
+    "two regions overlap too closely": Refused(
+        "F (left & !right) & F(right & !left)", f"a: {_at(-1, 0)}", ("left and right overlap", "Move them apart"),
+        f"{_between('right', 0.3, 0, 0.5, 0.5)}, {_between('left', 0.33, 0, 0.5, 0.5)}", team="own",
+    ),
+}  # fmt: skip
+
+
+def strangers(mission: Mission, sentence: str) -> list[str]:
+    """Return what a sentence names although the mission has no such thing: names in quotation marks, kinds of things.
+
+    Args:
+        mission: What is refused.
+        sentence: Why.
+    """
+    known = {
+        *mission.all_regions,
+        *mission.obstacles,
+        *mission.agents,
+        *(mission.robots or ()),
+        *mission.internal_propositions,
+        *_KEYS,
+    }
+    quoted = re.findall(r"'([A-Za-z_][\w.]*)'", sentence)
+    found = [name for name in quoted if name not in known]
+    for word, table in _WORDS.items():
+        if re.search(rf"\b{word}s?\b", sentence) and not getattr(mission, table):
+            found.append(word)
+    if re.search(r"\bdoors?\b", sentence) and not mission.obstacles and "door" not in mission.all_regions:
+        found.append("door")
+    return found

@@ -1,0 +1,64 @@
+"""Refusals name the narrow place, the robots, what was tried and what would help, and nothing that the mission does not have."""
+
+from __future__ import annotations
+
+import pytest
+
+import ltlplan
+from ltlplan.pipeline import certified_team
+from tests.helpers.refused_missions import CASES, strangers
+from tests.helpers.room_teams import drawn
+from verify.data import BadInput, Infeasible, LtlplanError, Mission, NotCertified, Unsatisfiable, parse_mission
+from verify.data.obstruction import Obstruction
+
+SLOW = {
+    "an escort into a dead end",
+    "no room to take turns",
+    "the one in front has to come out first",
+    "a robot hovers in a corridor",
+    "two robots swap places in a tube",
+    "two robots swap ends in a tube",
+}
+
+
+def refusal(mission: Mission) -> LtlplanError:
+    """Return why a mission has no certified flight."""
+    with pytest.raises((BadInput, Unsatisfiable, Infeasible, NotCertified)) as caught:
+        certified_team(ltlplan.plan(mission))
+    return caught.value
+
+
+@pytest.mark.parametrize("name", [pytest.param(name, marks=pytest.mark.slow) if name in SLOW else name for name in CASES])
+def test_a_refusal_says_where_who_and_what_would_help(name: str) -> None:
+    case = CASES[name]
+    mission = parse_mission(case.text)
+    error = refusal(mission)
+    said = str(error)
+    assert not [piece for piece in case.says if piece not in said], said
+    assert not strangers(mission, said), said
+    if isinstance(error, Infeasible) and error.obstruction is not None:
+        assert error.obstruction.sentence == said
+        assert all(robot in said for robot in error.obstruction.robots)
+
+
+def test_robots_that_no_sentence_names_are_added() -> None:
+    of_two = Obstruction("b's way is shut.", ("a", "b"), tried=("letting robots give way",), helps=("a second door", "a rest"))
+    assert of_two.sentence == (
+        "b's way is shut. It concerns a. Tried: letting robots give way. What would help: a second door or a rest."
+    )
+    assert of_two.saying("It is dark.").what == "b's way is shut. It is dark."
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [4 + 7 * k for k in range(1, 8)])
+def test_refusals_in_random_rooms_name_what_is_there(seed: int) -> None:
+    """Robots that take turns, of which some find no room to."""
+    mission, error = drawn(seed).mission(), None
+    try:
+        certified_team(ltlplan.plan(mission))
+    except (Unsatisfiable, Infeasible, NotCertified) as refused:
+        error = refused
+    assert not strangers(mission, str(error or ""))
+    if isinstance(error, Infeasible) and error.witness is not None and error.witness.claim == "separation":
+        assert error.obstruction is not None
+        assert error.obstruction.helps
