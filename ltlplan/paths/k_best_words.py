@@ -12,11 +12,12 @@ flies for ever, back. Of every other term it is known only that it is not negati
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, partial
 from operator import itemgetter
 
 import numpy as np
@@ -35,6 +36,7 @@ from ltlplan.search.memoization import memoized
 from ltlplan.search.problem import TIES
 from ltlplan.systems.objective import BOUNDED, is_counted_by_legs, terms_of
 from ltlplan.systems.robot_systems import Systems, weighted_metres
+from ltlplan.systems.touching_points import is_large, routes_may_touch, touching_points
 from ltlplan.systems.transition_systems import Cost
 from verify.data import Infeasible, Mission, RobotPlan, Unsatisfiable
 from verify.data.arrays import Floats
@@ -43,6 +45,7 @@ from verify.data.shapes.inequalities import Point
 _PRICED = 24  # allocations along which paths are laid, about
 _IMPROVED = 4  # of these, the cheapest ones, whose paths are improved
 _BRANCHES = 30  # sets of legs without which some are looked for
+_TOUCHING = 16  # sets of legs without which some are looked for that cost less where they touch regions
 _FEW = 6  # robots up to which each is tried alone, and all without each
 _FAR = 1e5  # in place of infinite costs
 _SAMPLES = 64
@@ -63,7 +66,7 @@ def exact(mission: Mission, context: Context) -> Allocation:
     """
     by_metres = exact_by_legs(mission, context)
     if is_counted_by_legs(mission):
-        return by_metres
+        return _priced_where_touched(mission, context, by_metres) if _touched(mission) else by_metres
     if by_metres.meetings or by_metres.precedences or (mission.spec.trace == "infinite" and len(mission.agents) > 1):
         return _planned_together(mission, context, by_metres)
     prices = _Prices(mission)
@@ -99,6 +102,61 @@ def _planned_together(mission: Mission, context: Context, by_metres: Allocation)
         said[1:] = ["No bound on costs is known."]
     notes = (*best.notes, *said)
     return replace(best, lower_bound=bound, complete=False, notes=notes)
+
+
+def _touched(mission: Mission) -> frozenset[str]:
+    """Return the regions that routes touch before their middles."""
+    return frozenset(name for name in mission.regions if routes_may_touch(mission) and is_large(mission, name))
+
+
+def _priced_where_touched(mission: Mission, context: Context, by_metres: Allocation) -> Allocation:
+    """Return the assignment whose route is cheapest, of the one that is cheapest between middles and those that may be cheaper where regions are touched.
+
+    Each leg between edges is as short as it may be, whatever comes before and after; so what these cost is a bound for all routes, and the
+    first of which it is no lower than the best route ends the search.
+    """
+    prices, legs, metre = _Prices(mission), _legs_between_edges(mission), weighted_metres(mission)
+    price, best, least, complete = prices.of(by_metres), by_metres, 0.0, False
+
+    def solve(shut: _Shut) -> Iterator[tuple[float, Allocation]]:
+        found = shut.cheapest(mission, legs, metre, whole=True)
+        if found is not None:
+            yield found.lower_bound or 0.0, found
+
+    spaces = Partition([_Shut(context.blocked)], solve, partial(_without_a_leg, mission), searches=_TOUCHING)
+    with contextlib.suppress(TooLarge):
+        for bound, _, _, found in spaces:
+            if len(spaces.searched) == _TOUCHING:  # cheaper ones may be missing
+                price, best = min((price, best), (prices.of(found), found), key=itemgetter(0))
+                break
+            least, complete = max(least, bound), price <= bound + TIES
+            if complete:
+                break
+            price, best = min((price, best), (prices.of(found), found), key=itemgetter(0))
+    return replace(best, cost=price, lower_bound=min(least, price), complete=complete)
+
+
+def _without_a_leg(mission: Mission, shut: _Shut, found: Allocation) -> Iterator[_Shut]:
+    return (replace(shut, legs=shut.legs | {leg}) for leg in sorted(found.legs(mission), key=str))
+
+
+def _legs_between_edges(mission: Mission) -> Cost:
+    """Return what each leg costs where it is as short as touching large regions makes it."""
+    straight, rates, touched = Systems(mission), weighted_metres(mission), _touched(mission)
+
+    @cache
+    def metres(start: Point | str, region: str) -> float:
+        places = [
+            place if place in touched else np.array(mission.all_regions[place].center if isinstance(place, str) else place)
+            for place in (start, region)
+        ]
+        return float(np.linalg.norm(np.diff(touching_points(mission, places), axis=0)))
+
+    def leg(robot: str, start: Point | str, region: str) -> float:
+        whole = straight.leg(robot, start, region)
+        return min(whole, rates[robot] * metres(start, region)) if math.isfinite(whole) and start != region else whole
+
+    return leg
 
 
 def _said(mission: Mission, priced: int, *, bounded: bool) -> Iterator[str]:
@@ -151,12 +209,14 @@ def _compared(mission: Mission, context: Context, prices: _Prices, first: Alloca
                 allocation = Allocation(robots=other.robots, cost=other.cost, notes=other.notes)
                 yield prices.of(allocation), allocation
 
-    def part(shut: _Shut, found: Allocation) -> Iterator[_Shut]:
-        return (_Shut(shut.legs | {leg}, shut.grounded) for leg in sorted(found.legs(mission), key=str))
-
     robots = frozenset(mission.agents) if 1 < len(mission.agents) <= _FEW else frozenset[str]()
     few = [*({robot} for robot in sorted(robots)), *(robots - {robot} for robot in sorted(robots))]
-    spaces = Partition([whole, *(_Shut(context.blocked, frozenset(each)) for each in few)], solve, part, searches=_BRANCHES)
+    spaces = Partition(
+        [whole, *(_Shut(context.blocked, frozenset(each)) for each in few)],
+        solve,
+        partial(_without_a_leg, mission),
+        searches=_BRANCHES,
+    )
     return sorted(((cost, found) for cost, _, _, found in spaces), key=itemgetter(0))
 
 
@@ -170,15 +230,17 @@ class _Shut:
     def forbids(self, leg: Leg) -> bool:
         return leg in self.legs or leg[0] in self.grounded
 
-    def cheapest(self, mission: Mission, cost: Cost, metre: Mapping[str, float]) -> Allocation | None:
-        """Return the assignment that costs least without what is shut; None where there is none, or the search is too large."""
+    def cheapest(self, mission: Mission, cost: Cost, metre: Mapping[str, float], *, whole: bool = False) -> Allocation | None:
+        """Return the assignment that costs least without what is shut; None where there is none, or the search is too large: `whole` raises then."""
 
         def dear(robot: str, start: Point | str, region: str) -> float:
             return cost(robot, start, region) + (SHUT if self.forbids((robot, start, region)) else 0.0)
 
         try:
             found = assign(mission, cost=dear, metre=metre)
-        except (TooLarge, Infeasible, Unsatisfiable):
+        except (TooLarge, Infeasible, Unsatisfiable) as error:
+            if whole and isinstance(error, TooLarge):
+                raise
             return None
         return None if any(map(self.forbids, found.legs(mission))) else found
 
@@ -248,6 +310,8 @@ def least_costs(mission: Mission) -> Cost:
         goal, speed = regions[region], straight.nominal_speed(robot)
         here, around = (regions[start].center, regions[start].outer_radius) if isinstance(start, str) else (start, 0.0)
         metres = max(0.0, math.dist(here, goal.center) - around - goal.outer_radius)
+        boxes = np.add(goal.half_lengths, regions[start].half_lengths if isinstance(start, str) else 0.0)
+        metres = max(metres, float(np.linalg.norm(np.maximum(np.abs(np.subtract(here, goal.center)) - boxes, 0.0))))
         if not isinstance(start, str):
             metres = max(metres, -float(goal.measures.depths(np.subtract(start, goal.center)[None])[0]))
         first = 0.0

@@ -8,16 +8,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping
-from dataclasses import replace
-
-import numpy as np
 
 from ltlplan.systems.forbidden_regions import forbidden_regions
 from ltlplan.systems.objective import flown_speed, flown_weights
 from ltlplan.systems.region_graph import RegionGraph, RestPoint, Transition
 from ltlplan.systems.region_labels import Layout, Location
 from ltlplan.systems.shared_walls import Walls
-from ltlplan.systems.touching_points import ends_may_touch, is_large, touching_point
 from ltlplan.systems.transition_systems import Cost, Node, TransitionSystem
 from ltlplan.systems.unclear_places import unclear_middle, unclear_point
 from verify.data import BadInput, Letter, Mission
@@ -123,8 +119,6 @@ class Systems:
         initial = self._add_start(builder, robot, agent)
         if agent.end is not None:
             self._add_end(builder, robot, agent.end)
-        elif self.cost is None and ends_may_touch(self.mission):
-            self._add_touching_ends(builder, robot)
         return TransitionSystem(
             tuple(builder.labels),
             tuple(map(tuple, builder.edges)),
@@ -267,20 +261,6 @@ class Systems:
                 if goal != node:
                     builder.join(node, goal, self._metre[robot] * length)
                 builder.final[builder.index[goal]] = 0.0
-
-    def _add_touching_ends(self, builder: _Builder, robot: str) -> None:
-        """Let flights also end where they come to a large region first, deep enough in it."""
-        large = {name for name in builder.graph.places if is_large(self.mission, name)}
-        for source, node in enumerate(builder.nodes[:]) if large else ():
-            start = np.array(node.position or self.layout.middles[node.place].point)
-            for target, _ in list(builder.edges[source]) if node.leg is None and node.regions == frozenset() else ():
-                goal = builder.nodes[target]
-                if goal.place in large and not goal.flying and goal.position is None:
-                    x, y, z = touching_point(self.mission, goal.place, start).tolist()
-                    touched = replace(goal, position=(x, y, z))
-                    if touched not in builder.index:
-                        builder.add(touched, builder.label(touched), builder.final.get(target, 0.0))
-                    builder.join(node, touched, self._metre[robot] * math.dist(start, (x, y, z)))
 
     def _length_to_end(self, graph: RegionGraph, node: Node, end: Location) -> float:
         """Return how far it is from a node to where a robot should end, m; infinite where there is no way."""

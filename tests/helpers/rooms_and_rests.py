@@ -119,11 +119,11 @@ Box = tuple[tuple[float, float], tuple[float, float]]
 FIELD_OR_SPOT: dict[str, Box] = {"field": ((3.0, 0.0), (5.0, 2.0)), "spot": ((-1.5, 0.0), (0.4, 0.4))}
 
 
-def fields_or_spots(boxes: dict[str, Box], start: tuple[float, float] = (0.0, 0.0)) -> Mission:
-    """Return a mission to come to any of some boxes, by their centres and lengths in x and y, m."""
+def fields_or_spots(boxes: dict[str, Box], start: tuple[float, float] = (0.0, 0.0), formula: str = "") -> Mission:
+    """Return a mission to come to any of some boxes, by their centres and lengths in x and y, m, or as a formula says."""
     regions = [
         f"{name}: {{center: [{x}, {y}, 1], size: [{wide}, {long}, 1]}}" for name, ((x, y), (wide, long)) in boxes.items()
     ]
-    formula = f"F({' | '.join(boxes)})"
+    formula = formula or f"F({' | '.join(boxes)})"
     agents = f"q: {{start: [{start[0]}, {start[1]}, 1]}}"
     return _mission("fields", formula, ", ".join(regions), agents, low="-6, -6", high="6, 6")

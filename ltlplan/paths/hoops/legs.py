@@ -9,6 +9,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 
@@ -20,7 +21,7 @@ from ltlplan.paths.hoops.passage_ends import PassageEnds, passage_ends
 from ltlplan.paths.hoops.stops import Side, Stop, before_opening, holds, hoop_axes, primitives_between
 from ltlplan.search.memoization import memoized
 from ltlplan.systems.region_labels import apart
-from ltlplan.systems.touching_points import ends_may_touch, is_large, touching_point
+from ltlplan.systems.touching_points import is_large, routes_may_touch, touching_points
 from verify.data import BadInput, Mission, Visit
 from verify.data.arrays import Floats
 from verify.data.plan import Role
@@ -99,7 +100,7 @@ class Legs:
         if i == 0 and self.begins_inside:
             return Stop(self.start, "start", name, i), None
         if side is None:  # of a hoop in which the flight ends its end waypoint: nothing else leads on from there
-            inside = np.array(self.mission.all_regions[name].center)
+            inside = self._places[i]
             return Stop(inside if self.end is None or name not in self.mission.hoops else self.end, "centre", name, i), None
         ends = self.ends(name)
         inner, points = ends.inner(side)[1], ends.points
@@ -117,18 +118,30 @@ class Legs:
             return self._on_to(i, left, Stop(entry, role, name, None if led else j, around, hoop_axes(self.mission, name)))
         if name in self.mission.hoops:
             return self._into(i, left, j)
-        centre = self._place(origin.position, j)
+        centre = self._places[j]
         target = Stop(centre, "centre", name, j, self.where.holding(centre))
         if i >= 0 and self.visits[i].region == name and self.numbers[i] != self.numbers[j]:
             return [self._outside(origin, name, j, np.zeros(3)), target]
         return self._with_gate(origin.position, self._way(i, left, target))
 
-    def _place(self, origin: Floats, j: int) -> Floats:
-        """Return where visit j is made: in the region's middle, or where the flight ends there, as near as it may. Shape (3,)."""
-        name, last = self.visits[j].region, j == len(self.visits) - 1 and self.inside_last and self.end is None
-        if last and ends_may_touch(self.mission) and is_large(self.mission, name) and not self.where.holding(origin):
-            return touching_point(self.mission, name, origin)
-        return self.where.regions[name].centre
+    @cached_property
+    def _places(self) -> list[Floats]:
+        """Where each visit is made: in the region's middle, or where the whole route touches a large region. Shape (3,) each."""
+        names = [visit.region for visit in self.visits]
+        middles = [np.array(self.mission.all_regions[name].center) for name in names]
+        if not routes_may_touch(self.mission):
+            return middles
+        places: list[Floats | str] = [
+            name if self._touches(names, k) else middle for k, (name, middle) in enumerate(zip(names, middles, strict=True))
+        ]
+        ends = [] if self.end is None else [self.end]
+        return list(touching_points(self.mission, [self.start, *places, *ends])[1 : len(names) + 1])
+
+    def _touches(self, names: Sequence[str], k: int) -> bool:
+        """Tell whether a visit may be made anywhere in its region: it is large, begun on the way, and not left to be visited again at once."""
+        if (k == 0 and self.begins_inside) or (k == len(names) - 1 and self.end is None and not self.inside_last):
+            return False
+        return names[k] not in (*names[max(k - 1, 0) : k], *names[k + 1 : k + 2]) and is_large(self.mission, names[k])
 
     def _into(self, i: int, left: Side, j: int) -> list[Stop]:
         """Return the leg to a hoop in which the flight ends: to the control point on its nearer side, or on the other one, then

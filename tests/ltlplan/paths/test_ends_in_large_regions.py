@@ -1,12 +1,15 @@
-"""A flight ends in a large region as near as it may, and is priced so."""
+"""Routes touch large regions where that is shortest, and are priced so."""
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
+from scipy.optimize import minimize
 
 import ltlplan
-from ltlplan.systems.touching_points import is_large, touching_point
+from ltlplan.systems.touching_points import is_large, touching_points
 from refine import refine
 from refine.single_robot.task import Pace
 from tests.helpers.few import few_of
@@ -54,6 +57,49 @@ def test_small_regions_are_flown_to_as_before() -> None:
     mission = fields_or_spots({"field": FIELD, "spot": SPOT})
     assert is_large(mission, "field")
     assert not is_large(mission, "spot")
-    assert touching_point(mission, "field", np.array([0.0, 0.0, 1.0])) == pytest.approx([0.75, 0.0, 1.0])
-    assert touching_point(mission, "field", np.array([0.0, 3.0, 1.4])) == pytest.approx([0.75, 0.75, 1.25], abs=1e-3)
+    start, above = np.array([0.0, 0.0, 1.0]), np.array([0.0, 3.0, 1.4])
+    assert touching_points(mission, [start, "field"])[1] == pytest.approx([0.75, 0.0, 1.0], abs=1e-5)
+    assert touching_points(mission, [above, "field"])[1] == pytest.approx([0.75, 0.75, 1.25], abs=1e-3)
     assert ltlplan.plan(fields_or_spots({"spot": SPOT})).robots["q"].waypoints[-1].position == pytest.approx((-1.5, 0.0, 1.0))
+
+
+FIELDS = {
+    "a": ((3.0, 0.0), (3.0, 2.0)),
+    "b": ((-1.5, 2.5), (1.4, 1.4)),
+    "c": ((-3.0, -3.0), (2.0, 2.0)),
+    "d": ((0.0, -3.5), (0.5, 0.5)),
+}
+
+
+def test_a_whole_route_is_as_short_as_any_through_the_same_fields() -> None:
+    mission = fields_or_spots(FIELDS)
+    found = touching_points(mission, [np.array([0.0, 0.0, 1.0]), "a", "b", "c"])
+    boxes = [(np.array(FIELDS[name][0]), np.array(FIELDS[name][1]) / 2.0 - DEEP) for name in "abc"]
+
+    def length(corners: np.ndarray) -> float:
+        points = [np.zeros(2), *(centre + half * at for (centre, half), at in zip(boxes, corners.reshape(3, 2), strict=True))]
+        return float(sum(np.linalg.norm(b - a) for a, b in itertools.pairwise(points)))
+
+    rng = np.random.default_rng(0)
+    least = min(minimize(length, rng.uniform(-1, 1, 6), bounds=[(-1, 1)] * 6).fun for _ in range(4))
+    assert float(np.linalg.norm(np.diff(found, axis=0), axis=1).sum()) == pytest.approx(least, abs=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("formula", "visits", "cheapest", "proved"),
+    [
+        ("F(a & F(b & F c))", "abc", 9.91, True),  # middles cost 11.4
+        ("F(d & F a)", "da", 7.0, True),  # 7.9
+        ("(!a U d) & F a & F(b & F free)", "bda", 11.8, False),  # the cheapest order by middles costs 13.3
+    ],
+)
+def test_visits_on_the_way_are_made_where_the_route_touches_their_regions(
+    formula: str, visits: str, cheapest: float, proved: bool
+) -> None:
+    mission = fields_or_spots(FIELDS, formula=formula)
+    made = ltlplan.plan(mission)
+    assert "".join(visit.region for visit in made.robots["q"].visits) == visits
+    assert made.lower_bound is not None
+    assert made.lower_bound <= made.cost <= cheapest
+    assert made.complete == proved
+    assert judge(made, refine(made), largest=False).holds
