@@ -126,7 +126,7 @@ class Legs:
 
     @cached_property
     def _places(self) -> list[Floats]:
-        """Where each visit is made: in the region's middle, or where the whole route touches a large region. Shape (3,) each."""
+        """Place of each visit: its region's middle, or where the whole route touches a large region. Shape (3,) each."""
         names = [visit.region for visit in self.visits]
         middles = [np.array(self.mission.all_regions[name].center) for name in names]
         if not routes_may_touch(self.mission):
