@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import json
 import random
+from collections.abc import Callable
 from fractions import Fraction
 from functools import cache
 from typing import Any, NamedTuple
@@ -103,23 +104,41 @@ def words() -> list[Words]:
     return found
 
 
+class Compared(NamedTuple):
+    """How many proofs are others than without a fault, what the kernel wrongly says yes to, and whether one took too long."""
+
+    others: int
+    wrong: list[str]
+    too_long: bool
+
+
+def compared(each: int, find: Callable[[Flown], Any], wrongly: Callable[[Flown, Any], list[Any]]) -> Compared:
+    """Compare proofs that are found with a fault with those that are found without."""
+    others, wrong = 0, list[str]()
+    for flown, honest in zip(flights(each), honest_proofs(each), strict=True):
+        try:
+            proof = find(flown)
+        except TooLong:  # no proof comes out, of others neither
+            return Compared(others + 1, wrong, True)
+        except Exception:  # of whatever kind: code with a fault may raise anything, and then no proof comes out
+            others += 1
+            continue
+        if (proof.statement, proof.evidence) != (honest.statement, honest.evidence):
+            others += 1
+            wrong += map(str, wrongly(flown, proof))
+    return Compared(others, wrong, False)
+
+
 def tried(fault: Fault, each: int) -> tuple[int, list[str]]:
     """Return how many proofs a finder with a fault writes down that it would not have written, and what the kernel wrongly says yes to."""
-    others, wrong = 0, list[str]()
     with swapped(fault, "verify.proofs"):
         finder, search = (importlib.import_module(f"verify.proofs.{name}") for name in ("finder", "words"))
-        for flown, honest in zip(flights(each), honest_proofs(each), strict=True):
-            try:
-                proof = within(SECONDS, lambda flown=flown: finder.prove(flown.plan, flown.team, flown.certificate))
-            except TooLong:  # no proof comes out, of others neither
-                return others + 1, wrong
-            except Exception:  # of whatever kind: code with a fault may raise anything, and then no proof comes out
-                others += 1
-                continue
-            if (proof.statement, proof.evidence) != (honest.statement, honest.evidence):
-                others += 1
-                wrong += map(str, within(10 * SECONDS, lambda flown=flown, proof=proof: flown.wrongly_checked(proof)))
-        for one in words():
+        others, wrong, too_long = compared(
+            each,
+            lambda flown: within(SECONDS, lambda: finder.prove(flown.plan, flown.team, flown.certificate)),
+            lambda flown, proof: within(10 * SECONDS, lambda: flown.wrongly_checked(proof)),
+        )
+        for one in () if too_long else words():
             try:
                 evidence = within(
                     SECONDS, lambda one=one: json.loads(json.dumps(search.find_formula(one.statement, one.lines)))
@@ -135,21 +154,14 @@ def tried(fault: Fault, each: int) -> tuple[int, list[str]]:
 
 def judged_by(fault: Fault, each: int) -> tuple[int, list[str]]:
     """Return the same of a checker with a fault, whose certificates are proved."""
-    others, wrong = 0, list[str]()
     with swapped(fault, *CHECKER):
         certification = importlib.import_module("verify.certification")
-        for flown, honest in zip(flights(each), honest_proofs(each), strict=True):
-            try:
-                certificate = within(SECONDS, lambda flown=flown: certification.judge(flown.plan, flown.team, largest=False))
-                proof = within(SECONDS, lambda flown=flown, certificate=certificate: prove(flown.plan, flown.team, certificate))
-            except TooLong:
-                return others + 1, wrong
-            except Exception:
-                others += 1
-                continue
-            if (proof.statement, proof.evidence) != (honest.statement, honest.evidence):
-                others += 1
-                wrong += map(str, untrue_claims(flown, proof))
+
+        def proof(flown: Flown) -> Any:
+            certificate = within(SECONDS, lambda: certification.judge(flown.plan, flown.team, largest=False))
+            return within(SECONDS, lambda: prove(flown.plan, flown.team, certificate))
+
+        others, wrong, _ = compared(each, proof, untrue_claims)
     return others, wrong
 
 

@@ -72,6 +72,20 @@ class ShowArchive:
             del self._kept[oldest]
         return value
 
+    def table(self, value: Any, what: str) -> dict[str, Any]:
+        """Return a value that must be a table.
+
+        Args:
+            value: What stands in the file.
+            what: Names it in messages.
+
+        Raises:
+            BadInput: It is none.
+        """
+        if not isinstance(value, dict):
+            raise BadInput(f"{self.source}: {what} must be a table (an object), not {value!r:.40}.")
+        return value
+
     def _read(self, name: str) -> Any:
         where = f"{self.source}: {name}"
         self._left -= self._members[name].file_size

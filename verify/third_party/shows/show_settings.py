@@ -53,7 +53,7 @@ def own_limits(archive: ShowArchive, show: Mapping[str, Any]) -> tuple[OwnLimits
     settings = archive.followed(show.get("settings"), show)
     if settings is None:
         return NO_LIMITS, []
-    settings = _table(archive, settings, "settings")
+    settings = archive.table(settings, "settings")
     found, where, notes = _validation(archive, archive.followed(settings.get("validation"), show))
     fences = _fences(archive, archive.followed(settings.get("geofence"), show), show)
     if fences:
@@ -66,7 +66,7 @@ def _validation(archive: ShowArchive, value: Any) -> tuple[dict[str, float], dic
     where: dict[str, str] = {}
     if value is None:
         return found, where, []
-    rest = dict(_table(archive, value, "settings.validation"))
+    rest = dict(archive.table(value, "settings.validation"))
     for name, limited in _NAMES.items():
         spelled = [key for key in (name, _underscored(name)) if rest.get(key) is not None]
         if len(spelled) > 1:
@@ -93,7 +93,7 @@ def _underscored(name: str) -> str:
 def _fences(archive: ShowArchive, value: Any, show: Any) -> tuple[Fence, ...]:
     if value is None:
         return ()
-    geofence = _table(archive, value, "settings.geofence")
+    geofence = archive.table(value, "settings.geofence")
     if geofence.get("version") != 1:
         raise BadInput(f"{archive.source}: settings.geofence is of version {geofence.get('version')!r:.20}; version 1 is read.")
     polygons = archive.followed(geofence.get("polygons", []), show)
@@ -106,7 +106,7 @@ def _fences(archive: ShowArchive, value: Any, show: Any) -> tuple[Fence, ...]:
     found: list[Fence] = []
     for index, polygon in enumerate(polygons):
         where = f"settings.geofence.polygons[{index}]"
-        polygon = _table(archive, archive.followed(polygon, show), where)
+        polygon = archive.table(archive.followed(polygon, show), where)
         inside = polygon.get("isInclusion")
         if not isinstance(inside, bool):
             raise BadInput(f"{archive.source}: {where}.isInclusion must be true or false, not {inside!r:.40}.")
@@ -162,9 +162,3 @@ def _sides(start: Floats, end: Floats, point: Floats) -> Floats:
 
 def _is_number(value: Any) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= LARGEST
-
-
-def _table(archive: ShowArchive, value: Any, what: str) -> dict[str, Any]:
-    if not isinstance(value, dict):
-        raise BadInput(f"{archive.source}: {what} must be a table (an object), not {value!r:.40}.")
-    return value

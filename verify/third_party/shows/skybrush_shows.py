@@ -50,10 +50,10 @@ def read_show(path: Path) -> Fleet:
     """
     with open_show(path) as archive:
         show = archive.value("show.json")
-        show = _table(archive.followed(show, show), archive, "show.json")
+        show = archive.table(archive.followed(show, show), "show.json")
         if show.get("version") != 1:
             raise BadInput(f"{path}: show.json is of version {show.get('version')!r:.20}; version 1 is read.")
-        swarm = _table(archive.followed(show.get("swarm"), show), archive, "swarm")
+        swarm = archive.table(archive.followed(show.get("swarm"), show), "swarm")
         drones = archive.followed(swarm.get("drones"), show)
         if not isinstance(drones, list) or not drones:
             raise BadInput(f"{path}: swarm.drones must be a list of at least one drone.")
@@ -95,8 +95,8 @@ class _Seen:
 
 def _flight(archive: ShowArchive, show: Any, index: int, drone: Any, seen: _Seen) -> tuple[Flight, Ends]:
     where = f"swarm.drones[{index}]"
-    drone = _table(archive.followed(drone, show), archive, where)
-    settings = _table(archive.followed(drone.get("settings"), show), archive, f"{where}.settings")
+    drone = archive.table(archive.followed(drone, show), where)
+    settings = archive.table(archive.followed(drone.get("settings"), show), f"{where}.settings")
     name = settings.get("name", f"drone {index + 1}")
     if not isinstance(name, str) or not name or len(name) > 200 or not name.isprintable():
         raise BadInput(f"{archive.source}: {where}.settings.name must be a short text that can be printed, not {name!r:.40}.")
@@ -104,7 +104,7 @@ def _flight(archive: ShowArchive, show: Any, index: int, drone: Any, seen: _Seen
     seen.unjudged.update(key for key in _UNJUDGED if settings.get(key) is not None)
     if settings.get("trajectory") is None:
         raise BadInput(f"{where} has no trajectory; every drone of a show needs one (settings.trajectory).")
-    trajectory = _table(archive.followed(settings["trajectory"], show), archive, f"{name}: trajectory")
+    trajectory = archive.table(archive.followed(settings["trajectory"], show), f"{name}: trajectory")
     if trajectory.get("version") != 1:
         raise BadInput(f"{where}: its trajectory is of version {trajectory.get('version')!r:.20}; version 1 is read.")
     keyframes = archive.followed(trajectory.get("points"), trajectory)
@@ -130,7 +130,7 @@ def _yaw(archive: ShowArchive, value: Any, name: str, seen: _Seen) -> Floats | N
     if value is None:
         return None
     where = f"{archive.source}: {name}"
-    control = _table(value, archive, f"{name}: yawControl")
+    control = archive.table(value, f"{name}: yawControl")
     if control.get("version") != 1:
         raise BadInput(f"{where}: its yawControl is of version {control.get('version')!r:.20}; version 1 is read.")
     setpoints = archive.followed(control.get("setpoints"), control)
@@ -223,12 +223,6 @@ def _exact_sums(times: Floats, offset: float) -> Floats:
     total = times + offset
     part = total - times
     return np.stack([total, (times - (total - part)) + (offset - part)], -1)
-
-
-def _table(value: Any, archive: ShowArchive, what: str) -> dict[str, Any]:
-    if not isinstance(value, dict):
-        raise BadInput(f"{archive.source}: {what} must be a table (an object), not {value!r:.40}.")
-    return value
 
 
 def _number(value: Any, what: str) -> float:
