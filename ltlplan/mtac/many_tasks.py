@@ -122,7 +122,7 @@ def share_many(asked: ManyTasks, paths: PricedPaths, *, rng: Generator, width: i
     best = _Pricing(asked, sharing, paths).cheapest(shares)
     if best is None:
         return None
-    tours = [sharing.tours.flight(robot, tasks) for robot, tasks in enumerate(best)]
+    tours = [sharing.tours.tour(robot, tasks) for robot, tasks in enumerate(best)]
     names = asked.problem.mission.agents
     robots = {name: asked.itinerary(i, tour.nodes) for i, (name, tour) in enumerate(zip(names, tours, strict=True))}
     return ManyShared(robots, asked.least())
@@ -133,9 +133,8 @@ def _by_straight_lines(asked: ManyTasks, rng: Generator, width: int) -> tuple[Sh
     lost = frozenset[int]()
     while True:
         kinds, most = asked.own.kinds(lost), asked.problem.systems.most_costs()
-        sharing = Sharing(Tours(asked.own.graph, asked.own.task, kinds, most), Objective(asked.longest))
-        shares = sharing.cheapest(width, rng)
-        shares = sharing.refined(shares, width, rng) if shares else []
+        sharing = Sharing(Tours(asked.own.graph, asked.own.task, kinds, most), Objective(asked.longest), rng)
+        shares = sharing.cheapest(width)
         broken = {part for share in shares for part in _broken(asked, sharing, share)}
         if not broken:
             return (sharing, shares) if shares else None
@@ -146,7 +145,7 @@ def _by_straight_lines(asked: ManyTasks, rng: Generator, width: int) -> tuple[Sh
 
 def _broken(asked: ManyTasks, sharing: Sharing, share: Share) -> Collection[int]:
     """Return the conjuncts that some order of the robots breaks."""
-    tours = [sharing.tours.flight(robot, tasks) for robot, tasks in enumerate(share)]
+    tours = [sharing.tours.tour(robot, tasks) for robot, tasks in enumerate(share)]
     return asked.own.failing_orders([asked.own.graph.expand(robot, tour.nodes) for robot, tour in enumerate(tours)])
 
 
@@ -180,34 +179,26 @@ class _Pricing:
         return team_cost(self._asked.problem.mission, [self._path(robot, tasks) for robot, tasks in enumerate(share)])
 
     def _path(self, robot: int, tasks: tuple[int, ...]) -> float:
-        tour = self._sharing.tours.flight(robot, tasks)
+        tour = self._sharing.tours.tour(robot, tasks)
         if tour.cost == math.inf:
             return math.inf
         return self._paths.cost(self._names[robot], tour.nodes, lambda: self._asked.itinerary(robot, tour.nodes))
 
     def _neighbours(self, share: Share) -> Iterator[tuple[float, Share]]:
         """Yield shares in which one task is moved, each with what it should cost: as much more as its ways are longer."""
-        tours = [self._sharing.tours.tour(robot, tasks) for robot, tasks in enumerate(share)]
-        flown = [self._sharing.tours.flight(robot, tasks).cost for robot, tasks in enumerate(share)]
+        tours = self._sharing.tours
+        flown = [tours.tour(robot, tasks).cost for robot, tasks in enumerate(share)]
         prices = [self._path(robot, tasks) for robot, tasks in enumerate(share)]
         usual = sum(prices) / sum(flown) if sum(flown) > 0 else 1.0
-
-        def guess(robot: int, cost: float) -> float:
-            return cost * (prices[robot] / flown[robot] if flown[robot] > 0 else usual)
-
+        rates = [price / cost if cost > 0 else usual for price, cost in zip(prices, flown, strict=True)]
         for giver, own in enumerate(share):
-            for task in own:
+            for task in dict.fromkeys(own):
                 less = tuple(other for other in own if other != task)
-                given = self._sharing.tours.tour(giver, less)
-                for taker, tour in enumerate(tours):
-                    before = given if taker == giver else tour
-                    if math.inf in (given.cost, before.cost):
-                        continue
-                    cost, place = self._sharing.place(taker, before, task)
-                    if cost == math.inf:
-                        continue
-                    moved, costs = list(share), list(prices)
-                    moved[giver], costs[giver] = less, guess(giver, given.cost)
-                    moved[taker] = (*before.tasks[:place], task, *before.tasks[place:])
-                    costs[taker] = guess(taker, cost)
-                    yield team_cost(self._asked.problem.mission, costs), tuple(moved)
+                given = tours.tour(giver, less).cost
+                for taker in range(len(share)):
+                    cost, longer = self._sharing.with_one(taker, less if taker == giver else share[taker], task)
+                    if math.inf not in (given, cost):
+                        moved, costs = list(share), list(prices)
+                        moved[giver], costs[giver] = less, rates[giver] * given
+                        moved[taker], costs[taker] = longer, rates[taker] * cost
+                        yield team_cost(self._asked.problem.mission, costs), tuple(moved)

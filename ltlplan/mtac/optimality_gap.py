@@ -18,7 +18,7 @@ from ltlplan.systems.robot_systems import Systems, weighted_metres
 from verify.data import Mission, Visit
 from verify.data.shapes.inequalities import Point
 
-_STATES_FOR_MANY = 60_000
+_STATES_FOR_MANY = 100_000
 """Of eight tasks; of more it falls with their square, as what looking at one state takes grows."""
 
 

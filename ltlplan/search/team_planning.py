@@ -63,9 +63,9 @@ class TeamTask(Protocol):
         """Return, for each conjunct that some order of the robots breaks, such an order."""
         ...
 
-    def shared_out(self, objective: Objective, states: int, /) -> PlanningOutcome | None:
+    def shared_out(self, objective: Objective, /) -> PlanningOutcome | None:
         """Return a plan with a low highest cost and a bound on that, found without a search; None where there is no such way."""
-        del objective, states
+        del objective
         return None
 
 
@@ -131,14 +131,14 @@ def plan_team(task: TeamTask, budget: Budget, objective: Objective = Objective()
         if within.stopped is not None:
             raise _limits_too_large(budget)
         return within if within.run is not None else replace(within, beyond=found.run)
-    first = task.shared_out(objective, budget.states // 10) if len(task.graph.start) >= MANY else None
+    first = task.shared_out(objective) if len(task.graph.start) >= MANY else None
     if first is not None and first.run is not None and first.run.cost <= first.bound + TIES:
         return first
     found = _least_within(task, budget, objective)
     if found.stopped is None:
         beyond = None if found.run is not None or objective.most is None else _least_sum(task, budget).run
         return replace(found, beyond=beyond)
-    shared = first or task.shared_out(objective, budget.states // 10)
+    shared = first or task.shared_out(objective)
     if shared is not None:
         return replace(shared, bound=max(found.bound, shared.bound), stopped=found.stopped)
     cheapest = _least_sum(task, budget)

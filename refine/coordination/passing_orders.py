@@ -24,6 +24,10 @@ GAP = 0.05
 """s by which whoever follows stays behind the border of a zone."""
 _RESTARTS = 12
 """How often zones are decided again with one that left no side before all others."""
+_FLIPS = 16
+"""How often zones are decided again with one on the other side, on the way to the last arrival."""
+_SOON = 1.05
+"""How much later than with waits alone the last arrival may be, so that no other sides are tried."""
 _LATEST = 2.0
 """How many times longer than all flights one after another earliest times may become: then robots wait for each other in a circle."""
 
@@ -193,6 +197,25 @@ class Times:
             waiting += self._known[after.then]
         return True
 
+    def causes(self, differences: Sequence[After]) -> list[After]:
+        """Return the differences because of which the last arrival is not sooner: the critical path, from its end."""
+        robot = max(range(len(self.times)), key=lambda each: float(self.times[each][-1]))
+        at, found = len(self.times[robot]) - 1, list[After]()
+        while True:
+            late = self.times[robot][: at + 1] - self._lines[robot].times[: at + 1]
+            if late[-1] <= self._lines[robot].earliest + 1e-9:
+                return found
+            at = int(np.argmax(late >= late[-1] - 1e-9))
+            for after in differences:
+                if after.then == robot and after not in found:
+                    here = np.flatnonzero(after.due == at)
+                    if len(here) and self.times[after.first][after.done[here[0]]] + after.gap >= self.times[robot][at] - 1e-7:
+                        found.append(after)
+                        robot, at = after.first, int(after.done[here[0]])
+                        break
+            else:
+                return found
+
     def keeps(self, after: After | None) -> bool:
         """Return whether the times keep differences."""
         if after is None:
@@ -200,10 +223,23 @@ class Times:
         return bool(np.all(self.times[after.then][after.due] >= self.times[after.first][after.done] + after.gap - 1e-9))
 
 
-def passing_orders(
-    lines: Sequence[Line], zones: Sequence[Zone], waits: Sequence[After]
-) -> list[After] | tuple[int, int] | None:
-    """Return differences that lead past all zones; else two robots that find no side of a zone.
+@dataclass(frozen=True, eq=False, slots=True)
+class Orders:
+    """Passing orders of a team, past all zones.
+
+    Attributes:
+        differences: What leads past all zones, waits among them.
+        times: Earliest times under them.
+        firm: Two robots each, the one that passes first before the other one, of zones with one side that delay the last arrival.
+    """
+
+    differences: list[After]
+    times: Times
+    firm: list[tuple[int, int]]
+
+
+def passing_orders(lines: Sequence[Line], zones: Sequence[Zone], waits: Sequence[After]) -> Orders | tuple[int, int] | None:
+    """Return orders that lead past all zones; else two robots that find no side of a zone.
 
     None says that not even the waits can be kept.
 
@@ -212,27 +248,53 @@ def passing_orders(
         zones: Where they are too near each other.
         waits: Differences that are kept in any case.
     """
+    times = Times(lines)
+    if not times.add(waits):
+        return None
+    forced = _Decided(zones, times)
+    stuck = forced.force()
+    if stuck is not None:
+        return zones[stuck].pair
     before: list[int] = []
     for _ in range(_RESTARTS):
-        found = _decided(lines, zones, waits, before)
+        found = _decided(forced, dict.fromkeys(before))
         if not isinstance(found, int):
-            return found
-        if found < 0:
-            return None
+            return _sooner(forced, zones, waits, before, found)
         if before[:1] == [found]:
             break
         before = [found, *(number for number in before if number != found)]
     return zones[before[0]].pair
 
 
-def _decided(lines: Sequence[Line], zones: Sequence[Zone], waits: Sequence[After], before: Sequence[int]) -> list[After] | int:
-    """Return differences past all zones, with some zones decided before all others; or a zone without a side."""
-    times = Times(lines)
-    if not times.add(waits):
-        return -1
-    decided = _Decided(zones, times)
-    for number in before:
-        if not decided.decide(number):
+def _sooner(forced: _Decided, zones: Sequence[Zone], waits: Sequence[After], before: Sequence[int], found: _Decided) -> Orders:
+    """Return orders by which the team arrives sooner, if other sides of zones on the way to the last arrival lead to some.
+
+    That is a descent in the choices on the critical path, as for job shops (van Laarhoven and others, Operations Research 1992).
+    """
+    sides: dict[int, int | None] = dict.fromkeys(before)
+    tried: set[frozenset[tuple[int, int | None]]] = set()
+    while True:
+        orders, critical = found.orders(waits), found.critical(waits)
+        flips = [(number, 1 - side) for number, side in critical if zones[number].sides[1 - side] is not None]
+        for number, side in flips:
+            changed = {number: side, **{other: its for other, its in sides.items() if other != number}}
+            key = frozenset(changed.items())
+            if len(tried) >= _FLIPS or key in tried or orders.times.arrivals[0] <= _SOON * forced.soonest:
+                continue
+            tried.add(key)
+            trial = _decided(forced, changed)
+            if not isinstance(trial, int) and trial.orders(waits).times.arrivals < orders.times.arrivals:
+                found, sides = trial, changed
+                break
+        else:
+            return orders
+
+
+def _decided(forced: _Decided, before: Mapping[int, int | None]) -> _Decided | int:
+    """Return a way past all zones; or a zone without a side. Some are decided before all others, on a given side or on either."""
+    decided = forced.copy()
+    for number, side in before.items():
+        if not decided.decide(number, side):
             return number
     stuck = decided.force()
     if stuck is not None:
@@ -240,7 +302,7 @@ def _decided(lines: Sequence[Line], zones: Sequence[Zone], waits: Sequence[After
     while (number := decided.next()) is not None:
         if not decided.decide(number):
             return number
-    return [*waits, *decided.sides()]
+    return decided
 
 
 class _Decided:
@@ -250,9 +312,22 @@ class _Decided:
         self._zones, self._times = zones, times
         self._chosen: dict[int, After] = {}
 
-    def decide(self, number: int) -> bool:
-        """Choose the side of a zone by which the team arrives sooner; return whether there is one."""
-        found = self._possible(number)
+    @property
+    def soonest(self) -> float:
+        """Last arrival so far, s: it only gets later."""
+        return self._times.arrivals[0]
+
+    def copy(self) -> _Decided:
+        """Return the same choices, to be added to apart."""
+        other = _Decided(self._zones, self._times)  # times are copied where a choice changes them
+        other._chosen = dict(self._chosen)
+        return other
+
+    def decide(self, number: int, side: int | None = None) -> bool:
+        """Choose the side of a zone by which the team arrives sooner, or a given one; return whether there is one."""
+        if number in self._chosen:
+            return side is None or self._chosen[number] is self._zones[number].sides[side]
+        found = self._possible(number, (0, 1) if side is None else (side,))
         if found:
             self._times, self._chosen[number] = min(found, key=lambda each: each[0].arrivals)
         return bool(found)
@@ -287,19 +362,28 @@ class _Decided:
         ]
         return min(left, key=lambda number: (_entered(self._zones[number], self._times), number), default=None)
 
-    def sides(self) -> list[After]:
-        """Return the chosen sides, and of other zones those that are kept anyhow."""
+    def orders(self, waits: Sequence[After]) -> Orders:
+        """Return what was chosen, with waits and the sides of other zones that are kept anyhow."""
         kept = [
             next(side for side in zone.sides if side is not None and self._times.keeps(side))
             for number, zone in enumerate(self._zones)
             if number not in self._chosen
         ]
-        return [*self._chosen.values(), *kept]
+        ways = [self._zones[number].sides[side] for number, side in self.critical(waits) if None in self._zones[number].sides]
+        firm = [(after.first, after.then) for after in ways if after is not None]
+        return Orders([*waits, *self._chosen.values(), *kept], self._times, firm)
 
-    def _possible(self, number: int) -> list[tuple[Times, After]]:
+    def critical(self, waits: Sequence[After]) -> list[tuple[int, int]]:
+        """Return the chosen zones because of which the last arrival is not sooner, and their sides, from its end on."""
+        known = {id(after): number for number, after in self._chosen.items()}
+        causes = self._times.causes([*waits, *self._chosen.values()])
+        numbers = [(known[id(after)], after) for after in causes if id(after) in known]
+        return [(number, self._zones[number].sides.index(after)) for number, after in numbers]
+
+    def _possible(self, number: int, sides: Sequence[int] = (0, 1)) -> list[tuple[Times, After]]:
         """Return the sides of a zone that some times keep, each with the earliest ones."""
         found: list[tuple[Times, After]] = []
-        for side in self._zones[number].sides:
+        for side in (self._zones[number].sides[each] for each in sides):
             times = self._times.copy()
             if side is not None and times.add((side,)):
                 found.append((times, side))

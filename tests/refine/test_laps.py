@@ -42,7 +42,7 @@ def outcome(certificate: Certificate, claim: str) -> str:
 
 @pytest.fixture(scope="module")
 def flown() -> tuple[Plan, dict[str, Trajectory]]:
-    made = plan(patrol("G F west & G F east & G F north", repeat=2))
+    made = plan(patrol("G F west & G F east & G F north", repeat=2), pace="nominal")
     return made, refine(made)
 
 
@@ -67,9 +67,9 @@ def test_laps_are_flown_as_often_as_asked(flown):
     assert done.times[-1] >= team["q0"].duration + lap - 0.1
 
 
-def test_a_meeting_in_every_lap():
+def test_a_meeting_in_every_lap(pace):
     formula = "G F(count(post) >= 2) & G F q0.west & G F q0.east & G F q1.east"  # both come to the east, in turn
-    made = plan(patrol(formula, team="joint", places="west east post"))
+    made = plan(patrol(formula, team="joint", places="west east post"), pace=pace)
     certified = certified_team(made)
     assert certified.certificate.margin == 0.05
     late = judge(certified.plan, certified.team, clock_error=3.0)
@@ -116,13 +116,13 @@ def test_a_lap_that_begins_in_flight_is_refused(flown):
         assert outcome(judge(made, moved), "continuity") == "fails"
 
 
-def test_a_lap_that_ends_in_another_internal_state_is_refused():
+def test_a_lap_that_ends_in_another_internal_state_is_refused(pace):
     robot = {
         "initial": "dry",
         "states": {"dry": (), "wet": ("water",)},
         "actions": ({"from": "dry", "to": "wet", "at": "west"}, {"from": "wet", "to": "dry", "at": "east"}),
     }
-    made = plan(patrol("G F(east & water) & G F(east & !water) & G F north", robot=robot, places="west east north"))
+    made = plan(patrol("G F(east & water) & G F(east & !water) & G F north", robot=robot, places="west east north"), pace=pace)
     team = refine(made)
     assert outcome(judge(made, team), "visits") == "holds"
     carrier = next(name for name, r in made.robots.items() if any(visit.actions for visit in r.visits))
@@ -137,9 +137,9 @@ def test_a_lap_that_ends_in_another_internal_state_is_refused():
 
 
 @few_of(1, "heading", ["path", (0.0, -2.5, 1.0)])
-def test_a_lap_ends_with_the_heading_that_it_began_with(heading):
+def test_a_lap_ends_with_the_heading_that_it_began_with(heading, pace):
     agents = {f"q{i}": {"start": (2.0 * i - 1, -1.5, 1.0), "heading": heading} for i in range(2)}
-    made = plan(patrol("G F west & G F east & G F north", agents=agents))
+    made = plan(patrol("G F west & G F east & G F north", agents=agents), pace=pace)
     assert outcome(certified_team(made).certificate, "continuity") == "holds"
 
 

@@ -102,7 +102,8 @@ def test_a_team_that_no_faster_clock_suits_stays_as_it_is(monkeypatch: pytest.Mo
     assert conflict_resolution.hurried(problem, *team) is None
 
 
-@given_few(2, 40, st.integers(0, 10_000))
+@pytest.mark.slow
+@given_few(1, 40, st.integers(0, 10_000))
 def test_flights_of_random_teams_are_judged_and_never_slower_than_the_plans_own_times(seed: int) -> None:
     plan = ltlplan.plan(random_mission(seed, samples=20, rounds=2))
     fastest = refine(plan, pace=1)
@@ -189,6 +190,7 @@ regions:
 """
 
 
+@pytest.mark.slow
 def test_a_flight_that_its_heading_slows_down_is_faster_than_its_nominal_times() -> None:
     text = LAPS + "agents: {q: {start: [0, 0, 1], heading: path}}\nspec: {formula: G F a & G F d, trace: infinite, repeat: 3}\n"
     plan, said = ltlplan.plan(ltlplan.parse_mission(text)), list[str]()
@@ -234,6 +236,7 @@ def test_only_pieces_that_turn_are_given_more_time() -> None:
     assert slower[:2].max() < 0.8 * slower[3:].max()
 
 
+@pytest.mark.slow
 def test_a_fast_flight_is_cut_into_parts_where_a_nominal_one_is() -> None:
     """Within the second in which it would slow down it flies more pieces than its vehicle holds."""
     text = LAPS + "agents: {q: {start: [0, 0, 1]}}\nlimits: {pieces: 6}\n"
@@ -325,6 +328,7 @@ spec: {formula: G F a & G F b, team: joint, trace: infinite}
     assert_holds(plan, refine(plan, pace=1))
 
 
+@pytest.mark.slow
 def test_a_step_of_the_search_that_goes_much_too_far_is_taken_back() -> None:
     """Legs that must be slow beside legs that need not: durations once became so different that no spline was found."""
     text = """

@@ -54,7 +54,7 @@ def test_one_robot_rests_where_its_flight_is_cut() -> None:
     assert any(note.startswith("q0 flies ") and "parts" in note for note in done.plan.notes)
 
 
-def test_a_team_is_cut_at_common_rests() -> None:
+def test_a_team_is_cut_at_common_rests(pace: float | str) -> None:
     """q1 has a short way, rests at its end while q0 goes on, and is cut with it."""
     kinds = {"robots": {"busy": {}, "other": {}}}
     regions = {name: {**body, "only": ["busy"]} for name, body in ROW.items()} | {
@@ -62,7 +62,7 @@ def test_a_team_is_cut_at_common_rests() -> None:
     }
     agents = {"q0": {"start": (-2.4, -1.4, 1.0), "robot": "busy"}, "q1": {"start": (2.4, 0.0, 1.0), "robot": "other"}}
     asked = " & ".join(f"F {name}" for name in regions)
-    done = certified_team(plan(row(asked, agents, pieces=10, regions=regions, **kinds)))
+    done = certified_team(plan(row(asked, agents, pieces=10, regions=regions, **kinds), pace=pace))
     first, second = done.team.values()
     assert first.cuts
     assert joints(first) == joints(second)
@@ -90,12 +90,12 @@ def test_laps_that_do_not_fit_are_flown_from_rest_to_rest() -> None:
     assert path.flown_parts(10)[-10:] == (len(path.parts) - 1,) * 10, "one lap is one part, which is started ten times"
 
 
-def test_where_no_parts_are_found_the_flight_is_left_whole() -> None:
+def test_where_no_parts_are_found_the_flight_is_left_whole(pace: float | str) -> None:
     """Two robots with one goal each, whose ways have no point between start and goal at which both could rest."""
     two = {name: ROW[name] for name in ("g0", "g3")}
     regions = {**two, "between": {"center": (-1.95, -1.7, 1.0), "radii": (0.3, 0.3, 0.3)}}
     agents = {"q0": {"start": (-2.4, -2.4, 1.0)}, "q1": {"start": (2.4, -1.4, 1.0)}}
-    done = certified_team(plan(row("F g0 & F g3 & G !between", agents, pieces=2, regions=regions)))
+    done = certified_team(plan(row("F g0 & F g3 & G !between", agents, pieces=2, regions=regions), pace=pace))
     assert all(path.cuts == () for path in done.team.values())
     assert max(map(len, done.team.values())) > 2
     assert any("stream it" in note for note in done.plan.notes)
@@ -118,10 +118,10 @@ def test_laps_of_a_team_are_cut_where_they_begin() -> None:
         assert path == Trajectory(whole[name].durations, whole[name].coefficients, cycle=path.cycle, cuts=path.cuts)
 
 
-def test_what_holds_any_number_of_pieces_is_not_cut() -> None:
+def test_what_holds_any_number_of_pieces_is_not_cut(pace: float | str) -> None:
     made = plan(row(" & ".join(f"F {name}" for name in ROW), {"q0": {"start": (-2.4, -1.4, 1.0)}}, pieces=4096, vehicle={
         **patrol("G F west").vehicle.model_dump(), "name": "streamed", "pieces": 4096,
-    }))  # fmt: skip
+    }), pace=pace)  # fmt: skip
     path = certified_team(made).team["q0"]
     assert len(path) > 8
     assert path.cuts == ()

@@ -44,7 +44,7 @@ from ltlplan.search.endurance import require_endurance
 from ltlplan.search.itineraries import itinerary
 from ltlplan.search.least_cost_matching import cheapest_assignment
 from ltlplan.search.problem import TIES, Problem
-from ltlplan.search.tours.shared_tours import Objective
+from ltlplan.search.tours.shared_tours import Objective, improved
 from ltlplan.systems.objective import is_counted_by_legs
 from ltlplan.systems.robot_systems import interchangeable, unit_cost
 from ltlplan.systems.transition_systems import TransitionSystem
@@ -226,16 +226,18 @@ class _Visits:
         shown = {self._courses.systems[step.robot].labels[node] for step in course for node in step.path}
         shown |= {system.labels[system.initial] for system in self._courses.systems}
         tasks = [task for task, letters in enumerate(self._letters) if shown.isdisjoint(letters)]
-        best = self._filled(course, tasks)
-        for _ in range(_ROUNDS if best is not None and tasks else 0):
+        first = self._filled(course, tasks)
+        if first is None or not tasks:
+            return first
+
+        def anew(now: Course) -> Course | None:
             taken = self._rng.permutation(tasks)[: int(self._rng.integers(1, min(4, len(tasks)) + 1))].tolist()
-            other: Course | None = best
+            other: Course | None = now
             for task in taken:
                 other = None if other is None else self._courses.without(other, task)
-            other = None if other is None else self._filled(other, taken)
-            if other is not None and best is not None and self._cost(other) < self._cost(best) - 1e-9:
-                best = other
-        return best
+            return None if other is None else self._filled(other, taken)
+
+        return improved(first, anew, lambda found: self._objective(self._courses.costs(found)), rounds=_ROUNDS)[0]
 
     def _filled(self, course: Course, tasks: Sequence[int]) -> Course | None:
         """Put tasks in, each where it adds least to the objective, in the order given."""
@@ -251,9 +253,6 @@ class _Visits:
                 return None
             course = found
         return course
-
-    def _cost(self, course: Course) -> float:
-        return self._objective(self._courses.costs(course))
 
 
 def taken_by_the_cheapest(

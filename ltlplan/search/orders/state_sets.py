@@ -185,6 +185,7 @@ class _Possibilities:
         """Tell whether all that is possible once everybody has been read is accepting."""
         return all(unread or self.part.accepting(state) for state, unread in self._sets.known[number])
 
+    @memoized
     def _cut(self, letters: _Letters) -> _Letters:
         return tuple(tuple(sorted({letter & self.part.mask for letter in own})) for own in letters)
 
@@ -201,19 +202,15 @@ class _Possibilities:
 
     def _read(self, possible: set[tuple[int, int]], letters: _Letters) -> int | None:
         """Return the number of what is possible after any readings of held letters; None where some lose the task."""
-        bits: dict[int, list[int]] = {}
-        for reader, own in enumerate(letters):
-            for letter in own if not self._all_idle(own) else ():
-                bits.setdefault(letter, []).append(1 << reader)
+        readers = [(1 << reader, letter) for reader, own in enumerate(letters) if not self._all_idle(own) for letter in own]
+        moves: dict[int, set[tuple[int, int]]] = {}
         found, waiting = set(possible), list(possible)
         for state, unread in waiting:  # grows while it is walked
-            for letter, readers in bits.items():
-                after = self.part.step(state, letter)
-                if after == DEAD:
+            if state not in moves:
+                moves[state] = {(self.part.step(state, letter), ~bit) for bit, letter in readers}
+                if any(after == DEAD for after, _ in moves[state]):
                     return None
-                for bit in readers:
-                    reached = after, unread & ~bit
-                    if reached not in found:
-                        found.add(reached)
-                        waiting.append(reached)
+            reached = {(after, unread & kept) for after, kept in moves[state]} - found
+            found |= reached
+            waiting += reached
         return self._sets[frozenset(found)]

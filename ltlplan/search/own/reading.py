@@ -89,23 +89,20 @@ class OwnTask:
         """
         return self.bounds(self.task.state(state))
 
-    def shared_out(self, objective: Objective, states: int) -> PlanningOutcome | None:
+    def shared_out(self, objective: Objective) -> PlanningOutcome | None:
         """Return the plan that tasks shared in tours make, with a bound on its highest cost; None where it does not hold in every order.
 
         Args:
             objective: Limits on robots.
-            states: How many states may be looked at.
         """
         graph, kinds = self.graph, self.kinds()
         most = None if objective.most is None else [limit + SLACK for limit in objective.most]
-        tours = Tours(graph, self.task, kinds, most, states)
+        tours = Tours(graph, self.task, kinds, most)
         flown = least_highest(tours) if kinds.free else None
         cost = max((tour.cost for tour in flown or ()), default=UNREACHABLE)
         if flown is None or cost == UNREACHABLE:
             return None
-        run = TeamRun(
-            tuple(graph.expand(robot, tour.nodes) for robot, tour in enumerate(flown)), cost, states - tours.states_left
-        )
+        run = TeamRun(tuple(graph.expand(robot, tour.nodes) for robot, tour in enumerate(flown)), cost, tours.priced)
         if self.failing_orders(run.paths):
             return None
         free = None if kinds.own or kinds.kept else tours

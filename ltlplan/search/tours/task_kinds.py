@@ -38,10 +38,10 @@ class TaskKinds:
             lost: Conjuncts, by index, that are not to be free: some order of the robots was seen to break them.
         """
         self.parts = task.parts
-        self._reached = [reached_states(part, MOST_STATES) for part in task.parts]
-        self.readable = all(self._reached)
+        self.reached = [reached_states(part, MOST_STATES) for part in task.parts]
+        self.readable = all(self.reached)
         self.free = tuple(
-            i for i in range(len(task.parts)) if self.readable and i not in lost and is_task(task.parts[i], self._reached[i])
+            i for i in range(len(task.parts)) if self.readable and i not in lost and is_task(task.parts[i], self.reached[i])
         )
         others = [i for i in range(len(task.parts)) if i not in self.free]
         self.own: tuple[int, ...] = tuple(i for i in others if not all(self.done_by(i, letter) for letter in starts))
@@ -66,4 +66,4 @@ class TaskKinds:
     def begun(self, index: int) -> tuple[int, ...]:
         """Return the states of which a conjunct's word is followed: the initial one, then the accepting ones."""
         part = self.parts[index]
-        return (part.initial, *(s for s in self._reached[index] if s != part.initial and part.accepting(s)))
+        return (part.initial, *(s for s in self.reached[index] if s != part.initial and part.accepting(s)))

@@ -27,17 +27,17 @@ ROOMS = [
 ]
 
 
-@few_of(2, "room", [ROOMS[0], ROOMS[-1], *(pytest.param(room, marks=pytest.mark.slow) for room in ROOMS[1:-1])])
-def test_the_way_around_a_corner_is_flown_and_proved(room: dict[str, bool]) -> None:
+@few_of(1, "paces", [("nominal",), ("nominal", 0.7)])
+@few_of(2, "room", ROOMS)
+def test_the_way_around_a_corner_is_flown_and_proved(room: dict[str, bool], paces: tuple[Pace, ...]) -> None:
     mission = room_with_a_corner(**room)
     made = ltlplan.plan(mission)
     assert AROUND_THE_CORNER <= made.cost <= 1.12 * AROUND_THE_CORNER
-    paces: tuple[Pace, ...] = ("nominal", 0.7)
     for pace in paces:
         assert judge(made, refine(made, pace=pace), largest=False).holds
 
 
-@pytest.mark.parametrize("room", ROOMS)
+@few_of(3, "room", ROOMS)
 def test_the_search_counts_the_way_around_the_corner(room: dict[str, bool]) -> None:
     found = assign(room_with_a_corner(**room))
     assert AROUND_THE_CORNER - 1e-6 <= found.cost <= 1.001 * AROUND_THE_CORNER

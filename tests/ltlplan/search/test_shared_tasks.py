@@ -21,9 +21,9 @@ from verify import check_team
 from verify.data import Formula, Mission, Word, parse_formula, parse_mission
 
 
-def shared(each: list[TransitionSystem], formula: Formula, *, most: float = math.inf, states: int = 10_000):
+def shared(each: list[TransitionSystem], formula: Formula, *, most: float = math.inf):
     task = own_task(each, conjunct_automata(formula, "finite"))
-    return task.shared_out(Objective(longest=True, most=[most] * len(each)), states)
+    return task.shared_out(Objective(longest=True, most=[most] * len(each)))
 
 
 def costs(each: list[TransitionSystem], paths: tuple[tuple[int, ...], ...]) -> list[float]:
@@ -67,22 +67,6 @@ def test_one_robot_for_each_of_two_visits_that_it_alone_can_make() -> None:
     assert found.bound == pytest.approx(2.0, abs=1e-5)
     assert shared([left, right], parse_formula("F a & F b"), most=1.5) is None
     assert shared([left, right], parse_formula("!a U b")) is None  # nothing that any robot can do at any time
-
-
-def test_where_no_states_may_be_looked_at_tasks_are_done_in_the_order_in_which_they_were_put_in() -> None:
-    free = frozenset[str]()
-    names = [frozenset({name}) for name in "abc"]
-    labels = (free, *names)
-    edges = tuple(tuple((j, abs(i - j) + 0.5) for j in range(4) if j != i) for i in range(4))
-    each = [TransitionSystem(labels=labels, edges=edges, initial=0) for _ in range(2)]
-    formula = parse_formula("F a & F b & F c")
-    hasty, found = shared(each, formula, states=0), shared(each, formula)
-    assert hasty is not None
-    assert found is not None
-    assert hasty.run is not None
-    assert found.run is not None
-    assert found.run.cost <= hasty.run.cost
-    assert found.run.reached < 10_000
 
 
 def grid(robots: int, *, goals: int | None = None, extra: str = "") -> Mission:

@@ -13,6 +13,7 @@ from refine.coordination.conflict_intervals import cut_legs, mover
 from refine.coordination.joint_bending import Beginning, bend_apart
 from refine.corridor.fitting import fit
 from refine.corridor.planned import corridor_of
+from refine.single_robot.task import Pace
 from tests.helpers.plans_by_hand import ball, straight
 from verify.data import Infeasible, Mission, Plan, RobotPlan, Trajectory
 from verify.data.sections import Agent, Box, Spec
@@ -65,11 +66,11 @@ def test_robots_on_a_circle_change_sides_at_once_and_whoever_meets_nobody_flies_
     assert all(team[name].digest() == again[name].digest() for name in team)
 
 
-def test_whoever_rests_where_another_flies_arrives_with_it() -> None:
+def test_whoever_rests_where_another_flies_arrives_with_it(pace: Pace) -> None:
     """The short flights end, each, where a long one passes by later, in a hall too narrow to pass."""
     ends = {f"s{i}": straight((i - 2.0, 0.0, 2.0), (i - 1.4, 0.0, 2.0)) for i in range(4)}
     plan = hall({"long": straight((-4.0, 0.0, 2.0), (4.0, 0.0, 2.0)), **ends}, (6.0, 0.8, 0.4))
-    assert refused(plan, refine(plan)) == []
+    assert refused(plan, refine(plan, pace=pace)) == []
 
 
 @pytest.mark.slow

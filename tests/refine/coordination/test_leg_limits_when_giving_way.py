@@ -9,6 +9,7 @@ import pytest
 
 import verify
 from refine import refine
+from refine.single_robot.task import Pace
 from tests.helpers.few import few_of
 from tests.helpers.random_plans import random_plan
 from verify.data import Infeasible, Plan
@@ -30,9 +31,9 @@ def limited(seed: int) -> Plan:
 
 
 @few_of(1, "seed", [22, 188])
-def test_robots_that_give_way_keep_the_limits_of_their_ways(seed: int) -> None:
+def test_robots_that_give_way_keep_the_limits_of_their_ways(seed: int, pace: Pace) -> None:
     plan = limited(seed)
-    assert verify.judge(plan, refine(plan), largest=False).holds
+    assert verify.judge(plan, refine(plan, pace=pace), largest=False).holds
 
 
 @pytest.mark.slow

@@ -42,13 +42,13 @@ def test_a_time_out_is_an_error_of_ours_and_no_kind_of_infeasibility() -> None:
 
 def test_osqps_clock_is_an_error_and_no_fallback(monkeypatch: pytest.MonkeyPatch) -> None:
     """It is asked where non-negative least squares runs out of steps."""
-    usual = refine.refine(sequence_plan())["quad0"]
+    usual = refine.refine(sequence_plan(), pace="nominal")["quad0"]
 
     def out_of_steps(_matrix: np.ndarray, _target: np.ndarray) -> None:
         raise RuntimeError("Maximum number of iterations reached.")
 
     monkeypatch.setattr(qp, "nnls", out_of_steps)
-    flight = refine.refine(sequence_plan())["quad0"]
+    flight = refine.refine(sequence_plan(), pace="nominal")["quad0"]
     np.testing.assert_allclose(flight.durations, usual.durations, rtol=1e-3)
     np.testing.assert_allclose(flight.evaluate(flight.knots), usual.evaluate(usual.knots), atol=1e-2)
     monkeypatch.setattr(qp, "SECONDS", 1e-9)

@@ -66,7 +66,7 @@ def test_a_flight_too_long_may_rest_on_the_way_and_be_split() -> None:
     plan = sequence_plan()
     with pytest.raises(DoesNotFit, match="Let it rest"):
         refine(plan, max_pieces=6)
-    whole = refine(plan, max_pieces=6, too_long="rest")["quad0"]
+    whole = refine(plan, max_pieces=6, too_long="rest", pace="nominal")["quad0"]
     assert verify.judge(plan, {"quad0": whole}, largest=False).holds
     parts = split(whole, 6)
     assert len(parts) > 1

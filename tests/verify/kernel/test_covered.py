@@ -63,8 +63,8 @@ FALSE = {
 
 
 @pytest.mark.parametrize("name", MISSIONS)
-def test_all_claims_are_checked_and_false_ones_are_not(name):
-    made = certified_team(plan(parse_mission(WORLD + MISSIONS[name])))
+def test_all_claims_are_checked_and_false_ones_are_not(name, pace):
+    made = certified_team(plan(parse_mission(WORLD + MISSIONS[name]), pace=pace))
     proof = prove(made.plan, made.team, made.certificate)
     files = tables(made.plan, made.team)
     claims = checked(proof.statement, proof.evidence, files)

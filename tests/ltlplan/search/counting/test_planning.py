@@ -26,6 +26,7 @@ from ltlplan.systems.robot_systems import Systems
 from refine.coordination.meeting_orders import one_at_a_time
 from tests.helpers import apart_missions
 from tests.helpers.counted_halls import gathering
+from tests.helpers.few import few_of
 from tests.helpers.plain_team_words import at_once, holds
 from tests.helpers.random_counts import random_counting_formula
 from tests.helpers.worlds import world
@@ -241,11 +242,12 @@ def test_a_meeting_is_planned_flown_and_certified(pace):
     assert all(claim.outcome == "holds" for claim in done.certificate.claims)
 
 
-def test_of_thirty_robots_those_that_gather_wait_for_each_other_only() -> None:
-    made = plan(gathering(30, "nominal"))
+@few_of(1, "robots", [12, 30])
+def test_of_many_robots_those_that_gather_wait_for_each_other_only(robots: int) -> None:
+    made = plan(gathering(robots, "nominal"))
     crowd = [name for name, robot in made.robots.items() if robot.visits[0].region == "a"]
     two = [name for name, robot in made.robots.items() if robot.visits[0].region == "b"]
-    assert (len(crowd), len(two)) == (15, 2)
+    assert (len(crowd), len(two)) == (robots // 2, 2)
     waits = {(meeting.first, meeting.then) for meeting in made.meetings}
     assert waits == {((a, 0), (b, 1)) for group in (crowd, two) for a in group for b in group if a != b}
 

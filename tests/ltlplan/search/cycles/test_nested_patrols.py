@@ -60,10 +60,10 @@ def test_patrols_of_houses_with_rooms_are_certified(formula: str, start: list[fl
     ],
 )
 def test_laps_between_middles_of_regions_that_overlap_are_certified(
-    formula: str, a: tuple[float, float], b: tuple[float, float]
+    formula: str, a: tuple[float, float], b: tuple[float, float], pace: float | str
 ) -> None:
     balls = {name: ([x, 0.0, 1.0], [radius] * 3) for name, (x, radius) in {"a": a, "b": b, "c": (0.0, 0.3)}.items()}
-    assert certified(world(formula, [0.0, -2.0, 1.0], balls))
+    assert certified(world(formula, [0.0, -2.0, 1.0], balls), pace)
 
 
 @pytest.mark.slow  # half a minute: many small worlds
