@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from refine.corridor.legs import CLEARANCE, bodies_of
 from refine.obstacles.keep_out_bodies import Ball, keep_out
 from verify.data import Mission, Plan, RobotPlan, Waypoint
+from verify.data.shapes.region import Region
 
 Floats = NDArray[np.float64]
 
@@ -18,6 +19,7 @@ _AROUND = np.array([way for way in itertools.product((-1.0, 0.0, 1.0), repeat=3)
 """Ways out of a region."""
 _FURTHER = (0.0, 0.1, 0.2, 0.3, 0.4)
 """m beyond the distance at which a leg ends outside: a robot that hovers beside a small region is in the way of who comes into it."""
+_HALVINGS = 40
 _STEP = 0.1
 """m between places on a leg that are kept clear."""
 
@@ -55,8 +57,7 @@ def moved_outside(
     body, middle = mission.regions[region], np.array(mission.regions[region].center)
     ways = np.concatenate([[point - middle, before - middle], _AROUND])
     ways = ways[np.linalg.norm(ways, axis=1) > 0.0]
-    reach = float(np.sqrt(body.level(point)))
-    edges = ways * (reach / np.sqrt(body.level(middle + ways)))[:, None]
+    edges = _at_level(body, float(body.level(point)), ways)
     lengths = np.linalg.norm(edges, axis=1)
     places = middle + np.concatenate([edges * (1.0 + further / lengths)[:, None] for further in _FURTHER])
     bodies, grow = bodies_of(mission, name, CLEARANCE), mission.margin + CLEARANCE
@@ -71,6 +72,20 @@ def moved_outside(
     free = beside if beside.any() else free
     nearest = np.argmin(np.where(free, np.linalg.norm(places - before, axis=1), np.inf))
     return leg[1].model_copy(update={"position": tuple(places[int(nearest)].tolist())})
+
+
+def _at_level(body: Region, level: float, ways: Floats) -> Floats:
+    """Return the points, relative to a region's centre, along some ways that lie as far outside as a level says. Shape (n, 3)."""
+    middle = np.array(body.center)
+    scales = np.sqrt(level / body.level(middle + ways))  # of a body whose level grows as a square: an ellipsoid
+    if not np.allclose(body.level(middle + ways * scales[:, None]), level, rtol=1e-9):
+        low, high = np.zeros(len(ways)), 4.0 * scales + body.outer_radius / np.linalg.norm(ways, axis=1)
+        for _ in range(_HALVINGS):
+            scales = (low + high) / 2.0
+            inside = body.level(middle + ways * scales[:, None]) < level
+            low, high = np.where(inside, scales, low), np.where(inside, high, scales)
+        scales = high
+    return ways * scales[:, None]
 
 
 def flown_over(robot: RobotPlan, kept: tuple[float, float], near: tuple[Floats, float]) -> list[Ball]:

@@ -1,0 +1,35 @@
+"""Places just outside regions, where robots hover that have left them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from refine.corridor.outside import moved_outside
+from refine.obstacles.keep_out_bodies import keep_out
+from verify.data import Waypoint, parse_mission
+
+MISSION = """format: 1
+name: outside
+spec: {formula: F a}
+regions: {a: {center: [0, 0, 1], SHAPE}}
+agents: {q: {start: [-1.5, 0, 1]}}
+vehicle: crazyflie-2.1
+workspace: {min: [-2, -2, 0.2], max: [2, 2, 1.8]}
+"""
+
+
+@pytest.mark.parametrize("shape", ["size: [0.4, 1.6, 0.2]", "radii: [0.2, 0.8, 0.1]", "cylinder: {radius: 0.5, height: 0.2}"])
+@pytest.mark.parametrize("way", [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (1.0, 1.0, 0.0)])
+def test_other_places_lie_no_nearer_to_a_long_region(shape: str, way: tuple[float, float, float]) -> None:
+    mission = parse_mission(MISSION.replace("SHAPE", shape))
+    body = mission.regions["a"]
+    scales = np.linspace(0.0, 2.0, 4001)[:, None]
+    ends = np.array([0.0, 0.0, 1.0]) + scales * np.array(way)
+    end = ends[np.argmax(body.measures.depths(ends - np.array(body.center)) <= -0.07)]
+    x, y, z = end.tolist()
+    leg = (Waypoint(position=(0, 0, 1), role="centre", region="a"), Waypoint(position=(x, y, z), role="via", region="a"))
+    other = moved_outside(mission, "q", "a", leg, [keep_out("b", end, 0.4, 1.0)])
+    assert other is not None
+    assert np.linalg.norm(np.array(other.position) - end) >= 0.4
+    assert body.level(np.array(other.position)) >= body.level(end) - 1e-6
