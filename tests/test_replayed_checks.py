@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import json
+import os
 import random
+import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -11,6 +15,7 @@ import pytest
 from ltlplan.missions import shipped_missions
 from tests.helpers.kernel_records import recorded
 from tests.helpers.proved_checkers import ask
+from tests.mutation.sites import ROOT
 
 pytestmark = pytest.mark.slow
 EDITS = 8
@@ -30,3 +35,17 @@ def test_proved_checkers_say_what_the_kernel_says(checkers: Path, shipped_folder
     assert ask(checkers, (one.asked() for one in invariants)) == says
     assert "no" not in says[: len(found.invariants)]
     assert "no" in says
+
+
+def test_proved_checkers_agree_on_every_proof_of_the_suite(checkers: Path) -> None:
+    """All that the kernel looks at in its own tests and in those of audits, true or not (`kernel_replay`)."""
+    files = ["tests/verify/kernel", "tests/verify/third_party/test_audit_proof.py"]
+    command = [sys.executable, "-m", "pytest", "-n", "0", "-q", "-p", "tests.helpers.kernel_replay", *files]
+    environment = {**os.environ, "KERNEL_REPLAY": str(checkers)}
+    done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout[-5000:]
+    (line,) = (line for line in done.stdout.splitlines() if line.startswith("replayed: "))
+    found = json.loads(line.removeprefix("replayed: "))
+    assert found["differ"] == 0
+    assert min(found["tree: checked"], found["tree: refused"]) > 500
+    assert all(found[f"{kind}: {says}"] for kind in ("own", "team", "own-laps") for says in ("checked", "refused"))
