@@ -200,13 +200,11 @@ class Onwards(Protocol):
         ...
 
 
-# seven parameters: the link, what is flown, and what is known of the ground and the vehicles and required of them, each by its keyword
 def fly_live(
     link: Link,
     stages: Sequence[Stage],
     *,
     grounds: Mapping[str, float],
-    parameters: Mapping[str, Mapping[str, float]] | None = None,
     show: Callable[[Look], None] | None = None,
     onwards: Onwards | None = None,
     unchecked: Collection[str] = (),
@@ -220,7 +218,6 @@ def fly_live(
         link: To the robots.
         stages: What is flown one after another: the first begins where robots stand, each other where the one before ends.
         grounds: z in m of the ground below each robot.
-        parameters: What must be on board, by robot.
         show: Told what a person is shown, at every look.
         onwards: What is flown after the stages; None where they end just above the ground.
         unchecked: Checks without which the operator flies where they cannot be made, such as `battery`; else they keep all on the ground.
@@ -238,7 +235,7 @@ def fly_live(
     lasts = sum(stage.duration + SETTLE * (len(stage.parts) - 1) for stage in stages) + (
         0.0 if onwards is None else onwards.duration
     )
-    checks = before_take_off(link, stages[0], lasts, parameters, None if onwards is None else onwards.standing)
+    checks = before_take_off(link, stages[0], lasts, None if onwards is None else onwards.standing)
     for check in checks:
         record.note(link.now(), check.sentence, check.robot, "check")
     if failed := refusals(checks, unchecked):

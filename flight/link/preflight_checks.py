@@ -10,7 +10,6 @@ from flight.exports.scripts.flying.checks import (
     Known,
     Place,
     checks_of_team,
-    differing,
     margin_fault,
 )
 from flight.exports.scripts.flying.checks import at_start as start_of
@@ -23,7 +22,6 @@ def before_take_off(
     link: Link,
     first: Stage,
     lasts: float,
-    wanted: Mapping[str, Mapping[str, float]] | None = None,
     standing: Part | None = None,
 ) -> tuple[Check, ...]:
     """Look at every robot for half a second, and say what keeps it from flying.
@@ -32,7 +30,6 @@ def before_take_off(
         link: To the robots.
         first: What is flown first; it begins where they stand.
         lasts: s that all is to take.
-        wanted: Parameters that must be on board, by robot; None asks for none.
         standing: Where other robots stand that wait on the ground; None where there are none.
 
     Returns:
@@ -42,7 +39,7 @@ def before_take_off(
     seen = _watched(link, tuple(begins))
     margin = margin_fault(first.margin, limits(link.accuracy))
     found = [Check("margin", next(iter(begins)), False, margin)] if margin else []
-    return (*found, *on_ground(link, begins, lasts, seen, wanted))
+    return (*found, *on_ground(link, begins, lasts, seen))
 
 
 def on_ground(
@@ -50,7 +47,6 @@ def on_ground(
     begins: Mapping[str, Stage | Part],
     lasts: float,
     seen: Mapping[str, Sequence[Pose]],
-    wanted: Mapping[str, Mapping[str, float]] | None = None,
 ) -> list[Check]:
     """Say what keeps robots that stand on the ground, and were looked at for a while, from flying.
 
@@ -59,7 +55,6 @@ def on_ground(
         begins: What each of them flies first; it begins where they stand.
         lasts: s that all is to take.
         seen: Poses of each.
-        wanted: Parameters that must be on board, by robot; None asks for none.
 
     Returns:
         All checks, passed or not.
@@ -69,9 +64,8 @@ def on_ground(
         for robot in begins
         if robot not in link.robots
     ]
-    known = {
-        robot: _known(link, robot, seen[robot], (wanted or {}).get(robot) or {}) for robot in begins if robot in link.robots
-    }
+    # parameters on board were set and read back when the robots were reached
+    known = {robot: Known(seen[robot], link.health(robot), "") for robot in begins if robot in link.robots}
     asked = {robot: _asked(robot, begins[robot], lasts) for robot in known}
     return found + checks_of_team(known, asked, limits(link.accuracy), link.now())
 
@@ -105,9 +99,3 @@ def _asked(robot: str, stage: Stage | Part, lasts: float) -> Asked:
     rows = {name: path.evaluate(0.0).tolist() for name, path in stage.paths.items()}
     places: dict[str, Place] = {name: (row[0], row[1], row[2]) for name, row in rows.items()}
     return Asked(places, f"where the {stage.name} begins", rows[robot][3], stage.margin, lasts)
-
-
-def _known(link: Link, robot: str, seen: Sequence[Pose], wanted: Mapping[str, float]) -> Known:
-    differs = "; ".join(differing(link.parameters(robot), wanted))
-    wrong = differs and f"{robot}: {differs}: set them again, and look whether the firmware has them"
-    return Known(seen, link.health(robot), wrong)

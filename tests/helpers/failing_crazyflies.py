@@ -99,7 +99,7 @@ def _flown(link: CrazyflieLink, failing: Failing) -> LiveFlight | None:
     try:
         with interrupts_land():
             failing.start()
-            done = fly_live(link, stages(), grounds=GROUNDS, parameters=link.wanted, unchecked=UNCHECKED)
+            done = fly_live(link, stages(), grounds=GROUNDS, unchecked=UNCHECKED)
             failing.ended.set()
             failing.join()
     except (KeyboardInterrupt, ZeroDivisionError):

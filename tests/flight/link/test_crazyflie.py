@@ -104,7 +104,7 @@ def test_what_keeps_a_team_on_the_ground_is_said(mission, flown) -> None:
     manners = {"r0": Manner(blocks=True), "r1": Manner(unsettled=True), "r2": Manner(off=0.1)}
     with in_the_air(mission, PLACES, manners) as (air, addresses):
         link = CrazyflieLink(mission, addresses)
-        done = fly_live(link, flown, grounds=GROUNDS, parameters=link.wanted, unchecked=UNCHECKED)
+        done = fly_live(link, flown, grounds=GROUNDS, unchecked=UNCHECKED)
         link.close()
     assert not done.flown
     for says in ("r0 is not ready: ", "r1's estimator has not settled", "r2 is 0.100 m from where the climb begins"):
@@ -166,7 +166,7 @@ def test_a_stage_that_no_memory_holds_is_refused_before_anything_spins(mission, 
 def test_a_team_climbs_flies_and_lands(mission, flown, trouble) -> None:
     with in_the_air(mission, PLACES, loss=trouble, disorder=trouble) as (air, addresses):
         link = CrazyflieLink(mission, addresses)
-        done = fly_live(link, flown, grounds=GROUNDS, parameters=link.wanted, unchecked=UNCHECKED)
+        done = fly_live(link, flown, grounds=GROUNDS, unchecked=UNCHECKED)
         link.close()
         spinning = air.spinning
     assert done.flown, done.reason
@@ -193,7 +193,7 @@ def flown_from_above(stages):
     mission, places = stages[1].plan.mission, places_of(stages)
     with in_the_air(mission, places) as (air, addresses):
         link = CrazyflieLink(mission, addresses, accuracy=0.005)
-        done = fly_live(link, stages, grounds=dict.fromkeys(places, 0.0), parameters=link.wanted, unchecked=UNCHECKED)
+        done = fly_live(link, stages, grounds=dict.fromkeys(places, 0.0), unchecked=UNCHECKED)
         link.close()
         spinning = air.spinning
     assert done.flown, done.reason
@@ -241,7 +241,7 @@ def test_who_is_interrupted_while_a_part_is_written_lands(after) -> None:
             bring(number, waiting)
 
         link.bring = interrupted
-        done = fly_live(link, stages, grounds=dict.fromkeys(places, 0.0), parameters=link.wanted, unchecked=UNCHECKED)
+        done = fly_live(link, stages, grounds=dict.fromkeys(places, 0.0), unchecked=UNCHECKED)
         link.close()
         spinning = air.spinning
     assert done.reason == "interrupted"
@@ -271,7 +271,7 @@ def test_one_broadcast_a_channel_starts_everybody_by_radio(mission, flown, monke
         monkeypatch.setattr(radiodriver, "Crazyradio", radio)
         monkeypatch.setattr(radiodriver.RadioManager, "_radios", [])
         link = CrazyflieLink(mission, {name: f"radio://0/{channel}/2M/{address}" for name, (channel, address) in where.items()})
-        done = fly_live(link, flown, grounds=GROUNDS, parameters=link.wanted, unchecked=UNCHECKED)
+        done = fly_live(link, flown, grounds=GROUNDS, unchecked=UNCHECKED)
         link.close()
         assert done.flown, done.reason
         assert air.spinning == []
@@ -294,7 +294,7 @@ def test_one_broadcast_a_channel_starts_everybody_by_radio(mission, flown, monke
 def test_brushless_vehicles_begin_once_their_motors_have_spun_up(mission, flown) -> None:
     with in_the_air(mission, PLACES, {name: Manner(needs_arming=True) for name in PLACES}) as (air, addresses):
         link = CrazyflieLink(mission, addresses)
-        done = fly_live(link, flown, grounds=GROUNDS, parameters=link.wanted, unchecked=UNCHECKED)
+        done = fly_live(link, flown, grounds=GROUNDS, unchecked=UNCHECKED)
         link.close()
         spinning = air.spinning
     assert done.flown, done.reason
@@ -308,7 +308,7 @@ def test_brushless_vehicles_begin_once_their_motors_have_spun_up(mission, flown)
 def test_motors_that_do_not_spin_up_are_named_before_anything_flies(mission, flown) -> None:
     with in_the_air(mission, PLACES, {"r1": Manner(needs_arming=True, spin_up=np.inf)}) as (air, addresses):
         link = CrazyflieLink(mission, addresses)
-        done = fly_live(link, flown, grounds=GROUNDS, parameters=link.wanted, unchecked=UNCHECKED)
+        done = fly_live(link, flown, grounds=GROUNDS, unchecked=UNCHECKED)
         link.close()
     assert "r1 at peer://r1 armed, but cannot fly (its motors did not spin up" in done.reason
     assert all(vehicle.starts == [] for vehicle in air.vehicles.values())
@@ -319,7 +319,7 @@ def test_motors_stop_where_vehicles_stand_and_not_above(mission, flown) -> None:
     """The firmware ends a landing itself, and says 2 s later that it does not fly any more."""
     with in_the_air(mission, PLACES) as (air, addresses):
         link = CrazyflieLink(mission, addresses)
-        done = fly_live(link, flown, grounds=GROUNDS, parameters=link.wanted, unchecked=UNCHECKED)
+        done = fly_live(link, flown, grounds=GROUNDS, unchecked=UNCHECKED)
         link.close()
     assert done.flown, done.reason
     for vehicle in air.vehicles.values():

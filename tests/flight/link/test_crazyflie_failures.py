@@ -24,7 +24,7 @@ pytestmark = pytest.mark.slow
 
 
 def flight_of(link: CrazyflieLink, stages: tuple[Stage, ...]) -> LiveFlight:
-    return fly_live(link, stages, grounds=GROUNDS, parameters=link.wanted, unchecked=UNCHECKED)
+    return fly_live(link, stages, grounds=GROUNDS, unchecked=UNCHECKED)
 
 
 def at(link: CrazyflieLink, air: Air, stage: int, after: float, act) -> None:

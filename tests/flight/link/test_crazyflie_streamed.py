@@ -25,7 +25,7 @@ ON_BOARD = {"controller": "mellinger"}
 
 
 def flight_of(link: StreamedCrazyflies, stages) -> LiveFlight:
-    return fly_live(link, stages, grounds=GROUNDS, parameters=link.wanted, unchecked=UNCHECKED)
+    return fly_live(link, stages, grounds=GROUNDS, unchecked=UNCHECKED)
 
 
 def at(link: StreamedCrazyflies, stage: int, after: float, act) -> None:

@@ -129,14 +129,6 @@ def test_swapped_bodies_are_refused_before_anything_spins(ready) -> None:
     assert link.spinning == ()
 
 
-def test_parameters_that_are_not_on_board_are_named(ready) -> None:
-    mission, flown = ready
-    link = link_to(mission)
-    done = fly_live(link, flown, grounds=GROUNDS, parameters={"one": {"mass": 0.029}})
-    assert "one: mass is 0.033, not 0.029" in done.reason
-    assert link.spinning == ()
-
-
 @few_of(
     1, "kind", ["unseen", "pushed", "lost", *(pytest.param(kind, marks=pytest.mark.slow) for kind in ("flat", "deaf", "both"))]
 )
