@@ -203,7 +203,9 @@ class Systems:
         again = transition.letters is None and transition.end.place == point.place
         cost = None if self.cost is not None or transition.length is None else self._metre[robot] * transition.length
         if cost is None:
-            cost = self.leg(robot, point.place if point.position is None or again else point.position, transition.end.place)
+            begins = [point.place] if point.position is None else [point.position]
+            begins += [point.place] * again  # it flies out and back, no less far than to the middle
+            cost = max(self.leg(robot, begin, transition.end.place) for begin in begins)
         between = transition.letters or ()
         crossings = {
             index - 1: (left, entered)

@@ -34,6 +34,8 @@ _BULGE = 1.1
 """How much farther a robot may be from the middle of a cell than at the cell's ends."""
 _CLEARANCE = 0.01
 """m on top of the distance: what cells do not see."""
+_ROUNDING = 1e-9
+"""s by which numbers of one time may differ."""
 _MOST_ZONES = 500
 """Where robots are too near each other, at most: to decide who passes first takes time that goes by their square."""
 _MOST_SOONER = 8
@@ -202,10 +204,9 @@ def _waits(problem: Problem, robots: Mapping[str, RobotFlight], lines: Sequence[
     found: list[After] = []
     for wait in problem.feedback.precedences:
         first, then = wait.first[0], wait.then[0]
-        done = np.searchsorted(
-            lines[index[first]].times, flights[first].done(wait) - (GRID if isinstance(wait, Meeting) else 0.0)
-        )
-        due = np.searchsorted(lines[index[then]].times, flights[then].due(wait), side="right") - 1
+        over = flights[first].done(wait) - (GRID if isinstance(wait, Meeting) else 0.0)
+        done = np.searchsorted(lines[index[first]].times, over - _ROUNDING)
+        due = np.searchsorted(lines[index[then]].times, flights[then].due(wait) + _ROUNDING, side="right") - 1
         done = min(int(done), len(lines[index[first]].times) - 1)
         found.append(After(index[first], np.array([done]), index[then], np.array([max(int(due), 0)]), late + GRID))
     return found

@@ -15,6 +15,19 @@ from refine.coordination.passing_orders import Line, Orders, Times, Zone, passin
 from tests.helpers.counted_halls import abreast, gathering, hall, longest_alone
 from tests.helpers.few import few_of, given_few
 
+_SHOW = """
+format: 1
+name: show
+regions:
+  ring: {{center: [0, 0, 1.9], cylinder: {{radius: 2.4, height: 0.6}}}}
+  stage: {{center: [0, 0, 0.7], size: [5.4, 3.0, 0.6]}}
+agents: {{{agents}}}
+vehicle: crazyflie-2.1
+limits: {{speed: 1.5}}
+workspace: {{min: [-3, -3, 0.2], max: [3, 3, 3]}}
+spec: {{formula: "F(all(ring) & F all(stage))", team: joint}}
+"""
+
 
 def crossing(rng: np.random.Generator, robots: int) -> list[Line]:
     """Straight paths at even speeds across a square, departing from places apart."""
@@ -106,6 +119,17 @@ def test_robots_that_cross_fields_together_keep_to_lanes(pace: str) -> None:
     assert max(flight.duration for flight in team.values()) <= 1.3 * longest_alone(plan)
     sides = [np.sign(np.round(flight.evaluate(np.linspace(0.0, flight.duration, 50))[:, 1], 1)) for flight in team.values()]
     assert [set(side) for side in sides] == [{-1.0}, {0.0}, {1.0}]
+
+
+def test_a_show_in_a_ring_is_flown_all_at_once() -> None:
+    """Nine robots come into a ring above their stage together, and then back: every robot waits for all others there."""
+    agents = ", ".join(f"q{i}: {{start: [{1.2 * (i % 3) - 1.2:.2f}, {0.9 * (i // 3) - 0.9:.2f}, 0.7]}}" for i in range(9))
+    mission = ltlplan.parse_mission(_SHOW.format(agents=agents))
+    plan = ltlplan.plan(mission)
+    assert all([visit.region for visit in robot.visits] == ["stage", "ring", "stage"] for robot in plan.robots.values())
+    team = refine(plan)
+    assert verify.judge(plan, team, largest=False).holds
+    assert max(flight.duration for flight in team.values()) <= 1.5 * longest_alone(plan)
 
 
 @pytest.mark.slow
