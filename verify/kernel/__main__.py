@@ -17,8 +17,8 @@ MOST_BYTES = 50_000_000
 
 def _text(path: Path) -> str:
     try:
-        require(path.stat().st_size <= MOST_BYTES, f"{path} is too large.")
-        return path.read_text(encoding="utf-8")
+        require(path.is_file() and path.stat().st_size <= MOST_BYTES, f"{path} is no file, or too large.")
+        return path.read_bytes().decode()
     except (OSError, ValueError) as error:
         raise Refused(f"{path} cannot be read: {error}.") from None
 
@@ -32,17 +32,16 @@ def check_folder(folder: Path) -> tuple[Statement, list[Checked]]:
 
 def main() -> int:
     """Print what a folder's statement says and what of it is checked; return 0 where all of it is, 1 where not, 2 without a proof."""
-    if len(sys.argv) != 2:
-        print("usage: check.pyz FOLDER")
-        return 2
     try:
+        require(len(sys.argv) == 2, "usage: check.pyz FOLDER")
         statement, claims = check_folder(Path(sys.argv[1]))
+        lines = [f"Kernel {VERSION}", *statement_lines(statement), "", *claim_lines(claims)]
+        result = int(any(claim.missing for claim in claims))
     except Refused as refused:
-        print(f"refused: {refused}")
-        return 2
-    for line in (f"Kernel {VERSION}", *statement_lines(statement), "", *claim_lines(claims)):
-        print(line)
-    return int(any(claim.missing for claim in claims))
+        result, lines = 2, [f"refused: {refused}"]
+    for line in lines:
+        print(line.encode("unicode_escape").decode())  # names print no lines of their own
+    return result
 
 
 if __name__ == "__main__":

@@ -15,7 +15,7 @@ from .distances import Flight, Pair
 from .flights import Team
 from .limits import LIMITS, TURNING, Turning, check_continuity, check_endurance, check_parts, kept
 from .places import check_transitions
-from .statement import Refused, Statement
+from .statement import Refused, Statement, at_least
 from .timelines import Course
 from .trees import Evidence, Part, Rules
 from .words import check_formula, check_ordered
@@ -73,7 +73,7 @@ class Check:
         flights = [Flight(statement, path) for path in self.team.paths.values()]
         for pair in (Pair(statement.separation, one, other) for one, other in combinations(flights, 2)):
             one, other = (flight.path.name for flight in pair.flights)
-            apart = f"The paths of {one} and {other} stay {float(pair.least):.4f} m apart at all times that clocks may show together."
+            apart = f"The paths of {one} and {other} stay {pair.apart} apart at all times that clocks may show together."
             yield Owed("separation", (one, other), apart, [(f"apart/{one}/{other}", pair.parts(statement.clock_error))])
         if statement.words:
             yield Owed("ordered", (), partial(check_ordered, statement, evidence))
@@ -88,28 +88,28 @@ class Check:
         visits = f"{name} makes its {len(course.robot.visits)} planned visits, no other; its actions are permitted."
         yield Owed("visits", of, lambda: visits if course.timeline else "")
         yield Owed("passages", of, lambda: f"{name} passes exactly its planned openings: {course.passages()}.")
-        walls = along(path, workspace((statement.low, statement.high), margin))
-        yield Owed("workspace", of, f"{name} stays in the workspace by {float(margin):.4g} m.", [(f"workspace/{name}", walls)])
+        walls = [(f"workspace/{name}", along(path, workspace((statement.low, statement.high), margin)))]
+        yield Owed("workspace", of, f"The path of {name} stays {float(margin)} m inside the workspace.", walls)
         yield Owed("continuity", of, partial(check_continuity, path, team))
         if hoops := {one: shape for one, shape in statement.regions.items() if shape.ring}:
             rims = ((f"rims/{name}/{one}", along(path, rim(shape, near))) for one, shape in hoops.items())
-            yield Owed("rims", of, f"{name} stays more than {float(near):.4g} m from every rim.", rims)
+            yield Owed("rims", of, f"The path of {name} stays more than {at_least(near)} m from every rim.", rims)
         if statement.obstacles:
             solid = ((f"obstacles/{name}/{one}", along(path, self._obstacle(one, near))) for one in statement.obstacles)
-            yield Owed("obstacles", of, f"{name} stays more than {float(near):.4g} m from every obstacle.", solid)
+            yield Owed("obstacles", of, f"The path of {name} stays more than {at_least(near)} m from every obstacle.", solid)
         if any(other.robot.cuts for other in team.paths.values()):
             yield Owed("parts", of, partial(check_parts, path, team))
         if limits.endurance is not None:
             yield Owed("limits.endurance", of, partial(check_endurance, team, path))
         for limit in LIMITS:
             value = getattr(limits, limit)
-            most = f"{name}'s {limit.replace('_', ' ')} keeps its limit {float(value):.5g}."
+            most = f"On its path {name}'s {limit.replace('_', ' ')} keeps its limit {float(value)}."
             turning = f"turning/{name}", (Turning(course.robot, piece) for piece in path.pieces)
             trees = [turning if limit in TURNING else (f"limits/{limit}/{name}", kept(path, limit, value))]
             yield Owed(f"limits.{limit}", of, most, trees)
         for number, visit in enumerate(course.robot.visits):
             for limit, value in limits.legs.get(visit.region, {}).items():
-                most = f"{name}'s {limit} keeps the limit {float(value):.5g} on the way to visit {number}, of {visit.region}."
+                most = f"{name}'s path keeps the {limit} limit {float(value)} on the way to visit {number}, of {visit.region}."
                 yield Owed(f"limits.legs.{limit}", of, most, self._leg(course, number, limit, value))
 
     def _obstacle(self, name: str, length: Fraction) -> Rules:

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from .flights import Path
 from .polynomials import Bernstein, Polynomial, common, root, square
-from .statement import ZERO, Statement
+from .statement import ZERO, Statement, at_least
 
 BITS = 40
 Box = Sequence[tuple[int, int]]
@@ -39,7 +39,7 @@ class Flight:
 
     def __init__(self, statement: Statement, path: Path) -> None:
         weight = Fraction(1) if statement.separation_z is None else statement.separation / statement.separation_z
-        self.unit, self.path, self.rows = weight.denominator, path, list[Flown]()
+        self.weight, self.unit, self.path, self.rows = weight, weight.denominator, path, list[Flown]()
         steps = [square([axis.derivative() for axis in one.axes]) for one in path.segments if one.start == one.stop]
         step, self.stretch = root(max((one.at(0) for one in steps), default=ZERO))[1], max(Fraction(1), weight)
         self.radius, self.loose = self.stretch * path.robot.radius, self.stretch * (statement.margin + step)
@@ -65,6 +65,8 @@ class Pair:
     def __init__(self, separation: Fraction, one: Flight, other: Flight) -> None:
         self.flights, self.least = (one, other), max(separation, one.radius + other.radius) + one.loose + other.loose
         self._square = (self.least * one.unit) ** 2
+        self.apart = f"{at_least(self.least)} m"
+        self.apart += f", a metre in z counted as {float(one.weight):.4g}," if one.weight != 1 else ""
 
     def parts(self, error: Fraction) -> Iterator[Two]:
         """Yield the claims that they are far enough apart at times of theirs that differ by at most an error, s, where boxes do not part them."""

@@ -115,7 +115,7 @@ class Team(NamedTuple):
 
 def _read_pieces(text: str, name: str) -> list[Segment]:
     """Read a CSV file."""
-    rows = [[cell.strip() for cell in line.split(",")] for line in text.removeprefix("\ufeff").splitlines() if line.strip()]
+    rows = [[cell.strip() for cell in line.split(",")] for line in text.removeprefix("\ufeff").split("\n") if line.strip()]
     fits = 2 <= len(rows) <= MOST_PIECES + 1 and rows[0] == HEADER and all(len(row) == len(HEADER) for row in rows)
     require(fits, f"{name}.csv is no flight of 1 to {MOST_PIECES} pieces, each a line of 33 numbers below their names.")
     found: list[Segment] = []

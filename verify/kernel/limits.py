@@ -43,6 +43,7 @@ LIMITS = ("speed", "acceleration", "thrust_max", "thrust_min", "tilt", "body_rat
 
 JUMPS = (Fraction(1, 10_000), Fraction(1, 1_000), Fraction(1, 100), Fraction(1, 10))
 """Greatest jumps in position (m), velocity, acceleration and jerk, and the same in rad for heading, its rate and its acceleration."""
+_UP_TO = f"up to jumps of {', '.join(str(float(jump)) for jump in JUMPS)} in place and its derivatives"
 PAUSE, CLIMB_AND_LANDING = 60, 11
 """s that an endurance counts for a pause between parts, and beside the flight."""
 
@@ -236,7 +237,7 @@ def check_continuity(path: Path, team: Team) -> str:
         else:
             _require(order, last, zero, "where the lap ends")
             _require(order, ends[robot.cycle][0], zero, "where the lap begins")
-    return f"The pieces of {path.name} join, from rest at its start."
+    return f"The pieces of {path.name} join, from rest at its start, {_UP_TO}."
 
 
 def check_parts(path: Path, team: Team) -> str:
@@ -257,7 +258,7 @@ def check_parts(path: Path, team: Team) -> str:
             require(not order or max(abs(end[3]), abs(begin[3])) <= JUMPS[order], f"its heading turns {where}")
             for side in (end, begin):
                 _require(order, side, [*(begin[:3] if not order else [ZERO] * 3), side[3]], where)
-    return f"{path.name} rests at each of {len(cuts)} cuts."
+    return f"The path of {path.name} rests at each of {len(cuts)} cuts, {_UP_TO}."
 
 
 def check_endurance(team: Team, path: Path) -> str:
@@ -271,4 +272,4 @@ def check_endurance(team: Team, path: Path) -> str:
     total += max(pauses) * PAUSE
     within = path.robot.limits.endurance is not None and total <= path.robot.limits.endurance
     require(within, f"it is in the air for {float(total):.1f} s, longer than its endurance")
-    return f"{path.name} is in the air for {float(total):.5g} s."
+    return f"{path.name} is in the air for less than {int(total) + 1} s."

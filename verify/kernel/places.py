@@ -152,9 +152,8 @@ def check_transitions(statement: Statement, timeline: Timeline) -> str:
     while waiting:
         place, vertices = waiting.pop()
         before = places.inside[place]
-        require(
-            not before & system.closed, f"{robot} may be in {min(before & system.closed, default='')}, which is closed to it"
-        )
+        closed = min(before & system.closed, default="")
+        require(not before & system.closed, f"{robot} may be in {closed}, which is closed to it")
         for target in _following(places, place):
             now = places.inside[target]
             came = now - before

@@ -16,6 +16,7 @@ _WORDS = {
     "low": "workspace from", "high": "workspace to", "start": "starts at", "yaw": "with heading", "end": "finishes at", "closed": "may not enter",
     "edges": "may go from one region to others", "vertex": "comes from", "actions": "permitted changes of the internal state", "cuts": "parts begin with pieces",
     "changes": "planned changes of it", "cycle": "laps begin with piece", "cycle_visit": "laps begin with visit", "legs": "limits on the way to",
+    "digests": "digests, not looked at", "parts": "parts, around the center",
 }  # fmt: skip
 
 

@@ -245,6 +245,11 @@ def read(kind: Any, value: Any, where: str) -> Any:
     raise Refused(f"{where} is not what it should be.")
 
 
+def at_least(value: Fraction) -> str:
+    """Return a number that is not above a value, with four digits behind the point."""
+    return f"{math.floor(value * 10**4) / 10**4:.4f}"
+
+
 def read_statement(text: str) -> Statement:
     """Read a statement; what it says has to fit together."""
     found: Statement = read(Statement, read_json(text, "statement.json"), "statement.json")

@@ -15,7 +15,7 @@ from operator import itemgetter
 from typing import NamedTuple
 
 from .flights import Path, Segment
-from .statement import ZERO, Statement, Visit, Wait, require
+from .statement import ZERO, Statement, Visit, Wait, at_least, require
 from .trees import Cell, Evidence, Rules, leaves
 from .zones import Hoop, along, opening, region
 
@@ -223,17 +223,14 @@ class Course:
             wanted = [list(part or ()) for part in self.statement.sequence]
             size = sum(map(len, (*words, *wanted)))  # words that agree so far are one (Fine and Wilf)
             first = [[*prefix, *cycle * size][:size] for prefix, cycle in (words, wanted)]
-            require(
-                first[0] == first[1] and bool(words[1]) == bool(wanted[1]),
-                f"it passes {shown[:200]}, which is not the mission's sequence",
-            )
+            alike = first[0] == first[1] and bool(words[1]) == bool(wanted[1])
+            require(alike, f"it passes {shown[:200]}, which is not the mission's sequence")
         return shown
 
     def _passages(self, name: str) -> Iterator[tuple[Fraction, Fraction, str, str]]:
-        hoop = Hoop(self.statement.regions[name])
-        every = self.along(
-            f"openings/{self.name}/{name}", opening(self.statement.regions[name], self.statement.margin, self.robot.radius)
-        )
+        shape = self.statement.regions[name]
+        hoop, rules = Hoop(shape), opening(shape, self.statement.margin, self.robot.radius)
+        every = self.along(f"openings/{self.name}/{name}", rules)
         runs = [(mark, list(run)) for mark, run in groupby(every, key=itemgetter(1))]
         stops = [*(run[0][0] for _, run in runs[1:]), self.end]
         for (mark, run), stop in zip(runs, stops, strict=True):
@@ -289,8 +286,8 @@ class Course:
             if (due := self._due(wait.due, wait.then[1], lap)) is not None:
                 found.append(due - first._done(wait.done, wait.first[1], lap))
         least = min(found, default=None)
-        by = "which never happens" if least is None else f"by at least {float(least):.4f} s"
-        require(least is None or least > self.statement.clock_error, f"that is proved {by}, by which clocks may differ")
+        by = "which never happens" if least is None else f"by at least {at_least(least - self.statement.clock_error)} s"
+        require(least is None or least > self.statement.clock_error, f"that is proved {by}, as clocks may differ")
         return f"{first.name} has {wait.done} at its visit {wait.first[1]} before {self.name} {wait.due} at its visit {wait.then[1]}, {by}."
 
     def _done(self, what: str, visit: int, lap: int) -> Fraction:

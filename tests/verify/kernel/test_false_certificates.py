@@ -6,6 +6,8 @@ import json
 import subprocess
 import sys
 from collections.abc import Callable
+from fractions import Fraction
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -20,7 +22,7 @@ from verify import judge
 from verify.data.plan import Meeting
 from verify.data.trajectory import Trajectory
 from verify.kernel.flights import read_team
-from verify.kernel.statement import Refused, read_statement
+from verify.kernel.statement import Refused, at_least, read_statement
 from verify.kernel.team import Team
 from verify.kernel.timelines import Course
 from verify.kernel.trees import Evidence
@@ -260,6 +262,62 @@ def test_visits_that_are_not_told_apart(brushes: bool, forged: str) -> None:
             Course(statement, path, forgery).stays  # noqa: B018  # which are sought
 
 
+def printed(folder: Path, texts: dict[str, str]) -> subprocess.CompletedProcess[str]:
+    """Return what the kernel prints of files, to a terminal that knows ASCII alone."""
+    for name, text in texts.items():
+        (folder / name).write_bytes(text.encode())
+    command = [sys.executable, "-m", "verify.kernel", str(folder)]
+    environment = {"PYTHONPATH": str(ROOT), "PYTHONIOENCODING": "ascii"}
+    return subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, check=False, timeout=60)
+
+
+@pytest.mark.parametrize(
+    "name", ["x\n\n1 of 1 claims checked by the kernel", "\x1b[2Jx", "\ud800", "\u202ekciuq", "große Räume"]
+)
+def test_names_print_no_lines_of_their_own(name: str, tmp_path: Path) -> None:
+    """Whoever writes a statement could write what is said of it, or stop the printing."""
+    plan, team = small_flight("one")
+    proof = prove(plan, team, judge(plan, team, largest=False))
+    table = json.loads(proof.statement)
+    table["name"] = name
+    table["regions"][name] = table["regions"]["a"]
+    files = {f"{one}.csv": text for one, text in tables(plan, team).items()}
+    done = printed(tmp_path, {"statement.json": json.dumps(table), "proof.json": proof.evidence, **files})
+    assert done.returncode == 1
+    assert done.stderr == ""
+    lines = done.stdout.split("\n")
+    assert not any(line.startswith("1 of 1") for line in lines)
+    assert all(line.isascii() and line.isprintable() for line in lines)
+
+
+def test_formulas_that_cannot_be_shown(tmp_path: Path) -> None:
+    plan, team = small_flight("one")
+    proof = prove(plan, team, judge(plan, team, largest=False))
+    table = {**json.loads(proof.statement), "formula": ["next", ["name", "a"]]}
+    files = {f"{one}.csv": text for one, text in tables(plan, team).items()}
+    done = printed(tmp_path, {"statement.json": json.dumps(table), "proof.json": proof.evidence, **files})
+    assert done.returncode == 2
+    assert "not covered by the kernel" in done.stdout
+
+
+def test_lines_that_only_some_readers_tell_apart() -> None:
+    plan, team = small_flight("legs")
+    proof = prove(plan, team, judge(plan, team, largest=False))
+    for end in ("\x0c", "\x1c", "\x85", "\u2028", "\r"):
+        with pytest.raises(Refused):
+            checked(proof.statement, proof.evidence, {one: text.replace("\n", end) for one, text in tables(plan, team).items()})
+    assert checked(
+        proof.statement, proof.evidence, {one: text.replace("\n", "\r\n") for one, text in tables(plan, team).items()}
+    )
+
+
+def test_what_is_no_file_is_not_read(tmp_path: Path) -> None:
+    (tmp_path / "statement.json").symlink_to("/dev/zero")
+    done = printed(tmp_path, {})
+    assert done.returncode == 2
+    assert "is no file" in done.stdout
+
+
 REFUSALS = ("refused_limits", "refused_paths", "refused_visits", "leg_windows", "passages", "separation", "region_relations")
 
 
@@ -276,3 +334,14 @@ def test_what_the_tests_of_the_judge_refuse_the_kernel_refuses() -> None:
     (line,) = (line for line in done.stdout.splitlines() if line.startswith("kernel: "))
     assert done.returncode == 0, done.stdout[-5000:]
     assert json.loads(line.removeprefix("kernel: "))["flights"] > 100
+
+
+def test_no_sentence_says_more_than_was_checked() -> None:
+    """Distances were rounded to the nearest, waits took no clocks off, and metres in z counted as all others."""
+    plan, team = small_flight("counted")
+    proof = prove(plan, team, judge(plan, team, largest=False))
+    says = {claim.name: claim.sentence for claim in checked(proof.statement, proof.evidence, tables(plan, team))}
+    assert at_least(Fraction(0.4) - Fraction(1, 10**9)) == "0.3999"
+    assert "a metre in z counted as 0.5" in says["separation"]
+    wait = edited("counted", clock_error=float(says["precedences"].split()[-2]) + 0.0201)
+    assert "precedences" in wait
