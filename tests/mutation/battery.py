@@ -162,7 +162,7 @@ SECONDS = 4.0
 
 def noticed_by_proofs(fault: Fault) -> bool:
     """Return whether the proofs of true flights notice a fault in the kernel."""
-    known = _of_proofs()[::3]  # the real kernel speaks before the fault is planted
+    known = [_of_proof(name) for name in NAMES[::3]]  # the real kernel speaks before the fault is planted
     with swapped(fault, "verify.kernel", "verify.proofs"):
         try:
             kernel = within(SECONDS, Kernel)
@@ -248,24 +248,31 @@ def _real() -> Kernel:
     return Kernel()
 
 
-def _folder(name: str, plan: Any, team: Any) -> _Folder:
+NAMES = (*FLIGHTS, "firefighting")
+
+
+def _folder_of(name: str, plan: Any, team: Any) -> _Folder:
     proof = prove(plan, team, judge(plan, team, largest=False))
     return _Folder(name, (plan, team), proof.statement, proof.evidence, tables(plan, team))
 
 
 @cache
+def _folder(name: str) -> _Folder:
+    return _folder_of(name, *(firefighting() if name == "firefighting" else small_flight(name)))
+
+
 def _folders() -> list[_Folder]:
-    return [*(_folder(name, *small_flight(name)) for name in FLIGHTS), _folder("firefighting", *firefighting())]
+    return [_folder(name) for name in NAMES]
 
 
 @cache
-def _of_proofs() -> list[Case]:
-    return [_case(one.name, one.proof) for one in _folders()]
+def _of_proof(name: str) -> Case:
+    return _case(name, _folder(name).proof)
 
 
 @cache
 def _of_flights() -> list[Case]:
-    every = [*_of_proofs()]
+    every = [_of_proof(name) for name in NAMES]
     every += [_case(f"{one.name}, sought", one.search) for one in _folders()]
     return every + [_case(f"{one.name}, words", one.words) for one in _folders()]
 
@@ -322,7 +329,7 @@ def _of_false_flights() -> list[Case]:
         plan, team = folder.flight
         for other in draw.sample(list(spoiled(team, draw)), 2):
             try:
-                one = _folder(folder.name, plan, other)
+                one = _folder_of(folder.name, plan, other)
             except LtlplanError:  # laps that do not end together
                 continue
             found += [
