@@ -36,7 +36,7 @@ from ltlplan.search.memoization import memoized
 from ltlplan.search.problem import TIES
 from ltlplan.systems.objective import BOUNDED, is_counted_by_legs, terms_of
 from ltlplan.systems.robot_systems import Systems, weighted_metres
-from ltlplan.systems.touching_points import is_large, routes_may_touch, touching_points
+from ltlplan.systems.touching_points import DEEP, is_large, routes_may_touch
 from ltlplan.systems.transition_systems import Cost
 from verify.data import Infeasible, Mission, RobotPlan, Unsatisfiable
 from verify.data.arrays import Floats
@@ -117,16 +117,17 @@ def _priced_where_touched(mission: Mission, context: Context, by_metres: Allocat
     """
     prices, legs, metre = _Prices(mission), _legs_between_edges(mission), weighted_metres(mission)
     price, best, least, complete = prices.of(by_metres), by_metres, 0.0, False
+    most = max(2, _TOUCHING // len(mission.agents))
 
     def solve(shut: _Shut) -> Iterator[tuple[float, Allocation]]:
         found = shut.cheapest(mission, legs, metre, whole=True)
         if found is not None:
             yield found.lower_bound or 0.0, found
 
-    spaces = Partition([_Shut(context.blocked)], solve, partial(_without_a_leg, mission), searches=_TOUCHING)
+    spaces = Partition([_Shut(context.blocked)], solve, partial(_without_a_leg, mission), searches=most)
     with contextlib.suppress(TooLarge):
         for bound, _, _, found in spaces:
-            if len(spaces.searched) == _TOUCHING:  # cheaper ones may be missing
+            if len(spaces.searched) == most:  # cheaper ones may be missing
                 price, best = min((price, best), (prices.of(found), found), key=itemgetter(0))
                 break
             least, complete = max(least, bound), price <= bound + TIES
@@ -141,16 +142,11 @@ def _without_a_leg(mission: Mission, shut: _Shut, found: Allocation) -> Iterator
 
 
 def _legs_between_edges(mission: Mission) -> Cost:
-    """Return what each leg costs where it is as short as touching large regions makes it."""
+    """Return a lower bound on the cost of each leg, where large regions are touched and others come to in their middles."""
     straight, rates, touched = Systems(mission), weighted_metres(mission), _touched(mission)
 
-    @cache
     def metres(start: Point | str, region: str) -> float:
-        places = [
-            place if place in touched else np.array(mission.all_regions[place].center if isinstance(place, str) else place)
-            for place in (start, region)
-        ]
-        return float(np.linalg.norm(np.diff(touching_points(mission, places), axis=0)))
+        return _gap(mission, start, region, dict.fromkeys(touched, mission.margin + DEEP))
 
     def leg(robot: str, start: Point | str, region: str) -> float:
         whole = straight.leg(robot, start, region)
@@ -308,10 +304,7 @@ def least_costs(mission: Mission) -> Cost:
         if not math.isfinite(straight.leg(robot, start, region)):
             return _FAR
         goal, speed = regions[region], straight.nominal_speed(robot)
-        here, around = (regions[start].center, regions[start].outer_radius) if isinstance(start, str) else (start, 0.0)
-        metres = max(0.0, math.dist(here, goal.center) - around - goal.outer_radius)
-        boxes = np.add(goal.half_lengths, regions[start].half_lengths if isinstance(start, str) else 0.0)
-        metres = max(metres, float(np.linalg.norm(np.maximum(np.abs(np.subtract(here, goal.center)) - boxes, 0.0))))
+        metres = _gap(mission, start, region, dict.fromkeys(regions, 0.0))
         if not isinstance(start, str):
             metres = max(metres, -float(goal.measures.depths(np.subtract(start, goal.center)[None])[0]))
         first = 0.0
@@ -321,6 +314,27 @@ def least_costs(mission: Mission) -> Cost:
         return rates[robot] * metres + first
 
     return leg
+
+
+def _gap(mission: Mission, start: Point | str, region: str, deep: Mapping[str, float]) -> float:
+    """Return a lower bound on the distance between two places, in m: of balls and of boxes around them.
+
+    Args:
+        mission: Gives regions.
+        start: A point in m, or a region.
+        region: Where the way ends.
+        deep: How far within it each region is come to; others are come to in their middles.
+    """
+    places, radii, halves = [] if isinstance(start, str) else [np.array(start)], 0.0, np.zeros(3)
+    for name in (start, region):
+        if isinstance(name, str):
+            body = mission.all_regions[name]
+            places = [*places, np.array(body.center)]
+            if name in deep:
+                radii += body.outer_radius - deep[name]
+                halves += np.array(body.half_lengths) - deep[name]
+    way = places[-1] - places[-2]
+    return max(0.0, float(np.linalg.norm(way)) - radii, float(np.linalg.norm(np.maximum(np.abs(way) - halves, 0.0))))
 
 
 def expected_costs(mission: Mission) -> Cost:

@@ -14,7 +14,7 @@ from verify.data import Mission
 from verify.data.arrays import Floats
 from verify.data.shapes.region import Hoop, Region
 
-_DEEP = 0.2
+DEEP = 0.2
 """m inside a region, the margin aside, at which a route touches it."""
 _WORTH = 0.2
 """m by which a region is to be deeper than that, so that it is worth it."""
@@ -29,14 +29,15 @@ _STEPS = 401
 
 
 def routes_may_touch(mission: Mission) -> bool:
-    """Tell whether routes may be laid so: of one robot that plans for itself, without obstacles."""
-    return len(mission.agents) == 1 and not mission.obstacles and mission.spec.trace == "finite"
+    """Tell whether routes may be laid so: those of finite traces, without obstacles, of robots that do not gather as counts ask."""
+    gather = len(mission.agents) > 1 and mission.written.counts
+    return mission.spec.trace == "finite" and not mission.obstacles and not gather
 
 
 def is_large(mission: Mission, name: str) -> bool:
     """Tell whether routes may touch a region before its middle: it is deep, convex, no hoop, and meets no other region's box."""
     region = mission.all_regions[name]
-    if isinstance(region, Hoop) or len(region.body) > 1 or region.inner_radius < mission.margin + _DEEP + _WORTH:
+    if isinstance(region, Hoop) or len(region.body) > 1 or region.inner_radius < mission.margin + DEEP + _WORTH:
         return False
     centre, half = np.array(region.center), np.array(region.half_lengths)
     others = (other for other_name, other in mission.all_regions.items() if other_name != name)
@@ -55,7 +56,7 @@ def touching_points(mission: Mission, places: Sequence[Floats | str]) -> Floats:
     """
     regions = {k: mission.all_regions[place] for k, place in enumerate(places) if isinstance(place, str)}
     points = np.array([regions[k].center if k in regions else place for k, place in enumerate(places)], dtype=np.float64)
-    deep = mission.margin + _DEEP
+    deep = mission.margin + DEEP
     legs = np.diff(np.eye(len(points)), axis=0)
     inverse = np.linalg.inv(legs.T @ legs + np.eye(len(points)))
     own, along = points.copy(), legs @ points

@@ -103,3 +103,13 @@ def test_visits_on_the_way_are_made_where_the_route_touches_their_regions(
     assert made.lower_bound <= made.cost <= cheapest
     assert made.complete == proved
     assert judge(made, refine(made), largest=False).holds
+
+
+@few_of(1, ("formula", "team"), [("F(a & F b) & F c & F d", "own"), ("(!b U a) & F b & F d", "joint")])
+def test_teams_touch_fields_too_and_cost_little_more_than_their_bound(formula: str, team: str) -> None:
+    mission = fields_or_spots(FIELDS, formula=formula)
+    agents = {f"q{k}": mission.agents["q"].changed(start=(x, 0.0, 1.0)) for k, x in enumerate((-0.7, 0.7))}
+    made = ltlplan.plan(mission.changed(agents=agents, spec=mission.spec.model_copy(update={"team": team})))
+    assert made.lower_bound is not None
+    assert made.lower_bound <= made.cost <= 1.3 * made.lower_bound
+    assert judge(made, refine(made), largest=False).holds
