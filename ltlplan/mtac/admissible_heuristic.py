@@ -14,7 +14,7 @@ from typing import Any
 
 from ltlplan.logic.automaton import DEAD
 from ltlplan.mtac.agent_moves import AgentState, Move, World
-from ltlplan.mtac.decomposable_task import Accepting, States
+from ltlplan.mtac.decomposable_task import Reader, States
 from ltlplan.search.label_setting import distances
 from ltlplan.search.memoization import memoized
 from verify.data import Letter
@@ -30,20 +30,14 @@ class TeamModel:
 
     Attributes:
         world: Moves.
-        automaton: Deterministic.
-        starts: Where each robot that may fly begins.
-        begun: The automaton's states now.
-        takes_off: Whether robots' first letters are still to be read (before take-off) or were (in flight).
-        in_decomposition_set: Whether another robot may go on from these states.
+        reader: The formula's automaton.
+        starts: Where each robot begins.
         metric: Lower bound on the cost of one leg.
     """
 
     world: World
-    automaton: Accepting
+    reader: Reader
     starts: Mapping[str, AgentState]
-    begun: States
-    takes_off: bool
-    in_decomposition_set: Callable[[States], bool]
     metric: Metric
 
 
@@ -56,19 +50,18 @@ class AdmissibleHeuristic:
 
     def __init__(self, team: TeamModel) -> None:
         """Prepare a heuristic; bounds are computed when they are asked for."""
-        self._world, self._automaton, self._decomposition_set = team.world, team.automaton, team.in_decomposition_set
-        self._starts, self._metric, self._takes_off = team.starts, team.metric, team.takes_off
+        self._world, self._reader, self._starts, self._metric = team.world, team.reader, team.starts, team.metric
         self._tables: dict[frozenset[str], dict[_Node, float]] = {}
 
     def read(self, states: States, letters: Collection[Letter]) -> States:
         """Return the states after letters."""
         for letter in letters:
-            states = frozenset(self._automaton.successor(s, letter) for s in states)
+            states = frozenset(self._reader.successor(s, letter) for s in states)
         return states
 
     def accepts(self, states: States) -> bool:
         """Tell whether all states accept."""
-        return all(state in self._automaton.accepting for state in states)
+        return all(state in self._reader.accepting for state in states)
 
     def bound(self, states: States, where: AgentState, free: frozenset[str]) -> float:
         """Return a lower bound on the cost still to come when a robot is inside a region with its actions done.
@@ -135,7 +128,7 @@ class AdmissibleHeuristic:
         if len(node) == 1:
             (states,) = node
             for where, legs in starts:
-                begun = self.read(states, [world.letter(where)]) if self._takes_off else states
+                begun = self.read(states, [world.letter(where)])
                 for move in world.moves(where, first=True):
                     after = self.read(begun, move.shown)
                     if DEAD not in after:
@@ -147,7 +140,7 @@ class AdmissibleHeuristic:
         if self.accepts(over[0]) or self.accepts(over[-1]):
             yield node, 0.0, True
         for rest in over:
-            if starts and DEAD not in rest and self._decomposition_set(rest):
+            if starts and DEAD not in rest and self._reader.in_decomposition_set(rest):
                 yield (rest,), 0.0, False
         for move in world.moves(where):
             after = self.read(states, move.shown)

@@ -3,8 +3,7 @@
 The team automaton of the 2022 paper (Def. 4.6) is walked, never built: a state of it is a robot, the automaton's
 states so far, and the robot's `AgentState` in A = E x R. A robot's next step is a whole visit: it leaves where it is,
 flies to the middle of a region, and may change its internal state there. Which region may be entered from where, what is read on the
-way and what is permitted there is said by `ltlplan.systems.region_graph`, as for the exact search. Since the states are a set, the
-same walk serves before take-off (one state) and in flight (all states that the readings so far may have led to, see `ltlplan.online_mtac.possible_states`). A `RobotTask` is a
+way and what is permitted there is said by `ltlplan.systems.region_graph`, as for the exact search. Online teams make the same moves. A `RobotTask` is a
 robot's share of the formula: the visits that it is given, in order, and what it shows by them.
 """
 

@@ -1,8 +1,7 @@
-"""The walk of MTAC-E over the team automaton, whatever a path costs and wherever the team begins (Algorithm 2).
+"""The walk of MTAC-E over the team automaton, whatever a path costs (Algorithm 2).
 
 `BeamSearch` is the frame: neighbours of a walk, hand-over where the automaton's states may be divided, the best walks of a round.
-What a path costs, and when a team's tasks count as finished, is handed in: `offline` prices paths by cross-entropy and starts on
-the ground, `sharing.team` prices them by straight lines and starts from wherever a flying team has come to.
+What a path costs, and when a team's tasks count as finished, is handed in: `offline` prices paths by cross-entropy.
 """
 
 from __future__ import annotations
@@ -94,7 +93,7 @@ class BeamSearch:
             options: How to search.
         """
         self.mission, self.world, self.starts, self.options = team.world.mission, team.world, team.starts, options
-        self.begun, self.takes_off, self.decomposition = team.begun, team.takes_off, team.in_decomposition_set
+        self.reader = team.reader
         self.cost, self.holds = price, holds
         self.heuristic = AdmissibleHeuristic(team)
         self.everybody = frozenset(team.starts)
@@ -102,7 +101,7 @@ class BeamSearch:
     def search(self, say: Progress) -> BeamNode | None:
         """Walk on until no walk that is left can be better than the best finished one; None where none was finished."""
         idle = {robot: self.cost(robot, RobotTask(where)) for robot, where in self.starts.items()}
-        first = BeamNode(self.begun, costs=idle)
+        first = BeamNode(frozenset({self.reader.initial}), costs=idle)
         beam = [replace(first, score=self.score(idle, 0.0))]
         best: BeamNode | None = None
         for step in range(MAX_ROUNDS):
@@ -196,7 +195,7 @@ class BeamSearch:
             choices = [
                 leaves
                 for leaves in (usual, not usual)
-                if may_end(tasks[robot], leaves) and self.decomposition(self.over(states, tasks[robot], leaves))
+                if may_end(tasks[robot], leaves) and self.reader.in_decomposition_set(self.over(states, tasks[robot], leaves))
             ]
             if not choices:
                 return
@@ -204,7 +203,7 @@ class BeamSearch:
             tasks = {**tasks, robot: replace(tasks[robot], leaves=choices[0])}
         for other in sorted(self.everybody - set(one.order)):
             where = self.starts[other]
-            begun = self.heuristic.read(states, [self.world.letter(where)] if self.takes_off else [])
+            begun = self.heuristic.read(states, [self.world.letter(where)])
             handed = replace(one, order=(*one.order, other), tasks={**tasks, other: RobotTask(where)}, passed=frozenset())
             yield from self.continued(handed, begun, other, RobotTask(where), first=True)
 

@@ -5,13 +5,12 @@ Where a task may be divided, whether words hold in every order, and which letter
 
 from __future__ import annotations
 
-import math
 from collections.abc import Container, Hashable, Mapping, Sequence
 from functools import cached_property
 from typing import Any, Protocol
 
 from ltlplan.logic.automaton import DEAD
-from ltlplan.logic.conjunction import Conjunction, conjunct_automata
+from ltlplan.logic.conjunction import conjunct_automata
 from ltlplan.logic.decomposition import decomposes_from
 from ltlplan.logic.translation import translate
 from ltlplan.mtac.agent_moves import World
@@ -65,12 +64,6 @@ class Reader:
 
     def __contains__(self, state: Any) -> bool:  # of any type: each automaton has states of its own
         return state != DEAD and self._automaton.is_accepting(state)
-
-    @property
-    def size(self) -> int:
-        """Upper bound on the number of the automaton's states."""
-        parts = self._automaton.parts if isinstance(self._automaton, Conjunction) else (self._automaton,)
-        return math.prod(len(part.states) for part in parts)
 
     @memoized
     def successor(self, state: Any, letter: Letter) -> Any:  # of any type: each automaton has states of its own

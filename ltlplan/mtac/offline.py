@@ -198,10 +198,7 @@ def share_tasks(
             {r: (world.letter(where), *tasks.get(r, RobotTask(where)).ahead) for r, where in starts.items()}
         )
 
-    team = TeamModel(
-        world, reader, starts, begun=frozenset({reader.initial}), takes_off=True,
-        in_decomposition_set=reader.in_decomposition_set, metric=straight_line_costs(mission),
-    )  # fmt: skip
+    team = TeamModel(world, reader, starts, straight_line_costs(mission))
     best = BeamSearch(team, price=price, holds=holds, options=chosen).search(progress)
     if best is None:
         return None

@@ -4,7 +4,7 @@
 paper, a satisfying run is made at the first step; whoever is cheapest gets each part of it; paths are sampled for each robot by
 online cross-entropy; the flag says when the formula is satisfied. What the printed algorithm leaves open:
 
-* The run is made by the walk of `ltlplan.mtac.beam_search` with straight lines for costs, so that robots can go within a second. The switch
+* The run is made by the exact search with straight lines for costs, so that robots can go within a second. The switch
   condition is asked again several times a second: a task that nobody has begun, and whose beginning is in the decomposition
   set of the states that the automaton may be in now (what is done is done), goes to another robot where that is clearly cheaper.
 * A robot that has begun a task outside the decomposition set keeps it to its end, as the paper says.
@@ -20,19 +20,22 @@ is the checker's, afterwards.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from functools import partial
 
 import numpy as np
 from numpy.random import Generator
 
-from ltlplan.mtac.agent_moves import Move, RobotTask
+from ltlplan.allocation import Allocation, Leg
+from ltlplan.mtac.agent_moves import RobotTask
 from ltlplan.online_mtac.cross_entropy import OnlineSettings
 from ltlplan.online_mtac.deadlock_resolution import clear_ahead, make_way
-from ltlplan.online_mtac.initial_allocation import share_out
+from ltlplan.online_mtac.initial_allocation import left_of, share_out
 from ltlplan.online_mtac.pilot import PilotedTeam
 from ltlplan.online_mtac.possible_states import admits, can_finish
 from ltlplan.online_mtac.task_switching import Handover, better_hands, may_change
 from ltlplan.online_mtac.team_in_flight import PERIOD, Desired
+from ltlplan.search.lawler import Partition
 from verify.data import Infeasible, Mission, Unsatisfiable
 from verify.data.arrays import Floats
 from verify.data.events import HoopMoves, RobotJoins, WorldEvent
@@ -105,15 +108,19 @@ class OnlineTeam(PilotedTeam):
         self._handover: Handover | None = None
         for pilot in self.pilots.values():
             pilot.take(RobotTask(pilot.where), self.plan_for(pilot, RobotTask(pilot.where)), self.rng)
-        blocked: set[tuple[str, tuple[Move, ...]]] = set()
+        blocked = ""
+
+        def part(shut: frozenset[Leg], found: tuple[Allocation, object]) -> Iterator[frozenset[Leg]]:
+            legs = found[0].robots[blocked].legs(left_of(self), blocked)
+            return (shut | {leg} for leg in sorted(legs, key=str))
+
         try:
-            for _ in range(MAX_ATTEMPTS):
-                tasks = share_out(self, blocked)
+            for _, _, _, (_, tasks) in Partition([frozenset[Leg]()], partial(share_out, self), part, searches=MAX_ATTEMPTS):
                 problem = self._laid(tasks)
                 if problem is None:
                     self.holding, self._begin = None, self.steps + SEARCH_STEPS
                     return
-                blocked.add(problem)
+                blocked = problem
             raise Infeasible(f"No way was found for {MAX_ATTEMPTS} ways to share what is left.")
         except (Unsatisfiable, Infeasible) as error:
             self.holding = str(error)
@@ -247,14 +254,14 @@ class OnlineTeam(PilotedTeam):
 
     # -- who does what -------------------------------------------------------------------------------------
 
-    def _laid(self, tasks: Mapping[str, RobotTask]) -> tuple[str, tuple[Move, ...]] | None:
-        """Give robots their tasks and courses; return a task that has no way, if there is one."""
+    def _laid(self, tasks: Mapping[str, RobotTask]) -> str | None:
+        """Give robots their tasks and courses; return a robot whose task has no way, if there is one."""
         plans = {}
         for name, task in tasks.items():
             try:
                 plans[name] = self.plan_for(self.pilots[name], task)
             except Infeasible:
-                return name, task.moves
+                return name
         for name, task in tasks.items():
             self.pilots[name].take(task, plans[name], self.rng)
         return None

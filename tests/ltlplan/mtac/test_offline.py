@@ -167,10 +167,7 @@ def test_the_heuristic_is_a_lower_bound(seed):
     world = World(mission)
     reader = Reader(world)
     starts = {robot: world.start(robot) for robot in mission.agents}
-    team = TeamModel(
-        world, reader, starts, begun=frozenset({reader.initial}), takes_off=True,
-        in_decomposition_set=reader.in_decomposition_set, metric=straight_line_costs(mission),
-    )  # fmt: skip
+    team = TeamModel(world, reader, starts, straight_line_costs(mission))
     search = BeamSearch(team, price=lambda *_: 0.0, holds=lambda _: False, options=Options())
     first = BeamNode(frozenset({reader.initial}), costs=dict.fromkeys(starts, 0.0))
     idle = 0.0 if search.heuristic.accepts(first.states) else float("inf")

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from ltlplan.mtac.agent_moves import RobotTask, World
+from ltlplan.mtac.agent_moves import RobotTask
 from ltlplan.online.simulated_online_flight import fly_online
 from ltlplan.online_mtac import online_team
 from ltlplan.online_mtac.task_switching import Handover, may_change
@@ -24,17 +24,24 @@ def flown(flight):
     return first + [letter for _, events in flight.team.shown for letter in events.values()]
 
 
-def given_to(flight, robot, *regions):
-    """Let one robot do all of it, whoever would be cheaper."""
-    world = World(flight.team.mission)
-    tasks = {name: RobotTask(pilot.where) for name, pilot in flight.team.pilots.items()}
+def done_by(team, robot, *regions):
+    """Return tasks by which one robot does all of it, whoever would be cheaper."""
+    tasks = {name: RobotTask(pilot.where) for name, pilot in team.pilots.items()}
     for region in regions:
-        end = tasks[robot].end
-        move = next(move for move in world.moves(end) if move.visit.region == region)
+        move = next(move for move in team.world.moves(tasks[robot].end) if move.visit.region == region)
         tasks[robot] = tasks[robot].then(move, leaves=False)
-    for name, task in tasks.items():
+    return tasks
+
+
+def given_to(flight, robot, *regions):
+    for name, task in done_by(flight.team, robot, *regions).items():
         flight.team.pilots[name].take(task, flight.team.plan_for(flight.team.pilots[name], task), flight.team.rng)
     flight.team.steps = 1  # the switch condition was asked for at take-off; the next time robots are under way
+
+
+@pytest.fixture
+def all_begun_by_quad0(monkeypatch):
+    monkeypatch.setattr(online_team, "share_out", lambda team, _: [(0.0, (None, done_by(team, "quad0", "a", "b", "d")))])
 
 
 def handed_over(flight):
@@ -50,6 +57,7 @@ def asked_at_three_seconds(monkeypatch):
     monkeypatch.setattr(online_team, "SWITCH_STEPS", 150)
 
 
+@pytest.mark.usefixtures("all_begun_by_quad0")
 def test_a_part_changes_hands_in_flight_once_what_binds_it_is_done():
     flight = Flight(small(FIRST_A, regions=PLACES, agents=TWO))
     assert [move.visit.region for move in flight.team.pilots["quad0"].moves] == ["a", "b", "d"]
@@ -68,6 +76,7 @@ def test_a_part_changes_hands_in_flight_once_what_binds_it_is_done():
     assert flight.jump < 0.03
 
 
+@pytest.mark.usefixtures("all_begun_by_quad0")
 @pytest.mark.slow
 def test_the_checker_holds_a_flight_with_a_hand_over():
     flight = fly_online(small(FIRST_A, regions=PLACES, agents=TWO), seed=1)
@@ -76,6 +85,7 @@ def test_the_checker_holds_a_flight_with_a_hand_over():
     assert flight.require() is flight
 
 
+@pytest.mark.usefixtures("all_begun_by_quad0")
 @pytest.mark.slow
 def test_the_set_is_that_of_the_present_states():
     flight = Flight(small(FIRST_A, regions=PLACES, agents=TWO))
