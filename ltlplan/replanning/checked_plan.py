@@ -10,9 +10,12 @@ from collections.abc import Callable, Iterable, Iterator
 from functools import partial
 from typing import TYPE_CHECKING
 
+from ltlplan.allocation import Itinerary, Leg
 from ltlplan.missions import load_mission
 from ltlplan.paths.costs import for_mission
 from ltlplan.planner import SEQUENCE, make_plan, with_pace, with_seed
+from ltlplan.search.exact import without_legs
+from ltlplan.search.lawler import Member, Partition
 from verify.data import BadInput, Infeasible, InternalError, Mission, NotCertified, Plan, Unsatisfiable, check_mission
 from verify.data.choices import PLANNING_METHODS
 from verify.data.progress import Progress, silent
@@ -187,6 +190,37 @@ def plan_or_none(mission: Mission, *, method: PlanningMethod | str | None = None
         return plan(mission, method=method, known=known)
     except NO_PLAN:
         return None
+
+
+def plans_without(
+    mission: Mission, spaces: Iterable[frozenset[Leg]], *, searches: int, known: Known | None = None
+) -> Iterator[Member[frozenset[Leg], Plan]]:
+    """Yield plans of the exact search that do without some legs, the cheapest first; those are left out that cannot.
+
+    Args:
+        mission: What is asked.
+        spaces: Sets of legs to do without.
+        searches: How many of them are tried.
+        known: What earlier searches and refinements found.
+    """
+
+    def solve(shut: frozenset[Leg]) -> Iterator[tuple[float, Plan]]:
+        other = plan_or_none(mission, method=without_legs(shut), known=known)
+        if other is not None and not any(legs_of(other, name) & shut for name in other.robots):
+            yield other.cost, other
+
+    return iter(Partition(spaces, solve, searches=searches))
+
+
+def legs_of(made: Plan, robot: str) -> frozenset[Leg]:
+    """Return the legs that one robot of a plan flies from visit to visit.
+
+    Args:
+        made: The plan.
+        robot: Its name.
+    """
+    does = made.robots[robot]
+    return Itinerary(does.visits, does.word, does.cycle_visit).legs(made.mission, robot)
 
 
 def as_mission(mission: Asked) -> Mission:

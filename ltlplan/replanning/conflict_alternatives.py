@@ -12,15 +12,11 @@ from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
-
-from ltlplan.allocation import Context, Known, Leg
+from ltlplan.allocation import Known, Leg
 from ltlplan.logic.budget import Budget
 from ltlplan.precedences import hold_under_precedences
-from ltlplan.replanning.checked_plan import NO_PLAN, plan_or_none
-from ltlplan.replanning.cuts import Candidate, Cut, CutKind, Refusal, digest, legs_of
-from ltlplan.search.exact import without_legs
-from ltlplan.search.lawler import Partition
+from ltlplan.replanning.checked_plan import legs_of, plan_or_none, plans_without
+from ltlplan.replanning.cuts import Candidate, Cut, CutKind, Refusal, digest
 from verify.data import Infeasible, LtlplanError, NotCertified, Plan, Witness
 from verify.data.choices import PLANNING_METHODS
 
@@ -161,18 +157,9 @@ def _without_a_leg(refusal: Refusal, witness: Witness) -> Iterator[Candidate | N
     made, mission, candidate = refusal.plan, refusal.plan.mission, refusal.tried
     known = Known(budget=_COUNTED if mission.written.counts else _BUDGET, capacities=candidate.capacities)
 
-    def solve(shut: frozenset[Leg]) -> Iterator[tuple[float, frozenset[Leg]]]:
-        try:
-            found = without_legs(shut)(mission, Context(np.random.default_rng(made.seed), known=known))
-        except NO_PLAN:
-            return
-        if not found.legs(mission) & shut:
-            yield found.cost, shut
-
     spaces = (candidate.legs | legs for legs in _legs(made, witness))
-    for _, _, shut, _ in Partition(spaces, solve, searches=_LEGS):
-        other = plan_or_none(mission, method=without_legs(shut), known=known)
-        if other is not None and (witness.claim != "formula" or hold_under_precedences(other)):
+    for _, _, shut, other in plans_without(mission, spaces, searches=_LEGS, known=known):
+        if witness.claim != "formula" or hold_under_precedences(other):
             yield _answered(refusal, "legs", other, legs=shut)
 
 

@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal
 
-from ltlplan.allocation import Itinerary, Leg
+from ltlplan.allocation import Leg
 from ltlplan.paths.costs import with_expected_times
 from ltlplan.precedences import hold_under_precedences
 from verify.data import Infeasible, LtlplanError, Mission, NotCertified, Plan, Trajectory, Witness
@@ -236,17 +236,6 @@ def less_wished(mission: Mission, kept: Collection[int]) -> list[Mission]:
         *(mission.model_copy(update={"spec": spec}) for spec in specs),
         *([mission.asking(mission.spec.formula)] if kept else []),
     ]
-
-
-def legs_of(made: Plan, robot: str) -> frozenset[Leg]:
-    """Return the legs that one robot of a plan flies from visit to visit.
-
-    Args:
-        made: The plan.
-        robot: Its name.
-    """
-    does = made.robots[robot]
-    return Itinerary(does.visits, does.word, does.cycle_visit).legs(made.mission, robot)
 
 
 def digest(made: Plan) -> str:

@@ -15,11 +15,11 @@ from collections.abc import Collection, Iterable, Iterator
 from ltlplan.allocation import Leg
 from ltlplan.planner import SEQUENCE
 from ltlplan.precedences import with_planned_waits
-from ltlplan.replanning.checked_plan import plan, plan_or_none
-from ltlplan.replanning.cuts import Candidate, Refusal, legs_of, less_wished
+from ltlplan.replanning.checked_plan import legs_of, plan, plan_or_none, plans_without
+from ltlplan.replanning.cuts import Candidate, Refusal, less_wished
 from ltlplan.replanning.soft_parts import KEPT, asking, is_timed, kept_by_plan, part_text
-from ltlplan.search.exact import under_precedences, without_legs
-from ltlplan.search.lawler import Member, Partition
+from ltlplan.search.exact import under_precedences
+from ltlplan.search.lawler import Member
 from verify.data import Mission, Plan, Unsatisfiable, Witness
 from verify.data.choices import PLANNING_METHODS
 
@@ -190,17 +190,13 @@ def words_without(
     """
     asked = asking(made.mission, frozenset(parts))
 
-    def solve(legs: frozenset[Leg]) -> Iterator[tuple[float, Plan]]:
-        other = plan_or_none(asked, method=without_legs(legs))
-        if other is not None and other.words != made.words and not _legs(other) & legs:
-            yield other.cost, _reworded(made, other, _WHY)
-
     regions = [frozenset(_legs_into(made.mission, entered)) for entered in _doubtful(made, witnesses)]
     legs = [frozenset({leg}) for leg in sorted(_legs(made), key=str)]
     for several in (regions, legs):
         spaces = (shut | those for those in several if those)
-        if (other := next(iter(Partition(spaces, solve, searches=_SHUT)), None)) is not None:
-            return other
+        found = plans_without(asked, spaces, searches=_SHUT)
+        if (other := next((each for each in found if each.solution.words != made.words), None)) is not None:
+            return other._replace(solution=_reworded(made, other.solution, _WHY))
     return None
 
 

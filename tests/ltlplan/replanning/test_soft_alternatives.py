@@ -7,8 +7,7 @@ import pytest
 import ltlplan
 from ltlplan.allocation import PlanningMethod
 from ltlplan.pipeline import certified_team
-from ltlplan.replanning import soft_alternatives
-from ltlplan.replanning.cuts import legs_of
+from ltlplan.replanning.checked_plan import legs_of
 from ltlplan.replanning.soft_alternatives import asked_again, words_without
 from tests.helpers.worlds import PLACES, world
 from verify.data import Mission, Plan
@@ -69,11 +68,12 @@ def test_other_words_keep_out_of_what_is_entered_again(monkeypatch: pytest.Monke
     assert "c" in visited(made)
     seen: list[Plan] = []
 
-    def planned(asked: Mission, *, method: PlanningMethod) -> Plan:
+    def planned(asked: Mission, *, method: PlanningMethod, known: object) -> Plan:
+        del known
         seen.append(ltlplan.plan(asked, method=method))
         return seen[-1]
 
-    monkeypatch.setattr(soft_alternatives, "plan_or_none", planned)
+    monkeypatch.setattr("ltlplan.replanning.checked_plan.plan_or_none", planned)
     found = words_without(made, {0}, frozenset(), [Witness(claim="formula", sentence="", word=again)])  # type: ignore[arg-type]
     assert found is not None
     assert len(seen) == 1
