@@ -21,8 +21,9 @@ from refine.rest_to_rest import as_flown
 from refine.single_robot.task import Effort, Pace, RefinementOptions, RobotFlight, TooLong, unheard
 from refine.spline.rounding import quantise
 from refine.spline.spline import Spline
-from verify.data import BadInput, DoesNotFit, Infeasible, Plan, Trajectory, Witness, check_plan
+from verify.data import BadInput, DoesNotFit, Infeasible, Plan, RobotPlan, Trajectory, Witness, check_plan
 from verify.data.progress import Progress, silent
+from verify.data.shapes.inequalities import Point
 from verify.data.trajectory import HOVER
 
 _PACES = ("nominal", "time", "blend")
@@ -82,12 +83,12 @@ def refine(
         progress or silent,
     )
     (progress or silent)("refined", 1.0)
-    return flights
+    return {name: flights[name] for name in plan.robots}
 
 
 def _flights(plan: Plan, witnesses: tuple[Witness, ...], options: RefinementOptions, tell: Progress) -> dict[str, Trajectory]:
     """Return one flight a robot, cut into parts where it is too long and may rest."""
-    laps = plan.mission.spec.trace == "infinite"
+    plan, laps = _longest_first(plan), plan.mission.spec.trace == "infinite"
     if laps and len(plan.robots) > 1:
         flights = with_reasons(plan, lambda telling: team_laps(plan, witnesses, options, telling), tell)
         long = longer_than_held(plan.mission, flights, options)
@@ -110,6 +111,16 @@ def _flights(plan: Plan, witnesses: tuple[Witness, ...], options: RefinementOpti
         return team_laps(plan, witnesses, options, tell)
     except Infeasible as error:
         raise DoesNotFit(f"{_too_long(plan, long, options)} From rest to rest there is none: {error}") from error
+
+
+def _longest_first(plan: Plan) -> Plan:
+    """Return the plan with robots in an order that owes nothing to how they are listed: by how long they fly, then by their starts."""
+
+    def key(item: tuple[str, RobotPlan]) -> tuple[float, Point]:
+        _, robot = item
+        return -round(float(robot.hold + robot.times[-1]), 6), robot.waypoints[0].position
+
+    return plan.model_copy(update={"robots": dict(sorted(plan.robots.items(), key=key))})
 
 
 def _too_long(plan: Plan, long: Mapping[str, int], options: RefinementOptions) -> DoesNotFit:

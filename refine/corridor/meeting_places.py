@@ -204,8 +204,9 @@ def _refuse_what_is_too_small(plan: Plan, region: str, guests: Mapping[str, int]
     last = {name: index for name, index in guests.items() if plan.robots[name].ends_in == region}
     if len(last) < 2 or any(_own_places(plan, region, last, kept, how=how) is not None for how in _HOW):
         return
+    names = ", ".join(name for name in plan.mission.agents if name in last)
     sentence = (
-        f"'{region}' is too small: {len(last)} robots are to be in it together ({', '.join(last)}), and no {len(last)} places {kept[0]:.3f} m "
+        f"'{region}' is too small: {len(last)} robots are to be in it together ({names}), and no {len(last)} places {kept[0]:.3f} m "
         "apart were found in it (separation, twice the margin, and room for hovering)."
     )
     raise Infeasible(sentence, Witness(claim="separation", sentence=sentence, region=region))

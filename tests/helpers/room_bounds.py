@@ -8,7 +8,7 @@ A door that is the only one of its wall, and too narrow for two, is passed by on
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from functools import cache, cached_property
 
 import numpy as np
@@ -32,10 +32,11 @@ class RoomBounds:
     Args:
         team: The mission.
         speed: At which robots fly, m/s.
+        beside: Regions that nobody may enter besides.
     """
 
-    def __init__(self, team: RoomTeam, speed: float) -> None:
-        self.team, self.speed = team, speed
+    def __init__(self, team: RoomTeam, speed: float, beside: Collection[Box] = ()) -> None:
+        self.team, self.speed, self.beside = team, speed, beside
         self.robots = list(team.starts)
         self.shared = team.tasks.get("", ())
 
@@ -67,7 +68,10 @@ class RoomBounds:
             visited: The places that each robot comes to.
         """
         alone = max(self.length(robot, tuple(sorted(set(visited.get(robot, ()))))) for robot in self.robots)
-        waits = (self._through(door, visited) for door in self.team.doors)
+        waits = [self._through(door, visited) for door in self.team.doors]
+        if self.team.kind == "turns":  # in and out by the margin on both sides of the edge, before the next one is in
+            turns = [(self.length(robot, ("a",)), 0.0) for robot in self.robots]
+            waits.append(min(_in_order(order, 4 * MARGIN) for order in itertools.permutations(turns)))
         return max([alone, *waits]) / self.speed
 
     def length(self, robot: str, places: tuple[str, ...]) -> float:
@@ -137,7 +141,7 @@ class RoomBounds:
     @cached_property
     def _bodies(self) -> list[tuple[Box, float]]:
         """Boxes to keep out of, and by how much, m."""
-        bodies = [(box, CLEARANCE) for box in self.team.solid]
+        bodies = [(box, CLEARANCE) for box in self.team.solid] + [(box, MARGIN) for box in self.beside]
         if self.team.kind == "avoid":
             kept_out = next(iter(set(self.team.places) - set(self.shared)))
             bodies.append((self.team.places[kept_out], MARGIN))
