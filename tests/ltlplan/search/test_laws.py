@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from functools import partial
+from random import Random
+
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
@@ -12,6 +15,8 @@ from ltlplan.replanning.soft_parts import kept_by_words
 from ltlplan.search.exact import assign
 from ltlplan.search.explanations.unsatisfiable_cores import NoPlan
 from tests.helpers.few import few_of
+from tests.helpers.random_counts import random_counting_formula
+from tests.helpers.random_teams import random_formula
 from tests.helpers.worlds import STARTS, world
 from verify.data import BadInput, Formula, Mission, Unsatisfiable, parse_formula
 from verify.testing import formulas
@@ -96,3 +101,29 @@ def _kept(mission: Mission) -> frozenset[int]:
     if key not in _KNOWN:
         _KNOWN[key] = frozenset(kept_by_words(mission, ltlplan.plan(mission).words))
     return _KNOWN[key]
+
+
+def _unrelated(rng: Random, radius: float) -> dict[str, tuple[float, float]]:
+    """Return a region of which no formula speaks: between the two places, where there is room, or beside them."""
+    between = radius < 0.5 and rng.random() < 0.5
+    return {"z": (1.5, round(rng.uniform(-0.3, 0.3), 2)) if between else rng.choice([(1.5, 1.9), (-1.0, 1.5), (4.5, 1.0)])}
+
+
+@few_of(10, "seed", range(300))
+@pytest.mark.parametrize("kind", ["one", "own", "joint", "counts", "laps"])
+def test_no_region_added_to_a_mission_makes_it_dearer(kind: str, seed: int) -> None:
+    rng = Random(seed)
+    robots = {"one": 1, "laps": 1, "counts": rng.choice((2, 3))}.get(kind, 2)
+    if kind == "counts":
+        formula = str(random_counting_formula(rng, rng.randint(3, 8), tuple(f"quad{i}" for i in range(robots))))
+    else:
+        formula = str(random_formula(rng, rng.randint(3, 10))).replace("water", "a").replace("c", "b")
+    radius = rng.choice((0.3, 0.9))
+    made = partial(
+        world, formula, robots=robots, team="joint" if kind in ("joint", "counts") else "own",
+        trace="infinite" if kind == "laps" else "finite",
+    )  # fmt: skip
+    radii = dict.fromkeys(PLACES, radius)
+    more = _unrelated(rng, radius)
+    found, beside = cost(made(regions=PLACES, radii=radii)), cost(made(regions=PLACES | more, radii=radii | {"z": 0.25}))
+    assert beside == found
