@@ -14,7 +14,7 @@ between the current and the next control point along and across the normal, in m
 Where we differ from the print. (1) The paper has a minus under the root of S_CURVE's leg `rt`. With a minus the length
 goes to zero as dist_x nears dist_yz, far below the distance itself; with a plus and delta = 1/4, `rt` is a quarter
 of the distance, the two arcs really join the two points, and the length meets STRAIGHT's as dist_yz -> 0 and U_TURN's at
-dist_x = dist_yz. Times follow the plus; `s_curve_as_printed` keeps the other formula for comparison. (2) The captions of
+dist_x = dist_yz. Times follow the plus; a test compares the other formula. (2) The captions of
 Fig. 3 name U_TURN and TURN the other way round than Algorithm 1 and the lengths do; we follow the algorithm. (3) TURN's
 half circle lies in the plane of the two points and the normal, so its width is dist_yz (the paper's dist_y, where both
 points are at one height). (4) STRAIGHT ends the choice for its segment.
@@ -60,26 +60,16 @@ def straight(dist_x: float) -> float:
     return abs(dist_x)
 
 
-def s_curve(dist_x: float, dist_yz: float, delta: float = DELTA) -> float:
+def s_curve(dist_x: float, dist_yz: float) -> float:
     """Length of two equal tangent arcs: 2 (2 h theta), with a plus under the root (see the module's note).
 
     Args:
         dist_x: m along the hoop's normal.
         dist_yz: m across it.
-        delta: The paper's factor of the arcs' chord.
     """
-    return _two_arcs(delta * math.hypot(dist_x, dist_yz), math.atan2(dist_yz, dist_x))
-
-
-def s_curve_as_printed(dist_x: float, dist_yz: float, delta: float = DELTA) -> float:
-    """S_CURVE's length with the paper's minus under the root; defined for dist_x >= dist_yz.
-
-    Args:
-        dist_x: m along the hoop's normal.
-        dist_yz: m across it.
-        delta: The paper's factor of the arcs' chord.
-    """
-    return _two_arcs(delta * math.sqrt(dist_x * dist_x - dist_yz * dist_yz), math.atan2(dist_yz, dist_x))
+    leg, theta = DELTA * math.hypot(dist_x, dist_yz), math.atan2(dist_yz, dist_x)
+    h_theta = leg if theta < 1e-9 else leg / math.sin(theta) * theta
+    return 2 * (2 * h_theta)
 
 
 def u_turn(dist_x: float, dist_yz: float) -> float:
@@ -111,8 +101,3 @@ def choose(previous: Floats | None, current: Floats, following: Floats, axes: Fl
             return Primitive("U_TURN", u_turn(dist_x, dist_yz))
         return Primitive("S_CURVE", s_curve(dist_x, dist_yz))
     return Primitive("TURN", turn(dist_x, dist_yz))
-
-
-def _two_arcs(leg: float, theta: float) -> float:
-    h_theta = leg if theta < 1e-9 else leg / math.sin(theta) * theta
-    return 2 * (2 * h_theta)

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ltlplan.paths.hoops import choose, control_points
-from ltlplan.paths.hoops.primitives import s_curve, s_curve_as_printed, straight, turn, u_turn
+from ltlplan.paths.hoops.primitives import DELTA, s_curve, straight, turn, u_turn
 from verify.data.shapes.region import Hoop
 
 # Control points
@@ -59,6 +59,12 @@ def test_an_s_curve_is_two_tangent_arcs_that_join_the_two_points():
         assert s_curve(dist_x, dist_yz) == pytest.approx(2 * radius * 2 * theta)
     primitive = choose(np.array([-1.0, 0.0, 0.0]), np.zeros(3), np.array([2.0, 0.3, 0.4]), np.eye(3))
     assert (primitive.kind, primitive.length) == ("S_CURVE", pytest.approx(s_curve(2.0, 0.5)))
+
+
+def s_curve_as_printed(dist_x: float, dist_yz: float) -> float:
+    """Return S_CURVE's length with the paper's minus under the root; defined for dist_x >= dist_yz."""
+    theta = math.atan2(dist_yz, dist_x)
+    return 4 * DELTA * math.sqrt(dist_x * dist_x - dist_yz * dist_yz) / math.sin(theta) * theta
 
 
 @given(st.floats(0.1, 5.0))
