@@ -87,21 +87,10 @@ def many_tasks(mission: Mission) -> ManyTasks | None:
     return found if len(found.own.kinds().free) >= many else None
 
 
-@dataclass(frozen=True, slots=True)
-class ManyShared:
-    """Many tasks shared.
-
-    Attributes:
-        robots: What each robot does, in the mission's order.
-        least: No share costs less, by straight lines or ways around obstacles.
-    """
-
-    robots: dict[str, Itinerary]
-    least: float
-
-
-def share_many(asked: ManyTasks, paths: PricedPaths, *, rng: Generator, width: int, progress: Progress) -> ManyShared | None:
-    """Share many tasks, so that the paths of those who fly cost little.
+def share_many(
+    asked: ManyTasks, paths: PricedPaths, *, rng: Generator, width: int, progress: Progress
+) -> dict[str, Itinerary] | None:
+    """Return what each robot does where many tasks are shared so that the paths of those who fly cost little.
 
     Args:
         asked: The tasks.
@@ -124,8 +113,7 @@ def share_many(asked: ManyTasks, paths: PricedPaths, *, rng: Generator, width: i
         return None
     tours = [sharing.tours.tour(robot, tasks) for robot, tasks in enumerate(best)]
     names = asked.problem.mission.agents
-    robots = {name: asked.itinerary(i, tour.nodes) for i, (name, tour) in enumerate(zip(names, tours, strict=True))}
-    return ManyShared(robots, asked.least())
+    return {name: asked.itinerary(i, tour.nodes) for i, (name, tour) in enumerate(zip(names, tours, strict=True))}
 
 
 def _by_straight_lines(asked: ManyTasks, rng: Generator, width: int) -> tuple[Sharing, list[Share]] | None:

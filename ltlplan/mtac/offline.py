@@ -121,9 +121,8 @@ def _by_exact_words(
     """Return the exact search's words with their very paths; None where robots wait in them, or these paths do not cost less."""
     if exact is None or exact.meetings or exact.precedences:  # paths of their own do not satisfy these
         return None
-    order = tuple(robot for robot, does in exact.robots.items() if does.visits)
     with suppress(Infeasible):
-        other = _shared(mission, paths, exact.robots, order, least=least)
+        other = _shared(mission, paths, exact.robots, least=least)
         return other if other.cost < below else None
     return None
 
@@ -181,8 +180,7 @@ def share_tasks(
         paths = PricedPaths(mission, int(rng.integers(2**63)))
         shared = share_many(many, paths, rng=rng, width=chosen.width, progress=progress)
         if shared is not None:
-            order = tuple(robot for robot, does in shared.robots.items() if does.visits)
-            return _shared(mission, paths, shared.robots, order, least=shared.least)
+            return _shared(mission, paths, shared, least=many.least())
         if len(many.own.task.parts) > MOST_WALKED:
             return None
     world = World(mission)
@@ -210,10 +208,11 @@ def _shared(
     mission: Mission,
     paths: PricedPaths,
     does: Mapping[str, Itinerary],
-    order: tuple[str, ...],
+    order: tuple[str, ...] | None = None,
     least: float | None = None,
 ) -> Shared:
-    """Return what robots do with their paths, judged for all times."""
+    """Return what robots do with their paths, judged for all times; by default all that visit something, in the mission's order."""
+    order = tuple(robot for robot, own in does.items() if own.visits) if order is None else order
     found = {robot: paths.best(robot, own) for robot, own in does.items()}
     stops = {robot: own.stops or () for robot, own in does.items()}
     cost = team_cost(mission, [path.plan.cost for path in found.values()])
