@@ -39,6 +39,8 @@ _LATE = 1.25
 """How much longer than the longest flight a team that waits for each other may take before swerving is tried instead."""
 _PLANNED = "On their fastest paths robots were not kept apart, or later than at the plan's own times: these are flown."
 _HURRIED = "On their fastest paths robots were not kept apart: they fly those of the plan's own times, hurried on one clock."
+_SOON = 1.05
+"""The same for a team on own clocks that is taken before others are looked for."""
 _LATER = 1.5
 """The same for a team that swerves before others of its robots give way to each other."""
 _LONGER_WAIT, _LONGEST_WAIT = 0.5, 4.0
@@ -137,7 +139,7 @@ class _Attempt:
         tell: Told a sentence and a share of the work.
         met: Teams that no departures keep apart, with who meets.
         refused: Why they cannot give way to each other.
-        late: Teams that swerve, and arrive later than others might.
+        late: Teams that are kept apart, and arrive later than others might.
     """
 
     problem: Problem
@@ -223,6 +225,19 @@ def _swerving_fast(attempt: _Attempt) -> Together | None:
     return None
 
 
+def _waiting_in_flight(attempt: _Attempt) -> Together | None:
+    """Keep all paths on own clocks, of a team without meetings too: at once where nobody arrives late, else if nothing sooner is found."""
+    problem = attempt.problem
+    if problem.plan.meetings or attempt.way.gives_way == "never":
+        return None
+    attempt.tell("retiming all robots", 0.73)
+    found = on_own_clocks(problem, attempt.alone)
+    if found is None or arrival(found) <= _SOON * _longest(attempt.alone):
+        return found
+    attempt.late.append(found)
+    return None
+
+
 def _visiting_elsewhere(attempt: _Attempt) -> Together | None:
     attempt.tell("trying other places for visits", 0.75)
     return with_visits_relocated(attempt.problem, attempt.alone)
@@ -240,7 +255,7 @@ def _giving_way(attempt: _Attempt) -> Together | None:
             attempt.refused.append(error)
             continue
         return min((found, *attempt.late), key=arrival)
-    return attempt.late[0] if attempt.late else None
+    return min(attempt.late, key=arrival, default=None)
 
 
 def _waiting_longer(attempt: _Attempt) -> Together | None:
@@ -274,6 +289,7 @@ MEANS = (
     _on_own_clocks,
     _departing_in_time,
     _swerving_fast,
+    _waiting_in_flight,
     _visiting_elsewhere,
     _giving_way,
     _waiting_longer,
@@ -283,13 +299,12 @@ MEANS = (
 
 
 def _sooner(problem: Problem, alone: dict[str, RobotFlight], departing: Together) -> Together:
-    """Return a team that departs one after the other, or that swerves where it would take much longer than its longest flight."""
-    if arrival(departing) <= _LATE * _longest(alone) or problem.plan.meetings or len(alone) > _FEW:
+    """Return a team that departs one after the other, or that swerves or waits in flight where it would take much longer than its longest flight."""
+    late = arrival(departing) / _longest(alone)
+    if late <= _SOON or problem.plan.meetings or len(alone) > _FEW:
         return departing
-    swerving = avoid_jointly(problem, alone)
-    if isinstance(swerving, DepartureConflict) or arrival(swerving) >= arrival(departing):
-        return departing
-    return swerving
+    others = on_own_clocks(problem, alone), avoid_jointly(problem, alone) if late > _LATE else None
+    return min((departing, *(team for team in others if isinstance(team, tuple))), key=arrival)
 
 
 def _longest(alone: dict[str, RobotFlight]) -> float:

@@ -11,7 +11,15 @@ from hypothesis import strategies as st
 import ltlplan
 import verify
 from refine import refine
+from refine.coordination.conflict_resolution import arrival, departures_of
+from refine.coordination.departures import DepartureConflict
+from refine.coordination.own_clocks import on_own_clocks
 from refine.coordination.passing_orders import Line, Orders, Times, Zone, passing_orders, zones_of
+from refine.coordination.spacing import spacing_for
+from refine.feedback import feedback_of
+from refine.single_robot.flight import robot_flight
+from refine.single_robot.task import Problem, RefinementOptions, unheard
+from tests.benchmarks.scale import swaps
 from tests.helpers.counted_halls import abreast, gathering, hall, longest_alone
 from tests.helpers.few import few_of, given_few
 
@@ -119,6 +127,20 @@ def test_robots_that_cross_fields_together_keep_to_lanes(pace: str) -> None:
     assert max(flight.duration for flight in team.values()) <= 1.3 * longest_alone(plan)
     sides = [np.sign(np.round(flight.evaluate(np.linspace(0.0, flight.duration, 50))[:, 1], 1)) for flight in team.values()]
     assert [set(side) for side in sides] == [{-1.0}, {0.0}, {1.0}]
+
+
+def test_robots_whose_ways_cross_pass_one_after_another_without_a_meeting() -> None:
+    """All four ways cross at one place, at one time."""
+    ends = [((-4, 0), (4, 0)), ((0, -4), (0, 4)), ((-4, -4), (4, 4)), ((4, -4), (-4, 4))]
+    plan = ltlplan.plan(swaps("crossing", [((*a, 1), (*b, 1)) for a, b in ends], (-8, -8, 0.2), (8, 8, 2)))
+    feedback = feedback_of(plan, ())
+    options = RefinementOptions("nominal", 1000.0, None, "refuse", unheard)
+    problem = Problem(plan, feedback, options, spacing_for(plan, feedback))
+    alone = {name: robot_flight(problem, name) for name in plan.robots}
+    found = on_own_clocks(problem, alone)
+    assert found is not None
+    assert not isinstance(departures_of(problem, *found), DepartureConflict)
+    assert arrival(found) <= 1.1 * max(robot.path.duration for robot in alone.values())
 
 
 def test_a_show_in_a_ring_is_flown_all_at_once() -> None:
