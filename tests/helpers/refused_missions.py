@@ -136,6 +136,10 @@ CASES = {
         "F right & G house", _ONE, ("house and right lie apart",), f"{_RIGHT}, house: {_box(-1.3, 0, 1.2, 1.8, 0.2)}", team="own"
     ),
     "no edge leads there": Refused("F right", f"a: {_at(-0.5, 0)}", ("With the edge robot - right added",), f"{_RIGHT}, {_LEFT}", more="environment: {edges: [[robot, left]]}"),
+    "a region is closed to a robot's kind": Refused(
+        "F a.right", f"a: {_at(-0.5, 0)}, b: {{start: [-0.5, 0.6, 1], robot: big}}", ("right is closed to a: only big may enter it",),
+        "right: {center: [1.6, 0, 1], size: [0.5, 0.5, 0.2], only: [big]}", more="robots: {big: {initial: idle, states: {idle: []}}}",
+    ),
     "two regions at once lie apart": Refused("F(left & right)", f"a: {_at(-0.5, 0)}", ("right", "left"), f"{_RIGHT}, {_LEFT}", team="own"),
     "a contradiction": Refused("F right & G !right", _ONE, ("no word satisfies this",), _RIGHT, team="own"),
     "a vehicle flies too shortly": Refused(

@@ -13,6 +13,7 @@ from ltlplan.search.explanations.inquiry import all_of
 from ltlplan.search.explanations.unsatisfiable_cores import NoPlan
 from ltlplan.search.relevant_places import signed_nodes
 from ltlplan.systems.transition_systems import TransitionSystem
+from ltlplan.systems.unreachable import joined_names
 from verify.data import Formula, Mission
 from verify.data.language.counting import atoms, written_out
 from verify.data.language.formula import FREE
@@ -40,6 +41,7 @@ def no_counted_plan(
             core = others
     reasons = [
         *_too_many(mission),
+        *_closed(mission, core),
         *(_too_small(mission, systems, rooms, core) if rooms and _possible(core, systems, kinds, {}) else ()),
         "Robots move one after another or together, and each waits in its region, or just outside one that it has left, for others where that helps.",
     ]
@@ -66,6 +68,18 @@ def _possible(
         return plan_counts(systems, kinds, automata, atoms(formula), Budget(states=_STATES), rooms=rooms) is not None
     except TooLarge:
         return True  # not known to be impossible
+
+
+def _closed(mission: Mission, core: Sequence[Formula]) -> list[str]:
+    """Say which regions that requirements name with a robot are closed to its kind."""
+    named = {(node.name, node.robot) for part in core for node in part.nodes() if node.operator == "name" and node.robot}
+    closed = sorted(
+        (name, robot) for name, robot in named if name in mission.all_regions and not mission.may_enter(robot, name)
+    )
+    return [
+        f"{name} is closed to {robot}: only {joined_names(mission.all_regions[name].only or ())} may enter it."
+        for name, robot in closed
+    ]
 
 
 def _too_many(mission: Mission) -> list[str]:
