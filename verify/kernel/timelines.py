@@ -273,8 +273,9 @@ class Course:
     # it for sure. A robot sets out for its first visit when its nominal path first leaves the start, and for a later one where it stands still for
     # the last time before it leaves where it is or comes to where it goes.
 
-    def _is_never(self, time: Fraction) -> bool:
-        return time >= self.end + (LAPS - 1) * self.length
+    def _over(self, time: Fraction) -> Fraction | None:
+        """Return when something is over, which is never where it lasts until the end of all laps."""
+        return time if time < self.end + (LAPS - 1) * self.length else None
 
     def _acts(self, visit: int, lap: int) -> list[Fraction]:
         return [deed.time + lap * self._in_lap(visit) * self.length for deed in self.robot.changes if deed.visit == visit]
@@ -291,30 +292,24 @@ class Course:
         return f"{first.name} has {wait.done} at its visit {wait.first[1]} before {self.name} {wait.due} at its visit {wait.then[1]}, {by}."
 
     def _done(self, what: str, visit: int, lap: int) -> Fraction:
-        stay = self.flown[self._number(visit, lap)]
-        left = [] if self._is_never(stay.stop) else [stay.stop]
-        over = {"entered": [stay.must[0].start], "left": left, "acted": self._acts(visit, lap)}[what]
-        require(over, "what is waited for may never be over")
-        return max(over)
+        stay, acts = self.flown[self._number(visit, lap)], self._acts(visit, lap)
+        over = {"entered": stay.must[0].start, "left": self._over(stay.stop), "acted": max(acts, default=None)}[what]
+        require(over is not None, "what is waited for may never be over")
+        return over or ZERO
 
     def _due(self, what: str, visit: int, lap: int) -> Fraction | None:
-        number = self._number(visit, lap)
-        if what == "acts":
-            return min(self._acts(visit, lap), default=None)
-        if what == "leaves":
-            return self._leaves(self.flown[number])
-        return self.flown[number].start if what == "enters" else self._sets_out(visit, lap)
-
-    def _leaves(self, stay: Stay) -> Fraction | None:
-        require(stay.must, f"a stay in {stay.region} may miss the region")
-        return None if self._is_never(stay.must[0].stop) else stay.must[0].stop
+        if what == "sets out":
+            return self._sets_out(visit, lap)
+        stay, acts = self.flown[self._number(visit, lap)], self._acts(visit, lap)
+        return {"enters": stay.start, "leaves": self._over(stay.must[0].stop), "acts": min(acts, default=None)}[what]
 
     def _sets_out(self, visit: int, lap: int) -> Fraction | None:
         number = self._number(visit, lap)
         opens = visit == self.robot.cycle_visit  # a lap's first visit sets out from where it begins
         there, seam = self.flown[number].start, (self.lap or ZERO) + lap * self.length
         before, moves = [*self._stays[0], *self.flown[:number]][-1:], self._first_motion(0)
-        left = self._leaves(before[0]) if before else None
+        require(all(stay.must for stay in before), "the stay in which it begins may miss the region")
+        left = self._over(before[0].must[0].stop) if before else None
         if number == 0 and not (opens and moves is not None and moves < seam):
             return None if moves is None else min(moves, there, there if left is None else left)
         left = None if opens and before and before[0].stop <= seam else left
