@@ -69,14 +69,17 @@ class Pair:
         self.apart += f", a metre in z counted as {float(one.weight):.4g}," if one.weight != 1 else ""
 
     def parts(self, error: Fraction) -> Iterator[Two]:
-        """Yield the claims that they are far enough apart at times of theirs that differ by at most an error, s, where boxes do not part them."""
+        """Yield the claims that they are far enough apart at times of theirs that differ by at most an error, s, where boxes do not part them.
+
+        Of segments that clocks show together at one instant alone, their neighbours are looked at: a robot may be anywhere on a step.
+        """
         one, other = self.flights
         if self._are_far(one.box, other.box):
             return
         its = other.around(error)
         starts, stops = [b.start for b in its], [b.stop for b in its]
         for a in (a for a in one.around(error) if not self._are_far(a.box, other.box)):
-            for b in its[bisect_left(stops, a.start - error) : bisect_right(starts, a.stop + error)]:
+            for b in its[bisect_right(stops, a.start - error) : bisect_left(starts, a.stop + error)]:
                 if not self._are_far(a.box, b.box):
                     yield Two(a, b, error, self._square)
 

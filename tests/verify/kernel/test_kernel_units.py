@@ -23,7 +23,7 @@ from verify.kernel.formulas import Table, _least
 from verify.kernel.places import check_transitions
 from verify.kernel.polynomials import Polynomial, root
 from verify.kernel.statement import Inequality, Refused, Ring, Shape
-from verify.kernel.timelines import Span, Stay, Timeline, settled
+from verify.kernel.timelines import Course, Span, Stay, Timeline, settled
 from verify.kernel.trees import Cell, Evidence
 from verify.kernel.words import check_formula
 from verify.kernel.zones import asked, opening, rim, terms_of
@@ -116,6 +116,20 @@ def test_spans_of_one_mark_are_one_and_what_differs_is_apart(before: str, after:
     assert (found[0].start, found[-1].stop) == (0, spans(before)[-1].stop)
 
 
+@pytest.mark.parametrize(("marks", "accepted"), [("2n", True), ("?n", False), ("n?", False)])
+def test_nothing_is_open_in_a_region_not_even_on_a_step(marks: str, accepted: bool) -> None:
+    body = Shape((ZERO,) * 3, ((Inequality(Fraction(1), (Fraction(1), ZERO, ZERO)),),))
+    axes = [Polynomial.of([Fraction(5)])] * 3
+    segments = [Segment(ZERO, ZERO, axes), Segment(ZERO, Fraction(1), axes)]
+    statement: Any = SimpleNamespace(margin=Fraction(1, 16), regions={"a": body})
+    course = Course(statement, Path("r", SimpleNamespace(), segments, segments[1:], None), Evidence({"inside/r/a": marks}))  # type: ignore[arg-type]
+    if accepted:
+        assert course.rows == {"a": (Span(ZERO, Fraction(1), "no"),)}
+    else:
+        with pytest.raises(Refused, match="come back"):
+            course.rows  # noqa: B018
+
+
 def test_of_alternatives_that_owe_as_much_one_is_left() -> None:
     """The one that puts off least, of those that owe the same, and none that owes more and puts off as much."""
     one, two = frozenset({1}), frozenset({1, 2})
@@ -177,7 +191,9 @@ def test_distances_are_of_segments_that_share_some_time() -> None:
         segments = [Segment(Fraction(3 * k), Fraction(3 * k + 3), row) for k, row in enumerate(axes)]
         step = Segment(ZERO, ZERO, [Polynomial.of([row.at(0)]) for row in axes[0]])
         flights.append(Flight(statement, Path("r", SimpleNamespace(radius=ZERO), [step, *segments], segments, None)))  # type: ignore[arg-type]
-    both = list(Pair(statement.separation, *flights).parts(ZERO))
+    pair = Pair(statement.separation, *flights)
+    assert len(list(pair.parts(ZERO))) == 2
+    both = list(pair.parts(Fraction(1)))
     assert [two.holds("k") for two in both] == [False] * 4
     first, _ = both[1].halves()
     assert first.holds("k")
