@@ -200,8 +200,13 @@ def obstacle(shape: Shape, hoops: tuple[Shape, ...], length: Fraction, sums: tup
     """Return the claim `n` that a path is farther than a length from all that is solid of an obstacle.
 
     Of each part one inequality, or one sum of half-spaces, is broken by the length (Coq: `quadric_no`, `farkas_ball`), or all within the
-    length is in an opening, of the hoops that lead through the parts that hold their centres. The sums, some for each part, are of its
-    half-spaces; all points of the part keep them (Coq: `farkas_keeps`).
+    length is in an opening.
+
+    Args:
+        shape: The obstacle.
+        hoops: Hoops that lead through the parts that hold their centres.
+        length: m.
+        sums: For each part sums of its half-spaces, which all points of the part keep (Coq: `farkas_keeps`).
     """
     clauses = list[list[Atom]]()
     require(len(sums) == len(shape.parts), "a proof sums half-spaces of other parts")
