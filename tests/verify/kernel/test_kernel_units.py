@@ -198,6 +198,8 @@ def test_distances_are_of_segments_that_share_some_time() -> None:
     first, _ = both[1].halves()
     assert first.holds("k")
     assert not first._replace(error=Fraction(2)).holds("k")
+    together = list(Pair(statement.separation, flights[0], flights[0]).parts(ZERO))
+    assert [two.holds("m") for two in together] == [False] * 2, "no way leads from middle to middle"
 
 
 @pytest.mark.parametrize(("error", "accepted"), [("1.99", True), ("2", False), ("3", False)])
