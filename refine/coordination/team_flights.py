@@ -8,22 +8,20 @@ which nobody rests where another one comes to, or fly one at a time between meet
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
 
 from refine.alternatives import first_feasible
 from refine.coordination.alternative_ways import ALTERNATIVES, Way, placed, share_places, takes_turns, waits_anywhere
 from refine.coordination.conflict_resolution import Together, arrival, departures_of, hurried, resolve_encounters, too_near
+from refine.coordination.departing_teams import depart, fly_to_meetings
 from refine.coordination.departures import DepartureConflict
 from refine.coordination.joint_avoidance import avoid_jointly
-from refine.coordination.midway_waits import Halt, with_waits
 from refine.coordination.own_clocks import on_own_clocks
 from refine.coordination.safe_intervals import schedule_safe_intervals
-from refine.coordination.spacing import firm_pairs, hovers_of, idle_others, spacing_for
+from refine.coordination.spacing import firm_pairs, idle_others, spacing_for
 from refine.coordination.visit_relocation import resting_teams, with_visits_relocated
 from refine.feedback import Feedback
-from refine.obstacles.keep_out_bodies import Ball
 from refine.single_robot.flight import robot_flight
 from refine.single_robot.task import Problem, RefinementOptions, RobotFlight
 from verify.data import Infeasible, Plan, Witness
@@ -43,10 +41,6 @@ _SOON = 1.05
 """The same for a team on own clocks that is taken before others are looked for."""
 _LATER = 1.5
 """The same for a team that swerves before others of its robots give way to each other."""
-_LONGER_WAIT, _LONGEST_WAIT = 0.5, 4.0
-"""s by which a robot waits longer, and at most, where it would meet another one on its way on."""
-_MEETINGS = 40
-"""Times that one robot's path is laid around where another one waits."""
 
 
 def together(plan: Plan, feedback: Feedback, options: RefinementOptions, tell: Progress) -> Together:
@@ -161,7 +155,7 @@ def _departing_without_delay(attempt: _Attempt) -> Together | None:
     """Depart one after another where all of many arrive by when the longest flight ends anyhow."""
     if not attempt.many or len(attempt.alone) > _CROWD:
         return None
-    robots, starts = _departing(attempt.problem, attempt.alone)
+    robots, starts = depart(attempt.problem, attempt.alone)
     if isinstance(starts, DepartureConflict) or arrival((robots, starts)) > _longest(attempt.alone):
         return None
     return robots, starts
@@ -192,7 +186,7 @@ def _departing_in_time(attempt: _Attempt) -> Together | None:
     for shares in (problem,) if attempt.way.gives_way == "never" else (problem, uneven):
         robots = alone if shares is problem else _plans_own(uneven, alone, attempt.tell)
         if robots is not None:
-            robots, starts = _departing(shares, robots)
+            robots, starts = depart(shares, robots)
             if not isinstance(starts, DepartureConflict):
                 return _sooner(problem, alone, (robots, starts))
             attempt.met.append((robots, starts))
@@ -263,7 +257,7 @@ def _waiting_longer(attempt: _Attempt) -> Together | None:
     if not waits_anywhere(attempt.problem.plan) or attempt.problem.plan.meetings:
         return None
     attempt.tell("letting robots wait longer", 0.85)
-    robots, starts = _meeting(attempt.problem, attempt.alone, patient=True)
+    robots, starts = fly_to_meetings(attempt.problem, attempt.alone, patient=True)
     return None if isinstance(starts, DepartureConflict) else (robots, starts)
 
 
@@ -348,95 +342,3 @@ def _plans_own(problem: Problem, robots: dict[str, RobotFlight], tell: Progress)
     except Infeasible:
         return None
     return None if all(slower[name].path.duration == robot.path.duration for name, robot in robots.items()) else slower
-
-
-def _departing(
-    problem: Problem, robots: dict[str, RobotFlight]
-) -> tuple[dict[str, RobotFlight], dict[str, float] | DepartureConflict]:
-    """Return the team and departures at which robots keep their distance, or who cannot be kept apart.
-
-    Where no departures help, the two robots in conflict get paths that also keep clear of where the other one starts and ends,
-    for as long as that changes anything.
-    """
-    clear_of: dict[str, tuple[str, ...]] = dict.fromkeys(robots, ())
-    if problem.plan.meetings or waits_anywhere(problem.plan):
-        return _meeting(problem, robots)
-    waiting = False
-    while True:
-        found = departures_of(problem, robots)
-        if not isinstance(found, DepartureConflict):
-            return robots, found
-        if found.pair[0] == found.pair[1] and not waiting:
-            robots, waiting = with_waits(problem, robots), True
-            continue
-        changed = False
-        for name, other in (found.pair, found.pair[::-1]):
-            if name == other or other in clear_of[name]:
-                continue
-            clear_of[name] = (*clear_of[name], other)
-            places = [
-                place for who in clear_of[name] for place in hovers_of(robots[who], problem.spacing, problem.plan.meetings)
-            ]
-            try:
-                robots = {**robots, name: robot_flight(problem, name, (*idle_others(problem, name), *places))}
-                changed, waiting = True, False
-            except Infeasible:
-                continue  # its own path stays; the other robot's may still move
-        if not changed:
-            return robots, found
-
-
-def _meeting(
-    problem: Problem, robots: dict[str, RobotFlight], *, patient: bool = False
-) -> tuple[dict[str, RobotFlight], dict[str, float] | DepartureConflict]:
-    """Return a team that waits for its meetings in flight, everyone departing at once, or who cannot be kept apart.
-
-    Of two robots that come too near each other one gets a path that keeps clear of where the other one starts, waits and ends. `patient`: or the one
-    that waited last waits longer.
-    """
-    together = dict(robots)
-    clear_of: dict[str, tuple[str, ...]] = dict.fromkeys(robots, ())
-    given = dict.fromkeys(robots, 0.0)
-    kept_clear: dict[str, tuple[Ball, ...]] = {}
-    anywhere = waits_anywhere(problem.plan)
-    tried: set[tuple[str, str, bytes]] = set()
-    longer: dict[Halt, float] = {}
-
-    while True:
-        held = with_waits(problem, together, kept_clear, longer)
-        found = departures_of(problem, held, given)
-        if not isinstance(found, DepartureConflict):
-            return held, found
-        changed = False
-        for name, other in (found.pair, found.pair[::-1]):
-            key = name, other, together[other].path.nodes.tobytes()  # where the other one hovers may have changed since
-            if name == other or changed or key in tried or len(tried) >= _MEETINGS:
-                continue
-            tried.add(key)
-            clear_of[name] = tuple(dict.fromkeys((*clear_of[name], other)))
-            places = tuple(
-                place
-                for who in clear_of[name]
-                for place in hovers_of(held[who], problem.spacing, problem.plan.meetings, anywhere=anywhere)
-            )
-            try:
-                together = {**together, name: robot_flight(problem, name, (*idle_others(problem, name), *places))}
-                kept_clear[name], changed = places, True
-            except Infeasible:
-                continue  # the other robot's path may still move
-        halt = _last_halt(held, found) if patient and not changed else None
-        if halt is not None and longer.get(halt, 0.0) < _LONGEST_WAIT:
-            longer[halt], changed = longer.get(halt, 0.0) + _LONGER_WAIT, True
-        if not changed:
-            return held, found
-
-
-def _last_halt(robots: Mapping[str, RobotFlight], conflict: DepartureConflict) -> Halt | None:
-    """Return where the one of two robots that come too near each other that waited last did so; None where neither had waited."""
-    halts = [
-        (float(robots[name].path.knots[node]), name, visit)
-        for name in conflict.pair
-        for visit, node in robots[name].halts.items()
-        if robots[name].path.knots[node] <= conflict.time
-    ]
-    return max(halts)[1:] if halts else None
