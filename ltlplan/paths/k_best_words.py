@@ -34,6 +34,7 @@ from ltlplan.search.exact import exact as exact_by_legs
 from ltlplan.search.lawler import Partition
 from ltlplan.search.memoization import memoized
 from ltlplan.search.problem import TIES
+from ltlplan.search.relevant_places import signed_nodes
 from ltlplan.systems.objective import BOUNDED, is_counted_by_legs, terms_of
 from ltlplan.systems.robot_systems import Systems, weighted_metres
 from ltlplan.systems.touching_points import DEEP, is_large, routes_may_touch
@@ -105,8 +106,11 @@ def _planned_together(mission: Mission, context: Context, by_metres: Allocation)
 
 
 def _touched(mission: Mission) -> frozenset[str]:
-    """Return the regions that routes touch before their middles."""
-    return frozenset(name for name in mission.regions if routes_may_touch(mission) and is_large(mission, name))
+    """Return the regions that routes touch before their middles, among those that the formula may gain by visiting."""
+    if not routes_may_touch(mission):
+        return frozenset()
+    wanted = {node.name for node, gains in signed_nodes(mission.formula) if gains and node.operator == "name"}
+    return frozenset(name for name in wanted.intersection(mission.regions) if is_large(mission, name))
 
 
 def _priced_where_touched(mission: Mission, context: Context, by_metres: Allocation) -> Allocation:
@@ -117,7 +121,7 @@ def _priced_where_touched(mission: Mission, context: Context, by_metres: Allocat
     """
     prices, legs, metre = _Prices(mission), _legs_between_edges(mission), weighted_metres(mission)
     price, best, least, complete = prices.of(by_metres), by_metres, 0.0, False
-    most = max(2, _TOUCHING // len(mission.agents))
+    most, touched = max(2, _TOUCHING // len(mission.agents)), _touched(mission)
 
     def solve(shut: _Shut) -> Iterator[tuple[float, Allocation]]:
         found = shut.cheapest(mission, legs, metre, whole=True)
@@ -130,6 +134,8 @@ def _priced_where_touched(mission: Mission, context: Context, by_metres: Allocat
             if len(spaces.searched) == most:  # cheaper ones may be missing
                 price, best = min((price, best), (prices.of(found), found), key=itemgetter(0))
                 break
+            if not least and touched.isdisjoint(visit.region for does in found.robots.values() for visit in does.visits):
+                return by_metres  # nothing that touches is cheaper
             least, complete = max(least, bound), price <= bound + TIES
             if complete:
                 break
