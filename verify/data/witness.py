@@ -23,7 +23,7 @@ class Witness:
         what: What `bound` and `limit` are of, where the claim's name does not say it: a wall, a derivative at a joint.
         word: A counterexample, as letters with the robot that holds each, for claims about words.
         times: For each letter of `word` the times, in s, from which and until which it can be read.
-        order: Waits that would rule this counterexample out, which planning proposes: pairs ((robot, visit), (robot, visit)), of which
+        order: Waits that would rule this counterexample out, for `refine.refine` to keep; the checker names none: pairs ((robot, visit), (robot, visit)), of which
             the first must be over before the second begins.
     """
 
