@@ -9,6 +9,7 @@ EQUIVALENT: dict[str, str] = {
     "Segment._forms: 0 -> 1": "x x and x y have one degree",
     "_asked: 0 -> 1 #1": "of a limit of a quarter turn, or more, the cosine is taken as 2^-64 in place of 0",
     "Pair.parts: self._are_far(one.box, other.box) -> self._are_far(other.box, one.box)": "two boxes are as far apart whichever is named first",
+    "Segment.within: 0 -> 1": "a polynomial that is moved by nothing is the same",
     "choices: meet(face, other) -> meet(other, face)": "whether two inequalities meet does not depend on which is named first",
     "Course.waits: 0 -> 1 #1": "it is the lap of a visit before the laps, whose number no lap changes; what it waits for in a lap is too late in each",
     "_cosine_and_sine: 10 -> 9": "two parts in 9^39 for each turn instead of 10^39: wider by less than an interval can tell",
