@@ -16,8 +16,9 @@ from refine.coordination.clock_programme import OwnClock, clocks_of, halts_of
 from refine.coordination.common_clock import retimed
 from refine.coordination.conflict_resolution import Together, along, departures_of, paced
 from refine.coordination.departures import GRID, STEP, DepartureConflict
+from refine.coordination.earliest_times import GAP, After, Line
 from refine.coordination.midway_waits import hovering
-from refine.coordination.passing_orders import GAP, After, Line, Orders, passing_orders, zones_of
+from refine.coordination.passing_orders import Orders, Stuck, passing_orders, zones_of
 from refine.coordination.spacing import flight_of, hovers_of, idle_others
 from refine.corridor.sampled_stays import violations
 from refine.single_robot.flight import robot_flight
@@ -56,13 +57,13 @@ class _Team:
         robots: Their flights.
         clear_of: For each robot whose hovers its path keeps clear of.
         lines: Their cells.
-        orders: Who passes first; else two robots that leave each other no way, or None where not even waits can be kept.
+        orders: Who passes first; else robots that leave each other no way, or None where not even waits can be kept.
     """
 
     robots: dict[str, RobotFlight]
     clear_of: dict[str, tuple[str, ...]]
     lines: list[Line]
-    orders: Orders | tuple[int, int] | None
+    orders: Orders | Stuck | None
 
     def names(self, pair: tuple[int, int]) -> tuple[str, str]:
         """Return two robots' names."""
@@ -87,21 +88,22 @@ def on_own_clocks(problem: Problem, robots: dict[str, RobotFlight]) -> Together 
         return None
     team = _ordered(problem, robots, dict.fromkeys(robots, ()))
     tried: set[tuple[str, str]] = set()
-    while team is not None and isinstance(team.orders, tuple):
-        team = _unstuck(problem, team, team.names(team.orders), tried)
+    while team is not None and isinstance(team.orders, Stuck):
+        team = _unstuck(problem, team, team.orders, tried)
     if team is None or team.orders is None:
         return None
     return _timed(problem, _less_in_the_way(problem, team))
 
 
-def _unstuck(problem: Problem, team: _Team, pair: tuple[str, str], tried: set[tuple[str, str]]) -> _Team | None:
+def _unstuck(problem: Problem, team: _Team, stuck: Stuck, tried: set[tuple[str, str]]) -> _Team | None:
     """Return the team with another path for one of two robots; None where that was tried, or there is none."""
-    for name, other in (pair, pair[::-1]):
-        if (name, other) not in tried and len(tried) < _MOST_TRIES:
-            tried.add((name, other))
-            around = _around(problem, team, name, other)
-            if around is not None:
-                return around
+    for pair in map(team.names, stuck.pairs):
+        for name, other in (pair, pair[::-1]):
+            if (name, other) not in tried and len(tried) < _MOST_TRIES:
+                tried.add((name, other))
+                around = _around(problem, team, name, other)
+                if around is not None:
+                    return around
     return None
 
 

@@ -8,7 +8,6 @@ decided in the order of time, each on the side by which the team arrives sooner;
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
@@ -17,55 +16,16 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-Floats = NDArray[np.float64]
+from refine.coordination.earliest_times import After, Line, Times
+
 Indices = NDArray[np.intp]
 
-GAP = 0.05
-"""s by which whoever follows stays behind the border of a zone."""
 _RESTARTS = 12
 """How often zones are decided again with one that left no side before all others."""
 _FLIPS = 16
 """How often zones are decided again with one on the other side, on the way to the last arrival."""
 _SOON = 1.05
 """How much later than with waits alone the last arrival may be, so that no other sides are tried."""
-_LATEST = 2.0
-"""How many times longer than all flights one after another earliest times may become: then robots wait for each other in a circle."""
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Line:
-    """One robot's path by its own time, in cells.
-
-    Attributes:
-        times: Own times between which cells lie, s. Where a robot rests (at its start, halts and end) a cell lasts no time. Shape (cells + 1,).
-        places: About the middle of each cell, m, z scaled. Shape (cells, 3).
-        reach: How far it may be from there within the cell, and in the clocks' error, m. Shape (cells,).
-        earliest: Least departure, s.
-    """
-
-    times: Floats
-    places: Floats
-    reach: Floats
-    earliest: float
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class After:
-    """Differences of times: a robot comes to some of its times no sooner than another one to others, and a gap.
-
-    Attributes:
-        first: The other robot.
-        done: Which of its times.
-        then: The robot.
-        due: Which of its times.
-        gap: s.
-    """
-
-    first: int
-    done: Indices
-    then: int
-    due: Indices
-    gap: float = GAP
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -148,81 +108,6 @@ def _side(first: int, then: int, at: NDArray[np.intp], cells: int) -> After | No
     return After(first, latest[new], then, new + due.min())
 
 
-class Times:
-    """Earliest times of all cells under differences that are added one after the other."""
-
-    def __init__(self, lines: Sequence[Line]) -> None:
-        self._lines = lines
-        self._most = _LATEST * sum(float(line.times[-1]) + line.earliest for line in lines)
-        self.times = [line.earliest + line.times for line in lines]
-        self._known: list[list[After]] = [[] for _ in lines]
-
-    @property
-    def arrivals(self) -> tuple[float, float]:
-        """The last arrival, and the sum of all arrivals, s."""
-        ends = [float(times[-1]) for times in self.times]
-        return max(ends), sum(ends)
-
-    def copy(self) -> Times:
-        """Return the same times, to be changed apart."""
-        other = Times.__new__(Times)
-        other._lines, other._most = self._lines, self._most
-        other.times, other._known = list(self.times), [list(known) for known in self._known]
-        return other
-
-    def add(self, more: Sequence[After]) -> bool:
-        """Take more differences; return whether any times keep all of them."""
-        for after in more:
-            self._known[after.first].append(after)
-        most = 1 + sum(
-            len(after.done) for after in more
-        )  # each of the new ones may be the cause of later ones, but not of itself
-        waiting, rounds = deque(more), dict.fromkeys(map(id, more), 0)
-        while waiting:
-            after = waiting.popleft()
-            times, due = self.times[after.then], self.times[after.first][after.done] + after.gap
-            if not (times[after.due] < due - 1e-9).any():
-                continue
-            if id(after) in rounds:
-                rounds[id(after)] += 1
-                if rounds[id(after)] > most:
-                    return False
-            own = self._lines[after.then].times
-            late = times - own
-            np.maximum.at(late, after.due, due - own[after.due])
-            times = own + np.maximum.accumulate(late)
-            if times[-1] > self._most:
-                return False
-            self.times[after.then] = times
-            waiting += self._known[after.then]
-        return True
-
-    def causes(self, differences: Sequence[After]) -> list[After]:
-        """Return the differences because of which the last arrival is not sooner: the critical path, from its end."""
-        robot = max(range(len(self.times)), key=lambda each: float(self.times[each][-1]))
-        at, found = len(self.times[robot]) - 1, list[After]()
-        while True:
-            late = self.times[robot][: at + 1] - self._lines[robot].times[: at + 1]
-            if late[-1] <= self._lines[robot].earliest + 1e-9:
-                return found
-            at = int(np.argmax(late >= late[-1] - 1e-9))
-            for after in differences:
-                if after.then == robot and after not in found:
-                    here = np.flatnonzero(after.due == at)
-                    if len(here) and self.times[after.first][after.done[here[0]]] + after.gap >= self.times[robot][at] - 1e-7:
-                        found.append(after)
-                        robot, at = after.first, int(after.done[here[0]])
-                        break
-            else:
-                return found
-
-    def keeps(self, after: After | None) -> bool:
-        """Return whether the times keep differences."""
-        if after is None:
-            return False
-        return bool(np.all(self.times[after.then][after.due] >= self.times[after.first][after.done] + after.gap - 1e-9))
-
-
 @dataclass(frozen=True, eq=False, slots=True)
 class Orders:
     """Passing orders of a team, past all zones.
@@ -238,8 +123,19 @@ class Orders:
     firm: list[tuple[int, int]]
 
 
-def passing_orders(lines: Sequence[Line], zones: Sequence[Zone], waits: Sequence[After]) -> Orders | tuple[int, int] | None:
-    """Return orders that lead past all zones; else two robots that find no side of a zone.
+@dataclass(frozen=True, slots=True)
+class Stuck:
+    """Robots that leave each other no way.
+
+    Attributes:
+        pairs: Two robots each, one of which starts, waits or ends in the other one's way; those nearer to the cause first.
+    """
+
+    pairs: tuple[tuple[int, int], ...]
+
+
+def passing_orders(lines: Sequence[Line], zones: Sequence[Zone], waits: Sequence[After]) -> Orders | Stuck | None:
+    """Return orders that lead past all zones; else robots that leave each other no way.
 
     None says that not even the waits can be kept.
 
@@ -254,16 +150,16 @@ def passing_orders(lines: Sequence[Line], zones: Sequence[Zone], waits: Sequence
     forced = _Decided(zones, times)
     stuck = forced.force()
     if stuck is not None:
-        return zones[stuck].pair
+        return forced.blamed(stuck)
     before: list[int] = []
+    blamed = Stuck(())
     for _ in range(_RESTARTS):
         found = _decided(forced, dict.fromkeys(before))
-        if not isinstance(found, int):
+        if isinstance(found, _Decided):
             return _sooner(forced, zones, waits, before, found)
-        if before[:1] == [found]:
-            break
-        before = [found, *(number for number in before if number != found)]
-    return zones[before[0]].pair
+        number, blamed = found
+        before = [number, *(each for each in before if each != number)]
+    return blamed
 
 
 def _sooner(forced: _Decided, zones: Sequence[Zone], waits: Sequence[After], before: Sequence[int], found: _Decided) -> Orders:
@@ -283,25 +179,25 @@ def _sooner(forced: _Decided, zones: Sequence[Zone], waits: Sequence[After], bef
                 continue
             tried.add(key)
             trial = _decided(forced, changed)
-            if not isinstance(trial, int) and trial.orders(waits).times.arrivals < orders.times.arrivals:
+            if isinstance(trial, _Decided) and trial.orders(waits).times.arrivals < orders.times.arrivals:
                 found, sides = trial, changed
                 break
         else:
             return orders
 
 
-def _decided(forced: _Decided, before: Mapping[int, int | None]) -> _Decided | int:
+def _decided(forced: _Decided, before: Mapping[int, int | None]) -> _Decided | tuple[int, Stuck]:
     """Return a way past all zones; or a zone without a side. Some are decided before all others, on a given side or on either."""
     decided = forced.copy()
     for number, side in before.items():
         if not decided.decide(number, side):
-            return number
+            return number, decided.blamed(number)
     stuck = decided.force()
     if stuck is not None:
-        return stuck
+        return stuck, decided.blamed(stuck)
     while (number := decided.next()) is not None:
         if not decided.decide(number):
-            return number
+            return number, decided.blamed(number)
     return decided
 
 
@@ -311,6 +207,7 @@ class _Decided:
     def __init__(self, zones: Sequence[Zone], times: Times) -> None:
         self._zones, self._times = zones, times
         self._chosen: dict[int, After] = {}
+        self._refused: dict[int, list[Times]] = {}
 
     @property
     def soonest(self) -> float:
@@ -320,7 +217,7 @@ class _Decided:
     def copy(self) -> _Decided:
         """Return the same choices, to be added to apart."""
         other = _Decided(self._zones, self._times)  # times are copied where a choice changes them
-        other._chosen = dict(self._chosen)
+        other._chosen, other._refused = dict(self._chosen), dict(self._refused)
         return other
 
     def decide(self, number: int, side: int | None = None) -> bool:
@@ -383,11 +280,30 @@ class _Decided:
     def _possible(self, number: int, sides: Sequence[int] = (0, 1)) -> list[tuple[Times, After]]:
         """Return the sides of a zone that some times keep, each with the earliest ones."""
         found: list[tuple[Times, After]] = []
+        refused: list[Times] = []
         for side in (self._zones[number].sides[each] for each in sides):
+            if side is None:
+                continue
             times = self._times.copy()
-            if side is not None and times.add((side,)):
+            if times.add((side,)):
                 found.append((times, side))
+            else:
+                refused.append(times)
+        self._refused[number] = refused
         return found
+
+    def blamed(self, number: int) -> Stuck:
+        """Return the robots of zones with one side, or none, because of which a zone has no side left.
+
+        Each side of it closes a circle of choices. Where one of these had no choice itself, so do the circles that left it none.
+        """
+        known = {id(after): each for each, after in self._chosen.items()}
+        zones = [number]
+        for each in zones:  # it grows
+            circles = [after for times in self._refused.get(each, ()) for after in times.circle]
+            zones += dict.fromkeys(known[id(after)] for after in circles if known.get(id(after), each) not in zones)
+        pairs = [self._zones[each].pair for each in zones if None in self._zones[each].sides]
+        return Stuck(tuple(dict.fromkeys(pairs)) or (self._zones[number].pair,))
 
 
 def _entered(zone: Zone, times: Times) -> float:

@@ -13,8 +13,9 @@ import verify
 from refine import refine
 from refine.coordination.conflict_resolution import arrival, departures_of
 from refine.coordination.departures import DepartureConflict
+from refine.coordination.earliest_times import Line, Times
 from refine.coordination.own_clocks import on_own_clocks
-from refine.coordination.passing_orders import Line, Orders, Times, Zone, passing_orders, zones_of
+from refine.coordination.passing_orders import Orders, Stuck, Zone, passing_orders, zones_of
 from refine.coordination.spacing import spacing_for
 from refine.feedback import feedback_of
 from refine.single_robot.flight import robot_flight
@@ -97,7 +98,7 @@ def test_robots_that_stand_in_each_others_way_for_good_are_named() -> None:
     """Each ends where the other one starts."""
     here, there = np.zeros(3), np.array([2.0, 0.0, 0.0])
     lines = [line(2.0, here, there), line(2.0, there, here)]
-    assert passing_orders(lines, zones_of(lines, 0.3), []) == (0, 1)
+    assert passing_orders(lines, zones_of(lines, 0.3), []) == Stuck(((0, 1),))
 
 
 @pytest.mark.parametrize("pace", ["nominal", "0.7"])
