@@ -28,6 +28,14 @@ _FEWEST = 4
 _BENDS = 1.5
 """1/s: by how much at most a clock's slowness changes in a second of its own time, where it is 1. Where it is s, it changes by s^3 times as
 much for the same acceleration: by the tangent of that, which lies below."""
+_POWER, _SLOW = 2.5, 1.3
+"""In later rounds bends go with this power of slowness, by which jerk hardly grows, above this slowness, from which on that allows more."""
+_CREEPS, _FINEST = 1.5, 0.1
+"""Spans between knots that are longer, in s of own time, are halved in later rounds where a clock is slower than this."""
+_ROUNDS = 4
+"""How often clocks are found again with the limits of their bends taken at those before."""
+_SOON = 1.03
+"""How much later than if clocks could bend at will the last robot may arrive without that."""
 _SLOWEST = 40.0
 """How many times slower than its own time a robot creeps at most."""
 _OTHERS = 0.1
@@ -99,12 +107,13 @@ class _Rows:
 class _Unknowns:
     """Layout of one robot's unknowns: when it departs, how long it waits at rests, and the coefficients of its clock."""
 
-    def __init__(self, robot: RobotFlight, offset: int) -> None:
+    def __init__(self, robot: RobotFlight, offset: int, about: OwnClock | None) -> None:
         self.end = robot.path.duration
-        spans = max(int(np.ceil(self.end / _KNOT)), _FEWEST)
-        self.knots = np.concatenate([np.zeros(_DEGREE), np.linspace(0.0, self.end, spans + 1), np.full(_DEGREE, self.end)])
+        even = np.linspace(0.0, self.end, max(int(np.ceil(self.end / _KNOT)), _FEWEST) + 1)
+        inner = even if about is None else _finer(about)
+        self.knots = np.concatenate([np.zeros(_DEGREE), inner, np.full(_DEGREE, self.end)])
         self.halts = halts_of(robot)
-        self.count = spans + _DEGREE
+        self.count = len(inner) - 1 + _DEGREE
         self.departure = offset
         self.waits = offset + 1 + np.arange(len(self.halts))
         self.clock = offset + 1 + len(self.halts) + np.arange(self.count)
@@ -122,26 +131,60 @@ class _Unknowns:
         return columns, np.concatenate([np.ones(1 + len(passed)), basis[near]])
 
 
+Clocks = dict[str, tuple[OwnClock, float]]
+"""Each robot's clock, and its departure in s."""
+
+
+def last_of(clocks: Clocks) -> float:
+    """Return when the last robot arrives, s.
+
+    Args:
+        clocks: Of the team.
+    """
+    return max(
+        departure + float(clock.flown(np.array([clock.end]))[0]) + sum(wait for _, wait in clock.waits)
+        for clock, departure in clocks.values()
+    )
+
+
 def clocks_of(
-    robots: Sequence[RobotFlight], lines: Sequence[Line], differences: Sequence[After]
-) -> dict[str, tuple[OwnClock, float]] | None:
-    """Return each robot's clock and departure in s; None where the programme has no answer.
+    robots: Sequence[RobotFlight], lines: Sequence[Line], differences: Sequence[After], soonest: float = np.inf
+) -> Clocks | None:
+    """Return each robot's clock and departure; None where the programme has no answer.
 
     Args:
         robots: Their flights.
         lines: Their cells.
         differences: Who waits for whom.
+        soonest: When the last robot would arrive if clocks could bend at will, s. Where it arrives much later, the limits of bends are
+            taken at the clocks that were found, by which these are still possible, and those that are sooner become so.
 
     Raises:
         SolverTimeout: The engine's seconds ran out before its iterations.
     """
+    found = _clocks_about(robots, lines, differences, {})
+    for _ in range(_ROUNDS):
+        if found is None or (last := last_of(found)) <= _SOON * soonest:
+            break
+        better = _clocks_about(robots, lines, differences, found)
+        if better is None or last_of(better) >= last:
+            break
+        found = better
+    return found
+
+
+def _clocks_about(
+    robots: Sequence[RobotFlight], lines: Sequence[Line], differences: Sequence[After], about: Clocks
+) -> Clocks | None:
+    """Return clocks whose bends are limited by tangents at other ones; at the robots' own times where there are none."""
     unknowns: list[_Unknowns] = []
     for robot in robots:
-        unknowns.append(_Unknowns(robot, unknowns[-1].departure + unknowns[-1].total if unknowns else 0))
+        offset = unknowns[-1].departure + unknowns[-1].total if unknowns else 0
+        unknowns.append(_Unknowns(robot, offset, about[robot.name][0] if about else None))
     last = unknowns[-1].departure + unknowns[-1].total  # the last arrival
     rows, linear, bends = _Rows(), np.zeros(last + 1), list[sparse.csc_matrix]()
     linear[last] = 1.0
-    for own, line in zip(unknowns, lines, strict=True):
+    for robot, own, line in zip(robots, unknowns, lines, strict=True):
         rows.add(np.array([own.departure]), np.ones(1), line.earliest)
         for wait in own.waits:
             rows.add(np.array([wait]), np.ones(1), 0.0)
@@ -150,10 +193,12 @@ def clocks_of(
         for k, slope in enumerate(slopes):
             rows.add(own.clock[k : k + 2], np.array([-slope, slope]), 1.0, _SLOWEST)
         step = (own.knots[_DEGREE + 1 : -2] - own.knots[2 : -_DEGREE - 1]) / (_DEGREE - 1)
+        slant, base = _tangents(about[robot.name][0] if about else None, own.knots)
         for k, size in enumerate(step):
             part, change = 0.5 * _BENDS * size, np.array([[-slopes[k], slopes[k], 0.0], [0.0, -slopes[k + 1], slopes[k + 1]]])
-            rows.add(own.clock[k : k + 3], (3.0 * part + 1.0) * change[0] + (3.0 * part - 1.0) * change[1], 4.0 * part)
-            rows.add(own.clock[k : k + 3], (3.0 * part - 1.0) * change[0] + (3.0 * part + 1.0) * change[1], 4.0 * part)
+            (one, other), low = part * slant[k : k + 2], part * base[k : k + 2].sum()
+            rows.add(own.clock[k : k + 3], (one + 1.0) * change[0] + (other - 1.0) * change[1], low)
+            rows.add(own.clock[k : k + 3], (one - 1.0) * change[0] + (other + 1.0) * change[1], low)
         columns, values = own.when(line, len(line.times) - 1)
         linear[columns] += _OTHERS / len(robots) * values
         rows.add(np.append(columns, last), np.append(-values, 1.0), 0.0)
@@ -185,6 +230,25 @@ def clocks_of(
         coefficients = answer[own.clock] - answer[own.clock[0]]
         found[robot.name] = OwnClock(BSpline(own.knots, coefficients, _DEGREE), own.end, waits), float(answer[own.departure])
     return found
+
+
+def _finer(clock: OwnClock) -> Floats:
+    """Return a clock's knots, with others in the middle of spans in which it creeps. Shape (knots,)."""
+    knots = clock.spline.t[_DEGREE:-_DEGREE]
+    middles = 0.5 * (knots[1:] + knots[:-1])
+    creeps = (clock.spline(middles, 1) > _CREEPS) & (np.diff(knots) > _FINEST)
+    return np.sort(np.concatenate([knots, middles[creeps]]))
+
+
+def _tangents(about: OwnClock | None, knots: Floats) -> tuple[Floats, Floats]:
+    """Return tangents of what limits bends, at a clock's slowness: their slants, and what is taken off. Shapes (slopes,)."""
+    middles = np.array([knots[k + 2 : k + _DEGREE + 1].mean() for k in range(len(knots) - _DEGREE - 2)])
+    slowness = np.ones(len(middles)) if about is None else np.maximum(about.spline(middles, 1), 1.0)
+    later = slowness > _SLOW
+    return (
+        np.where(later, _POWER * slowness ** (_POWER - 1.0), 3.0),
+        np.where(later, (_POWER - 1.0) * slowness**_POWER, 2.0),
+    )
 
 
 def _two_diagonals(here: Floats, next_one: Floats) -> sparse.csc_matrix:

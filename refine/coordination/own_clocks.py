@@ -164,7 +164,7 @@ def _timed(problem: Problem, team: _Team) -> Together | None:
     for _ in range(_REPAIRS):
         if again is None or not isinstance(again.orders, Orders):
             return None
-        clocks = clocks_of(list(robots.values()), again.lines, again.orders.differences)
+        clocks = clocks_of(list(robots.values()), again.lines, again.orders.differences, again.orders.times.arrivals[0])
         flown = None if clocks is None else _flown(problem, robots, clocks)
         if not isinstance(flown, DepartureConflict):
             return flown
