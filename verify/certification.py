@@ -15,7 +15,7 @@ from fractions import Fraction
 import numpy as np
 
 from verify.certificate import ActionInstant, Certificate, versions
-from verify.claims.claim import Claim
+from verify.claims.claim import Claim, claim_of_verdict
 from verify.claims.distance_claims import Clocks, rim_claims, separation_claims, separation_holds, workspace_claims
 from verify.claims.evidence import Evidence
 from verify.claims.judged_plan import judged_plan
@@ -230,7 +230,7 @@ def _at_margin(evidence: Evidence, margin: Fraction, clock_error: Fraction) -> _
     plan = evidence.plan
     found = _read(evidence, margin)
     words = [
-        *judge_formula(plan.mission, found.timelines, evidence.relations, clock_error=clock_error),
+        *_unless_in_parts(evidence, judge_formula(plan.mission, found.timelines, evidence.relations, clock_error=clock_error)),
         *judge_transitions(plan.mission, found.timelines, evidence.relations),
     ]
     claims = (
@@ -241,6 +241,18 @@ def _at_margin(evidence: Evidence, margin: Fraction, clock_error: Fraction) -> _
         *_claims_of_paths(evidence, found, margin, separation_claims(evidence, margin, _clocks(evidence, clock_error))),
     )
     return _Tube(claims, found.timelines)
+
+
+def _unless_in_parts(evidence: Evidence, verdicts: Iterable[Verdict]) -> Iterator[Verdict]:
+    """Yield verdicts; of a flight in parts, between which the team hovers for any time, none on times holds."""
+    parts = any(path.cuts for path in evidence.paths.trajectories)
+    for verdict in verdicts:
+        if parts and verdict.claim == "timing" and verdict.outcome == "holds":
+            sentence = (
+                "The flight is in parts, between which the team hovers for any time, so that no bound in seconds is proved."
+            )
+            verdict = replace(verdict, outcome="undecided", sentence=sentence, slack=None)
+        yield verdict
 
 
 def _claims_of_paths(evidence: Evidence, found: _Readings, margin: Fraction, separation: Iterable[Claim]) -> Iterator[Claim]:
@@ -265,7 +277,11 @@ def _holds_at(evidence: Evidence, margin: Fraction, clock_error: Fraction) -> bo
         all(claim.outcome == "holds" for claim in claims)
         and separation_holds(evidence, margin, _clocks(evidence, clock_error))
         and all(judge_transitions(mission, found.timelines, evidence.relations))
-        and all(judge_formula(mission, found.timelines, evidence.relations, clock_error=clock_error, detail="answer"))
+        and all(
+            _unless_in_parts(
+                evidence, judge_formula(mission, found.timelines, evidence.relations, clock_error=clock_error, detail="answer")
+            )
+        )
     )
 
 
@@ -290,8 +306,7 @@ def _clocks(evidence: Evidence, clock_error: Fraction) -> Clocks:
 def _word_claim(verdict: Verdict, plan: Plan, matchings: Mapping[str, Matching]) -> Claim:
     if verdict.outcome != "holds" and verdict.claim == "formula" and verdict.region is not None:
         verdict = _with_visit(verdict, plan, matchings)
-    witness = None if verdict.outcome == "holds" else verdict.witness()
-    return Claim(verdict.claim, verdict.outcome, verdict.sentence, robot=verdict.robot, time=verdict.time, witness=witness)
+    return claim_of_verdict(verdict)
 
 
 def _with_visit(verdict: Verdict, plan: Plan, matchings: Mapping[str, Matching]) -> Verdict:

@@ -82,6 +82,8 @@ def _show_formula(source: str | Mission, kind: Format, trace: Any, form: Any) ->
     from verify.data import parse_formula
 
     formula = parse_formula(source) if isinstance(source, str) else source.formula
+    if not isinstance(source, str) and source.timed_parts:
+        typer.echo("note: bounds in seconds are left out; an automaton reads words, which measure no time.", err=True)
     chosen = trace or ("finite" if isinstance(source, str) else source.spec.trace)
     automaton = translate(formula, chosen, form=form)
     if kind == "json":

@@ -25,7 +25,7 @@ from verify.data import BadInput, Letter, Mission
 from verify.data.events import RobotJoins, RobotLeaves
 from verify.data.language.word import stutter_free
 from verify.model_checking.timeline import InternalChange, Relations
-from verify.model_checking.word_claims import judge_formula
+from verify.model_checking.word_claims import judge_formula, judged_as_one
 
 Floats = NDArray[np.float64]
 
@@ -59,7 +59,7 @@ def flown_live(course: OnlineCourse, live: LiveFlight, *, planned_cost: float) -
         for j, name in enumerate(robots)
     }
     timelines = {name: seen_timeline(mission, name, times, letters[name], actions[name]) for name in robots}
-    verdict = judge_formula(mission, timelines, Relations())[0]
+    verdict = judged_as_one(judge_formula(mission, timelines, Relations()))
     lost = course.team.lost or (None if live.flown else live.reason)
     note = LIVE if lost is None else f"{LIVE_NOT_ALL_CERTIFIED} {lost}"
     unknown = np.full((len(times), len(robots)), np.nan)

@@ -39,7 +39,7 @@ from verify.data.progress import Progress
 from verify.data.sections import Robot
 from verify.data.shapes.inequalities import Point
 from verify.model_checking.timeline import InternalChange, Relations
-from verify.model_checking.word_claims import judge_formula
+from verify.model_checking.word_claims import judge_formula, judged_as_one
 
 Floats = NDArray[np.float64]
 
@@ -272,7 +272,7 @@ class _Loop:
             name: seen_timeline(mission, name, times, [row[name] for row in self.letters], self.actions.get(name, ()))
             for name in mission.agents
         }
-        verdict = judge_formula(mission, timelines, Relations())[0]
+        verdict = judged_as_one(judge_formula(mission, timelines, Relations()))
         frames = np.minimum((np.array([e.step for e in self.entries]) // SUBSTEPS), len(self.desired) - 1)
         position = np.array([entry.position for entry in self.entries]).transpose(0, 2, 1)
         wanted = np.array(self.desired)[frames].transpose(0, 2, 1)

@@ -87,8 +87,12 @@ class TeamInFlight(ABC, Generic[Robot]):
             pilot: Makes what leads one robot, from the mission, its world, the robot's name and where it is.
 
         Raises:
-            BadInput: The trace is infinite, or there is a sequence.
+            BadInput: The trace is infinite, the formula has bounds in seconds, or there is a sequence.
         """
+        if mission.timed_parts:
+            raise BadInput(
+                f"`{mission.timed_parts[0]}` is bounded in seconds; its times are chosen before the flight, by `ltlplan run`."
+            )
         if mission.spec.trace == "infinite":
             raise BadInput("online MTAC-E shares tasks that end; an infinite trace is flown from a plan, by `ltlplan run`.")
         if mission.sequence is not None:

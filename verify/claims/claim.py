@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
 from fractions import Fraction
 from typing import Literal
 
 from verify.data.witness import Witness
+from verify.logic.verdict import Verdict
 
 Outcome = Literal["holds", "fails", "undecided"]
 
@@ -21,7 +22,7 @@ class Claim:
     """One part of a certificate.
 
     Attributes:
-        name: "formula", "transitions", "visits", "passages", "ordered", "precedences", "rims", "obstacles", "workspace",
+        name: "formula", "timing", "transitions", "visits", "passages", "ordered", "precedences", "rims", "obstacles", "workspace",
             "separation", "continuity", "parts" or "limits." and the limit's name.
         outcome: Only "holds" is proved; "fails" is refuted; "undecided" is neither.
         sentence: One sentence for a person.
@@ -95,6 +96,13 @@ def claim_of(
             bound=bound, limit=limit, what=what, way=way,
         )  # fmt: skip
     return Claim(name, outcome, sentence, robot, other, unit, bound, limit, margin, time, witness)
+
+
+def claim_of_verdict(verdict: Verdict) -> Claim:
+    """Return a verdict on words, or on their times, as a claim; what is to spare of a time that is asked is its bound."""
+    spare, witness = verdict.slack, None if verdict.outcome == "holds" else verdict.witness()
+    claim = Claim(verdict.claim, verdict.outcome, verdict.sentence, robot=verdict.robot, time=verdict.time, witness=witness)
+    return claim if spare is None else replace(claim, unit="s", bound=spare, limit=0.0, margin=spare)
 
 
 def at_least(value: Fraction | float, digits: int = 4) -> str:

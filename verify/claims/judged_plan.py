@@ -19,7 +19,7 @@ PROVED: dict[str, frozenset[str]] = {
 """By type of value: fields that the certificate is about."""
 
 OF_PLANNING: dict[str, frozenset[str]] = {
-    "Plan": frozenset({"method", "seed", "cost", "lower_bound", "complete", "notes"}),
+    "Plan": frozenset({"hovers", "method", "seed", "cost", "lower_bound", "complete", "notes"}),
     "RobotPlan": frozenset({"waypoints", "times", "cycle_waypoint", "hold", "cost"}),
 }
 """By type of value: fields that no claim depends on. Of the waypoints `recheck` refuses a first one that is not the robot's start."""

@@ -138,8 +138,15 @@ class NewFormula:
     formula: str
 
     def apply(self, mission: Mission) -> Mission:
-        """Return the mission with the new formula."""
-        return changed(mission, spec=mission.spec.model_copy(update={"formula": self.formula}))
+        """Return the mission with the new formula.
+
+        Raises:
+            ValueError: It is bounded in seconds, which is not supported in flight.
+        """
+        asked = changed(mission, spec=mission.spec.model_copy(update={"formula": self.formula}))
+        if asked.timed_parts:
+            raise ValueError(f"`{asked.timed_parts[0]}` is bounded in seconds; no such formula is taken in flight.")
+        return asked
 
     def __str__(self) -> str:
         return f"the formula is now {self.formula}"

@@ -20,6 +20,7 @@ from verify.data.language.counting import written_out
 from verify.data.language.formula import FREE, TRUE, Formula
 from verify.data.language.formula_reader import parse_formula
 from verify.data.language.free import in_no_region
+from verify.data.language.relaxation import relaxed, without_idle_bounds
 from verify.data.language.sequence import Sequence, parse_sequence
 from verify.data.language.word import Letter
 from verify.data.sections import (
@@ -115,7 +116,17 @@ class Mission(Value):
     def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:  # as pydantic declares it
         """Return a copy with changed fields; what is computed from fields is computed anew."""
         copied = super().model_copy(update=update, deep=deep)
-        for name in ("written", "formula", "passages", "effective_limits", "of_one_kind", "_alike", "_seen"):
+        for name in (
+            "written",
+            "formula",
+            "_bounded",
+            "timed_parts",
+            "passages",
+            "effective_limits",
+            "of_one_kind",
+            "_alike",
+            "_seen",
+        ):
             vars(copied).pop(name, None)
         return copied
 
@@ -143,9 +154,20 @@ class Mission(Value):
         return parse_formula(self.spec.formula, self.propositions, robots=self.agents, allow_next=False)
 
     @cached_property
-    def formula(self) -> Formula:
+    def _bounded(self) -> Formula:
         """The formula over regions and internal propositions; `free` is written out as "in no region", counts for these robots."""
-        return written_out(self.written.substitute({FREE: in_no_region(self.all_regions)}), tuple(self.agents))
+        free = in_no_region(self.all_regions)
+        return without_idle_bounds(written_out(self.written.substitute({FREE: free}), tuple(self.agents)))
+
+    @cached_property
+    def formula(self) -> Formula:
+        """The formula that words have to satisfy, over regions and internal propositions; bounds in seconds are left out (`timed_parts`)."""
+        return relaxed(self._bounded)
+
+    @cached_property
+    def timed_parts(self) -> tuple[Formula, ...]:
+        """The conjuncts that are bounded in seconds, over regions and internal propositions; a flight has to satisfy these too."""
+        return tuple(part for part in self._bounded.conjuncts() if part.timed)
 
     @property
     def soft_parts(self) -> tuple[SoftPart, ...]:

@@ -139,6 +139,20 @@ class Meeting(Value):
         return _sentence(robots, self, "sets out for", "entered")
 
 
+class Hover(Value):
+    """A robot hovers for some time where it visits a region, or before or after all of its visits, for the sake of bounds in seconds.
+
+    Attributes:
+        robot: Its name.
+        visit: Index of the visit; -1 for its start, the number of its visits for its end.
+        seconds: For how long, s.
+    """
+
+    robot: str
+    visit: int
+    seconds: NotNegative
+
+
 def _sentence(robots: Mapping[str, RobotPlan], wait: Precedence | Meeting, due: str, done: str) -> str:
     (first, i), (then, j) = wait.first, wait.then
     lap = robots[then].cycle_visit
@@ -168,6 +182,7 @@ class Plan(Value):
         robots: One entry for each of the mission's agents, in the mission's order.
         precedences: Waits under which the words satisfy the formula, or that the `timed` claim needs.
         meetings: Arrivals that others wait for where they are, so that stays overlap.
+        hovers: Hovers that bounds in seconds ask for: dwells, waits until something may begin, and what lasts after the last arrival.
         method: Which planner made it.
         seed: The seed it was made with.
         cost: Value of the objective (sum, or longest robot).
@@ -181,6 +196,7 @@ class Plan(Value):
     robots: dict[str, RobotPlan]
     precedences: tuple[Precedence, ...] = ()
     meetings: tuple[Meeting, ...] = ()
+    hovers: tuple[Hover, ...] = ()
     method: str = "exact"
     seed: int = 0
     cost: Number = 0.0
@@ -214,7 +230,8 @@ class Plan(Value):
     def to_json(self) -> str:
         """Return plan.json: everything but the mission, which is written beside it and named by digest."""
         data: dict[str, Any] = {"format": PLAN_FORMAT, "mission": self.mission.digest()}
-        data.update(self.model_dump(mode="json", exclude={"mission"} if self.meetings else {"mission", "meetings"}))
+        empty = {name for name in ("meetings", "hovers") if not getattr(self, name)}
+        data.update(self.model_dump(mode="json", exclude={"mission", *empty}))
         data["precedences"] = [
             {key: value for key, value in each.items() if value not in ("left", "enters")} for each in data["precedences"]
         ]
@@ -317,6 +334,9 @@ def _check(plan: Plan, source: str) -> None:
         if robot.cycle_visit is not None and not 0 <= robot.cycle_visit <= len(robot.visits):
             raise BadInput(f"{source}, {name}: cycle_visit is {robot.cycle_visit}; it must lie from 0 to {len(robot.visits)}.")
         _check_cycle(robot, f"{source}, {name}")
+    for hover in plan.hovers:
+        if hover.robot not in plan.robots or not -1 <= hover.visit <= len(plan.robots[hover.robot].visits):
+            raise BadInput(f"{source}: '{hover.robot}' hovers in its visit {hover.visit}, which the plan does not have.")
     for precedence in (*plan.precedences, *plan.meetings):
         for robot, visit in (precedence.first, precedence.then):
             if robot not in plan.robots or not 0 <= visit < len(plan.robots[robot].visits):

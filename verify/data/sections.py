@@ -155,6 +155,10 @@ class Limits(Value):
     legs: dict[str, LegLimits] = Field(default_factory=dict, description="region: limits on the way there")
 
 
+GENTLE = 0.7
+"""Share of the fastest flight at which robots fly where nobody says otherwise, and than which none is gentler for bounds in seconds."""
+
+
 def _pace(value: object) -> float | str:
     """Return a pace as it is kept, or say what would be one."""
     if isinstance(value, str) and value == "nominal":
@@ -235,8 +239,9 @@ class Planner(Value):
     )
     speed: Positive = Field(default=0.45, description="m/s, nominal speed along the path")
     pace: Pace = Field(
-        default=0.7,
-        description="share of the fastest flight that limits, tube and labels allow, above 0 up to 1; or `nominal`, the plan's own times",
+        default=GENTLE,
+        description="share of the fastest flight that limits, tube and labels allow, above 0 up to 1; or `nominal`, the plan's own times; the "
+        "greatest that is allowed, and 1 where it is left out, where the formula has bounds in seconds",
     )
     directions: Literal["nearest", "cheapest"] = Field(default="nearest", description="how sides of hoops are chosen")
     samples: Annotated[int, Field(strict=True, ge=2, le=100_000)] = Field(

@@ -40,6 +40,10 @@ class Owed(NamedTuple):
     trees: Iterable[tuple[str, Iterable[Part]]] = ()
 
 
+def _judged(part: str) -> str:
+    raise Refused(f"bounds in seconds are the judge's: {part}")
+
+
 class Check:
     """Consequences of a statement, a flight and evidence; each tree is looked at once."""
 
@@ -68,6 +72,7 @@ class Check:
         statement, evidence = self.statement, self.evidence
         lines = lambda: {name: one.timeline for name, one in self.courses.items()}  # noqa: E731
         yield Owed("formula", (), lambda: check_formula(statement, lines(), evidence))
+        yield from (Owed("timing", (), partial(_judged, part)) for part in statement.timed or ())
         for course in self.courses.values():
             yield from self._of_robot(course)
         flights = [Flight(statement, path) for path in self.team.paths.values()]

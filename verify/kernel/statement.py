@@ -176,6 +176,7 @@ class Statement(NamedTuple):
     robots: Mapping[str, Robot]
     waits: tuple[Wait, ...]
     words: Mapping[str, Words]
+    timed: tuple[str, ...] | None  # parts of the formula that are bounded in seconds; `formula` is the rest
 
 
 def read_json(text: str, what: str) -> Any:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from verify.data.language.formula import Formula
 from verify.data.language.word import Word
@@ -72,7 +72,7 @@ def _compared(formula: Formula) -> Formula:
             return Formula("count", (counted,), bound=("<=", least - 1))
     if formula.operator == "count" or not formula.arguments:
         return formula
-    return Formula(formula.operator, tuple(map(_compared, formula.arguments)), formula.name, formula.position)
+    return replace(formula, arguments=tuple(map(_compared, formula.arguments)))
 
 
 def _conjuncts(formula: Formula) -> list[Formula]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Literal
 
+from verify.data.errors import BadInput
 from verify.data.language.formula import NAME, Formula
 from verify.data.language.formula_error import FormulaError
 from verify.data.language.formula_reader import parse_formula
@@ -123,6 +124,10 @@ def _entry(node: Formula, negative: bool, table: _Table, done: dict[tuple[int, b
                 pairs = ((left, right), (not_left, not_right))
             return table.junction("or", [table.junction("and", list(pair)) for pair in pairs])
         case _:
+            if node.window not in (None, (0, None)):
+                raise BadInput(
+                    f"`{node}` is bounded in seconds, which words do not measure; only a flight's times say whether it holds."
+                )
             kind: NodeKind = _DUAL[node.operator] if negative else node.operator  # type: ignore[assignment]  # the temporal ones
             return table.temporal(kind, tuple(arguments))
 

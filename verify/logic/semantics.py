@@ -50,10 +50,14 @@ def truth_table(formula: Formula, word: Word) -> TruthTable:
     """Evaluate every subformula at every position.
 
     Raises:
-        BadInput: Formula and word together are too large to evaluate.
+        BadInput: Formula and word together are too large to evaluate, or an operator is bounded in seconds.
     """
     letters = word.letters
     nodes = _arguments_first(formula)
+    if bounded := next((node for node in nodes if node.window not in (None, (0, None))), None):
+        raise BadInput(
+            f"`{bounded}` is bounded in seconds, which words do not measure; only a flight's times say whether it holds."
+        )
     if len(nodes) * len(letters) > MAX_CELLS:
         raise BadInput(f"{len(nodes)} subformulas on {len(letters)} letters are too many to evaluate; {MAX_CELLS} is the most.")
     loop = None if word.cycle is None else len(word.prefix)

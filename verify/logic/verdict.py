@@ -34,6 +34,7 @@ class Verdict:
         visit: Index of that robot's planned visit or letter concerned.
         region: The region concerned.
         times: For each reading of the counterexample the interval of times, in s, in which it can be made.
+        slack: For the claim "timing" that holds: s by which all may be late, or early, before it fails; None where any delay is allowed.
         vacuous: Sentences: parts of the formula that hold only because they are never put to the test.
     """
 
@@ -47,6 +48,7 @@ class Verdict:
     region: str | None = None
     times: tuple[tuple[float, float], ...] = ()
     vacuous: tuple[str, ...] = ()
+    slack: float | None = None
 
     def __bool__(self) -> bool:
         return self.outcome == "holds"
@@ -87,6 +89,7 @@ class Verdict:
             "counterexample": [[robot, sorted(letter)] for robot, letter in self.readings()] or None,
             "cycle_length": None if cycle is None else len(cycle),
             "times": [list(interval) for interval in self.times],
+            "slack": self.slack,
             "order": [],  # waits, which earlier versions proposed here and read back
             "vacuous": list(self.vacuous),
         }

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from verify.data.errors import InternalError
 from verify.data.language.counting import Atom, atoms, written_out
 from verify.data.language.formula import FREE
+from verify.data.language.relaxation import relaxed, without_idle_bounds
 from verify.data.language.word import Letter, Word, show_letter
 from verify.data.mission import Mission
 from verify.logic.explanation import Reason, Where, explain
@@ -114,10 +115,10 @@ class Counterexamples:
         return next(iter(held)) if len(held) == 1 else None
 
     def _explain(self, word: Word, where: Where) -> Reason:
-        """Explain with the formula as it was written, where nothing in it counts: `free` is a name again."""
+        """Explain with the formula as it was written, bounds in seconds left out, where nothing in it counts: `free` is a name again."""
         if satisfies(self.mission.formula, word):
             raise InternalError("A counterexample satisfies the formula after all. This is a bug of ltlplan's.")
-        written = written_out(self.mission.written, tuple(self.mission.agents))
+        written = relaxed(without_idle_bounds(written_out(self.mission.written, tuple(self.mission.agents))))
         if atoms(written):  # such as `all(free)`, which comes to plain names of regions
             return explain(self.mission.formula, word, where)
         regions = self.mission.all_regions.keys()

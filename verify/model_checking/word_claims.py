@@ -7,7 +7,7 @@ leaves it open, and both claims must hold whatever the robot does there.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 
 from verify.data.errors import BadInput
@@ -20,9 +20,10 @@ from verify.model_checking.formula_judge import Detail, FormulaJudge, Times
 from verify.model_checking.inclusion import DEFAULT_BUDGET
 from verify.model_checking.team_laps import require_common_laps
 from verify.model_checking.timeline import Relations, Timeline
+from verify.model_checking.timing.timed_verdict import TimedJudge
 from verify.model_checking.transitions import judge_transitions
 
-__all__ = ["judge_formula", "judge_transitions"]
+__all__ = ["judge_formula", "judge_transitions", "judged_as_one"]
 
 _MANY = 100
 """Names in a formula up to which all of them are followed."""
@@ -39,7 +40,7 @@ def judge_formula(
     budget: int = DEFAULT_BUDGET,
     detail: Detail = "counterexample",
 ) -> list[Verdict]:
-    """Decide whether every team word satisfies the mission's formula.
+    """Decide whether every team word satisfies the mission's formula, and the flight each part that is bounded in seconds.
 
     Args:
         mission: Carries the formula, the trace and the reading.
@@ -51,7 +52,7 @@ def judge_formula(
         detail: What is said of a formula that fails: nothing else ("answer", for a search), or a counterexample.
 
     Returns:
-        One verdict, for the claim "formula".
+        One verdict for the claim "formula", then one for the claim "timing" of each part that is bounded in seconds.
 
     Raises:
         InternalError: Our progression and Spot disagree, or the timelines contradict themselves.
@@ -77,7 +78,16 @@ def judge_formula(
         verdict = FormulaJudge(mission, timelines, relations, clock_error, times, budget, detail, atoms(formula)).judge(formula)
     except OutOfBudget as error:
         verdict = Verdict("undecided", f"The formula could not be decided: {error}.")
-    return [verdict]
+    parts = mission.timed_parts
+    if parts and times == "parallel":
+        raise BadInput("Bounds in seconds are checked by the times of a flight; `parallel` asks for no times.")
+    judge = TimedJudge(timelines, relations, clock_error)
+    return [verdict, *(judge.judge(part, slack=detail != "answer") for part in parts)]
+
+
+def judged_as_one(verdicts: Sequence[Verdict]) -> Verdict:
+    """Return the verdict that decides for all of them: the first that fails, else the first that is undecided, else the first."""
+    return min(verdicts, key=lambda verdict: ("fails", "undecided", "holds").index(verdict.outcome))
 
 
 def _never_shown(timelines: Mapping[str, Timeline]) -> frozenset[str]:

@@ -6,6 +6,7 @@ from typing import Any
 
 from verify.data.language.counting import written_out
 from verify.data.language.formula import FREE, Formula
+from verify.data.language.relaxation import relaxed, without_idle_bounds
 from verify.data.mission import Mission
 
 Tree = list[Any]
@@ -18,8 +19,8 @@ _SIGNS = {
 
 
 def formula_tree(mission: Mission) -> Tree:
-    """Return a mission's formula as nested lists; what speaks of each robot or of numbers of them is written out for the team."""
-    return tree_of(written_out(mission.written, tuple(mission.agents)))
+    """Return what words have to satisfy as nested lists; what speaks of each robot or of numbers of them is written out for the team."""
+    return tree_of(relaxed(without_idle_bounds(written_out(mission.written, tuple(mission.agents)))))
 
 
 def tree_of(formula: Formula) -> Tree:

@@ -53,6 +53,8 @@ def statement_of(plan: Plan, certificate: Certificate) -> str:
         "waits": _waits(plan),
         "words": _words(plan) if any(claim.name == "ordered" for claim in certificate.claims) else {},
     }
+    if mission.timed_parts:
+        table["timed"] = [str(part) for part in mission.timed_parts]
     return statement_text(table)
 
 

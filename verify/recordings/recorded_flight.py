@@ -178,10 +178,16 @@ class RecordedFlight:
                 "Nobody says when the flight began, so that what its laps showed first cannot be told. Say it (`--start`)."
             )
             yield recorded_claim("formula", "undecided", sentence)
+        elif mission.timed_parts and not self.alignment.trusted:
+            sentence = (
+                "Nobody says closely enough when the flight began, from which bounds in seconds count. Say it (`--start`)."
+            )
+            yield recorded_claim("formula", "undecided", sentence)
         elif mission.spec.formula is not None:
             yield formula_claim(
-                self.asked.worlds, timelines, self.rows, doubtful=doubtful, zero=self.start, lap=self.lap, budget=self.budget
-            )
+                self.asked.worlds, timelines, self.rows, doubtful=doubtful, begins=(self.start, self.alignment.high - self.alignment.low),
+                lap=self.lap, budget=self.budget,
+            )  # fmt: skip
         for timeline in timelines.values():
             yield transition_claim(self.asked.worlds, timeline, zero=self.start)
         for robot, actions in deeds:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
 
@@ -22,7 +22,7 @@ from verify.logic.verdict import Verdict
 from verify.model_checking.inclusion import DEFAULT_BUDGET
 from verify.model_checking.refutation import every_behaviour_breaks
 from verify.model_checking.timeline import InternalChange, Relations, Timeline
-from verify.model_checking.word_claims import judge_formula
+from verify.model_checking.word_claims import judge_formula, judged_as_one
 from verify.motion.regions import relations
 from verify.recordings.flight_log import load_flight_log
 from verify.recordings.measurement import LARGEST, longest_gaps, require_error, require_speed, with_rounding
@@ -31,6 +31,7 @@ from verify.recordings.sampled_timelines import sampled_timeline
 Floats = NDArray[np.float64]
 
 MAX_SAMPLES = 2_000_000
+_NO_RATE = "no rate that was tried would do, for at the edge of a region a robot may go in and out unseen"
 FACTORS = (2, 4, 8, 16, 32, 64)
 """How much denser samples are tried, to say which rate would do."""
 
@@ -96,6 +97,8 @@ def check_samples(
     if verdict.outcome != "undecided":
         return verdict
     rate = _sufficient_rate(tracks, mission, related, speed, error, budget)
+    if verdict.claim == "timing" and rate == _NO_RATE:
+        return verdict
     return Verdict(
         "undecided",
         f"The samples are too sparse to tell whether the flight satisfies `{mission.spec.formula}`: {rate}. "
@@ -132,7 +135,12 @@ def _judged(tracks: Sequence[_Track], mission: Mission, related: Relations, spee
 
 
 def judge_timelines(
-    mission: Mission, timelines: Mapping[str, Timeline], related: Relations, budget: int = DEFAULT_BUDGET
+    mission: Mission,
+    timelines: Mapping[str, Timeline],
+    related: Relations,
+    budget: int = DEFAULT_BUDGET,
+    *,
+    late: Fraction = Fraction(0),
 ) -> Verdict:
     """Decide the formula on timelines that samples give: satisfied or violated whatever happened in between, or undecided.
 
@@ -141,13 +149,18 @@ def judge_timelines(
         timelines: One for each robot.
         related: What is proved of the regions at large.
         budget: Configurations that each part of the formula may take.
+        late: By how much later than the timelines' 0 the flight may have begun, s: bounds in seconds count from there.
 
     Raises:
         BadInput: There is no timeline, or the mission's trace is infinite.
         InternalError: Our progression and Spot disagree, or the timelines contradict themselves.
         MissingEngine: Spot is absent.
     """
-    verdict = judge_formula(mission, timelines, related, budget=budget)[0]
+    apart = late if mission.timed_parts else Fraction(0)
+    verdict, *timed = judge_formula(mission, timelines, related, clock_error=apart, budget=budget)
+    if timed and not (worst := judged_as_one(timed)) and (verdict or worst.outcome == "fails"):
+        start = "Violated, whatever happened between the samples. " if worst.outcome == "fails" else ""
+        return replace(worst, sentence=f"{start}{worst.sentence}")
     formula = f"`{mission.spec.formula}`"
     if verdict.outcome == "holds":
         note = f" But {verdict.vacuous[0]}" if verdict.vacuous else ""
@@ -193,7 +206,7 @@ def _sufficient_rate(
         denser = [_denser(track, factor) for track in tracks]
         if _judged(denser, mission, related, speed, error, budget).outcome != "undecided":
             return f"about {math.ceil(factor * (count - 1) / span)} samples a second would do"
-    return "no rate that was tried would do, for at the edge of a region a robot may go in and out unseen"
+    return _NO_RATE
 
 
 def _denser(track: _Track, factor: int) -> _Track:

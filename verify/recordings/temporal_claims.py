@@ -125,8 +125,8 @@ def recorded_timeline(
 
 # seven parameters: what was asked and what is known of the flight, and each limit of that by its keyword
 def formula_claim(
-    worlds: Sequence[World], timelines: Mapping[str, Timeline], rows: Mapping[str, Mapping[str, Row]], *, doubtful: str, zero: float,
-    lap: Fraction | None = None, budget: int = DEFAULT_BUDGET,
+    worlds: Sequence[World], timelines: Mapping[str, Timeline], rows: Mapping[str, Mapping[str, Row]], *, doubtful: str,
+    begins: tuple[float, float], lap: Fraction | None = None, budget: int = DEFAULT_BUDGET,
 ) -> Claim:  # fmt: skip
     """Claim that the formula of the last world holds of the whole flight; of laps for ever see `recorded_laps`.
 
@@ -135,11 +135,11 @@ def formula_claim(
         timelines: One for each robot.
         rows: Each robot's regions.
         doubtful: Why internal states are not known; empty where they are.
-        zero: Time of the timelines' 0, s.
+        begins: Time of the timelines' 0, and by how much later the flight may have begun, s.
         lap: Length of the lap with which the flight ends, s; None where it is not known, or where there are none.
         budget: Configurations that each part of the formula may take.
     """
-    mission = worlds[-1].mission
+    mission, (zero, late) = worlds[-1].mission, begins
     for robot, own in rows.items():
         for region, row in own.items():
             if row[0][0] > Fraction(zero) and row[0][1] != "no":
@@ -162,7 +162,7 @@ def formula_claim(
                 return recorded_claim("formula", "undecided", sentence, robot=robot, time=other.since)
     if mission.spec.trace == "infinite":
         return laps_claim(mission, timelines, common_relations(worlds), lap, zero, budget)
-    return _word_claim(judge_timelines(mission, timelines, common_relations(worlds), budget), zero)
+    return _word_claim(judge_timelines(mission, timelines, common_relations(worlds), budget, late=Fraction(late)), zero)
 
 
 _ORDER: tuple[Status, ...] = ("no", "must", "may")

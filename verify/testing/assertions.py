@@ -23,7 +23,7 @@ from verify.data.trajectory import Trajectory
 from verify.data.validation.faults import MissionError
 from verify.logic.verdict import Verdict, show_readings
 from verify.model_checking.timeline import Timeline
-from verify.model_checking.word_claims import judge_formula
+from verify.model_checking.word_claims import judge_formula, judged_as_one
 from verify.motion.continuity import jumps
 from verify.motion.membership.polynomials import membership_polynomials
 from verify.motion.membership.statuses import changes, statuses
@@ -71,7 +71,7 @@ def assert_satisfies(
     if isinstance(flight, Trajectory):
         mission = _mission(regions, flight.evaluate(0.0)[:3], Spec(formula=formula, trace=_trace(flight)))
         timeline = _timeline(mission, flight, margin)
-        verdict = judge_formula(mission, {ROBOT: timeline}, relations(mission))[0]
+        verdict = judged_as_one(judge_formula(mission, {ROBOT: timeline}, relations(mission)))
     else:
         if max_speed is None:
             raise AssertionError("a sampled path proves nothing without a speed bound: give max_speed in m/s")

@@ -15,7 +15,7 @@ import numpy as np
 from flint import fmpq_poly
 
 from verify.arithmetic.balls import Balls, raised
-from verify.claims.claim import Claim
+from verify.claims.claim import Claim, claim_of_verdict
 from verify.claims.distance_claims import rim_claims
 from verify.claims.evidence import Evidence
 from verify.claims.obstacle_claims import obstacle_claims
@@ -116,8 +116,7 @@ def word_claims(mission: Mission, fleet: Fleet, asked: Asked) -> Iterator[Claim]
         return
     timelines = _timelines(evidence, asked.margin)
     for verdict in judge_formula(mission, timelines, evidence.relations):
-        witness = None if verdict.outcome == "holds" else verdict.witness()
-        yield Claim(verdict.claim, verdict.outcome, verdict.sentence, robot=verdict.robot, time=verdict.time, witness=witness)
+        yield claim_of_verdict(verdict)
 
 
 def _evidence(mission: Mission, fleet: Fleet) -> Evidence:

@@ -86,6 +86,11 @@ def _say(formula: Formula, mission: Mission, depth: int) -> str:
         return f"not {said}" if inner.operator in _PLAIN else f"it is not so that ({said})"
     if len(formula.arguments) == 1:
         (inner,) = formula.arguments
+        if formula.window is not None:
+            said = _say(inner, mission, depth + 1)
+            return (
+                f"{_when(formula)} {said}" if inner.operator in _PLAIN or inner.operator == "!" else f"{_when(formula)}: {said}"
+            )
         word = _NESTED.get((operator, inner.operator))
         if word is not None:  # again and again p: one step deeper
             inner = inner.arguments[0]
@@ -93,7 +98,20 @@ def _say(formula: Formula, mission: Mission, depth: int) -> str:
         begins = word or _PREFIX[operator]
         return f"{begins} {said}" if inner.operator in _PLAIN or inner.operator == "!" else f"{begins}: {said}"
     left, right = (_bracketed(argument, formula, mission, depth) for argument in formula.arguments)
-    return _INFIX[operator].format(a=left, b=right)
+    said = _INFIX[operator].format(a=left, b=right)
+    return said if formula.window is None else f"{said} ({_when(formula)})"
+
+
+def _when(formula: Formula) -> str:
+    """Return the time from now that an operator's bounds leave: "within 10 s", "for the next 5 s"."""
+    assert formula.window is not None
+    low, high = (None if bound is None else f"{float(bound):g}" for bound in formula.window)
+    always = formula.operator == "G"
+    if high is None:
+        return f"from {low} s on always" if always else f"after {low} s or later"
+    if low == "0":
+        return f"for the next {high} s" if always else f"within {high} s"
+    return f"from {low} to {high} s from then always" if always else f"between {low} and {high} s from then"
 
 
 _NUMBERS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve")

@@ -33,7 +33,7 @@ def test_it_imports_nothing_but_the_standard_library():
 
 def test_it_can_be_read_in_an_afternoon():
     lines = sum(len(source.read_text().splitlines()) for source in SOURCES)
-    assert lines <= 2773
+    assert lines <= 2779
     assert f"{lines:,} lines".replace(",", " ") in (ROOT / "docs" / "certificate-meaning.md").read_text()
 
 

@@ -97,3 +97,13 @@ def test_bad_notation_is_refused_with_a_caret(text):
     with pytest.raises(BadInput) as error:
         parse_word(text)
     assert "^" in str(error.value)
+
+
+def test_words_measure_no_seconds() -> None:
+    for text in ("F[0,10] a", "G F[1,2] a", "!(b U[0,3] a)"):
+        with pytest.raises(BadInput, match="which words do not measure"):
+            check_word(text, [set(), {"a"}])
+        with pytest.raises(BadInput, match="which words do not measure"):
+            check_team(text, {"r": Word((frozenset(), frozenset({"a"})))})
+    assert check_word("F[0,inf] a", [set(), {"a"}])  # bounds that bound nothing
+    assert check_team("F[0,inf] a", {"r": Word((frozenset(), frozenset({"a"})))}).sequential

@@ -86,7 +86,10 @@ def _sound(tree: MissionTree, *, installed: bool) -> Mission:
         broken = [*faults, *broken_rules(values, tree.data, installed=installed), *unused_tables(values)]
     if broken:
         raise MissionError(tree.source, [tree.fault(keys, reason) for keys, reason in broken])
-    return Mission.model_validate(values)
+    mission = Mission.model_validate(values)
+    if mission.timed_parts and "pace" not in (tree.data.get("planner") or {}):  # haste is asked for, and no pace is given
+        mission = mission.model_copy(update={"planner": mission.planner.model_copy(update={"pace": 1.0})})
+    return mission
 
 
 def _refuse_rooms(tree: MissionTree) -> None:

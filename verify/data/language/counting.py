@@ -13,7 +13,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from verify.data.errors import BadInput
@@ -76,7 +76,7 @@ def _as_written_out(formula: Formula, robots: tuple[str, ...], known: dict[int, 
             return Formula("name", (), formula.name, formula.position) if len(robots) == 1 else formula
         case _:
             arguments = tuple(_written_out(argument, robots, known) for argument in formula.arguments)
-            return Formula(formula.operator, arguments, formula.name, formula.position)
+            return replace(formula, arguments=arguments)
 
 
 def _at_least(counted: Formula, number: int, robots: tuple[str, ...], position: int) -> Formula:

@@ -2,7 +2,7 @@
 
 Under `team: joint` a formula may also speak of robots: `NAME.p`, `count(B) >= k`, `all(B)`, `some(B)`, `ever(B) <= k`, `each(f)`. Such a node
 says something of all robots' letters at one time; `counting` writes it out for a team, after which only propositions (`Formula.atom`)
-are left. `formula_reader` reads text.
+are left. Temporal operators but X may be bounded in seconds (`F[0,10] a`; Alur, Feder and Henzinger 1996). `formula_reader` reads text.
 """
 
 from __future__ import annotations
@@ -10,6 +10,8 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from decimal import Decimal
+from fractions import Fraction
 from typing import Literal
 
 from verify.data.errors import BadInput
@@ -35,6 +37,8 @@ FREE = "free"
 NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
 TEMPORAL = frozenset({"F", "G", "U", "W", "R", "M", "X", "X[!]"})
+TIMED = TEMPORAL - {"X", "X[!]"}
+"""Operators that may be bounded in seconds."""
 PREFIX = frozenset({"!", "F", "G", "X", "X[!]"})
 # operator -> (left binding power, right binding power); a smaller right power makes it right-associative
 INFIX: Mapping[str, tuple[int, int]] = {
@@ -42,10 +46,15 @@ INFIX: Mapping[str, tuple[int, int]] = {
     "U": (10, 9), "W": (10, 9), "R": (10, 9), "M": (10, 9),
 }  # fmt: skip
 PREFIX_POWER = 11
+DECIMALS = 12
+"""Digits that a bound in seconds may have before its point, and behind it."""
 COMPARISONS = frozenset({">=", "<=", "==", "<", ">"})
 _ARGUMENTS: Mapping[object, int] = {
     "true": 0, "false": 0, "name": 0, **dict.fromkeys(PREFIX, 1), **dict.fromkeys(INFIX, 2), **dict.fromkeys(COUNTING, 1),
 }  # fmt: skip
+
+
+Window = tuple[Fraction, Fraction | None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,6 +68,7 @@ class Formula:
         position: Offset of this node's operator or name in the text that it was read from (not compared).
         robot: For operator "name": the robot whose letter is meant (`quad0.dock`); empty for a plain name.
         bound: For the operators `BOUNDED`: what the number of robots is compared with, such as (">=", 2); otherwise None.
+        window: For the operators `TIMED`: bounds on the time from now, s, the second one None for no end; None for all time.
     """
 
     operator: Operator
@@ -67,6 +77,7 @@ class Formula:
     position: int = field(default=0, compare=False)
     robot: str = ""
     bound: tuple[Comparison, int] | None = None
+    window: Window | None = None
 
     @property
     def atom(self) -> str:
@@ -102,7 +113,7 @@ class Formula:
             value = values.get(self.name, self)
             return value.of(self.robot) if self.robot and value is not self else value
         arguments = tuple(a.substitute(values) for a in self.arguments)
-        return Formula(self.operator, arguments, "", self.position, "", self.bound)
+        return replace(self, arguments=arguments)
 
     def of(self, robot: str) -> Formula:
         """Return the formula with plain names meaning one robot's; counts count all robots as before.
@@ -118,6 +129,11 @@ class Formula:
         """Return whether an X or X[!] occurs, so that truth depends on how time is sampled."""
         return any(node.operator in ("X", "X[!]") for node in self.nodes())
 
+    @property
+    def timed(self) -> bool:
+        """True if an operator is bounded in seconds."""
+        return any(node.window is not None for node in self.nodes())
+
     def nodes(self) -> Iterator[Formula]:
         """Yield this node and all below it, one that is shared only once."""
         seen: set[int] = set()
@@ -130,11 +146,25 @@ class Formula:
                 stack.extend(node.arguments)
 
     def quoted(self) -> str:
-        """Return the formula fully parenthesised with quoted names, a count as one name, for Spot."""
+        """Return the formula fully parenthesised with quoted names, a count as one name, for Spot.
+
+        Raises:
+            BadInput: An operator is bounded in seconds.
+        """
+        if bounded := next((node for node in self.walk() if node.window is not None), None):
+            raise BadInput(f"`{bounded}` is bounded in seconds, which no automaton over words measures.")
         return self._text(quote=True, power=0)
 
     def __str__(self) -> str:
         return self._text(quote=False, power=0)
+
+    @property
+    def _sign(self) -> str:
+        """The operator with its bounds."""
+        if self.window is None:
+            return self.operator
+        low, high = self.window
+        return f"{self.operator}[{_decimal(low)},{'inf' if high is None else _decimal(high)}]"
 
     def _text(self, *, quote: bool, power: int) -> str:
         match self.operator:
@@ -155,18 +185,33 @@ class Formula:
                 text = self.arguments[0]._text(quote=quote, power=PREFIX_POWER)
                 if self.operator == "!":
                     return f"!({text})" if self.arguments[0].operator in BOUNDED and not quote else f"!{text}"
-                return f"{self.operator} {text}"
+                return f"{self._sign} {text}"
             case _:
                 left, right = self.arguments
                 bind_left, bind_right = INFIX[self.operator]
                 first = left._text(quote=quote, power=max(bind_left, bind_right))
                 second = right._text(quote=quote, power=bind_right)
-                text = f"{first} {self.operator} {second}"
+                text = f"{first} {self._sign} {second}"
                 return f"({text})" if quote or power > min(bind_left, bind_right) else text
+
+
+def _decimal(seconds: Fraction) -> str:
+    """Return a number as it is read again: in decimals, all of them."""
+    return format(Decimal(seconds.numerator) / Decimal(seconds.denominator), "f")
 
 
 TRUE = Formula("true")
 FALSE = Formula("false")
+
+
+def _is_window(window: object) -> bool:
+    """Return whether bounds are exact decimals of seconds, the first from 0 on, the second, if any, no less."""
+    if not isinstance(window, tuple) or len(window) != 2:
+        return False
+    low, high = window
+    numbers = [low] if high is None else [low, high]
+    exact = all(isinstance(number, Fraction) and 10**DECIMALS % number.denominator == 0 for number in numbers)
+    return exact and numbers == sorted(numbers) and numbers[0] >= 0 and numbers[-1] < 10**DECIMALS
 
 
 def check_formula(formula: Formula) -> Formula:
@@ -187,6 +232,7 @@ def check_formula(formula: Formula) -> Formula:
             or (node.operator == "name") != bool(node.name)
             or (node.operator in BOUNDED) != bound
             or (node.robot and node.operator != "name")
+            or (node.window is not None and (node.operator not in TIMED or not _is_window(node.window)))
         ):
             raise BadInput(
                 f"A Formula with operator `{node.operator}` is not {node!r:.80}: its arguments or its name do not fit."

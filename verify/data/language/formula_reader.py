@@ -13,9 +13,23 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Iterator, Mapping
+from fractions import Fraction
 
 from verify.data.errors import BadInput, did_you_mean
-from verify.data.language.formula import BOUNDED, COUNTING, INFIX, NAME, PREFIX, PREFIX_POWER, TEMPORAL, Comparison, Formula
+from verify.data.language.formula import (
+    BOUNDED,
+    COUNTING,
+    DECIMALS,
+    INFIX,
+    NAME,
+    PREFIX,
+    PREFIX_POWER,
+    TEMPORAL,
+    TIMED,
+    Comparison,
+    Formula,
+    Window,
+)  # fmt: skip
 from verify.data.language.formula_error import FormulaError
 from verify.data.language.formula_tokens import GLUED, LATE, Token, tokenise, unreadable
 
@@ -145,6 +159,40 @@ def _with_spaces(name: str, known: Collection[str]) -> str | None:
     return None
 
 
+def window_of(text: str, operator: str) -> Window:
+    """Read bounds in seconds.
+
+    Args:
+        text: What stands between the brackets: `0,10`, `2.5, inf`.
+        operator: Whose bounds they are, for the message.
+
+    Raises:
+        ValueError: They are none.
+    """
+    shown, parts = f"`{operator}[{text[:40]}]`", [part.strip() for part in text.split(",")]
+    if len(parts) != 2:
+        hint = f"`{operator}[0,{parts[0]}]`" if len(parts) == 1 and _SECONDS.fullmatch(parts[0]) else f"`{operator}[0,10]`"
+        raise ValueError(f"{shown} needs two bounds with a comma between them, such as {hint}.")
+    for part in parts:
+        if part.startswith("-") and _SECONDS.fullmatch(part[1:]):
+            raise ValueError(f"{shown} looks back; time is counted in seconds from now, from 0 on.")
+        if unit := re.fullmatch(r"([0-9.]{1,24})\s*(s|sec|seconds?|ms|min|h)", part):
+            raise ValueError(f"{shown} is in seconds already; write {unit[1]} without its unit, converted where it is not s.")
+        if part != "inf" and not _SECONDS.fullmatch(part):
+            raise ValueError(
+                f"'{part[:40]}' in {shown} is no number of seconds of at most {DECIMALS} digits before and behind its point, nor `inf`."
+            )
+    if parts[0] == "inf":
+        raise ValueError(f"{shown} begins never; only the second bound may be `inf`.")
+    low, high = Fraction(parts[0]), None if parts[1] == "inf" else Fraction(parts[1])
+    if high is not None and high < low:
+        raise ValueError(f"{shown} ends before it begins.")
+    return low, high
+
+
+_SECONDS = re.compile(rf"[0-9]{{1,{DECIMALS}}}(?:\.[0-9]{{1,{DECIMALS}}})?|\.[0-9]{{1,{DECIMALS}}}")
+
+
 class _Parser:
     """Precedence climbing over the tokens; depth is bounded so that a hostile text cannot exhaust the stack."""
 
@@ -169,8 +217,9 @@ class _Parser:
             if powers is None or powers[0] < power:
                 break
             self.index += 1
+            window = self._window(token)
             right = self._expression(powers[1], depth + 1)
-            left = Formula(token.kind, (left, right), "", token.position)  # type: ignore[arg-type]  # a key of INFIX
+            left = Formula(token.kind, (left, right), "", token.position, window=window)  # type: ignore[arg-type]  # a key of INFIX
         return left
 
     def _operand(self, depth: int) -> Formula:
@@ -187,7 +236,9 @@ class _Parser:
         if token.kind == "constant":
             return Formula("true" if token.text in ("1", "true") else "false", (), "", token.position)
         if token.kind in PREFIX:
-            return Formula(token.kind, (self._expression(PREFIX_POWER, depth + 1),), "", token.position)  # type: ignore[arg-type]  # a member of PREFIX
+            window = self._window(token)
+            argument = self._expression(PREFIX_POWER, depth + 1)
+            return Formula(token.kind, (argument,), "", token.position, window=window)  # type: ignore[arg-type]  # a member of PREFIX
         if token.kind == "(":
             return self._in_parentheses(token, depth)
         if token.kind in LATE:
@@ -197,6 +248,19 @@ class _Parser:
             self.text,
             [(token.position, f"`{token.text}` stands where a proposition is expected.{hint}")],
         )
+
+    def _window(self, operator: Token) -> Window | None:
+        """Read the bounds in seconds that follow an operator, if any do."""
+        if not self._next_is("window"):
+            return None
+        token = self.tokens[self.index]
+        self.index += 1
+        if operator.kind not in TIMED:
+            raise FormulaError(self.text, [(token.position, f"`{operator.text}` has no bounds in seconds.")])
+        try:
+            return window_of(token.text, operator.kind)
+        except ValueError as error:
+            raise FormulaError(self.text, [(token.position, str(error))]) from None
 
     def _in_parentheses(self, opened: Token, depth: int) -> Formula:
         """Read what stands between a parenthesis, which was read, and its partner."""

@@ -7,7 +7,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from verify.data.language.formula import PREFIX, RESERVED_NAMES
+from verify.data.language.formula import PREFIX, RESERVED_NAMES, TEMPORAL
 from verify.data.language.formula_error import FormulaError
 
 _TOKEN = re.compile(
@@ -40,6 +40,7 @@ GLUED = re.compile("[FGX]+")
 """Operator letters without anything between them."""
 LATE = frozenset({"number", "compare", "dot"})
 """Tokens that stand nowhere but in counts and after robots' names."""
+_WINDOW = re.compile(r"\[([^][(){}]*)\]")
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +48,7 @@ class Token:
     """A piece of a formula that is read as one.
 
     Attributes:
-        kind: "name", "constant", an operator's sign, or one of `LATE`.
+        kind: "name", "constant", an operator's sign, "window" for bounds in seconds, or one of `LATE`.
         text: As it was written; a quoted name without its quotes.
         position: Offset of its first character.
     """
@@ -67,6 +68,11 @@ def tokenise(text: str) -> list[Token]:
     position = 0
     while position < len(text):
         match = _TOKEN.match(text, position)
+        window = _WINDOW.match(text, position) if match is None and tokens and _may_be_bounded(text, tokens[-1]) else None
+        if window is not None:
+            tokens.append(Token("window", window[1], position))
+            position = window.end()
+            continue
         if match is None:
             raise FormulaError(text, [(position, unreadable(text, position))])
         kind, value = str(match.lastgroup), match.group()
@@ -91,11 +97,18 @@ def tokenise(text: str) -> list[Token]:
     return _parted(text, tokens)
 
 
+def _may_be_bounded(text: str, token: Token) -> bool:
+    """Return whether bounds may follow a token: a temporal operator, or several without anything between them."""
+    return token.kind in TEMPORAL or (
+        token.kind == "name" and text[token.position] != '"' and bool(GLUED.fullmatch(token.text))
+    )
+
+
 def _parted(text: str, tokens: list[Token]) -> list[Token]:
     """Take names made of operator letters alone apart where an operand follows, for no name can stand there: `FG(a)`."""
     result: list[Token] = []
     for token, after in itertools.zip_longest(tokens, tokens[1:]):
-        operand = after is not None and (after.kind in ("(", "name", "constant") or after.kind in PREFIX)
+        operand = after is not None and (after.kind in ("(", "name", "constant", "window") or after.kind in PREFIX)
         if token.kind == "name" and operand and GLUED.fullmatch(token.text) and text[token.position] != '"':
             result += [Token(letter, letter, token.position + i) for i, letter in enumerate(token.text)]
         else:
@@ -104,7 +117,7 @@ def _parted(text: str, tokens: list[Token]) -> list[Token]:
 
 
 _BOUNDED = re.compile(r"(?:(?<![A-Za-z0-9_])[FGX]*([FGXUWRMV])_?|(<>))\s*$")
-"""A temporal operator, behind which `[` begins bounds on its time."""
+"""A temporal operator, behind which `[` or `(` begins bounds on its time that are no window."""
 
 
 def unreadable(text: str, position: int) -> str:
@@ -117,9 +130,8 @@ def unreadable(text: str, position: int) -> str:
     if (bounded := _BOUNDED.search(text[:position])) and text[position] == "[":
         operator, bounds = bounded[1] or bounded[2], re.match(r"\[[^])]*[])]?", text[position:])
         return (
-            f"`{operator}{bounds and bounds[0]}` bounds `{operator}` by time, which is not supported yet: formulas put events in order and measure no "
-            f"seconds. Write `{operator}` without bounds; how long the whole flight may last is `limits.endurance`, and "
-            "`planner.objective: longest` makes it short."
+            f"`{operator}{bounds and bounds[0][:40]}` is no `{operator}` that is bounded in seconds. Both ends belong to the time: write "
+            f"`{'F' if operator == '<>' else operator}[0,10]` or `[5,inf]`, the operator's letter directly before it."
         )
     if text[position] in "[{;:*#":
         return (

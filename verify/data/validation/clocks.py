@@ -22,14 +22,14 @@ _STEP = 10_000
 def clock_error_of(mission: Mission, since_start: Fraction | float) -> float:
     """Return how far apart two clocks of a mission's team may be, in s: what it says, or skew of a common start and drift.
 
-    Radios start their robots one after the other. The drift is that at the end of the time given, for all of it. A single robot has
-    nobody to differ from.
+    Radios start their robots one after the other. The drift is that at the end of the time given, for all of it. Bounds in seconds are
+    read on a reference clock, which is one more clock. A single robot without such bounds has nobody to differ from.
 
     Args:
         mission: Carries `clock_error`, `radios` and the vehicles.
         since_start: The longest time from a common start, s.
     """
-    if len(mission.agents) < 2:
+    if len(mission.agents) < 2 and not mission.timed_parts:
         return 0.0
     if mission.clock_error is not None:
         return float(mission.clock_error)

@@ -125,6 +125,18 @@ _OWN = (
 )
 
 
+def _unmeasured(spec: Spec, robots: int, *, soft: bool) -> str:
+    """Return why bounds in seconds have no meaning in a mission; empty where they have."""
+    if spec.team == "own" and robots > 1:
+        return (
+            "and under `team: own` the robots' letters are read in any order, which measures no time. Write `team: joint`, where time is common; "
+            "`each(...)` asks something of every robot there."
+        )
+    if spec.trace == "infinite":
+        return "which is not supported for laps that are flown for ever. Use `trace: finite`, or leave the bounds out."
+    return "which is not supported in a soft specification. Ask it in `spec.formula`, or leave the bounds out." if soft else ""
+
+
 def _formula(values: Mapping[str, Any], data: Mapping[str, Any], names: set[str], *, needed: bool) -> Iterator[Finding]:
     spec: Spec | None = values.get("spec")
     if spec is None:
@@ -142,6 +154,10 @@ def _formula(values: Mapping[str, Any], data: Mapping[str, Any], names: set[str]
             written = parse_formula(formula, names, robots=_keys(data.get("agents")), allow_next=False)
             if spec.team == "own" and (count := first_count(written)) is not None:
                 raise FormulaError(formula, [(count.position, f"`{count}` {_OWN}")])
+            if (bounded := next((node for node in written.walk() if node.window not in (None, (0, None))), None)) is not None:
+                robots = len(_keys(data.get("agents")))
+                if said := _unmeasured(spec, robots, soft=keys[1] == "soft"):
+                    raise FormulaError(formula, [(bounded.position, f"`{bounded}` is bounded in seconds, {said}")])
         except FormulaError as error:
             yield keys, str(error)
     if spec.trace == "finite" and spec.repeat != 1:

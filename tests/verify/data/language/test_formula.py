@@ -1,13 +1,18 @@
 import re
+from fractions import Fraction
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.helpers.few import few_of
-from verify.data.language.formula import FALSE, Formula
+from verify.data.errors import BadInput
+from verify.data.language.counting import written_out
+from verify.data.language.formula import FALSE, Formula, check_formula
 from verify.data.language.formula_error import FormulaError
 from verify.data.language.formula_reader import MAX_DEPTH, parse_formula
+from verify.data.language.relaxation import relaxed, tightened, without_idle_bounds
+from verify.logic.normal_form import normal_form
 
 spot = pytest.importorskip("spot")
 
@@ -105,10 +110,15 @@ def test_a_formula_reads_back_as_itself(formula: Formula) -> None:
         ("a b", 2, "not expected"),
         ("a)", 1, "no partner"),
         ("a @ b", 2, "not part of a formula"),
-        ("F[2:3] a", 1, r"`F\[2:3\]` bounds `F` by time.*not supported yet.*Write `F` without bounds"),
-        ("a U[0, 5] b", 3, r"`U\[0, 5\]` bounds `U` by time"),
-        ("FG_[0,inf) a", 3, r"`G\[0,inf\)` bounds `G` by time"),
-        ("<> [1,2] a", 3, r"`<>\[1,2\]` bounds `<>` by time"),
+        ("F[2:3] a", 1, r"`F\[2:3\]` needs two bounds with a comma between them, such as `F\[0,10\]`"),
+        ("F[3] a", 1, r"such as `F\[0,3\]`"),
+        ("a U[5, 2] b", 3, r"`U\[5, 2\]` ends before it begins"),
+        ("a & G[-1,2] b", 5, r"looks back; time is counted in seconds from now"),
+        ("F[0,10 s] a", 1, r"is in seconds already; write 10 without its unit"),
+        ("F[0,nan] a", 1, r"'nan' in `F\[0,nan\]` is no number of seconds"),
+        ("F[inf,inf] a", 1, r"begins never; only the second bound may be `inf`"),
+        ("FG_[0,inf) a", 3, r"`G\[0,inf\)` is no `G` that is bounded in seconds. Both ends belong to the time"),
+        ("X[0,1] a", 1, r"`X` has no bounds in seconds"),
         ("ab[1]", 2, "SERE"),
         ("{a;b}", 0, "SERE"),
         ("F U", 2, "stands where"),
@@ -156,3 +166,67 @@ def test_next_is_refused_where_time_is_continuous(text: str) -> None:
 def test_hostile_texts_end_with_an_error(text: str) -> None:
     with pytest.raises(FormulaError, match=str(MAX_DEPTH) + "|characters"):
         parse_formula(text)
+
+
+@pytest.mark.parametrize(
+    ("text", "shown"),
+    [
+        ("F[0,10] a", "F[0,10] a"),
+        ("<> [1, 2.50] a", "F[1,2.5] a"),
+        ("GF[0,.5]a", "G F[0,0.5] a"),
+        ("a U[2,inf] b & c", "a U[2,inf] b & c"),
+        ("[] [0,1] (a -> b R[1,1] a)", "G[0,1] (a -> b R[1,1] a)"),
+    ],
+)
+def test_bounds_in_seconds_are_read_and_shown(text: str, shown: str) -> None:
+    formula = parse_formula(text)
+    assert str(formula) == shown
+    assert parse_formula(shown) == formula
+    assert formula.timed
+
+
+def test_bounds_survive_what_is_made_of_a_formula() -> None:
+    formula = parse_formula("F[0,3] (a & free)")
+    assert str(formula.substitute({"free": parse_formula("!b")})) == "F[0,3] (a & !b)"
+    assert str(written_out(parse_formula("each(F[0,3] a)"), ("r", "s"))) == "F[0,3] r.a & F[0,3] s.a"
+
+
+def test_whoever_reads_words_refuses_bounds_in_seconds() -> None:
+    formula = parse_formula("G (a -> F[0,3] b)")
+    with pytest.raises(BadInput, match=r"`F\[0,3\] b` is bounded in seconds, which words do not measure"):
+        normal_form(formula)
+    with pytest.raises(BadInput, match="no automaton over words measures"):
+        formula.quoted()
+    with pytest.raises(BadInput, match="its arguments or its name do not fit"):
+        check_formula(Formula("F", (Formula("name", (), "a"),), window=(Fraction(2), Fraction(1))))
+
+
+@pytest.mark.parametrize(
+    ("text", "asked", "tried"),
+    [
+        ("F[0,15] G[0,5] a & G[0,15] !c", "F a & !c", "F a & G !c"),
+        ("G[0,8] (c | F[0,10] c)", "c | F c", "G (c | F c)"),
+        ("!(F[0,3] a)", "!a", "G !a"),
+        ("G[2,5] a", "true", "G a"),
+        ("a W[0,4] b", "a | b", "a W b"),
+        ("a U[2,5] b", "a U b", "a U b"),
+        ("F[0,inf] a", "F a", "F a"),
+        ("!(a U[0,3] b)", "!b", "!a R !b"),
+    ],
+)
+def test_words_are_asked_what_follows_from_bounds(text: str, asked: str, tried: str) -> None:
+    formula = without_idle_bounds(parse_formula(text))
+    assert (str(relaxed(formula)), str(tightened(formula))) == (asked, tried)
+
+
+@pytest.mark.parametrize("text", ["F[0,\u0661\u0660] a", "F[0,\uff11\uff10] a"])
+def test_bounds_are_written_in_plain_digits(text: str) -> None:
+    with pytest.raises(FormulaError, match="no number of seconds"):
+        parse_formula(text)
+
+
+@pytest.mark.parametrize("text", ["F[" + "0" * 90_000 + "] a", "F[0," + "1" * 90_000 + "] a", "F[0," * 20_000 + "a"])
+def test_a_long_window_is_not_repeated_in_its_message(text: str) -> None:
+    with pytest.raises(FormulaError) as caught:
+        parse_formula(text)
+    assert len(str(caught.value)) < 1500

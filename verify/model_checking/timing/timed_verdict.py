@@ -1,0 +1,201 @@
+"""Verdicts on formulas that are bounded in seconds, with the time by which all could be late or early before they fail."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from fractions import Fraction
+from typing import Literal
+
+from verify.data.language.counting import atoms
+from verify.data.language.formula import Formula
+from verify.data.language.word import Letter
+from verify.logic.explanation import show
+from verify.logic.progression import OutOfBudget
+from verify.logic.team_letters import TeamLetters
+from verify.logic.verdict import Verdict
+from verify.model_checking.timeline import Relations, Timeline
+from verify.model_checking.timing.instants import Instants, at, before, complement, since
+from verify.model_checking.timing.team_instants import Clocks, TeamInstants, robot_instants, ticks_per_second, times_of
+from verify.model_checking.timing.timed_formula import Sure, TimedFormula, bounds_of
+
+RESOLUTION = Fraction(1, 20_000)
+"""s; slack is found to this, rounded down."""
+
+Side = Literal["late", "early"]
+
+
+@dataclass(frozen=True, slots=True)
+class Slack:
+    """Error of all times up to which a formula stays proved.
+
+    Attributes:
+        seconds: That far it is proved; None where no delay within the formula's times matters.
+        side: Which way it breaks first.
+    """
+
+    seconds: Fraction | None
+    side: Side
+
+
+@dataclass(frozen=True)
+class TimedJudge:
+    """Inputs of the check of conjuncts that are bounded in seconds.
+
+    Attributes:
+        timelines: One for each robot, of finite flights.
+        relations: What is proved of the regions at large.
+        clock_error: How far apart two clocks, the reference clock one of them, may be at any time, s.
+    """
+
+    timelines: Mapping[str, Timeline]
+    relations: Relations
+    clock_error: Fraction
+    _known: dict[Formula, tuple[TeamLetters, int, list[dict[Letter, Instants]]]] = field(default_factory=dict, repr=False)
+
+    def judge(self, part: Formula, *, slack: bool) -> Verdict:
+        """Decide one conjunct.
+
+        Args:
+            part: Written out for the team.
+            slack: Whether to say by how much it holds.
+        """
+        try:
+            return self._judged(part, slack=slack)
+        except OutOfBudget as error:
+            return Verdict("undecided", f"`{show(part)}` could not be decided: {error}.", claim="timing")
+
+    def _judged(self, part: Formula, *, slack: bool) -> Verdict:
+        found = self._sure(part)
+        if at(found.flown, 0):
+            if not slack:
+                return Verdict("holds", "", claim="timing")
+            room = self.slack(part)
+            spare = None if room.seconds is None else float(room.seconds)
+            return Verdict("holds", f"`{show(part)}` holds{_told(room)}.", claim="timing", slack=spare)
+        if at(found.held, 0):
+            wait = self._hover(part)
+            how_long = "for ever" if wait is None else f"for {_decimals(wait)} s"
+            return Verdict(
+                "undecided",
+                f"`{show(part)}` holds only where the flight's last letter is held {how_long} after its end, of which it says nothing.",
+                claim="timing",
+            )
+        fails = at(self._evaluated(part).sure(part, negated=True).held, 0)
+        return self._failed(part, "fails" if fails else "undecided")
+
+    def slack(self, part: Formula) -> Slack:
+        """Return by how much a conjunct that is proved holds, to `RESOLUTION`, rounded down."""
+        sides: list[tuple[Fraction | None, Side]] = [
+            (_greatest(lambda s: at(self._sure(part, late=s).flown, 0), self._horizon(part)), "late"),
+            (_greatest(lambda s: at(self._sure(part, early=s).flown, 0), self._horizon(part)), "early"),
+        ]
+        found: list[tuple[Fraction, Side]] = [(seconds, side) for seconds, side in sides if seconds is not None]
+        return Slack(*min(found)) if found else Slack(None, "late")
+
+    def _horizon(self, part: Formula) -> Fraction:
+        """Return a time after which nothing that is bounded depends on a delay, s."""
+        return max(timeline.duration for timeline in self.timelines.values()) + sum(bounds_of(part), Fraction(0))
+
+    def _sure(self, part: Formula, *, late: Fraction = Fraction(0), early: Fraction = Fraction(0)) -> Sure:
+        return self._evaluated(part, late, early).sure(part)
+
+    def _evaluated(
+        self, part: Formula, late: Fraction = Fraction(0), early: Fraction = Fraction(0), hover: Fraction = Fraction(0)
+    ) -> TimedFormula:
+        reading, scale, shown = self._letters(part)
+        clocks = Clocks(int((self.clock_error + early) * scale), int((self.clock_error + late) * scale))
+        last = max(timeline.duration for timeline in self.timelines.values()) + hover - self.clock_error - early
+        return TimedFormula(TeamInstants.of(reading, shown, clocks), max(int(last * scale), 0), scale)
+
+    def _letters(self, part: Formula) -> tuple[TeamLetters, int, list[dict[Letter, Instants]]]:
+        """Return how a part reads letters, the ticks of a second, and when each robot may show which letter."""
+        if part not in self._known:
+            reading = TeamLetters.of(part, atoms(part))
+            times = {self.clock_error, RESOLUTION}.union(*(times_of(timeline) for timeline in self.timelines.values()))
+            scale = ticks_per_second([*times, *bounds_of(part)])
+            robots = self.timelines.items()
+            shown = [robot_instants(reading, name, timeline, self.relations, scale) for name, timeline in robots]
+            self._known[part] = reading, scale, shown
+        return self._known[part]
+
+    def _hover(self, part: Formula) -> Fraction | None:
+        """Return for how long the last letter has to be held, to a millisecond, rounded up; None where no time is enough."""
+        step = 20 * RESOLUTION
+        low, high = 0, int((self._horizon(part) + 2 * self.clock_error) / step) + 1
+        if not at(self._evaluated(part, hover=high * step).sure(part).flown, 0):
+            return None
+        while high - low > 1:
+            middle = (low + high) // 2
+            if at(self._evaluated(part, hover=middle * step).sure(part).flown, 0):
+                high = middle
+            else:
+                low = middle
+        return high * step
+
+    def _failed(self, part: Formula, outcome: Literal["fails", "undecided"]) -> Verdict:
+        told, time = self._reason(part, outcome)
+        start = "fails" if outcome == "fails" else "cannot be proved"
+        return Verdict(outcome, f"`{show(part)}` {start}: {told}", time=time, claim="timing")
+
+    def _reason(self, part: Formula, outcome: Literal["fails", "undecided"]) -> tuple[str, float | None]:
+        """Return in words what is too late, too early or too short, and when, where one operator stands over a Boolean combination."""
+        if part.operator not in ("F", "G") or part.window is None:
+            return "at no time of the flight is that so for all that its robots may do.", None
+        evaluated = self._evaluated(part)
+        scale, inner = evaluated.scale, part.arguments[-1]
+        sure = "surely " if outcome == "undecided" else ""
+        low, high = part.window
+        begin = int(low * scale)
+        if part.operator == "F":
+            shown = (
+                evaluated.sure(inner).held if outcome == "undecided" else complement(evaluated.sure(inner, negated=True).held)
+            )
+            later = since(shown, begin)
+            if not later and shown:
+                time = Fraction(shown[-1] // 2, scale)
+                return (
+                    f"`{show(inner)}` is {sure}shown until {_decimals(time)} s only, before its time begins at {_decimals(low)} s.",
+                    float(time),
+                )
+            if not later:
+                return f"`{show(inner)}` {sure}never comes.", None
+            time = Fraction(later[0] // 2, scale)
+            assert high is not None
+            return (
+                f"`{show(inner)}` {sure}comes at {_decimals(time)} s, {_decimals(time - high)} s after its deadline.",
+                float(time),
+            )
+        doubt = complement(evaluated.sure(inner).held) if outcome == "undecided" else evaluated.sure(inner, negated=True).held
+        within = since(doubt if high is None else before(doubt, int(high * scale)), begin)
+        time = Fraction(within[0] // 2, scale)
+        word = "may end" if outcome == "undecided" else "ends"
+        return f"`{show(inner)}` {word} at {_decimals(time)} s, within the time in which it has to hold.", float(time)
+
+
+def _greatest(holds: Callable[[Fraction], bool], most: Fraction) -> Fraction | None:
+    """Return the greatest delay up to `most` that is still allowed, rounded down; None where all are."""
+    if holds(most):
+        return None
+    low, high = 0, int(most / RESOLUTION) + 1
+    step = 1
+    while step < high and holds(step * RESOLUTION):
+        low, step = step, 2 * step
+    high = min(step, high)
+    while high - low > 1:
+        middle = (low + high) // 2
+        if holds(middle * RESOLUTION):
+            low = middle
+        else:
+            high = middle
+    return low * RESOLUTION
+
+
+def _told(slack: Slack) -> str:
+    if slack.seconds is None:
+        return " however late or early"
+    return f" with {_decimals(slack.seconds)} s to spare, before it is too {slack.side}"
+
+
+def _decimals(seconds: Fraction) -> str:
+    return f"{float(seconds):.4f}".rstrip("0").rstrip(".")
