@@ -17,11 +17,11 @@ from refine.coordination.common_clock import retimed
 from refine.coordination.conflict_resolution import Together, along, departures_of, paced
 from refine.coordination.departures import GRID, STEP, DepartureConflict
 from refine.coordination.earliest_times import GAP, After, Line
-from refine.coordination.midway_waits import hovering
 from refine.coordination.passing_orders import Orders, Stuck, passing_orders, zones_of
 from refine.coordination.spacing import flight_of, hovers_of, idle_others
 from refine.corridor.sampled_stays import violations
 from refine.single_robot.flight import robot_flight
+from refine.single_robot.hovers import hovering
 from refine.single_robot.task import Problem, RobotFlight
 from refine.spline.spline import Spline
 from verify.data import Infeasible

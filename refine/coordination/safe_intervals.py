@@ -26,10 +26,10 @@ from refine.coordination.departures import (
     reach_of,
     wider,
 )
-from refine.coordination.midway_waits import with_hovers
 from refine.coordination.spacing import flight_of
 from refine.heading.yaw import heading_spline
 from refine.limits.stretching import stretch_to_limits
+from refine.single_robot.hovers import with_hovers
 from refine.single_robot.task import RobotFlight
 from refine.spline.spline import Spline
 from verify.data import Mission, Plan

@@ -13,6 +13,7 @@ from refine.corridor.points import thinned, with_ramps, with_rests
 from refine.corridor.relocation import moved_into_the_clear
 from refine.limits.limits import Limits
 from refine.obstacles.keep_out_bodies import Ball
+from refine.single_robot.hovers import hovering, hovering_longer, with_hovers
 from refine.single_robot.task import NOWHERE, Problem, RobotFlight, Task
 from refine.single_robot.time_optimised import sped_up, time_optimised
 from refine.single_robot.visits_shown import showing_visits
@@ -45,7 +46,8 @@ def robot_flight(problem: Problem, name: str, extra: tuple[Ball, ...] = (), rest
             limits = limits.tightened(limit, factor)
     if robot.still:
         cycle = None if robot.cycle_waypoint is None else 0
-        return RobotFlight(name, robot, limits, None, _hover(np.array(robot.waypoints[0].position)), None, cycle, {})
+        flight = RobotFlight(name, robot, limits, None, _hover(np.array(robot.waypoints[0].position)), None, cycle, {})
+        return hovering_longer(flight, sum(hover.seconds for hover in plan.hovers if hover.robot == name))
     try:
         return _moving(problem, name, limits, extra, rests)
     except Infeasible:
@@ -65,12 +67,15 @@ def _moving(problem: Problem, name: str, limits: Limits, extra: tuple[Ball, ...]
     corridor = thinned(corridor, (most or PIECES) - 1, mission.spec.repeat)
     if corridor.rooms[-1] is not None and _ends_beside_others(problem, name):
         corridor = replace(corridor, rooms=(*corridor.rooms[:-1], None))
-    hovering = corridor.cycle is not None and corridor.cycle == len(corridor)
-    if hovering:
+    stands = corridor.cycle is not None and corridor.cycle == len(corridor)
+    if stands:
         corridor = replace(corridor, cycle=None)
     held = {meeting.then[1] for meeting in problem.plan.meetings if meeting.then[0] == name}
     in_region = ("leaves", "acts") if options.lingers else ("leaves",)
     held |= {wait.then[1] + 1 for wait in problem.plan.precedences if wait.then[0] == name and wait.due in in_region} & rests
+    hovers = {hover.visit + 1: hover.seconds for hover in problem.plan.hovers if hover.robot == name}
+    at_end = hovers.pop(len(robot.visits) + 1, 0.0)
+    held |= hovers.keys()
     stays = {visit: mission.all_regions[robot.visits[visit - 1].region] if visit else None for visit in held}
     corridor, halts = with_rests(corridor, mission, rests.union(stays), stays)
     share = options.share(problem.plan.mission, name)
@@ -84,13 +89,18 @@ def _moving(problem: Problem, name: str, limits: Limits, extra: tuple[Ball, ...]
     fastest = sped_up if options.effort == "least" else time_optimised
     motion = fitted.motion if share is None else fastest(task, fitted).stretched(1.0 / share)
     path, yaw, cycle = motion.path, motion.yaw, corridor.cycle
-    if hovering:
+    if stands:
         cycle = len(path)
         path = Spline(np.append(path.durations, HOVER), np.concatenate([path.states, path.states[-1:]]))
         yaw = None if yaw is None else Spline(path.durations, np.concatenate([yaw.states, yaw.states[-1:]]))
-    planned = None if share is None or hovering else fitted.motion.path
+    planned = None if share is None or stands else fitted.motion.path
     note = f"{name}: {motion.note}" if motion.note else ""
-    return RobotFlight(name, robot, limits, corridor, path, yaw, cycle, halts, planned, note)
+    flight = RobotFlight(name, robot, limits, corridor, path, yaw, cycle, halts, None, note)
+    waits = {halts[visit]: seconds for visit, seconds in hovers.items()}
+    waits[len(corridor)] = waits.get(len(corridor), 0.0) + at_end
+    if planned is not None:
+        planned = hovering(replace(flight, path=planned, yaw=None), waits).path
+    return replace(with_hovers(flight, waits), planned=planned)
 
 
 def _ends_beside_others(problem: Problem, name: str) -> bool:
