@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +14,7 @@ from flight.model.reference import Reference
 from flight.model.timing import FRAME_STEPS, STEP, SUBSTEPS
 from flight.monitoring.formula_state import FormulaState
 from flight.monitoring.letters import PlannedAction, RegionMasks, region_letters
+from flight.monitoring.timed_state import TimedState
 from flight.processes import Workers, shared
 from flight.simulation_setup import Setup, not_simulated
 from verify.data import Mission
@@ -113,7 +114,7 @@ class _Judge:
             (int(np.ceil(round(action.time / (FRAME_STEPS * STEP), 6))), robots.index(action.robot), action.propositions)
             for action in job.actions
         )
-        self._count, self._robots = len(robots), robots
+        self._count, self._robots, self._end = len(robots), robots, job.reference.duration
         self._known: dict[tuple[tuple[tuple[int, frozenset[str]], ...], ...], bool] = {}
 
     def satisfied(self, changes: list[tuple[int, int, int]]) -> bool:
@@ -134,4 +135,13 @@ class _Judge:
                 state.change(dict(change))
             finite = self._mission.spec.trace == "finite"
             self._known[word] = state.end(finite=finite) in (("satisfied",) if finite else ("satisfied", "open"))
-        return self._known[word]
+        return self._known[word] and self._in_time(events)
+
+    def _in_time(self, events: Mapping[int, Mapping[int, frozenset[str]]]) -> bool:
+        """Return whether what is bounded in seconds was satisfied, by samples at which letters changed."""
+        state = TimedState(self._mission.timed_parts)
+        held: dict[str, frozenset[str]] = {}
+        for sample, change in sorted(events.items()):
+            held.update({self._robots[robot]: letter for robot, letter in change.items()})
+            state.see(sample * FRAME_STEPS * STEP, held)
+        return state.end(self._end) == "satisfied"

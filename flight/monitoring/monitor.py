@@ -15,6 +15,7 @@ from flight.logs.log import Event
 from flight.model.attitude import Floats
 from flight.monitoring.formula_state import FormulaState, FormulaVerdict, has_formula
 from flight.monitoring.letters import PlannedAction, RegionMasks, region_letters
+from flight.monitoring.timed_state import TimedState, both
 from flight.monitoring.tube import Tube, TubeVerdict, relative_acceleration
 from verify.data import BadInput, Mission, check_mission
 from verify.data.sections import SoftPart
@@ -87,6 +88,7 @@ class Monitor:
         self._masks = RegionMasks(mission)
         self._regions = self._masks.none(len(self._robots))
         self._formula: FormulaState | None = None
+        self._timed = TimedState(mission.timed_parts)
         self._soft: list[tuple[SoftPart, FormulaState]] = []
         self._letters: list[frozenset[str]] = []
         self.events: list[Event] = []
@@ -97,12 +99,12 @@ class Monitor:
     @property
     def formula(self) -> FormulaVerdict:
         """The formula's state on the measured path; of a mission without one, which has nothing to break, it means nothing."""
-        return "open" if self._formula is None else self._formula.verdict
+        return "open" if self._formula is None else both(self._formula.verdict, self._timed.verdict)
 
     @property
     def to_do(self) -> tuple[str, ...]:
         """The formula's parts that would not hold if the flight ended now; none before anything was seen."""
-        return () if self._formula is None else self._formula.to_do
+        return () if self._formula is None else (*self._formula.to_do, *self._timed.to_do)
 
     @property
     def tube(self) -> TubeVerdict | None:
@@ -177,12 +179,14 @@ class Monitor:
                         f"cannot be ruled out, the tube is {self._margin:g} m; the certificate cannot be shown to cover this flight.",
                     )  # fmt: skip
         finite = self.mission.spec.trace == "finite"
-        if has_formula(self.mission) and self._formula is not None and self._formula.verdict == "open":
-            verdict = self._formula.end(finite=finite)
+        if has_formula(self.mission) and self._formula is not None and self.formula == "open":
+            last = self._time if end is None else end
+            verdict = both(self._formula.end(finite=finite), self._timed.end(last))
             if verdict == "satisfied":
                 self._say(None, "formula", "the flown path satisfies the formula.")
             elif verdict == "violated":
-                self._say(None, "formula", f"the flown path breaks the formula: `{self._formula.broken}` was not fulfilled.")
+                broken = self._formula.broken or self._timed.broken
+                self._say(None, "formula", f"the flown path breaks the formula: `{broken}` was not fulfilled.")
             elif not finite:
                 self._say(None, "formula", "the formula is still open: it speaks of infinite flights, and nothing broke it.")
         for part, state in self._soft:
@@ -219,26 +223,23 @@ class Monitor:
             )  # fmt: skip
 
     def _see_letters(self, time: float, measured: Floats) -> None:
-        """Follow the formula: actions are made at instants of the plan's clock, s."""
+        """Follow the formula: actions are made at instants of the plan's clock, s; bounds in seconds go on in pauses."""
         seen = ~np.isnan(measured[0])
         self._regions = np.where(seen, self._masks.of(np.where(seen, measured, 0.0)), self._regions)
         letters = [self._table[mask] | self._inner(robot, time) for robot, mask in enumerate(self._regions.tolist())]
+        was = self.formula
         if self._formula is None:
             self._formula = FormulaState(self.mission.formula, self.mission.spec.team, letters, self._robots)
             for part in self.mission.soft_parts:
                 asked = self.mission.asking(part.formula).formula
                 self._soft.append((part, FormulaState(asked, self.mission.spec.team, letters, self._robots)))
-            changed = self._formula.verdict != "open"
         elif letters != self._letters:
-            was = self._formula.verdict
-            changed = self._formula.change(dict(enumerate(letters))) != was
-            for _, state in self._soft:
+            for state in (self._formula, *(state for _, state in self._soft)):
                 state.change(dict(enumerate(letters)))
-        else:
-            return
+        self._timed.see(self._time, dict(zip(self._robots, letters, strict=True)))
         self._letters = letters
-        if changed and has_formula(self.mission):
-            self._say_formula(self._formula)
+        if self.formula != was and has_formula(self.mission):
+            self._say_formula(self._formula.broken or self._timed.broken)
 
     def _inner(self, robot: int, time: float) -> frozenset[str]:
         now = self._initial[robot]
@@ -248,11 +249,11 @@ class Monitor:
             now = action.propositions
         return now
 
-    def _say_formula(self, formula: FormulaState) -> None:
-        if formula.verdict == "satisfied":
+    def _say_formula(self, broken: str | None) -> None:
+        if self.formula == "satisfied":
             self._say(None, "formula", "the formula is satisfied, whatever comes.")
-        elif formula.verdict == "violated":
-            self._say(None, "formula", f"the flown path breaks the formula: `{formula.broken}` cannot hold any more.")
+        elif self.formula == "violated":
+            self._say(None, "formula", f"the flown path breaks the formula: `{broken}` cannot hold any more.")
         else:
             self._say(None, "formula", "the formula is too large to be followed; its state is undecided.")
 
