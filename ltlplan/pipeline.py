@@ -113,6 +113,11 @@ def _refined(candidate: Candidate, effort: Effort, refining: Progress) -> tuple[
     plan, witnesses, pace = candidate.plan, candidate.witnesses, candidate.pace
     notes: list[str] = []
     refined = partial(refine.refine, plan, witnesses=witnesses, pace=pace, note=notes.append, progress=refining, effort=effort)
+    if plan.mission.timed_parts:  # between parts a team hovers for any time, which no bound in seconds allows
+        team = refined(max_pieces=MAX_PIECES)
+        longer = [name for name, path in team.items() if len(path) > (plan.mission.limits_of(name).pieces or MAX_PIECES)]
+        notes += [f"{longer[0]} flies more pieces than its vehicle holds; stream them (px4, ros2)."] if longer else []
+        return with_flown_times(_with_notes(plan, *notes), team), team
     try:
         team = refined(too_long="rest")
         return _with_parts(with_flown_times(_with_notes(plan, *notes), team), team), team

@@ -16,7 +16,7 @@ from ltlplan.paths.costs import for_mission
 from ltlplan.precedences import with_planned_waits
 from ltlplan.replanning.checked_plan import at_nominal_times, plan_or_none
 from ltlplan.replanning.conflict_alternatives import fewer_in_a_region, no_other_words, without_a_leg_in_conflict
-from ltlplan.replanning.cuts import Candidate, Conflict, Flight, Reason, Refusal
+from ltlplan.replanning.cuts import Candidate, Conflict, Flight, Reason, Refusal, greatest_pace
 from ltlplan.replanning.soft_alternatives import (
     fewer_soft_parts,
     other_words,
@@ -24,7 +24,12 @@ from ltlplan.replanning.soft_alternatives import (
     without_a_leg,
     words_under_precedences,
 )
+from ltlplan.replanning.timing.timetable import timetable
 from verify.data import LtlplanError, Plan, Unsatisfiable
+from verify.data.plan import Hover
+
+_PLACES = 3
+"""Decimals of hovers, s, and of paces; both are rounded to the safe side."""
 
 Alternative = Callable[[Refusal], Candidate | None]
 """From a refusal to the next candidate; None where the alternative has none, or does not apply."""
@@ -95,6 +100,42 @@ def _at_nominal_times(made: Plan) -> Plan | None:
     return None if other is None else for_mission(other, made.mission).model_copy(update={"lower_bound": made.lower_bound})
 
 
+def _on_time(refusal: Refusal) -> Candidate | None:
+    """Return the same words, flown as gently as what is bounded in seconds allows, with the hovers that it asks for; None without such times."""
+    found = refusal.found
+    if not isinstance(found, Flight) or not found.plan.mission.timed_parts:
+        return None
+    flown = refusal.tried.pace_flown
+    times = timetable((found.plan, found.team, found.certificate), greatest=greatest_pace(found.plan.mission), flown=flown)
+    if times is None:
+        return None
+    pace = round(max(flown / times.stretch, 1e-3), _PLACES)
+    hovers = tuple(Hover(robot=robot, visit=visit, seconds=_up(seconds)) for (robot, visit), seconds in times.hovers.items())
+    plan = refusal.plan.model_copy(update={"hovers": hovers})
+    if hovers == refusal.plan.hovers and pace >= flown:
+        return None
+    return refusal.answered("times", plan, pace=pace)
+
+
+def _up(seconds: float) -> float:
+    """Return seconds, rounded up."""
+    return round(seconds + 0.5 * 10.0**-_PLACES, _PLACES)
+
+
+def _planned_for_time(refusal: Refusal) -> Candidate | None:
+    """Return the plan whose robot that flies longest flies least, where the mission's own was too late; None where it was tried."""
+    mission = refusal.plan.mission
+    if not refusal.witnesses or refusal.tried.since("sharing"):
+        return None
+    quick = mission.planner.model_copy(update={"objective": "longest", "cost": {"time": 1.0}})
+    made = plan_or_none(mission.changed(planner=quick), method=refusal.plan.method)
+    if made is None or made.words == refusal.plan.words:
+        return None
+    note = "Shared so that the robot that flies longest flies least: the cheapest plan's flight was not in time."
+    other = for_mission(made, mission).model_copy(update={"notes": (*made.notes, note), "complete": False, "hovers": ()})
+    return refusal.answered("sharing", other, anew=True)
+
+
 def _planned_order(refusal: Refusal) -> Candidate | None:
     """Return words that may break the formula with precedences that planning finds for them, or others that hold under precedences."""
     if not refusal.breaks_formula:
@@ -123,6 +164,7 @@ _OTHER_WORDS: tuple[Alternative, ...] = (
 _ALTERNATIVES: dict[Reason, tuple[Alternative, ...]] = {
     "certified": (),
     "endurance": (_as_fast_as_may_be, _shared_by_nominal_times, *_OTHER_WORDS, _flown_at_nominal_times),
+    "times": (_on_time, _planned_for_time),
     "claims": (_planned_order, _same_words, *_OTHER_WORDS, _flown_at_nominal_times),
     "no flight": (*_OTHER_WORDS, _flown_at_nominal_times),
     "soft parts": (same_words_under_precedences, other_words, without_a_leg),

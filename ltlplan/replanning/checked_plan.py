@@ -16,8 +16,9 @@ from ltlplan.paths.costs import for_mission
 from ltlplan.planner import SEQUENCE, make_plan, with_pace, with_seed
 from ltlplan.search.exact import without_legs
 from ltlplan.search.lawler import Member, Partition
-from verify.data import BadInput, Infeasible, InternalError, Mission, NotCertified, Plan, Unsatisfiable, check_mission
+from verify.data import BadInput, Formula, Infeasible, InternalError, Mission, NotCertified, Plan, Unsatisfiable, check_mission
 from verify.data.choices import PLANNING_METHODS
+from verify.data.language.relaxation import relaxed, tightened, without_idle_bounds
 from verify.data.progress import Progress, silent
 from verify.data.sections import Pace
 
@@ -150,7 +151,7 @@ def plan(
         from ltlplan.replanning.soft_parts import plan_with_soft_parts
 
         return plan_with_soft_parts(mission, partial(plan, method=method, seed=seed), progress or silent)
-    made_at = partial(make_plan, method=method, seed=seed, progress=progress, workers=workers, known=known)
+    made_at = partial(_made, partial(make_plan, method=method, seed=seed, progress=progress, workers=workers, known=known))
     try:
         made = made_at(mission)
     except Infeasible as error:
@@ -176,6 +177,30 @@ def plan(
         raise NotCertified(f"The words of the planning method '{made.method}' break the formula: {verdict.sentence}")
     vacuous = tuple(f"Holds only vacuously: {part}" for part in verdict.vacuous)
     return made.model_copy(update={"notes": (*made.notes, *vacuous)}) if vacuous else made
+
+
+def _made(make: Callable[[Mission], Plan], mission: Mission) -> Plan:
+    """Return a mission's plan; where its formula is bounded in seconds, one whose flights are likely to come in time, where there is one."""
+    if mission.timed_parts:
+        from ltlplan.replanning.timing.timetable import least_times
+
+        for part, least in least_times(mission):
+            raise Infeasible(
+                f"`{part}` cannot hold: the straight way there takes {least:.3g} s at the greatest speed that is allowed."
+            )
+        asked = without_idle_bounds(mission.written)
+        try:
+            return _planned_as(tightened(asked), make, mission)
+        except Unsatisfiable:  # what is asked for seconds may be impossible for ever
+            return _planned_as(relaxed(asked), make, mission)
+    return make(mission)
+
+
+def _planned_as(formula: Formula, make: Callable[[Mission], Plan], mission: Mission) -> Plan:
+    """Return a mission's plan for a formula without bounds in seconds, which says nothing of the costs of the mission's own."""
+    made = for_mission(make(mission.asking(str(formula))), mission)
+    note = f"Planned as `{formula}`, bounds in seconds left out; what is said of costs is said of that."
+    return made.model_copy(update={"notes": (note, *made.notes), "complete": False, "lower_bound": None})
 
 
 def plan_or_none(mission: Mission, *, method: PlanningMethod | str | None = None, known: Known | None = None) -> Plan | None:

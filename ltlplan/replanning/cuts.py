@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from ltlplan.allocation import Leg
 from ltlplan.paths.costs import with_expected_times
 from ltlplan.precedences import hold_under_precedences
+from ltlplan.replanning.timing.timetable import deadlines_to_relax
 from verify.data import Infeasible, LtlplanError, Mission, NotCertified, Plan, Trajectory, Witness
 from verify.data.obstruction import Obstruction
 
@@ -34,10 +35,13 @@ _SEVERAL = 2
 """The same where the words are one choice of several."""
 _RELIEFS = 3
 """Soft parts without which a plan is tried that no flight kept."""
-CutKind = Literal["waits", "pace", "order", "precedences", "words", "legs", "capacity", "soft part", "tracking", "sharing"]
+CutKind = Literal[
+    "waits", "pace", "times", "order", "precedences", "words", "legs", "capacity", "soft part", "tracking", "sharing"
+]
 _FORBIDS: dict[CutKind, str] = {
     "waits": "flights that come near the counterexamples",
     "pace": "flights at the mission's own pace",
+    "times": "flights at these times",
     "order": "flights in every order of the robots",
     "precedences": "flights of these words without precedences",
     "words": "words that hold in every order of the robots",
@@ -47,9 +51,9 @@ _FORBIDS: dict[CutKind, str] = {
     "tracking": "flights faster than the plan's own times",
     "sharing": "words that outlast a vehicle's endurance at nominal times",
 }
-Reason = Literal["certified", "soft parts", "no better", "endurance", "claims", "no flight"]
-"""Certified as planned; soft parts are lost; nothing better than what is certified; a vehicle's endurance is too short; a claim fails and waits may
-help; no flight of these words is certified."""
+Reason = Literal["certified", "soft parts", "no better", "endurance", "times", "claims", "no flight"]
+"""Certified as planned; soft parts are lost; nothing better than what is certified; a vehicle's endurance is too short; bounds in seconds ask for
+other times, or allow gentler ones; a claim fails and waits may help; no flight of these words is certified."""
 
 
 @dataclass(frozen=True)
@@ -67,6 +71,7 @@ class Cut:
         legs: Legs that are forbidden.
         capacity: Region, and how many robots it may hold.
         parts: Soft parts, by index, that the first plan to lose one of them was meant to keep.
+        pace: Share of the fastest flight at which the next one is flown, where its times are chosen.
         plan: Digest of the refused plan; empty where it may come again.
         obstruction: What stood in the way of its flight, where refinement says it.
     """
@@ -80,6 +85,7 @@ class Cut:
     legs: frozenset[Leg] = frozenset()
     capacity: tuple[str, int] | None = None
     parts: tuple[int, ...] = ()
+    pace: float | None = None
     plan: str = ""
     obstruction: Obstruction | None = None
 
@@ -122,7 +128,10 @@ class Candidate:
         for cut in self.cuts:
             if cut.kind == "waits":
                 found += cut.witnesses
-            elif cut.kind != "pace":  # other words, or an order of all events, which answers what was said of the formula
+            elif cut.kind not in (
+                "pace",
+                "times",
+            ):  # other words, or an order of all events, which answers what was said of the formula
                 found = tuple(each for each in found if each.claim != "formula") if cut.kind == "order" else ()
         return found
 
@@ -142,9 +151,19 @@ class Candidate:
         return any(cut.kind == "pace" for cut in self.since("pace", "sharing")[-1:])
 
     @property
-    def pace(self) -> Literal["time", "nominal"] | None:
-        """Its pace instead of the mission's: as fast as limits allow, or the plan's own times; None for the mission's."""
-        return "nominal" if self.since("tracking") else "time" if self.hurried else None
+    def pace(self) -> float | Literal["time", "nominal"] | None:
+        """Its pace instead of the mission's: as fast as limits allow, one that was chosen, or the plan's own times; None for the mission's."""
+        chosen = self.since("times", "pace")[-1:]
+        if self.since("tracking"):
+            return "nominal"
+        return chosen[0].pace if chosen and chosen[0].pace is not None else "time" if self.hurried else None
+
+    @property
+    def pace_flown(self) -> float:
+        """The share of the fastest flight at which its slowest robot flies; 1 at the plan's own times."""
+        if self.pace is None:
+            return greatest_pace(self.plan.mission)
+        return 1.0 if isinstance(self.pace, str) else self.pace
 
     @property
     def others(self) -> int:
@@ -174,7 +193,7 @@ class Candidate:
         best = self.certified
         if isinstance(found, Flight) and found.certificate.holds:
             certificate = found.certificate
-            if best is None or best.certificate.soft_weight < certificate.soft_weight:
+            if best is None or best.certificate.soft_weight < certificate.soft_weight or found.plan.mission.timed_parts:
                 best = Certified(found.plan, found.team, certificate, self.rounds + 1)
         return best and replace(best, rounds=self.rounds + 1)
 
@@ -219,6 +238,15 @@ class Certified(Flight):
     """
 
     rounds: int
+
+
+def greatest_pace(mission: Mission) -> float:
+    """Return the share of the fastest flight at which a mission's slowest robot flies, where nothing else is chosen; 1 at the plan's own times.
+
+    Args:
+        mission: What is asked.
+    """
+    return min(1.0 if isinstance(pace := mission.pace_of(name), str) else pace for name in mission.agents)
 
 
 def less_wished(mission: Mission, kept: Collection[int]) -> list[Mission]:
@@ -282,14 +310,19 @@ class Refusal:
     def reason(self) -> Reason:
         """Outcome of the attempt, which decides the next candidate."""
         spent = self.tried.rounds >= self.tried.last_round
+        timed = bool(self.plan.mission.timed_parts)
         if isinstance(self.found, Flight) and self.found.certificate.holds:
-            return "certified" if spent or all(part.outcome == "holds" for part in self.soft) else "soft parts"
+            if not spent and any(part.outcome != "holds" for part in self.soft):
+                return "soft parts"
+            return "times" if timed and not spent and not self.tried.since("times") else "certified"
         if self.tried.certified is not None:
-            return "certified" if spent else "no better"
+            return "certified" if spent or timed else "no better"
         if isinstance(self.found, Conflict):
             return "no flight"
         if self._too_long:
             return "endurance"
+        if {claim.name for claim in self.found.refused} == {"timing"} and not spent:
+            return "times"
         return "no flight" if spent else "claims"
 
     @property
@@ -328,6 +361,9 @@ class Refusal:
             return NotCertified(f"Not certified. {' '.join(self._too_long)} {hint}", self.witnesses)
         if self.reason == "no flight":
             return NotCertified(f"Not certified after {self.tried.rounds} rounds of refinement. {self.why}", self.witnesses)
+        if self.reason == "times":
+            said = f"Not certified: no times of these words keep what is bounded in seconds. {self.why} {deadlines_to_relax((self.found.plan, self.found.team, self.found.certificate))}"
+            return NotCertified(said.rstrip(), self.witnesses)
         no_waits = "Whatever robots wait for, these words do not satisfy the formula."
         return NotCertified(f"Not certified. {self.why} {no_waits}", self.witnesses)
 

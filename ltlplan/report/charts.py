@@ -29,6 +29,7 @@ _SAMPLES = 1000
 
 _INTERNAL = "#6b7280"
 _TRUE = "#2f8d57"
+_WINDOW = "#b45309"
 
 
 def label_chart(
@@ -68,7 +69,19 @@ def label_chart(
                 for interval, names in held
                 if name in names
             ]
-    return bars_html("labels", bars, rows, end, "Chart: which region each robot must be in and may be in, over time.")
+    timing = [claim.sentence for claim in certificate.claims if claim.name == "timing"]
+    for part, sentence in zip(certificate.mission.timed_parts, timing, strict=True):
+        if part.window is not None:  # the time in which it is asked, from the start on
+            low, high = part.window
+            rows.append(str(part))
+            bars.append(Bar(rows[-1], float(low), end if high is None else min(float(high), end), _WINDOW, sentence))
+    return bars_html(
+        "labels",
+        bars,
+        rows,
+        end,
+        "Chart: which region each robot must be in and may be in, and what is bounded in seconds, over time.",
+    )
 
 
 def _laps(

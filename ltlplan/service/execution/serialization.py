@@ -171,12 +171,13 @@ def stored_classes() -> dict[str, type[Any]]:
     from verify.certificate import ActionInstant
     from verify.claims.soft_claims import SoftClaim
     from verify.data import Trajectory, Witness, Word
-    from verify.data.plan import Meeting, Precedence, RobotPlan, Visit, Waypoint
+    from verify.data.obstruction import Obstruction
+    from verify.data.plan import Hover, Meeting, Precedence, RobotPlan, Visit, Waypoint
     from verify.data.sections import Action
     from verify.model_checking.timeline import Change, Enclosure, InternalChange, Timeline
 
     known = (
-        Action, ActionInstant, Candidate, Certificate, Certified, Change, Claim, Cut, Enclosure, Event, FlightLog, InternalChange, Meeting,
-        Plan, Precedence, RobotPlan, SoftClaim, Timeline, Trajectory, Visit, Waypoint, Witness, Word,
+        Action, ActionInstant, Candidate, Certificate, Certified, Change, Claim, Cut, Enclosure, Event, FlightLog, Hover, InternalChange,
+        Meeting, Obstruction, Plan, Precedence, RobotPlan, SoftClaim, Timeline, Trajectory, Visit, Waypoint, Witness, Word,
     )  # fmt: skip
     return {kind.__name__: kind for kind in known}

@@ -21,7 +21,8 @@ from ltlplan.service.execution.stages import mission_bytes, run_stage
 from tests.helpers.few import few_of
 from tests.helpers.flights import small_mission
 from verify.data import Mission, Plan, Trajectory, Witness
-from verify.data.plan import Precedence
+from verify.data.obstruction import Obstruction
+from verify.data.plan import Hover, Precedence
 from verify.data.progress import silent
 
 PLAIN = (str, int, float, bool, type(None))
@@ -107,12 +108,21 @@ def test_a_candidate_with_everything_in_it_comes_back() -> None:
     mission = small_mission("F a", margin=0.05, extra="planner: {pace: nominal}")
     planned = importlib.import_module("ltlplan").plan(mission)
     waits = (Precedence(first=("r0", 0), then=("r0", 0), done="entered", due="leaves"),)
-    plan: Plan = planned.model_copy(update={"precedences": waits, "lower_bound": 1.5, "notes": ("a note",)})
+    plan: Plan = planned.model_copy(
+        update={
+            "precedences": waits,
+            "lower_bound": 1.5,
+            "notes": ("a note",),
+            "hovers": (Hover(robot="r0", visit=0, seconds=2.0),),
+        }
+    )
     witness = Witness(claim="formula", sentence="no", word=(("r0", frozenset({"b", "a"})),), times=((0.5, float("inf")),))
     legs = frozenset({("r0", (0.0, 0.0, 1.0), "a"), ("r0", "a", "b")})  # of kinds that have no order
     team = {"r0": Trajectory([1.0, 2.0], np.ones((2, 4, 8)), cycle=1, cuts=(1,))}
     certified = Certified(plan, team, None, 2)  # type: ignore[arg-type]  # the certificate is looked at elsewhere
-    cut = Cut("legs", "why", 3, True, True, (witness,), legs, ("a", 2), (0, 4), "digest")
+    cut = Cut(
+        "legs", "why", 3, True, True, (witness,), legs, ("a", 2), (0, 4), 0.8, "digest", Obstruction("no", ("r0",), "here", ("a",), ("b",))
+    )  # fmt: skip
     candidate = Candidate(plan, (cut,), 1, certified)
     for value in (cut, candidate):
         assert all(getattr(value, field.name) != field.default for field in dataclasses.fields(value))

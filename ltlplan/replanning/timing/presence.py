@@ -1,0 +1,139 @@
+"""Stays of a refined flight: when robots surely, and possibly, show a proposition, as functions of pace and hovers.
+
+A flight that is flown `stretch` times slower, with more hovers, comes to each event at `stretch * time` and the hovers before it. The judge
+decides the flight that is refined so; here times are only chosen.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+from verify.data import Plan
+from verify.model_checking.timeline import Timeline
+
+HoverPlace = tuple[str, int]
+"""A robot, and where it hovers: -1 at its start, the index of a visit, the number of its visits at its end."""
+
+
+@dataclass(frozen=True, slots=True)
+class Instant:
+    """Time of an event: `moving * stretch` and the hovers before it, each with its share.
+
+    Attributes:
+        moving: s of flight before it, hovers left out.
+        hovers: For each place: which share of a hover there lies before it.
+    """
+
+    moving: float
+    hovers: Mapping[HoverPlace, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Stay:
+    """A span of time in which a robot shows a proposition; None where it began, or goes on, beyond the flight."""
+
+    begin: Instant | None
+    end: Instant | None
+
+
+@dataclass(frozen=True, slots=True)
+class Presence:
+    """Stays of one robot, by proposition.
+
+    Attributes:
+        sure: For each proposition the stays in which it surely shows it, in order.
+        possible: The same of those in which it may show it.
+        end: When its flight ends.
+    """
+
+    sure: Mapping[str, tuple[Stay, ...]]
+    possible: Mapping[str, tuple[Stay, ...]]
+    end: Instant
+
+
+def presence_of(plan: Plan, robot: str, timeline: Timeline, lasts: float) -> Presence:
+    """Return what one robot of a refined flight shows.
+
+    Args:
+        plan: With the hovers that the flight has.
+        robot: Its name.
+        timeline: What it may show, as the judge has it.
+        lasts: Its own flight's duration, s; the team's may be longer.
+    """
+    clock = _Clock.of(plan, robot, timeline)
+    sure: dict[str, tuple[Stay, ...]] = {}
+    possible: dict[str, tuple[Stay, ...]] = {}
+    for region in timeline.initial.keys() | {change.region for change in timeline.changes}:
+        sure[region] = tuple(clock.stay(*span) for span in _spans(timeline, region, sure=True))
+        possible[region] = tuple(clock.stay(*span) for span in _spans(timeline, region, sure=False))
+    shown: dict[str, list[tuple[float | None, float | None]]] = {}
+    since: float | None = None
+    before = timeline.internal
+    for action in timeline.actions:
+        for name in before:
+            shown.setdefault(name, []).append((since, float(action.time)))
+        before, since = action.propositions, float(action.time)
+    for name in before:
+        shown.setdefault(name, []).append((since, None))
+    for name, spans in shown.items():
+        sure[name] = possible[name] = tuple(clock.stay(*span) for span in spans)
+    return Presence(sure, possible, clock.instant(lasts, last=True))
+
+
+def _spans(timeline: Timeline, region: str, *, sure: bool) -> Iterator[tuple[float | None, float | None]]:
+    """Yield when a robot surely is, or may be, in a region, s; None for the flight's begin and end."""
+    inside = ("must",) if sure else ("must", "may")
+    status, since = timeline.initial.get(region, "no"), None
+    for change in timeline.changes:
+        if change.region != region:
+            continue
+        was, now = status in inside, change.status in inside
+        if now and not was:
+            since = float(change.time.high if sure else change.time.low)
+        if was and not now:
+            yield since, float(change.time.low if sure else change.time.high)
+        status = change.status
+    if status in inside:
+        yield since, None
+
+
+@dataclass(frozen=True)
+class _Clock:
+    """The times at which one robot rests at its visits, by which other times are told as flight and hovers."""
+
+    robot: str
+    rests: tuple[tuple[int, float], ...]
+    held: Mapping[int, float]
+    last: int
+
+    @classmethod
+    def of(cls, plan: Plan, robot: str, timeline: Timeline) -> _Clock:
+        rests: list[tuple[int, float]] = []
+        after = -1.0
+        for number, visit in enumerate(plan.robots[robot].visits):
+            spans = [
+                (a or 0.0, float(timeline.duration) if b is None else b) for a, b in _spans(timeline, visit.region, sure=True)
+            ]
+            begin, end = next((span for span in spans if sum(span) / 2 > after), (after, after))
+            after = (begin + end) / 2
+            rests.append((number, after))
+        held: dict[int, float] = {}
+        for hover in plan.hovers:
+            if hover.robot == robot:
+                held[hover.visit] = held.get(hover.visit, 0.0) + hover.seconds
+        return cls(robot, tuple(rests), held, len(rests))
+
+    def stay(self, begin: float | None, end: float | None) -> Stay:
+        return Stay(None if begin is None else self.instant(begin), None if end is None else self.instant(end))
+
+    def instant(self, time: float, *, last: bool = False) -> Instant:
+        """Return a time of the flight as flight and hovers before it; `last` for its end."""
+        before = {(self.robot, -1): 1.0}
+        before |= {
+            (self.robot, visit): 0.5 if abs(time - rest) < 1e-6 else 1.0 for visit, rest in self.rests if rest < time + 1e-6
+        }
+        if last:
+            before |= {(self.robot, visit): 1.0 for visit in range(-1, self.last + 1)}
+        moving = time - sum(share * self.held.get(place[1], 0.0) for place, share in before.items())
+        return Instant(max(moving, 0.0), before)

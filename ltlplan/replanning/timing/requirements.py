@@ -1,0 +1,335 @@
+"""Mixed-integer programme for what a formula asks of the times of one flight; HiGHS solves it.
+
+The order of what robots show is the flight's; chosen are how many times slower it is flown, how long robots hover where, and which stays
+serve which operators. A choice is a binary variable, and what follows from it is switched off where the variable is 0.
+Not all formulas are written exactly: some ask for more here (one stay for a whole window), and `U` under `G` for nothing. The judge decides.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+
+import numpy as np
+from scipy.optimize import Bounds, LinearConstraint, milp
+from scipy.sparse import csr_array
+
+from ltlplan.replanning.timing.presence import HoverPlace, Instant, Presence, Stay
+from verify.data.language.formula import Formula
+
+_SECONDS = 3.0
+"""For how long HiGHS looks for times."""
+_SPARE = (0.001, 0.2)
+"""s that are kept before each bound: at least, and up to what more is worth nothing."""
+_WORTH = 1000.0, 500.0
+"""What flying twice as slowly is worth, and a second before each bound, against a second of hovering."""
+
+Guard = tuple[int, ...]
+"""Binary variables that all have to be 1 for something to be asked."""
+
+
+@dataclass(frozen=True, slots=True)
+class Time:
+    """A time that is linear in the variables: a constant and a share of each."""
+
+    constant: float = 0.0
+    shares: Mapping[int, float] = field(default_factory=dict)
+
+    def __add__(self, seconds: float) -> Time:
+        return Time(self.constant + seconds, self.shares)
+
+
+@dataclass(frozen=True, slots=True)
+class Times:
+    """Times that were chosen.
+
+    Attributes:
+        stretch: How many times slower the team flies.
+        hovers: For how long robots hover where, s; those that do.
+        late: By how much deadlines are missed that may be, s; those that are.
+    """
+
+    stretch: float
+    hovers: dict[HoverPlace, float]
+    late: dict[Formula, float]
+
+
+class Requirements:
+    """A programme under construction: variables, rows, and what the formula asks.
+
+    Args:
+        flight: What each robot shows when.
+        clock_error: How far two clocks may be apart, s.
+        slowest: How many times slower the team may fly.
+        reach: s by which nothing that is asked lies later, with all hovers that may help.
+    """
+
+    def __init__(self, flight: Mapping[str, Presence], clock_error: float, slowest: float, reach: float) -> None:
+        self._flight, self._error, self._reach = flight, clock_error, reach
+        self._low: list[float] = []
+        self._high: list[float] = []
+        self._whole: list[bool] = []
+        self._worth: list[float] = []
+        self._rows: list[tuple[dict[int, float], float]] = []
+        self._stretch = self._variable(1.0, slowest, worth=-_WORTH[0])
+        self._spare = self._variable(*_SPARE, worth=-_WORTH[1])
+        self._late: int | None = None
+        self._delays: dict[Formula, int] = {}
+        self._hovers: dict[HoverPlace, int] = {}
+        places = {place for presence in flight.values() for place in _places(presence)}
+        for place in sorted(places):
+            self._hovers[place] = self._variable(0.0, reach, worth=1.0)
+        ends = [self.time(presence.end) for presence in flight.values()]
+        self._end = Time(0.0, {self._variable(0.0, np.inf): 1.0})
+        for end in ends:
+            self._before(end, self._end)
+        lasting = [self._choice() for _ in ends]
+        for end, chosen in zip(ends, lasting, strict=True):
+            self._before(self._end, end, (chosen,))
+        self._one_of(lasting, ())
+
+    def time(self, instant: Instant) -> Time:
+        """Return a time of the flight."""
+        shares = {self._stretch: instant.moving}
+        shares.update({self._hovers[place]: share for place, share in instant.hovers.items()})
+        return Time(0.0, shares)
+
+    def ask(self, formula: Formula, *, late: bool = False) -> None:
+        """Ask that a formula holds of the flight.
+
+        Args:
+            formula: What is bounded in seconds.
+            late: Whether its deadlines may be missed, by as little as can be.
+        """
+        start = Time()
+        self._late = self._variable(0.0, self._reach, worth=1e5) if late else None
+        if self._late is not None:
+            self._delays[formula] = self._late
+        self._during(formula, start, start, (), negated=False)
+
+    def solve(self) -> Times | None:
+        """Return times that keep what is asked, the gentlest, with the shortest hovers; None where none were found."""
+        count = len(self._low)
+        rows = [(i, j, share) for i, (shares, _) in enumerate(self._rows) for j, share in shares.items()]
+        i, j, shares = (np.array(column) for column in zip(*rows, strict=True))
+        matrix = csr_array((shares, (i, j)), shape=(len(self._rows), count))
+        found = milp(
+            c=np.array(self._worth),
+            constraints=LinearConstraint(matrix, ub=[most for _, most in self._rows]),  # pyright: ignore[reportArgumentType]  # SciPy takes sequences
+            bounds=Bounds(self._low, self._high),  # pyright: ignore[reportArgumentType]  # SciPy takes sequences
+            integrality=np.array(self._whole, dtype=int),
+            options={"time_limit": _SECONDS},
+        )
+        if found.x is None:
+            return None
+        hovers = {place: float(found.x[index]) for place, index in self._hovers.items() if found.x[index] > 1e-4}
+        late = {part: float(found.x[index]) for part, index in self._delays.items() if found.x[index] > 1e-3}
+        return Times(float(found.x[self._stretch]), hovers, late)
+
+    def _variable(self, low: float, high: float, *, whole: bool = False, worth: float = 0.0) -> int:
+        self._low.append(low)
+        self._high.append(high)
+        self._whole.append(whole)
+        self._worth.append(worth)
+        return len(self._low) - 1
+
+    def _choice(self) -> int:
+        return self._variable(0.0, 1.0, whole=True)
+
+    def _before(self, one: Time, other: Time, guard: Guard = (), *, spare: bool = False) -> None:
+        """Ask that one time is no later than another; `spare`: with something to spare and for clocks that are apart."""
+        shares = dict(one.shares)
+        for index, share in other.shares.items():
+            shares[index] = shares.get(index, 0.0) - share
+        most = other.constant - one.constant
+        if spare:
+            shares[self._spare] = shares.get(self._spare, 0.0) + 1.0
+            most -= self._error
+        self._row(shares, most, guard)
+
+    def _row(self, shares: dict[int, float], most: float, guard: Guard) -> None:
+        large = 4.0 * self._reach
+        for index in guard:
+            shares[index] = shares.get(index, 0.0) + large
+        self._rows.append((shares, most + large * len(guard)))
+
+    def _one_of(self, choices: Sequence[int], guard: Guard, least: int = 1) -> None:
+        self._row(dict.fromkeys(choices, -1.0), -float(least), guard)
+
+    def _alternatives(self, guard: Guard, count: int) -> Iterator[Guard]:
+        """Yield a guard for each of so many alternatives, of which one is to hold."""
+        choices = [self._choice() for _ in range(count)]
+        self._one_of(choices, guard)
+        for chosen in choices:
+            yield (*guard, chosen)
+
+    def _during(self, node: Formula, begin: Time, end: Time, guard: Guard, *, negated: bool) -> None:
+        """Ask that a formula, or its negation, holds from one time to another, both included."""
+        parts = node.arguments
+        match node.operator:
+            case "true" | "false":
+                if (node.operator == "true") == negated:
+                    self._one_of((), guard)
+            case "!":
+                self._during(parts[0], begin, end, guard, negated=not negated)
+            case "name":
+                self._shown(node, begin, end, guard, negated=negated)
+            case "count":
+                assert node.bound is not None
+                robots, least = list(self._flight), node.bound[1]
+                choices = [self._choice() for _ in robots]
+                self._one_of(choices, guard, len(robots) - least + 1 if negated else least)
+                for robot, chosen in zip(robots, choices, strict=True):
+                    self._during(parts[0].of(robot), begin, end, (*guard, chosen), negated=negated)
+            case "&" | "|" | "->":
+                signs = [negated != (node.operator == "->" and index == 0) for index in range(len(parts))]
+                signed = list(zip(parts, signs, strict=True))
+                if (node.operator == "&") != negated:
+                    for part, sign in signed:
+                        self._during(part, begin, end, guard, negated=sign)
+                else:
+                    self._either(signed, begin, end, guard)
+            case "xor" | "<->":
+                same = (node.operator == "<->") != negated
+                for within, sign in zip(self._alternatives(guard, 2), (False, True), strict=True):
+                    self._during(parts[0], begin, end, within, negated=sign)
+                    self._during(parts[1], begin, end, within, negated=sign == same)
+            case _:
+                self._temporally(node, begin, end, guard, negated=negated)
+
+    def _either(self, parts: Sequence[tuple[Formula, bool]], begin: Time, end: Time, guard: Guard) -> None:
+        """Ask for one of several things all the time; where one is that something is not shown, for another only while it may be."""
+        if begin is not end:
+            absent = [part for part in parts if _is_absence(*part)]
+            others = [part for part in parts if not _is_absence(*part)]
+            if absent and others:
+                shown = absent[0][0]
+                for name in _names(shown.arguments[0] if shown.operator == "!" else shown):
+                    for stay in self._stays(name, sure=False):
+                        first, last = self._ends(stay)
+                        early, late, within = self._alternatives(guard, 3)
+                        self._before(last, begin, early, spare=True)
+                        self._before(end, first, late, spare=True)
+                        self._either(others, first, last, within)
+                return
+        for within, (part, sign) in zip(self._alternatives(guard, len(parts)), parts, strict=True):
+            self._during(part, begin, end, within, negated=sign)
+
+    def _shown(self, name: Formula, begin: Time, end: Time, guard: Guard, *, negated: bool) -> None:
+        """Ask that a robot, or none, shows a proposition all the time."""
+        if not negated:
+            stays = list(self._stays(name, sure=True))
+            for stay, within in zip(stays, self._alternatives(guard, len(stays)), strict=True):
+                first, last = self._ends(stay)
+                if stay.begin is not None:
+                    self._before(first, begin, within, spare=True)
+                self._before(end, last, within, spare=stay.end is not None)
+            return
+        for stay in self._stays(name, sure=False):
+            first, last = self._ends(stay)
+            early, late = self._alternatives(guard, 2)
+            self._before(end, first, early, spare=True)
+            self._before(last, begin, late, spare=True)
+
+    def _stays(self, name: Formula, *, sure: bool) -> Iterator[Stay]:
+        for robot, presence in self._flight.items():
+            if name.robot in ("", robot):
+                yield from (presence.sure if sure else presence.possible).get(name.name, ())
+
+    def _ends(self, stay: Stay) -> tuple[Time, Time]:
+        first = Time(-self._error) if stay.begin is None else self.time(stay.begin)
+        return first, self._end if stay.end is None else self.time(stay.end)
+
+    def _temporally(self, node: Formula, begin: Time, end: Time, guard: Guard, *, negated: bool) -> None:
+        """Ask for a temporal operator, from each time of a span on."""
+        low, high = (Fraction(0), None) if node.window is None else node.window
+        after, within = float(low), None if high is None else float(high)
+        kind = _DUAL[node.operator] if negated else node.operator
+        *first, last = node.arguments
+        if kind == "G":
+            until = self._end if within is None else end + within
+            if within is not None:
+                self._before(until, self._end, guard, spare=True)
+            self._during(last, begin + after, until, guard, negated=negated)
+        elif kind in ("R", "W"):  # for ever, or until the other one too: `q M p` of R; of W, p until q
+            always, reached = self._alternatives(guard, 2)
+            kept = last if kind == "R" else first[0]
+            self._during(Formula("F" if negated else "G", (kept,), window=node.window), begin, end, always, negated=negated)
+            self._until(kept, (last,) if kind == "W" else (first[0], last), (begin, end), (after, within), reached, negated)
+        elif kind == "F":
+            self._until(None, (last,), (begin, end), (after, within), guard, negated)
+        else:
+            held = first[0] if kind == "U" else last
+            self._until(held, (last,) if kind == "U" else (first[0], last), (begin, end), (after, within), guard, negated)
+
+    def _until(
+        self, held: Formula | None, reached: Sequence[Formula], span: tuple[Time, Time], window: tuple[float, float | None],
+        guard: Guard, negated: bool,
+    ) -> None:  # fmt: skip
+        """Ask that something is reached within a window of each time of a span, and something else held until then."""
+        (begin, end), (after, within) = span, window
+        if begin is not end:
+            self._covered(reached, span, window, guard, negated)
+            return
+        then = Time(0.0, {self._variable(0.0, np.inf): 1.0})
+        self._before(begin + after, then, guard)
+        if within is not None:
+            deadline = begin + within
+            if self._late is not None:
+                deadline = Time(deadline.constant, {**deadline.shares, self._late: 1.0})
+            self._before(then, deadline, guard)
+        self._before(then, self._end, guard, spare=after > 0)  # what is asked for later has to be flown on every clock
+        for part in reached:
+            self._during(part, then, then, guard, negated=negated)
+        if held is not None:
+            self._during(held, begin, then, guard, negated=negated)
+
+    def _covered(
+        self, reached: Sequence[Formula], span: tuple[Time, Time], window: tuple[float, float | None], guard: Guard, negated: bool
+    ) -> None:  # fmt: skip
+        """Ask that at each time of a span a stay that serves it is within a window: a chain of one robot's stays."""
+        names = _names(reached[0]) if len(reached) == 1 and not negated else ()
+        if not names:
+            return  # asked for nothing here; the judge decides
+        (begin, end), (after, within) = span, window
+        chains: list[tuple[Stay, ...]] = []
+        for presence in self._flight.values():
+            robots = [name for name in names if name.robot == "" or self._flight.get(name.robot) is presence]
+            found = {id(stay): stay for name in robots for stay in presence.sure.get(name.name, ())}
+            stays = sorted(found.values(), key=lambda stay: -1.0 if stay.begin is None else stay.begin.moving)
+            chains += [tuple(stays[i:j]) for i in range(len(stays)) for j in range(i + 1, len(stays) + 1)]
+        for chain, chosen in zip(chains, self._alternatives(guard, len(chains)), strict=True):
+            ends = [self._ends(stay) for stay in chain]
+            for number, (first, last) in enumerate(ends):
+                since = begin if number == 0 else ends[number - 1][1] + -after
+                if within is not None and chain[number].begin is not None:
+                    self._before(first, since + within, chosen, spare=True)
+                if number == len(ends) - 1:
+                    self._before(end + after, last, chosen, spare=chain[number].end is not None)
+
+
+_DUAL = {"F": "G", "G": "F", "U": "R", "R": "U", "W": "M", "M": "W"}
+
+
+def _is_absence(node: Formula, negated: bool) -> bool:
+    """Return whether a part says that none of some propositions are shown."""
+    if node.operator == "!":
+        node, negated = node.arguments[0], not negated
+    return negated and bool(_names(node))
+
+
+def _names(node: Formula) -> tuple[Formula, ...]:
+    """Return the propositions of which a formula asks for one; none where it asks for anything else."""
+    if node.operator == "!":
+        return _names(node.arguments[0]) if node.arguments[0].operator == "!" else ()
+    if node.operator == "name":
+        return (node,)
+    if node.operator != "|":
+        return ()
+    parts = [_names(part) for part in node.arguments]
+    return tuple(name for part in parts for name in part) if all(parts) else ()
+
+
+def _places(presence: Presence) -> Iterator[HoverPlace]:
+    yield from presence.end.hovers
