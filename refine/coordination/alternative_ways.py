@@ -69,6 +69,8 @@ ALTERNATIVES = (
     _as_planned, _at_other_places, _taking_turns, _giving_way_in_shared_places, _one_at_a_time
 )  # fmt: skip
 """Each yields ways for a team to fly, where it applies; they are tried in this order."""
+SOON_TRIED = (_as_planned, _at_other_places)
+"""Those of them that look for no orders of turns."""
 
 
 def has_an_order(plan: Plan) -> bool:

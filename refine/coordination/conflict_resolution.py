@@ -172,7 +172,7 @@ def hurried(problem: Problem, robots: dict[str, RobotFlight], starts: dict[str, 
         return None
     fitted, begins = faster
     factor = max(by for _, by in fitted)
-    team = {robot.name: paced(robot, factor) for robot, _ in fitted}
+    team = {robot.name: _with_halts_of(robots[robot.name], paced(robot, factor)) for robot, _ in fitted}
     begun = {name: factor * start for name, start in begins.items()}
     if arrival((team, begun)) >= arrival((robots, starts)):
         return None
@@ -180,6 +180,15 @@ def hurried(problem: Problem, robots: dict[str, RobotFlight], starts: dict[str, 
         return None
     found = departures_of(problem, team, begun)
     return None if isinstance(found, DepartureConflict) else (team, begun)
+
+
+def _with_halts_of(robot: RobotFlight, faster: RobotFlight) -> RobotFlight:
+    """Return a robot on a faster clock with its halts: all nodes of its path are there, with others between them."""
+    found, at = dict[int, int](), len(faster.path.nodes)
+    for node in reversed(range(len(robot.path.nodes))):
+        at = max(each for each in range(at) if np.array_equal(faster.path.nodes[each], robot.path.nodes[node]))
+        found[node] = at
+    return replace(faster, halts={visit: found[node] for visit, node in robot.halts.items()})
 
 
 def arrival(team: Together) -> float:

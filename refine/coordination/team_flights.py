@@ -12,7 +12,15 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 
 from refine.alternatives import first_feasible
-from refine.coordination.alternative_ways import ALTERNATIVES, Way, placed, share_places, takes_turns, waits_anywhere
+from refine.coordination.alternative_ways import (
+    ALTERNATIVES,
+    SOON_TRIED,
+    Way,
+    placed,
+    share_places,
+    takes_turns,
+    waits_anywhere,
+)
 from refine.coordination.conflict_resolution import Together, arrival, departures_of, hurried, resolve_encounters, too_near
 from refine.coordination.departing_teams import depart, fly_to_meetings
 from refine.coordination.departures import DepartureConflict
@@ -84,8 +92,14 @@ def _noted(team: Together, sentence: str) -> Together:
 
 def _in_some_way(plan: Plan, feedback: Feedback, options: RefinementOptions, tell: Progress) -> Together:
     """Return the team at the paces of some options, in the first way to fly that keeps it apart."""
-    ways = (way for alternative in ALTERNATIVES for way in alternative(plan, feedback))
+    ways = (way for each in (SOON_TRIED if _hasty(plan, options) else ALTERNATIVES) for way in each(plan, feedback))
     return first_feasible(((way.sentence, partial(_together, plan, feedback, options, tell, way)) for way in ways), tell)
+
+
+def _hasty(plan: Plan, options: RefinementOptions) -> bool:
+    """Return whether so many robots meet at a pace that only own clocks are tried: where these fail, the plan's own times are hurried."""
+    paced = any(options.share(plan.mission, name) is not None for name in plan.robots)
+    return paced and bool(plan.meetings) and len(plan.robots) > _CROWD
 
 
 def planned_arrival(team: Together) -> float:
@@ -200,7 +214,11 @@ def _on_own_clocks(attempt: _Attempt) -> Together | None:
     if not attempt.problem.plan.meetings or attempt.way.gives_way == "never":
         return None
     attempt.tell("retiming all robots", 0.71)
-    return on_own_clocks(attempt.problem, attempt.alone)
+    problem = attempt.problem
+    found = on_own_clocks(problem, attempt.alone)
+    if found is None and _hasty(problem.plan, problem.options):
+        raise Infeasible("No clocks of their own keep the robots apart on their fastest paths.")
+    return found
 
 
 def _swerving_fast(attempt: _Attempt) -> Together | None:

@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 import ltlplan
 import verify
 from refine import refine
-from refine.coordination.conflict_resolution import arrival, departures_of
+from refine.coordination import team_flights
+from refine.coordination.conflict_resolution import Together, arrival, departures_of
 from refine.coordination.departures import DepartureConflict
 from refine.coordination.earliest_times import Line, Times
 from refine.coordination.own_clocks import on_own_clocks
@@ -19,7 +20,7 @@ from refine.coordination.passing_orders import Orders, Stuck, Zone, passing_orde
 from refine.coordination.spacing import spacing_for
 from refine.feedback import feedback_of
 from refine.single_robot.flight import robot_flight
-from refine.single_robot.task import Problem, RefinementOptions, unheard
+from refine.single_robot.task import Problem, RefinementOptions, RobotFlight, unheard
 from tests.benchmarks.scale import swaps
 from tests.helpers.counted_halls import abreast, gathering, hall, longest_alone
 from tests.helpers.few import few_of, given_few
@@ -110,6 +111,24 @@ def test_robots_that_are_counted_wait_only_for_what_is_in_their_way(pace: str) -
     team = refine(plan)
     assert [claim.sentence for claim in verify.judge(plan, team, largest=False).claims if claim.outcome != "holds"] == []
     assert max(flight.duration for flight in team.values()) <= 1.3 * longest_alone(plan)
+
+
+def test_where_fastest_paths_find_no_own_clocks_those_of_the_plans_own_times_are_hurried(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    plan = ltlplan.plan(hall(4, "F(count(a) >= 2) & F(count(b) >= 1) & G(count(b) <= 1) & F all(home)", "0.7"))
+    nominal = refine(plan, pace="nominal")
+
+    def at_nominal_pace(problem: Problem, robots: dict[str, RobotFlight]) -> Together | None:
+        return on_own_clocks(problem, robots) if problem.options.pace == "nominal" else None
+
+    monkeypatch.setattr(team_flights, "on_own_clocks", at_nominal_pace)
+    monkeypatch.setattr(team_flights, "_CROWD", 3)
+    said: list[str] = []
+    team = refine(plan, note=said.append)
+    assert any("hurried on one clock" in sentence for sentence in said)
+    assert verify.judge(plan, team, largest=False).holds
+    assert max(flight.duration for flight in team.values()) <= 0.8 * max(flight.duration for flight in nominal.values())
 
 
 def test_waits_that_the_formula_asks_for_stay() -> None:
