@@ -22,6 +22,7 @@ EQUIVALENT: dict[str, str] = {
     "flights: 4096 -> 4095": "only how long a flight may be at the most, by one piece",
     "operands: 1 -> 2 #2": "no operator that is unknown has -2 operands, nor -1",
     "zones: 4 -> 5": "a matrix of four rows has no fifth",
+    "Course._over: 1 -> 2": "a stay that ends in the third lap begins in the second; in the first the same happens a lap earlier",
     "timelines: 3 -> 4": "one lap more is looked at, which repeats the one before",
 }
 """By the fault's name."""

@@ -20,7 +20,7 @@ from tests.helpers.proofs import checked, missing, tables
 from tests.helpers.small_flights import RING, A, B, Flight, cut, mission, planned, small_flight, split, to
 from tests.mutation.sites import ROOT
 from verify import judge
-from verify.data.plan import Meeting
+from verify.data.plan import Meeting, Precedence
 from verify.data.trajectory import Trajectory
 from verify.kernel.flights import read_team
 from verify.kernel.statement import Refused, at_least, read_statement
@@ -150,6 +150,14 @@ def sets_out_too_early() -> Flight:
     return plan, {**team, "r1": legs(stops)}
 
 
+def leaves_by_the_edge() -> Flight:
+    """It may be out of its region, by the margin, before the other one is there; it comes back, and stays."""
+    of = mission("F a & F b", [0, 0, 1], [0, 2, 1], regions=f"{A}, {B}")
+    wait = Precedence(first=("r0", 0), then=("r1", 0), done="entered", due="leaves")
+    team = {"r0": legs([[0, 0, 1], [1, 0, 1]], hold=5.0), "r1": legs([[0, 2, 1], [1, 2, 1], [1.2, 2, 1], [1, 2, 1]])}
+    return planned(of, {"r0": to("a"), "r1": to("b")}, precedences=(wait,)), team
+
+
 def waits_for_a_circle() -> Flight:
     plan, team = small_flight("counted")
     both = (Meeting(first=("r0", 0), then=("r1", 0)), Meeting(first=("r1", 0), then=("r0", 0)))
@@ -202,7 +210,7 @@ def order_within_clocks() -> Flight:
 
 FLIGHTS: list[tuple[Callable[[], Flight], str]] = [
     (lambda: nested("speed", 0.5), "limits.legs.speed"), (lambda: nested("acceleration", 0.5), "limits.legs.acceleration"),
-    (excursion, "limits.legs.acceleration"), (swapped, "visits"), (met_too_late, "precedences"), (sets_out_too_early, "precedences"), (waits_for_a_circle, "precedences"),
+    (excursion, "limits.legs.acceleration"), (swapped, "visits"), (met_too_late, "precedences"), (sets_out_too_early, "precedences"), (leaves_by_the_edge, "precedences"), (waits_for_a_circle, "precedences"),
     (bound_of_two, "obstacles"), (cut_in_flight, "parts"), (too_near_by_an_ulp, "separation"), (out_by_an_ulp, "workspace"),
     (order_within_clocks, "formula"), (lambda: u_turn(0.02), "passages"), (lambda: u_turn(-0.04), "passages"), (lambda: u_turn(0.3), "passages"),
 ]  # fmt: skip
