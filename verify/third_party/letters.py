@@ -24,6 +24,7 @@ from verify.data.language.word import Word
 from verify.data.mission import Mission
 from verify.data.plan import Plan, RobotPlan, Waypoint
 from verify.data.trajectory import DEGREE
+from verify.data.validation.clocks import clock_error_of
 from verify.model_checking.timeline import Timeline
 from verify.model_checking.word_claims import judge_formula
 from verify.motion.membership.statuses import changes, statuses
@@ -115,7 +116,8 @@ def word_claims(mission: Mission, fleet: Fleet, asked: Asked) -> Iterator[Claim]
     if mission.spec.formula is None:
         return
     timelines = _timelines(evidence, asked.margin)
-    for verdict in judge_formula(mission, timelines, evidence.relations):
+    apart = Fraction(str(clock_error_of(mission, evidence.paths.end))) if mission.timed_parts else Fraction(0)
+    for verdict in judge_formula(mission, timelines, evidence.relations, clock_error=apart):
         yield claim_of_verdict(verdict)
 
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from ltlplan.logic.automaton import Automaton
 from ltlplan.logic.conjunction import conjunct_automata, conjuncts
 from verify.data import Formula, Letter, Mission, parse_formula
-from verify.data.language.formula import COUNTING, FREE
+from verify.data.language.formula import COUNTING, FREE, decimal
 
 OPERATORS: Mapping[str, str] = {
     "F": "at some time",
@@ -91,7 +91,7 @@ def _say(formula: Formula, mission: Mission, depth: int) -> str:
             return (
                 f"{_when(formula)} {said}" if inner.operator in _PLAIN or inner.operator == "!" else f"{_when(formula)}: {said}"
             )
-        word = _NESTED.get((operator, inner.operator))
+        word = _NESTED.get((operator, inner.operator)) if inner.window is None else None
         if word is not None:  # again and again p: one step deeper
             inner = inner.arguments[0]
         said = _say(inner, mission, depth + 1)
@@ -99,14 +99,16 @@ def _say(formula: Formula, mission: Mission, depth: int) -> str:
         return f"{begins} {said}" if inner.operator in _PLAIN or inner.operator == "!" else f"{begins}: {said}"
     left, right = (_bracketed(argument, formula, mission, depth) for argument in formula.arguments)
     said = _INFIX[operator].format(a=left, b=right)
-    return said if formula.window is None else f"{said} ({_when(formula)})"
+    return said if formula.window is None else f"{said.replace('to the end', 'for all that time')} ({_when(formula)})"
 
 
 def _when(formula: Formula) -> str:
     """Return the time from now that an operator's bounds leave: "within 10 s", "for the next 5 s"."""
     assert formula.window is not None
-    low, high = (None if bound is None else f"{float(bound):g}" for bound in formula.window)
+    low, high = (None if bound is None else decimal(bound) for bound in formula.window)
     always = formula.operator == "G"
+    if low == high:
+        return f"after {low} s"
     if high is None:
         return f"from {low} s on always" if always else f"after {low} s or later"
     if low == "0":

@@ -150,6 +150,19 @@ def test_the_mission_s_formula_is_judged(folder: Path, formula: str, outcome: st
     assert bool(found) == (outcome == "holds")
 
 
+def test_bounds_in_seconds_are_judged_on_clocks_that_differ(folder: Path) -> None:
+    for old, new in (("cf1", "r0"), ("cf2", "r1")):
+        (folder / f"{old}.csv").rename(folder / f"{new}.csv")
+
+    def judged(formula: str) -> str:
+        mission = small_mission(formula, regions=HOP, starts=((0.0, 0.0, 1.0), (0.0, 0.5, 1.0)), trace="finite, team: joint")
+        return outcomes(verify.audit(folder, mission, verify.AuditLimits(velocity_jump=1.01)))["timing"]
+
+    assert judged("F[0,2] a") == "holds"
+    assert judged("F[0,0.5] a") == "fails"
+    assert judged("F[2.99,3] !a") == "undecided"  # the flight ends at 3 s, on some clocks earlier
+
+
 def test_obstacles_of_the_mission_are_judged(folder: Path) -> None:
     (folder / "cf1.csv").rename(folder / "r0.csv")
     (folder / "cf2.csv").unlink()

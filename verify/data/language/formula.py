@@ -164,7 +164,7 @@ class Formula:
         if self.window is None:
             return self.operator
         low, high = self.window
-        return f"{self.operator}[{_decimal(low)},{'inf' if high is None else _decimal(high)}]"
+        return f"{self.operator}[{decimal(low)},{'inf' if high is None else decimal(high)}]"
 
     def _text(self, *, quote: bool, power: int) -> str:
         match self.operator:
@@ -195,7 +195,7 @@ class Formula:
                 return f"({text})" if quote or power > min(bind_left, bind_right) else text
 
 
-def _decimal(seconds: Fraction) -> str:
+def decimal(seconds: Fraction) -> str:
     """Return a number as it is read again: in decimals, all of them."""
     return format(Decimal(seconds.numerator) / Decimal(seconds.denominator), "f")
 

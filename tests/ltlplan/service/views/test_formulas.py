@@ -37,6 +37,17 @@ def test_operators_in_words(formula: str, said: str) -> None:
     assert in_words(_asking(formula)) == (said,)
 
 
+def test_bounds_are_said_of_a_bounded_response() -> None:
+    mission = parse_mission(shipped_mission_text("stlcg-1"))
+    spec = {**mission.spec.model_dump(), "formula": "G F[0,10] b2 & (b2 W[0,5] c) & F[3,3] b2 & F[1.25,1000000.5] c"}
+    assert in_words(mission.changed(spec=spec)) == (
+        "Always: within 10 s in b2.",
+        "In b2 until in c, or for all that time (within 5 s).",
+        "After 3 s in b2.",
+        "Between 1.25 and 1000000.5 s from then in c.",
+    )
+
+
 def test_soft_parts_are_said_after_the_formula() -> None:
     mission = _asking("F loc1")
     wishing = mission.changed(spec={**mission.spec.model_dump(), "soft": [{"formula": "F loc2", "weight": 2.5}]})
