@@ -50,6 +50,7 @@ _TRUTH = (
     "A bar at a time: what is flown from then on satisfies the sub-formula. `F a` is true until a is reached for "
     "the last time. Judged on the nominal letters; the claim is the certificate's."
 )
+_UNTIMED = " Bounds in seconds are left out here; each has its row among the labels, and its claim."
 _FEWER = f" Of more than {MANY} robots the {WORST} with the greatest values are drawn, and in grey the extremes of all."
 _ERRORS = (
     "Distance of the simulated robot from its certified path; the certificate covers the flight while it stays below the margin."
@@ -79,8 +80,9 @@ def report_html(result: Result) -> str:
         section("Labels over time", label_chart(certificate, playing.letters, end, replay.cycle), note=_LABELS),
     ]
     if mission.spec.formula is not None:
+        reading = _TRUTH + (_UNTIMED if mission.timed_parts else "")
         sections.append(
-            section("Sub-formulas over time", truth_chart(mission.formula, replay.readings, end, replay.cycle), note=_TRUTH)
+            section("Sub-formulas over time", truth_chart(mission.formula, replay.readings, end, replay.cycle), note=reading)
         )
     sections.append(_chart("Tracking error", "errors", _ERRORS))
     sections.append(_chart("Shares of limits", "limits", _LIMITS))

@@ -64,7 +64,7 @@ class TeamInstants:
                 for number, cut in enumerate(instants):
                     begins.setdefault(cut, []).append((index, letter, number % 2 == 0))
         now: list[set[Letter]] = [set() for _ in robots]
-        cuts, found = sorted(begins), list[frozenset[Letter]]()
+        cuts, found = sorted(begins), list[frozenset[Letter] | None]()
         united: dict[tuple[frozenset[Letter], ...], frozenset[Letter]] = {}
         for cut in cuts:
             for index, letter, begun in begins[cut]:
@@ -72,7 +72,7 @@ class TeamInstants:
             held = tuple(frozenset(letters) for letters in now)
             if held not in united:
                 united[held] = _together(reading, held)
-            found.append(united[held])
+            found.append(united[held] or None)  # none at all: the labels contradict themselves, so nothing is sure
         return cls(tuple(cuts), tuple(found))
 
     def sure(self, formula: Formula, *, negated: bool) -> Instants:

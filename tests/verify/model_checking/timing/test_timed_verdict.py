@@ -130,6 +130,13 @@ def test_windows_nest_and_end_where_the_flight_ends() -> None:
     assert _judged("a U[0,4] !a", leaves).outcome == "fails"  # regions are closed: it is out just after 4 s
 
 
+def test_nothing_is_sure_of_labels_that_contradict_themselves() -> None:
+    inner_without_outer = _timeline((2, "a", "must"))
+    judge = TimedJudge({"r": inner_without_outer}, Relations(nested=frozenset({("a", "b")})), Fraction(0))
+    for text in ("F[0,5] c & F[0,9] (a & b)", "F[3,5] c | F[4,4] b", "G[3,5] !b & F[3,5] a & F[3,5] b"):
+        assert judge.judge(parse_formula(text), slack=False).outcome != "holds"
+
+
 def test_robots_and_counts_are_told_apart_in_time() -> None:
     one = _timeline((2, "a", "must"), (6, "a", "no"), robot="r")
     other = _timeline((5, "a", "must"), (9, "a", "no"), robot="s")
