@@ -282,8 +282,10 @@ class Requirements:
         self._before(then, self._end, guard, spare=after > 0)  # what is asked for later has to be flown on every clock
         for part in reached:
             self._during(part, then, then, guard, negated=negated)
-        if held is not None:
+        if held is not None and (held,) != tuple(Formula("!", (part,)) for part in reached):
             self._during(held, begin, then, guard, negated=negated)
+        elif held is not None and after > 0:  # `!p U[a,b] p`: up to the first p there is none
+            self._during(held, begin, begin + after, guard, negated=negated)
 
     def _covered(
         self, reached: Sequence[Formula], span: tuple[Time, Time], window: tuple[float, float | None], guard: Guard, negated: bool

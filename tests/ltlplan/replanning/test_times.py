@@ -179,6 +179,11 @@ def test_visits_after_a_time_are_hovered_for() -> None:
     assert certified.certificate.holds
 
 
+def test_what_is_waited_for_may_be_what_is_missing() -> None:
+    mission = room("F[5.7,14] shelf & !dock U[0,3.1] dock & F (dock & F[1.5,7.3] dock)")
+    assert certified_team(ltlplan.plan(mission)).certificate.holds
+
+
 def test_a_monitor_counts_seconds_in_pauses_too() -> None:
     mission = room("F[0,5] dock")
     here, dock = np.array([[0.4], [0.4], [1.0]]), np.array([[1.6], [0.4], [1.0]])
