@@ -1,7 +1,7 @@
 """Times of judging shipped missions, of finding proofs and of checking them, in s of processor time, and the proofs' sizes in bytes.
 
-Run `python tests/benchmarks/proofs.py [NAME ...]`; a number is a mission with so many robots (`scale.py`). The ratio is of judging and finding to
-judging alone, at best of three. Memory is the greatest until then, planning included.
+Run `python tests/benchmarks/proofs.py [NAME ...]`; a number is a mission with so many robots (`scale.py`), at nominal pace. The ratio is of judging
+and finding to judging alone, at best of three. Memory is the greatest until then, planning included.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ def flown(name: str) -> tuple[Plan, Mapping[str, Trajectory]]:
     """Return the plan and the flight of a shipped mission, or of so many robots."""
     if name.isdigit():
         plan = ltlplan.plan(scale_mission(int(name)))
-        return plan, refine.refine(plan)
+        return plan, refine.refine(plan, pace="nominal")
     with tempfile.TemporaryDirectory() as folder:
         run = ltlplan.run(name, Path(folder) / name)
         return run.plan, run.team

@@ -143,5 +143,6 @@ def _trees(found: Mapping[str, _Found], owed: Owed, known: Mapping[str, Any]) ->
             roots = found[owed.robots[0]].roots(key, first) if first else []
         if not roots or not all(roots):
             roots = trees_of(key.partition("/")[0], [*every, *parts], roots)
-        texts[key] = run_lengths(roots)
+        if roots:  # where no part is left, no entry is read
+            texts[key] = run_lengths(roots)
     return texts
