@@ -33,9 +33,16 @@ def missing(claims: list[Checked]) -> set[str]:
 
 
 def untrue(claims: list[Checked], certificate: Certificate) -> list[Checked]:
-    """Return the claims that the kernel has checked, and the judge does not prove; precedences are told by their count."""
+    """Return the claims that the kernel has checked, and the judge does not prove; those that one robot has several of are told by their count."""
     refused = {(c.name, *sorted(filter(None, (c.robot, c.other)))) for c in certificate.claims if c.outcome != "holds"}
-    found = [c for c in claims if not c.missing and c.name != "precedences" and (c.name, *sorted(c.robots)) in refused]
-    waits = [c for c in claims if not c.missing and c.name == "precedences"]
-    kept = sum(c.name == "precedences" and c.outcome == "holds" for c in certificate.claims)
-    return found + waits[kept:]
+    checked = [c for c in claims if not c.missing]
+    found = [c for c in checked if not _several(c.name) and (c.name, *sorted(c.robots)) in refused]
+    for name, *robots in {(c.name, *sorted(c.robots)) for c in checked if _several(c.name)}:
+        held = [c for c in certificate.claims if (c.name, *sorted(filter(None, (c.robot, c.other)))) == (name, *robots)]
+        alike = [c for c in checked if (c.name, *sorted(c.robots)) == (name, *robots)]
+        found += alike[sum(c.outcome == "holds" for c in held) :]
+    return found
+
+
+def _several(name: str) -> bool:
+    return name == "precedences" or name.startswith("limits.legs.")
