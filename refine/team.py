@@ -88,7 +88,7 @@ def refine(
 
 def _flights(plan: Plan, witnesses: tuple[Witness, ...], options: RefinementOptions, tell: Progress) -> dict[str, Trajectory]:
     """Return one flight a robot, cut into parts where it is too long and may rest."""
-    plan, laps = _longest_first(plan), plan.mission.spec.trace == "infinite"
+    plan, laps = _shortest_first(plan), plan.mission.spec.trace == "infinite"
     if laps and len(plan.robots) > 1:
         flights = with_reasons(plan, lambda telling: team_laps(plan, witnesses, options, telling), tell)
         long = longer_than_held(plan.mission, flights, options)
@@ -113,12 +113,12 @@ def _flights(plan: Plan, witnesses: tuple[Witness, ...], options: RefinementOpti
         raise DoesNotFit(f"{_too_long(plan, long, options)} From rest to rest there is none: {error}") from error
 
 
-def _longest_first(plan: Plan) -> Plan:
+def _shortest_first(plan: Plan) -> Plan:
     """Return the plan with robots in an order that owes nothing to how they are listed: by how long they fly, then by their starts."""
 
     def key(item: tuple[str, RobotPlan]) -> tuple[float, Point]:
         _, robot = item
-        return -round(float(robot.hold + robot.times[-1]), 6), robot.waypoints[0].position
+        return round(float(robot.hold + robot.times[-1]), 6), robot.waypoints[0].position
 
     return plan.model_copy(update={"robots": dict(sorted(plan.robots.items(), key=key))})
 
