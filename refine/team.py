@@ -87,8 +87,20 @@ def refine(
 
 
 def _flights(plan: Plan, witnesses: tuple[Witness, ...], options: RefinementOptions, tell: Progress) -> dict[str, Trajectory]:
+    """Return one flight a robot; of robots that wait, the one that flies longest is refined first where no flights were found otherwise."""
+    waits = plan.meetings or plan.precedences
+    orders = [_in_order(plan, 1), *([_in_order(plan, -1)] if waits else [])]
+    for ordered in orders[:-1]:
+        try:
+            return _in_parts(ordered, witnesses, options, tell)
+        except Infeasible:
+            continue
+    return _in_parts(orders[-1], witnesses, options, tell)
+
+
+def _in_parts(plan: Plan, witnesses: tuple[Witness, ...], options: RefinementOptions, tell: Progress) -> dict[str, Trajectory]:
     """Return one flight a robot, cut into parts where it is too long and may rest."""
-    plan, laps = _shortest_first(plan), plan.mission.spec.trace == "infinite"
+    laps = plan.mission.spec.trace == "infinite"
     if laps and len(plan.robots) > 1:
         flights = with_reasons(plan, lambda telling: team_laps(plan, witnesses, options, telling), tell)
         long = longer_than_held(plan.mission, flights, options)
@@ -113,12 +125,12 @@ def _flights(plan: Plan, witnesses: tuple[Witness, ...], options: RefinementOpti
         raise DoesNotFit(f"{_too_long(plan, long, options)} From rest to rest there is none: {error}") from error
 
 
-def _shortest_first(plan: Plan) -> Plan:
-    """Return the plan with robots in an order that owes nothing to how they are listed: by how long they fly, then by their starts."""
+def _in_order(plan: Plan, sign: int) -> Plan:
+    """Return the plan with robots in an order that owes nothing to how they are listed: by how long they fly, times a sign, then by their starts."""
 
     def key(item: tuple[str, RobotPlan]) -> tuple[float, Point]:
         _, robot = item
-        return round(float(robot.hold + robot.times[-1]), 6), robot.waypoints[0].position
+        return sign * round(float(robot.hold + robot.times[-1]), 6), robot.waypoints[0].position
 
     return plan.model_copy(update={"robots": dict(sorted(plan.robots.items(), key=key))})
 
