@@ -9,6 +9,7 @@ a bound, so that every stream ends.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 
@@ -29,7 +30,7 @@ from verify.data import LtlplanError, Plan, Unsatisfiable
 from verify.data.plan import Hover
 
 _PLACES = 3
-"""Decimals of hovers, s, and of paces; both are rounded to the safe side."""
+"""Decimals of hovers, s, and of paces; both are rounded up."""
 
 Alternative = Callable[[Refusal], Candidate | None]
 """From a refusal to the next candidate; None where the alternative has none, or does not apply."""
@@ -109,7 +110,7 @@ def _on_time(refusal: Refusal) -> Candidate | None:
     times = timetable((found.plan, found.team, found.certificate), greatest=greatest_pace(found.plan.mission), flown=flown)
     if times is None:
         return None
-    pace = round(max(flown / times.stretch, 1e-3), _PLACES)
+    pace = min(_up(flown / times.stretch), flown)
     hovers = tuple(Hover(robot=robot, visit=visit, seconds=_up(seconds)) for (robot, visit), seconds in times.hovers.items())
     plan = refusal.plan.model_copy(update={"hovers": hovers})
     if hovers == refusal.plan.hovers and pace >= flown:
@@ -117,9 +118,9 @@ def _on_time(refusal: Refusal) -> Candidate | None:
     return refusal.answered("times", plan, pace=pace)
 
 
-def _up(seconds: float) -> float:
-    """Return seconds, rounded up."""
-    return round(seconds + 0.5 * 10.0**-_PLACES, _PLACES)
+def _up(value: float) -> float:
+    """Return seconds, or a pace, rounded up."""
+    return math.ceil(value * 10**_PLACES) / 10**_PLACES
 
 
 def _planned_for_time(refusal: Refusal) -> Candidate | None:

@@ -328,6 +328,13 @@ class Records:
     invariants: list[Invariant]
 
 
+def noting(marks: Iterator[str], taken: list[str]) -> Iterator[str]:
+    """Yield marks, and note those that were taken."""
+    for mark in marks:
+        taken.append(mark)
+        yield mark
+
+
 def recorded(folder: Path) -> Records:
     """Have the kernel check a folder, and return what its checkers of trees and of invariants were given; each said yes."""
     found = Records([], [])
@@ -335,12 +342,7 @@ def recorded(folder: Path) -> Records:
     def leaves(whole: Part, marks: Iterator[str]) -> Iterator[tuple[Fraction, str, Part]]:
         taken: list[str] = []
 
-        def given() -> Iterator[str]:
-            for mark in marks:
-                taken.append(mark)
-                yield mark
-
-        yield from list(_check_leaves(whole, given()))
+        yield from list(_check_leaves(whole, noting(marks, taken)))
         found.trees.append(Tree(whole, tuple(taken)))
 
     def check_invariant(team: Team, levels: Sequence[int | None], sets: Sequence[Sequence[Configuration]]) -> None:

@@ -15,7 +15,7 @@ from typing import Any
 
 import pytest
 
-from tests.helpers.kernel_records import Invariant, Tree
+from tests.helpers.kernel_records import Invariant, Tree, noting
 from tests.helpers.proved_checkers import ask
 from verify.kernel import checking, timelines, trees, words
 from verify.kernel.team import Team
@@ -34,13 +34,8 @@ def leaves(whole: Part, marks: Iterator[str]) -> Iterator[tuple[Fraction, str, P
     """Yield what the kernel finds, and note what it was given."""
     taken: list[str] = []
 
-    def given() -> Iterator[str]:
-        for mark in marks:
-            taken.append(mark)
-            yield mark
-
     try:
-        yield from _leaves(whole, given())
+        yield from _leaves(whole, noting(marks, taken))
     finally:
         _note(Tree(whole, tuple(taken)))
 

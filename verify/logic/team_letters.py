@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 
 from verify.data.errors import InternalError
 from verify.data.language.counting import Atom, atoms
@@ -18,34 +19,35 @@ from verify.data.language.word import Letter
 from verify.logic.normal_form import Normal
 
 
-def is_shown(counted: Formula, letter: Letter) -> bool:
-    """Return whether one robot's letter satisfies a Boolean combination of names.
+def is_shown(counted: Formula, letter: Letter, *, team: bool = False) -> bool:
+    """Return whether a letter satisfies a Boolean combination of its propositions.
 
     Args:
         counted: The combination.
-        letter: What the robot shows.
+        letter: What one robot shows, or the team.
+        team: Whether it is the team's letter, whose propositions are counts and robots' names, too.
 
     Raises:
-        InternalError: It is no Boolean combination of plain names.
+        InternalError: It is no Boolean combination of such propositions.
     """
+    shown = partial(is_shown, letter=letter, team=team)
     match counted.operator:
-        case "name" if not counted.robot:
-            return counted.name in letter
+        case "name" | "count" if team or (counted.operator == "name" and not counted.robot):
+            return counted.atom in letter
         case "true" | "false":
             return counted.operator == "true"
         case "!":
-            return not is_shown(counted.arguments[0], letter)
+            return not shown(counted.arguments[0])
         case "&":
-            return all(is_shown(part, letter) for part in counted.arguments)
+            return all(shown(part) for part in counted.arguments)
         case "|":
-            return any(is_shown(part, letter) for part in counted.arguments)
+            return any(shown(part) for part in counted.arguments)
         case "->":
-            return not is_shown(counted.arguments[0], letter) or is_shown(counted.arguments[1], letter)
+            return not shown(counted.arguments[0]) or shown(counted.arguments[1])
         case "<->" | "xor":
-            same = is_shown(counted.arguments[0], letter) == is_shown(counted.arguments[1], letter)
-            return same == (counted.operator == "<->")
+            return (shown(counted.arguments[0]) == shown(counted.arguments[1])) == (counted.operator == "<->")
         case _:
-            raise InternalError(f"`{counted}` stands in a count, which asks one letter. This is a bug of ltlplan's.")
+            raise InternalError(f"`{counted}` is asked of one letter, which does not tell of it. This is a bug of ltlplan's.")
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,7 +14,7 @@ from fractions import Fraction
 from verify.data.language.formula import Formula
 from verify.data.language.word import Letter
 from verify.logic.progression import OutOfBudget
-from verify.logic.team_letters import TeamLetters
+from verify.logic.team_letters import TeamLetters, is_shown
 from verify.model_checking.robot_letters import MAX_OPEN, cut_timeline
 from verify.model_checking.timeline import Relations, Timeline
 from verify.model_checking.timing.instants import Instants, at, intervals, shows, union
@@ -90,31 +90,11 @@ class TeamInstants:
             cuts: list[int] = []
             for cut, letters in zip(self.cuts, self.letters, strict=True):
                 if letters is not None and letters not in answers:
-                    answers[letters] = all(holds_of(formula, letter) != negated for letter in letters)
+                    answers[letters] = all(is_shown(formula, letter, team=True) != negated for letter in letters)
                 if answers[letters] != (len(cuts) % 2 == 1):
                     cuts.append(cut)
             self._known[key] = tuple(cuts)
         return self._known[key]
-
-
-def holds_of(formula: Formula, letter: Letter) -> bool:
-    """Return whether a letter of the team satisfies a Boolean combination of its propositions."""
-    match formula.operator:
-        case "true" | "false":
-            return formula.operator == "true"
-        case "!":
-            return not holds_of(formula.arguments[0], letter)
-        case "&":
-            return all(holds_of(part, letter) for part in formula.arguments)
-        case "|":
-            return any(holds_of(part, letter) for part in formula.arguments)
-        case "->":
-            return not holds_of(formula.arguments[0], letter) or holds_of(formula.arguments[1], letter)
-        case "<->" | "xor":
-            same = holds_of(formula.arguments[0], letter) == holds_of(formula.arguments[1], letter)
-            return same == (formula.operator == "<->")
-        case _:
-            return formula.atom in letter
 
 
 def ticks_per_second(times: Iterable[Fraction]) -> int:

@@ -23,7 +23,7 @@ def _team(signals: dict[str, list[bool]]) -> TeamInstants:
     return TeamInstants(tuple(range(cells)), tuple(frozenset({letter}) for letter in letters))
 
 
-def _compare(seed: int, count: int) -> None:
+def assert_as_by_brute_force(seed: int, count: int) -> None:
     rng = random.Random(seed)
     for _ in range(count):
         seconds = rng.randint(1, 8)
@@ -39,13 +39,13 @@ def _compare(seed: int, count: int) -> None:
 
 @pytest.mark.parametrize("seed", range(4))
 def test_formulas_on_known_signals_are_decided_as_by_brute_force(seed: int) -> None:
-    _compare(seed, 150)
+    assert_as_by_brute_force(seed, 150)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(100, 150))
 def test_fifty_thousand_formulas_are_decided_as_by_brute_force(seed: int) -> None:
-    _compare(seed, 1000)
+    assert_as_by_brute_force(seed, 1000)
 
 
 @pytest.mark.parametrize("operator", ["G[0,0.1]", "F[0,0.1]", "a R[0,0.1]", "a W[0,0.1]", "a M[0,0.1]", "a U[0,0.1]"])

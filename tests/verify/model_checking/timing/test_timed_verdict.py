@@ -193,7 +193,7 @@ def _statuses(timeline: Timeline, name: str, seconds: int) -> list[str]:
     return row
 
 
-def _sample_tubes(seed: int, count: int, flights: int) -> None:
+def assert_no_flight_contradicts(seed: int, count: int, flights: int) -> None:
     rng = random.Random(seed)
     for _ in range(count):
         seconds = rng.randint(2, 8)
@@ -209,16 +209,16 @@ def _sample_tubes(seed: int, count: int, flights: int) -> None:
 
 @pytest.mark.parametrize("seed", range(3))
 def test_no_flight_of_a_tube_contradicts_the_verdict(seed: int) -> None:
-    _sample_tubes(seed, 60, 6)
+    assert_no_flight_contradicts(seed, 60, 6)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(200, 230))
 def test_no_flight_of_many_tubes_contradicts_the_verdict(seed: int) -> None:
-    _sample_tubes(seed, 400, 12)
+    assert_no_flight_contradicts(seed, 400, 12)
 
 
-def _exact(seed: int, count: int) -> None:
+def assert_exact_labels_are_decided(seed: int, count: int) -> None:
     rng = random.Random(seed)
     for _ in range(count):
         seconds = rng.randint(1, 8)
@@ -247,16 +247,16 @@ def _exact(seed: int, count: int) -> None:
 
 @pytest.mark.parametrize("seed", range(3))
 def test_exact_labels_are_decided(seed: int) -> None:
-    _exact(seed, 120)
+    assert_exact_labels_are_decided(seed, 120)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(300, 330))
 def test_many_exact_labels_are_decided(seed: int) -> None:
-    _exact(seed, 1000)
+    assert_exact_labels_are_decided(seed, 1000)
 
 
-def _law(seed: int, count: int) -> None:
+def assert_bounds_contradict_no_words(seed: int, count: int) -> None:
     """Hold bounds [0,inf] against the judge of words: they never contradict each other, and agree on one operator over Boolean operands."""
     rng = random.Random(seed)
     for _ in range(count):
@@ -285,13 +285,13 @@ def _mission(formula: str) -> Mission:
 
 @pytest.mark.parametrize("seed", range(2))
 def test_bounds_from_0_to_infinity_never_contradict_the_judge_of_words(seed: int) -> None:
-    _law(seed, 40)
+    assert_bounds_contradict_no_words(seed, 40)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(400, 410))
 def test_many_bounds_from_0_to_infinity_never_contradict_the_judge_of_words(seed: int) -> None:
-    _law(seed, 400)
+    assert_bounds_contradict_no_words(seed, 400)
 
 
 @pytest.mark.parametrize("text", ["F {p}", "G {p}", "{p} U {q}", "{p} R {q}", "{p} W {q}", "{p} M {q}"])
