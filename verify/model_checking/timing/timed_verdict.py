@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -194,7 +195,8 @@ def _greatest(holds: Callable[[Fraction], bool], most: Fraction) -> Fraction | N
 def _told(slack: Slack) -> str:
     if slack.seconds is None:
         return " however late or early"
-    return f" with {_decimals(slack.seconds)} s to spare, before it is too {slack.side}"
+    spare = Fraction(math.floor(slack.seconds * 10_000), 10_000)  # what is printed is proved, too
+    return f" with {_decimals(spare)} s to spare, before it is too {slack.side}"
 
 
 def _decimals(seconds: Fraction) -> str:

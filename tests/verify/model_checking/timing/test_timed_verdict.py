@@ -62,6 +62,8 @@ def test_slack_is_how_late_everything_could_be() -> None:
     assert "too late" in found.sentence
     dwell = _judged("F[0,10] G[0,5] a", _timeline((2, "a", "must"), (9, "a", "no")))
     assert dwell.slack == pytest.approx(2.0, abs=1e-4)  # it may come so late, and leave on time
+    between = _judged("F[0,10] a", _timeline((10 - MILLISECOND * Fraction(3, 20), "a", "must")))
+    assert "with 0.0001 s to spare" in between.sentence  # of 0.15 ms, rounded down
     small = _judged("F[0,10] a", _timeline((10 - MILLISECOND / 10, "a", "must")))
     assert small.slack == pytest.approx(1e-4, abs=5e-5)
 
