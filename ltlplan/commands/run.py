@@ -20,6 +20,8 @@ def command(
     formula: options.FormulaOption = None,
     cost: options.CostOption = None,
     margin: options.MarginOption = None,
+    show: Annotated[bool, typer.Option("--open", help="Open the report when it is written.")] = False,
+    verbose: Annotated[bool, typer.Option("--verbose", help="Print every word, claim, note and file.")] = False,
     json: options.JsonOption = False,
 ) -> None:
     """Plan, refine, certify, fly in simulation and export a mission."""
@@ -27,16 +29,20 @@ def command(
     from ltlplan.commands.support.progress import progress_bar
     from ltlplan.commands.support.terminal import print_json
     from ltlplan.pipeline import run
+    from ltlplan.report.brief import brief_lines
     from ltlplan.report.summary import holds, shortfall, summary_data, summary_lines
 
     asked = options.read_mission(mission, sequence=sequence, formula=formula, cost=cost, margin=margin, pace=pace)
+    folder = out or Path("out") / asked.name
     with processes_for(asked) as workers, progress_bar(quiet=json) as progress:
-        result = run(asked, out or Path("out") / asked.name, seed=seed, progress=progress, workers=workers)
+        result = run(asked, folder, seed=seed, progress=progress, workers=workers)
     if json:
         print_json(summary_data(result))
     else:
-        for line in summary_lines(result):
+        for line in summary_lines(result) if verbose else brief_lines(result):
             typer.echo(line)
+    if show:
+        typer.launch(str((folder / "report.html").absolute()))
     if not holds(result):
         from verify.data import NotCertified
 

@@ -103,6 +103,33 @@ def tightest_rows(certificate: Certificate) -> list[tuple[str, ...]]:
     return rows
 
 
+def nearest_to_limit(certificate: Certificate) -> str | None:
+    """Return the measured claim with the least room to its limit, as a share of that; None where nothing is measured.
+
+    Args:
+        certificate: Of a flight.
+    """
+    measured = [claim for claim in certificate.claims if claim.limit and claim.margin is not None]
+    if not measured:
+        return None
+    name, robots, _verdict, bound, limit, time = _row(min(measured, key=_room))
+    return f"{name} of {robots}, {bound}, limit {limit}{time and f', at {time}'}"
+
+
+def timing_sentences(certificate: Certificate) -> list[str]:
+    """Return how late everything could be before a bound in seconds fails, and what they count from; empty where there are none.
+
+    Args:
+        certificate: Of a flight.
+    """
+    slack = [claim.bound for claim in certificate.claims if claim.name == "timing" and claim.bound is not None]
+    if not slack:
+        return []
+    return [
+        f"bounds in seconds have {min(slack):.4f} s to spare; t = 0 is the start of the certified flight, after climb and way"
+    ]
+
+
 def table_lines(rows: Sequence[tuple[str, ...]], header: tuple[str, ...] = HEADER) -> list[str]:
     """Return rows of claims as an aligned table."""
     table = [header, *rows]
@@ -139,6 +166,7 @@ def summary_lines(result: Result) -> list[str]:
     rounds = "1 round" if result.rounds == 1 else f"{result.rounds} rounds"
     lines.append(f"{certified_sentence(result)}{largest} ({rounds} of refinement)")
     lines += ["  " + line for line in table_lines(tightest_rows(certificate), PROOF_HEADER)]
+    lines += [f"timing    {sentence}" for sentence in timing_sentences(certificate)]
     lines.append(f"abort     {result.abort.sentence} ({NOT_COVERED})")
     lines.append("")
     lines += [f"soft      {sentence}" for sentence in soft_sentences(certificate)]

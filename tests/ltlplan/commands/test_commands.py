@@ -3,6 +3,7 @@
 import html
 import json
 import re
+import shlex
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -52,9 +53,23 @@ def small(tmp_path: Path) -> Path:
 
 
 def test_run_sums_up_what_holds(small: Path, tmp_path: Path) -> None:
-    text = ok("run", str(small), "--out", str(tmp_path / "run"))
+    text = ok("run", str(small), "--out", str(tmp_path / "run"), "--verbose")
     for says in ("quad0", "word", "cost", "Certified for all t", "limits.speed", "worst tracking error", "certificate.json"):
         assert says in text
+
+
+def test_run_ends_with_a_screen_and_opens_the_report(small: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    opened: list[str] = []
+    monkeypatch.setattr("typer.launch", opened.append)
+    out = tmp_path / "run of mine"
+    said = ok("run", str(small), "--out", str(out), "--open").splitlines()
+    lines = [line for line in said if not re.match(r"\[ *\d+%\]", line)]  # without progress
+    assert len(lines) <= 24
+    assert f"next    open {out / 'report.html'}" in lines
+    assert any(line.endswith("claims checked by the kernel") for line in lines)
+    assert opened == [str(out / "report.html")]
+    command = next(line.strip() for line in lines if "check.pyz" in line).partition(": ")[0]
+    assert Path(shlex.split(command)[1]) == out / "check.pyz"
 
 
 def test_a_run_that_does_not_hold_prints_one_document(shipped_run, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -213,7 +228,7 @@ def test_a_run_says_why_crazyflies_have_no_export(tmp_path: Path) -> None:
     own = mission.vehicle.changed(name="own", controller=None, autopilot=None)
     (tmp_path / "own.yaml").write_text(mission_to_yaml(mission.changed(vehicle=own)))
     text = ok("run", str(tmp_path / "own.yaml"), "--out", str(tmp_path / "run"))
-    assert "crazyswarm2 leaves out quad0: flown by 'geometric', which Crazyflies do not run" in text
+    assert "note: crazyswarm2 leaves out quad0: flown by 'geometric', which Crazyflies do not run" in text
     assert not (tmp_path / "run" / "crazyswarm2").exists()
 
 

@@ -1,0 +1,41 @@
+"""The summary that fits a screen: what was asked, found, proved and flown, and what to do next."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from ltlplan import Result
+from ltlplan.report.brief import brief_lines
+from ltlplan.report.summary import summary_lines
+
+
+def test_a_screen_says_what_was_asked_found_proved_and_flown(shipped_run: Callable[[str], Result]) -> None:
+    result = shipped_run("firefighting")
+    lines = brief_lines(result)
+    assert [line[:8].strip() for line in lines if line[0] != " "] == ["asked", "found", "proved", "flown", "next"]
+    text = "\n".join(lines)
+    assert result.mission.spec.formula is not None
+    assert result.mission.spec.formula in text
+    for line in summary_lines(result):
+        if line.startswith(("Certified", "proof ")):
+            assert line.removeprefix("proof").strip().partition(", the largest")[0] in text
+    for name, robot in result.plan.robots.items():
+        assert f"{name} {'flies' if robot.visits else 'stays'}" in text
+
+
+def test_forty_robots_fit_a_screen(shipped_run: Callable[[str], Result]) -> None:
+    result = shipped_run("firefighting")
+    flies = result.plan.robots["quad0"]
+    many = replace(result, plan=result.plan.model_copy(update={"robots": {f"quad{k}": flies for k in range(40)}}))
+    lines = brief_lines(many)
+    assert len(lines) <= 24
+    assert "        and 34 more robots fly" in lines
+
+
+def test_what_does_not_hold_is_said_whole(shipped_run: Callable[[str], Result]) -> None:
+    result = shipped_run("firefighting")
+    first, *others = result.certificate.claims
+    refused = replace(first, outcome="undecided", sentence="a sentence " * 30 + "with an end.")
+    text = "\n".join(brief_lines(replace(result, certificate=replace(result.certificate, claims=(refused, *others)))))
+    assert f"not so: {refused.sentence}" in text
+    assert f"the claim {first.name} undecided" in text
+    assert "campaign" not in text
