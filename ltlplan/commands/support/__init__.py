@@ -4,5 +4,5 @@ Read `options` and `flight_options` (what may be said of a mission and of a flig
 the world), `simulation` (what the commands that simulate do alike), then `terminal` and `progress` (what is shown). `old_spellings`
 are those of earlier versions.
 `links`, `live_flight`, `live_online` and `live_view` belong to live flights, `followed` to their event sources; `machines` and `processors`
-say where work is done.
+say where work is done. `installation` is what `doctor` finds.
 """

@@ -1,4 +1,4 @@
-"""What is installed: the core's libraries, those of each extra, engines that answer, and links that somebody answers on."""
+"""State of an installation: the core's libraries, those of each extra, engines that answer, and links that somebody answers on."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ class Library:
 
 @dataclass(frozen=True, slots=True)
 class Probe:
-    """Whether an engine works, or somebody answers on a link.
+    """Answer of an engine, or on a link.
 
     Attributes:
         name: What was asked.
@@ -124,7 +124,7 @@ def _version(name: str) -> str:
 
 
 class _Silent(Exception):
-    """Nobody answers; the message says who was asked."""
+    """Raised where nobody answers; the message says who was asked."""
 
 
 def _tried(name: str, work: Callable[[], str]) -> Probe:
