@@ -25,6 +25,8 @@ STEP = 0.02
 """s between two looks at all robots."""
 SETTLE = 1.0
 """s that robots hover between two stages, and between two parts of one at the least."""
+PATIENCE = 4.0
+"""s beyond that which robots have to come to rest where the next stage or part begins: a brisk flight ends with a swing."""
 INTERRUPTED = "interrupted"
 """Why a flight ended that Ctrl-C or SIGTERM ended."""
 
@@ -102,7 +104,7 @@ class Flying:
         numbers = self.store_all(stage) if numbers is None else numbers
         first, *others = stage.parts
         if numbers[first.stored]:
-            _require(at_start(self.link, first))
+            self._come_to_rest(first, self.link.sleep)
         watch = self.begin(stage.watched(self.link.accuracy), numbers[first.stored])
         end = watch.begin + first.duration
         if others:
@@ -141,11 +143,30 @@ class Flying:
 
         self._look(watch, ended + SETTLE)
         self.link.bring(number, meanwhile)
-        _require(at_start(self.link, part))
+
+        def watched(seconds: float) -> None:
+            self.link.sleep(seconds)
+            meanwhile()
+
+        self._come_to_rest(part, watched)
         begin = self.link.start(number)
         watch.go_on(part, begin)
         self.record.parts[stage.name].append((begin, begin + part.duration))
         return begin
+
+    def _come_to_rest(self, part: Part, wait: Callable[[float], None]) -> None:
+        """Hover until every robot is where a part begins, for as long as patience lasts; `wait` waits for so many s.
+
+        Raises:
+            Alarm: It is not, or it is not known where it is.
+        """
+        until = self.link.now() + PATIENCE
+        while failed := [check for check in at_start(self.link, part) if not check.passed]:
+            if self.link.now() >= until or any(
+                check.name not in ("place", "heading") or check.passed is None for check in failed
+            ):
+                raise Alarm("; ".join(refusals(failed, ())))
+            wait(STEP)
 
     def _brake(self, stage: Stage, begin: float) -> None:
         """Watch how a patrol brakes to rest behind its last lap; what is flown lies on board with the laps, and goes on."""
@@ -297,8 +318,3 @@ def _require_joined(stages: Sequence[Stage], grounds: Mapping[str, float]) -> No
     missing = [robot for robot in stages[0].paths if robot not in grounds]
     if missing:
         raise BadInput(f"how high is the ground below {missing[0]}?")
-
-
-def _require(checks: Sequence[Check]) -> None:
-    if failed := refusals(checks, ()):
-        raise Alarm("; ".join(failed))

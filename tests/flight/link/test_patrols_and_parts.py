@@ -8,8 +8,11 @@ import numpy as np
 import pytest
 
 import flight
-from flight.link.live_executive import SETTLE, LiveFlight, fly_live
+from flight.exports.scripts.flying.checks import Check
+from flight.link import live_executive
+from flight.link.live_executive import PATIENCE, SETTLE, LiveFlight, fly_live
 from flight.link.phases import Stage
+from flight.link.preflight_checks import at_start
 from flight.link.simulated import Faults, SimulatedLink
 from tests.helpers.few import few_of
 from tests.helpers.live_failures import KINDS, disturb, on_the_ground, require_whole_logs
@@ -93,6 +96,28 @@ def test_of_a_patrols_recording_its_laps_are_judged(patrol) -> None:
     assert set().union(*found.values()) == {"holds"}, found
     last = float(done.record.files()["live.csv"].splitlines()[-1].split(",")[0])
     assert 0.0 <= last - stage.claimed["r0"].duration < 0.05, "braking is not part of it"
+
+
+@pytest.mark.parametrize(
+    ("name", "looks", "waits"), [("place", 100, 2.0), ("place", 10_000, PATIENCE), ("heading", 100, 2.0), ("pose", 10_000, 0.0)]
+)
+def test_robots_that_swing_come_to_rest_before_they_go_on(
+    patrol, monkeypatch: pytest.MonkeyPatch, name: str, looks: int, waits: float
+) -> None:
+    """As for as many looks; a robot that is not seen at all is waited for no longer."""
+    times: list[float] = []
+
+    def swinging(link: SimulatedLink, part: Stage) -> tuple[Check, ...]:
+        if part.name != "landing" or len(times) >= looks:
+            return at_start(link, part)
+        times.append(link.now())
+        return (Check(name, "r0", False, "r0 swings"),)
+
+    monkeypatch.setattr(live_executive, "at_start", swinging)
+    done = flown_over(link_to(patrol), patrol)
+    assert times[-1] - times[0] == pytest.approx(waits, abs=0.05)
+    assert (done.flown, done.reason) == ((True, "") if looks == 100 else (False, "r0 swings"))
+    assert not done.unsafe
 
 
 def test_a_braking_that_is_not_proved_is_no_stage(patrol) -> None:
