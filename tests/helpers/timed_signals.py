@@ -22,8 +22,20 @@ def truth(formula: Formula, signals: Mapping[str, Sequence[bool]], cells: int) -
     return _truth(formula, held, count)[:cells]
 
 
-def _truth(node: Formula, signals: Mapping[str, Cells], count: int) -> Cells:
-    parts = [_truth(part, signals, count) for part in node.arguments]
+def truth_for_ever(formula: Formula, signals: Mapping[str, Sequence[bool]], loop: int) -> Cells:
+    """Return in which cells a formula holds of signals whose last `loop` cells are repeated for ever.
+
+    Args:
+        formula: With bounds in whole seconds.
+        signals: All of one length, over whole seconds: an even number of cells, the last one an open second.
+        loop: An even number of cells.
+    """
+    count = len(next(iter(signals.values())))
+    return _truth(formula, {name: [*signal] for name, signal in signals.items()}, count, loop)
+
+
+def _truth(node: Formula, signals: Mapping[str, Cells], count: int, loop: int = 0) -> Cells:
+    parts = [_truth(part, signals, count, loop) for part in node.arguments]
     low, high = (0, None) if node.window is None else node.window
     after, limit = int(low), None if high is None else int(high)
     match node.operator:
@@ -40,26 +52,44 @@ def _truth(node: Formula, signals: Mapping[str, Cells], count: int) -> Cells:
         case "->":
             return [not a or b for a, b in zip(*parts, strict=True)]
         case "F":
-            return _until([True] * count, parts[0], after, limit)
+            return _until([True] * count, parts[0], after, limit, loop)
         case "G":
-            return _not(_until([True] * count, _not(parts[0]), after, limit))
+            return _not(_until([True] * count, _not(parts[0]), after, limit, loop))
         case "U":
-            return _until(parts[0], parts[1], after, limit)
+            return _until(parts[0], parts[1], after, limit, loop)
         case "R":
-            return _not(_until(_not(parts[0]), _not(parts[1]), after, limit))
+            return _not(_until(_not(parts[0]), _not(parts[1]), after, limit, loop))
         case "M":
-            return _until(parts[1], [a and b for a, b in zip(*parts, strict=True)], after, limit)
+            return _until(parts[1], [a and b for a, b in zip(*parts, strict=True)], after, limit, loop)
         case _:  # W
             neither = [not a and not b for a, b in zip(*parts, strict=True)]
-            return _not(_until(_not(parts[1]), neither, after, limit))
+            return _not(_until(_not(parts[1]), neither, after, limit, loop))
 
 
 def _not(cells: Cells) -> Cells:
     return [not cell for cell in cells]
 
 
-def _until(held: Cells, reached: Cells, low: int, high: int | None) -> Cells:
+def _until(held: Cells, reached: Cells, low: int, high: int | None, loop: int) -> Cells:
+    if loop:
+        return [_reaches_for_ever((held, reached, loop), now, low, high) for now in range(len(held))]
     return [_reaches(held, reached, now, low, high) for now in range(len(held))]
+
+
+def _reaches_for_ever(lasso: tuple[Cells, Cells, int], now: int, low: int, high: int | None) -> bool:
+    """Say the same of cells of which the last ones are repeated for ever, cell after cell."""
+    held, reached, loop = lasso
+    count = len(held)
+    for then in range(now, now + 2 * low + 2 * count + 3 if high is None else now + 2 * high + 1):
+        here, after = (each if each < count else count - loop + (each - count) % loop for each in (then, then + 1))
+        if then >= now + 2 * low:
+            if reached[here] and (then == now or then % 2 == 0 or held[here]):
+                return True
+            if then % 2 == 0 and (high is None or then < now + 2 * high) and held[here] and reached[after]:
+                return True
+        if not held[here]:
+            return False
+    return False
 
 
 def _reaches(held: Cells, reached: Cells, now: int, low: int, high: int | None) -> bool:

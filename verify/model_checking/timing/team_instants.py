@@ -104,7 +104,7 @@ def ticks_per_second(times: Iterable[Fraction]) -> int:
 
 def times_of(timeline: Timeline) -> set[Fraction]:
     """Return all times that a timeline names, s."""
-    found = {timeline.duration}
+    found = {timeline.duration, *(() if timeline.cycle is None else (timeline.cycle,))}
     for change in timeline.changes:
         found |= {change.time.low, change.time.high}
     for action in timeline.actions:

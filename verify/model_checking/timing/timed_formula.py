@@ -5,7 +5,8 @@ A formula *must* hold at a time where it does for every flight that the labels l
 it, and knows that p may end only where q begins. All else comes to `U`, negations and Boolean combinations. Each set is monotone in those
 that it is made of, so that surely comes out for surely.
 
-After the flight's end the last letter is held. What a bounded operator needs of that is told apart: *flown* times are proved without it.
+After a finite flight's end the last letter is held. What a bounded operator needs of that is told apart: *flown* times are proved without it.
+Laps for ever have no end: their times repeat themselves (`laps`).
 Reference: O. Maler and D. Nickovic, Monitoring temporal properties of continuous signals, FORMATS 2004.
 """
 
@@ -25,6 +26,7 @@ from verify.model_checking.timing.instants import (
     union,
     until,
 )
+from verify.model_checking.timing.laps import Recurrence
 from verify.model_checking.timing.team_instants import TeamInstants
 
 
@@ -53,12 +55,12 @@ class TimedFormula:
 
     Attributes:
         team: Letters by time.
-        end: The flight's end, in ticks, on the earliest clock.
+        end: The flight's end, in ticks, on the earliest clock; from when on letters repeat themselves, where it has none.
         scale: Ticks in a second.
     """
 
     team: TeamInstants
-    end: int
+    end: int | Recurrence
     scale: int
     _known: dict[tuple[int, bool], Sure] = field(default_factory=dict, repr=False)
     _temporal: dict[int, bool] = field(default_factory=dict, repr=False)
@@ -100,8 +102,7 @@ class TimedFormula:
 
     def _sure(self, node: Formula, *, negated: bool) -> Sure:
         if not self._is_temporal(node):
-            held = self.team.sure(node, negated=negated)
-            return Sure(before(held, self.end), held)
+            return self._flown(self.team.sure(node, negated=negated))
         match node.operator:
             case "!":
                 return self.sure(node.arguments[0], negated=not negated)
@@ -145,25 +146,41 @@ class TimedFormula:
         either = right if right.operator == "true" else Formula("|", (left, right))
         sets = [self.sure(part, negated=negated) for part in (left, right, either)]
         low, high = int(window[0] * self.scale), None if window[1] is None else int(window[1] * self.scale)
-        held = self._of([one.held for one in sets], low, high, negated=negated)
+        if isinstance(self.end, Recurrence):
+            return self._flown(_repeated(self.end, [one.held for one in sets], low, high, negated=negated))
+        held = _of([one.held for one in sets], low, high, negated=negated)
         # without a bound the last letter is held, as in any formula without bounds; what is bounded is reached in flight
-        flown = [one.flown if high is not None else self._lengthened(one) for one in sets]
+        landed = (2 * self.end + 1,)
+        flown = [one.flown if high is not None else union(one.flown, intersection(one.held, landed)) for one in sets]
         if right.timed and not negated:
             flown[1] = sets[1].flown  # nobody wins by landing
-        found = self._of(flown, low, high, negated=negated, most=self.end if low else None)
+        found = _of(flown, low, high, negated=negated, most=self.end if low else None)
         return Sure(before(found, self.end), held)
 
-    def _of(self, sets: list[Instants], low: int, high: int | None, *, negated: bool, most: int | None = None) -> Instants:
-        """Return when `U` holds of sets of times or, negated, when it surely does not where these are times of negations."""
-        held, reached, either = (complement(one) for one in sets) if negated else sets
-        found = until(either, reached, None if high is None else high - low)
-        if most is not None:  # what begins after the flight is not flown
-            found = union(found, (2 * most + 1,)) if negated else before(found, most)
-        found = intersection(lasting(held, low), shifted(found, low))
-        return complement(found) if negated else found
+    def _flown(self, held: Instants) -> Sure:
+        """Return times of letters, or of laps, with those of them that are flown."""
+        if isinstance(self.end, Recurrence):
+            held = self.end.repeated(held)
+            return Sure(held, held)
+        return Sure(before(held, self.end), held)
 
-    def _lengthened(self, one: Sure) -> Instants:
-        return union(one.flown, intersection(one.held, (2 * self.end + 1,)))
+
+def _of(sets: list[Instants], low: int, high: int | None, *, negated: bool, most: int | None = None) -> Instants:
+    """Return when `U` holds of sets of times or, negated, when it surely does not where these are times of negations."""
+    held, reached, either = (complement(one) for one in sets) if negated else sets
+    found = until(either, reached, None if high is None else high - low)
+    if most is not None:  # what begins after the flight is not flown
+        found = union(found, (2 * most + 1,)) if negated else before(found, most)
+    found = intersection(lasting(held, low), shifted(found, low))
+    return complement(found) if negated else found
+
+
+def _repeated(laps: Recurrence, sets: list[Instants], low: int, high: int | None, *, negated: bool) -> Instants:
+    """Return the same of sets that repeat themselves, up to the reach of their laps."""
+    held, reached, either = (complement(one) for one in sets) if negated else sets
+    found = laps.repeated(until(either, reached, laps.reach if high is None else min(high - low, laps.reach)))
+    found = intersection(lasting(held, min(low, laps.reach)), laps.ahead(found, low))
+    return complement(found) if negated else found
 
 
 def _not(node: Formula) -> Formula:
@@ -172,4 +189,5 @@ def _not(node: Formula) -> Formula:
 
 def _joined(parts: list[Sure], *, all_of: bool) -> Sure:
     join = intersection if all_of else union
-    return Sure(join(*(part.flown for part in parts)), join(*(part.held for part in parts)))
+    held = join(*(part.held for part in parts))
+    return Sure(held if all(part.flown is part.held for part in parts) else join(*(part.flown for part in parts)), held)

@@ -16,9 +16,11 @@ from verify.logic.progression import OutOfBudget
 from verify.logic.team_letters import TeamLetters
 from verify.logic.verdict import Verdict
 from verify.model_checking.timeline import Relations, Timeline
-from verify.model_checking.timing.instants import Instants, at, before, complement, since
+from verify.model_checking.timing.instants import Instants, at
+from verify.model_checking.timing.laps import recurrence_of, unrolled
 from verify.model_checking.timing.team_instants import Clocks, TeamInstants, robot_instants, ticks_per_second, times_of
 from verify.model_checking.timing.timed_formula import Sure, TimedFormula, bounds_of
+from verify.model_checking.timing.timed_reasons import decimals, reason
 
 RESOLUTION = Fraction(1, 20_000)
 """s; slack is found to this, rounded down."""
@@ -44,7 +46,7 @@ class TimedJudge:
     """Inputs of the check of conjuncts that are bounded in seconds.
 
     Attributes:
-        timelines: One for each robot, of finite flights.
+        timelines: One for each robot; where they have cycles, these are flown one after another without a wait, for ever.
         relations: What is proved of the regions at large.
         clock_error: How far apart two clocks, the reference clock one of them, may be at any time, s.
     """
@@ -76,7 +78,7 @@ class TimedJudge:
             return Verdict("holds", f"`{show(part)}` holds{_told(room)}.", claim="timing", slack=spare)
         if at(found.held, 0):
             wait = self._hover(part)
-            how_long = "for ever" if wait is None else f"for {_decimals(wait)} s"
+            how_long = "for ever" if wait is None else f"for {decimals(wait)} s"
             return Verdict(
                 "undecided",
                 f"`{show(part)}` holds only where the flight's last letter is held {how_long} after its end, of which it says nothing.",
@@ -96,7 +98,8 @@ class TimedJudge:
 
     def _horizon(self, part: Formula) -> Fraction:
         """Return a time after which nothing that is bounded depends on a delay, s."""
-        return max(timeline.duration for timeline in self.timelines.values()) + sum(bounds_of(part), Fraction(0))
+        ends = (t.duration + (0 if t.cycle is None else t.duration - t.cycle) for t in self.timelines.values())
+        return max(ends) + sum(bounds_of(part), Fraction(1))
 
     def _sure(self, part: Formula, *, late: Fraction = Fraction(0), early: Fraction = Fraction(0)) -> Sure:
         return self._evaluated(part, late, early).sure(part)
@@ -106,7 +109,16 @@ class TimedJudge:
     ) -> TimedFormula:
         reading, scale, shown = self._letters(part)
         clocks = Clocks(int((self.clock_error + early) * scale), int((self.clock_error + late) * scale))
-        last = max(timeline.duration for timeline in self.timelines.values()) + hover - self.clock_error - early
+        timelines = list(self.timelines.values())
+        if timelines[0].cycle is not None:
+            laps = recurrence_of(timelines[0], scale)
+            later = laps.later(clocks.late)
+            shown = [
+                {letter: laps.repeated(instants, later.reach + clocks.early) for letter, instants in robot.items()}
+                for robot in shown
+            ]
+            return TimedFormula(TeamInstants.of(reading, shown, clocks), later, scale)
+        last = max(timeline.duration for timeline in timelines) + hover - self.clock_error - early
         return TimedFormula(TeamInstants.of(reading, shown, clocks), max(int(last * scale), 0), scale)
 
     def _letters(self, part: Formula) -> tuple[TeamLetters, int, list[dict[Letter, Instants]]]:
@@ -115,8 +127,8 @@ class TimedJudge:
             reading = TeamLetters.of(part, atoms(part))
             times = {self.clock_error, RESOLUTION}.union(*(times_of(timeline) for timeline in self.timelines.values()))
             scale = ticks_per_second([*times, *bounds_of(part)])
-            robots = self.timelines.items()
-            shown = [robot_instants(reading, name, timeline, self.relations, scale) for name, timeline in robots]
+            robots = {name: t if t.cycle is None else unrolled(t) for name, t in self.timelines.items()}
+            shown = [robot_instants(reading, name, timeline, self.relations, scale) for name, timeline in robots.items()]
             self._known[part] = reading, scale, shown
         return self._known[part]
 
@@ -135,43 +147,9 @@ class TimedJudge:
         return high * step
 
     def _failed(self, part: Formula, outcome: Literal["fails", "undecided"]) -> Verdict:
-        told, time = self._reason(part, outcome)
+        told, time = reason(part, self._evaluated(part), refuted=outcome == "fails")
         start = "fails" if outcome == "fails" else "cannot be proved"
         return Verdict(outcome, f"`{show(part)}` {start}: {told}", time=time, claim="timing")
-
-    def _reason(self, part: Formula, outcome: Literal["fails", "undecided"]) -> tuple[str, float | None]:
-        """Return in words what is too late, too early or too short, and when, where one operator stands over a Boolean combination."""
-        if part.operator not in ("F", "G") or part.window is None:
-            return "at no time of the flight is that so for all that its robots may do.", None
-        evaluated = self._evaluated(part)
-        scale, inner = evaluated.scale, part.arguments[-1]
-        sure = "surely " if outcome == "undecided" else ""
-        low, high = part.window
-        begin = int(low * scale)
-        if part.operator == "F":
-            shown = (
-                evaluated.sure(inner).held if outcome == "undecided" else complement(evaluated.sure(inner, negated=True).held)
-            )
-            later = since(shown, begin)
-            if not later and shown:
-                time = Fraction(shown[-1] // 2, scale)
-                return (
-                    f"`{show(inner)}` is {sure}shown until {_decimals(time)} s only, before its time begins at {_decimals(low)} s.",
-                    float(time),
-                )
-            if not later:
-                return f"`{show(inner)}` {sure}never comes.", None
-            time = Fraction(later[0] // 2, scale)
-            assert high is not None
-            return (
-                f"`{show(inner)}` {sure}comes at {_decimals(time)} s, {_decimals(time - high)} s after its deadline.",
-                float(time),
-            )
-        doubt = complement(evaluated.sure(inner).held) if outcome == "undecided" else evaluated.sure(inner, negated=True).held
-        within = since(doubt if high is None else before(doubt, int(high * scale)), begin)
-        time = Fraction(within[0] // 2, scale)
-        word = "may end" if outcome == "undecided" else "ends"
-        return f"`{show(inner)}` {word} at {_decimals(time)} s, within the time in which it has to hold.", float(time)
 
 
 def _greatest(holds: Callable[[Fraction], bool], most: Fraction) -> Fraction | None:
@@ -196,8 +174,4 @@ def _told(slack: Slack) -> str:
     if slack.seconds is None:
         return " however late or early"
     spare = Fraction(math.floor(slack.seconds * 10_000), 10_000)  # what is printed is proved, too
-    return f" with {_decimals(spare)} s to spare, before it is too {slack.side}"
-
-
-def _decimals(seconds: Fraction) -> str:
-    return f"{float(seconds):.4f}".rstrip("0").rstrip(".")
+    return f" with {decimals(spare)} s to spare, before it is too {slack.side}"
