@@ -7,7 +7,7 @@ planning method (`search`, `mtac` or `online_mtac`; their return value is `alloc
 `free_space` (paths among obstacles); `precedences` are the waits that counterexamples require, and `replanning` chooses the next plan after a
 rejected certificate. `following` flies what is certified in simulation, and slows it where it strays. `online` flies while tasks are reassigned. `transfers` and `live_phases` lead to the starts and to the ground.
 `recorded` and `recording_options` check recorded flights. `report` and `output` show and write. `commands`, `cli` and `start` are the command
-line, `service` the same over HTTP.
+line, `service` the same over HTTP. `reproduction` computes both papers anew, element by element.
 """
 
 from __future__ import annotations

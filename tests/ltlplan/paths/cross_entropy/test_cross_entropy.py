@@ -11,7 +11,7 @@ from ltlplan.paths.hoops import route, route_sequence
 from ltlplan.paths.path_result import flown_pieces
 from ltlplan.paths.sampling.path_problem import path_problem
 from ltlplan.pipeline import certified_team
-from tests.benchmarks.hoops_scenarios import LIMIT, lengths, under_the_limit, wide_course
+from ltlplan.reproduction.hoops_flights import LIMIT, lengths, under_the_limit, wide_course
 from tests.helpers.courses import courses
 from tests.helpers.few import few_of
 from tests.helpers.nominal_trajectories import nominal_trajectory
@@ -369,7 +369,7 @@ def test_a_word_too_long_for_the_search_keeps_its_nominal_path():
 @few_of(1, "seed", range(3))
 def test_prefix_and_suffix_come_below_five_metres_where_they_are_not_at_first(seed: int) -> None:
     """Scenario 4.3's example J <= 5, on a course whose nominal lap is above it; a sample that is not kept ends no search."""
-    nominal, found = under_the_limit(seed)
+    nominal, found, _ = under_the_limit(seed)
     before, after = lengths(nominal), lengths(found.plan)
     assert before[1] is not None
     assert after[1] is not None
@@ -382,7 +382,7 @@ def test_prefix_and_suffix_come_below_five_metres_where_they_are_not_at_first(se
 
 def test_the_path_below_five_metres_is_certified() -> None:
     mission = wide_course()
-    _, found = under_the_limit(0)
+    _, found, _ = under_the_limit(0)
     plan = Plan(mission=mission, robots={"quad0": found.plan}, method="sequence")
     done = certified_team(plan)
     assert done.certificate.holds
