@@ -21,7 +21,6 @@ from ltlplan.logic.conjunction import conjunct_automata
 from ltlplan.mtac.priced_paths import PricedPaths
 from ltlplan.paths.costs import team_cost
 from ltlplan.search.itineraries import itinerary
-from ltlplan.search.own.planning import own_task
 from ltlplan.search.own.reading import OwnTask
 from ltlplan.search.problem import TIES, Problem
 from ltlplan.search.tours.shared_tours import Objective, Share, Sharing
@@ -81,7 +80,7 @@ def many_tasks(mission: Mission) -> ManyTasks | None:
     try:
         if len(conjunct_automata(mission.formula, "finite")) < many:
             return None
-        found = ManyTasks(problem, own_task(problem.each, problem.automata))
+        found = ManyTasks(problem, OwnTask(problem.each, problem.automata))
     except TooLarge:
         return None
     return found if len(found.own.kinds().free) >= many else None

@@ -10,7 +10,7 @@ words up to letters that change nothing, the same smallest costs, far fewer stat
 from __future__ import annotations
 
 import itertools
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 from ltlplan.logic.product_automaton import Task
@@ -53,10 +53,6 @@ class Team:
 
     def __len__(self) -> int:
         return len(self.systems)
-
-    def flown_by(self, robots: Collection[int]) -> Team:
-        """Return the team with all but these robots, by index, staying where they start."""
-        return Team([system if robot in robots else staying(system) for robot, system in enumerate(self.systems)])
 
     def letters_of(self, paths: Sequence[Sequence[int]]) -> list[list[int]]:
         """Return each robot's letters along its path, by number."""
@@ -120,10 +116,6 @@ class ReducedGraph:
             found = known[node] = self._walk(robot, node)
         return found
 
-    def flown_by(self, robots: Collection[int]) -> ReducedGraph:
-        """Return the graph of the team with all but these robots, by index, staying where they start."""
-        return ReducedGraph(self.team.flown_by(robots), self._silent, self._classes)
-
     def expand(self, robot: int, nodes: Sequence[int]) -> tuple[int, ...]:
         """Return a robot's whole path through these nodes that matter, up to the cheapest place to end at."""
         path = [nodes[0]]
@@ -184,7 +176,7 @@ class ReducedGraph:
         search = BestFirst([START], successors)
         ending, last = None, START
         for node, cost, _ in search:
-            extra = 0.0 if system.final is None else system.final.get(source if node == START else node)
+            extra = system.ending(source if node == START else node)
             if extra is not None and (ending is None or cost + extra < ending):
                 ending, last = cost + extra, node
         return Successors(tuple(found.items()), ending, search.parents, last)
@@ -226,12 +218,8 @@ def _common(systems: Sequence[TransitionSystem], label: Sequence[Sequence[int]])
         same = (
             letters[node] == label[0][node]
             and system.edges[node] == first.edges[node]
-            and _ending(system, node) == _ending(first, node)
+            and system.ending(node) == first.ending(node)
             for node in range(count)
         )
         count = next((node for node, is_same in enumerate(same) if not is_same), count)
     return count if all(target < count for node in range(count) for target, _ in first.edges[node]) else 0
-
-
-def _ending(system: TransitionSystem, node: int) -> float | None:
-    return 0.0 if system.final is None else system.final.get(node)

@@ -9,21 +9,26 @@ from __future__ import annotations
 
 import itertools
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 from decimal import Decimal
 from functools import partial
-from typing import Any, Protocol, Self
+from typing import TYPE_CHECKING, Any, Self
 
 from ltlplan.allocation import Allocation
+from ltlplan.logic.automaton import Automaton
 from ltlplan.logic.budget import Budget, TooLarge
 from ltlplan.search.endurance import over_endurance
 from ltlplan.search.itineraries import path_cost, word_along
 from ltlplan.search.problem import TIES, NoWords, Problem
-from ltlplan.search.reduced_graph import ReducedGraph
+from ltlplan.search.reduced_graph import ReducedGraph, Team, staying
 from ltlplan.search.sequential_reading import Objective, SequentialReading
 from ltlplan.search.team_reading import Found, least_highest, least_sum
-from verify.data import Word
+from ltlplan.systems.transition_systems import TransitionSystem
+
+if TYPE_CHECKING:
+    from ltlplan.search.explanations.unsatisfiable_cores import NoPlan
 
 MANY = 10
 """Robots from which on tasks are shared out before any search: where a bound is met there is nothing to search for."""
@@ -36,7 +41,7 @@ _ROUNDING = 1e-9  # by which sums of the same costs may differ
 MAX_SINGLES = 20  # robots up to which each is tried as the only one that flies
 
 
-class TeamTask(Protocol):
+class TeamTask(ABC):
     """A team and what it is to do, whose robots are followed one after another.
 
     Attributes:
@@ -44,6 +49,8 @@ class TeamTask(Protocol):
         share: Of the budget, one in so many states is spent on a search by sums.
         shapes: For each conjunct what it has in common with those whose automata differ from its own in names alone.
         alike: Whether conjuncts that are like a tracked one are tracked from the beginning, not only after a short search without them.
+        automata: One for each conjunct.
+        masks: The propositions of each of the team's letters, as bits.
     """
 
     graph: ReducedGraph
@@ -51,17 +58,30 @@ class TeamTask(Protocol):
     shapes: Sequence[object]
     alike: bool
 
-    def flown_by(self, robots: Collection[int], /) -> Self:
+    def __init__(self, systems: Sequence[TransitionSystem], automata: Sequence[Automaton]) -> None:
+        """Number the propositions.
+
+        Args:
+            systems: One for each robot.
+            automata: One for each conjunct.
+        """
+        self.automata, self._team = tuple(automata), Team(systems)
+        names = sorted({name for automaton in automata for name in automaton.propositions})
+        self._bit = {name: 1 << place for place, name in enumerate(names)}
+        self.masks = [sum(self._bit.get(name, 0) for name in letter) for letter in self._team.letters]
+
+    def flown_by(self, robots: Collection[int]) -> Self:
         """Return the task of the team with all but these robots, by index, staying where they start."""
-        ...
+        every = enumerate(self.graph.team.systems)
+        return type(self)([system if robot in robots else staying(system) for robot, system in every], self.automata)
 
-    def reading(self, tracked: Collection[int], objective: Objective, /) -> SequentialReading[Any]:
+    @abstractmethod
+    def reading(self, tracked: Collection[int] = (), objective: Objective = Objective(), /) -> SequentialReading[Any]:  # noqa: B008 - frozen
         """Return what a search walks over where these conjuncts, by index, are to hold in every order of the robots."""
-        ...
 
+    @abstractmethod
     def failing_orders(self, paths: Sequence[Sequence[int]], /) -> dict[int, tuple[int, ...]]:
         """Return, for each conjunct that some order of the robots breaks, such an order."""
-        ...
 
     def shared_out(self, objective: Objective, /) -> PlanningOutcome | None:
         """Return a plan with a low highest cost and a bound on that, found without a search; None where there is no such way."""
@@ -310,7 +330,7 @@ def assigned(problem: Problem, task: TeamTask) -> Allocation:
     if found.beyond is not None:
         raise over_endurance(problem.mission, problem.systems, problem.itineraries(found.beyond.paths))
     if found.run is None:
-        raise NoWords(lambda: problem.explain(problem, _refused(problem, found)))
+        raise NoWords(partial(_no_plan, problem, found))
     robots = problem.itineraries(found.run.paths)
     cost = (max if longest else sum)(robot.cost for robot in robots.values())
     notes: list[str] = []
@@ -335,10 +355,12 @@ def assigned(problem: Problem, task: TeamTask) -> Allocation:
     )
 
 
-def _refused(problem: Problem, found: PlanningOutcome) -> list[tuple[str, Word]]:
-    """Return the order of the robots, with words, that breaks the best plan of the fixed order; empty where there is none."""
+def _no_plan(problem: Problem, found: PlanningOutcome) -> NoPlan:
+    """Return the error that says why there is no plan: the order of the robots, if any, that breaks the best plan of the fixed order."""
+    from ltlplan.search.explanations.no_plan import no_plan
+
     if found.first is None:
-        return []
+        return no_plan(problem, ())
     names = tuple(problem.mission.agents)
     words = [word_along(system, path) for system, path in zip(problem.each, found.first.paths, strict=True)]
-    return [(names[robot], words[robot]) for robot in found.refused or range(len(names))]
+    return no_plan(problem, [(names[robot], words[robot]) for robot in found.refused or range(len(names))])

@@ -85,6 +85,10 @@ class TransitionSystem:
                 f"it has {len(self.edges)} lists and starts at {self.initial}."
             )
 
+    def ending(self, node: int) -> float | None:
+        """Return what it costs to end at a node, a tiny preference; None where it may not."""
+        return 0.0 if self.final is None else self.final.get(node)
+
     def to_networkx(self) -> networkx.DiGraph[int]:
         """Return the graph; nodes carry `label` (sorted names), `initial` and, for a mission, `place`, `flying`, `internal`."""
         import networkx

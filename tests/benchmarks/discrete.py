@@ -24,7 +24,7 @@ from ltlplan.logic.translation import translate
 from ltlplan.missions import load_mission
 from ltlplan.search.cycles.lasso import cheapest_lasso
 from ltlplan.search.exact import assign
-from ltlplan.search.own.planning import own_task
+from ltlplan.search.own.reading import OwnTask
 from ltlplan.search.team_planning import plan_team
 from ltlplan.systems.robot_systems import Systems
 from tests.helpers.benchmarks import is_smallest, require_time, run_benchmark
@@ -87,7 +87,7 @@ def pattern_times(trace: str) -> list[tuple[float, str, str]]:
         formula = formula.substitute(names)
         start = time.perf_counter()
         if trace == "finite":
-            run = plan_team(own_task([system], conjunct_automata(formula, "finite")), DEFAULT_BUDGET).run
+            run = plan_team(OwnTask([system], conjunct_automata(formula, "finite")), DEFAULT_BUDGET).run
         else:
             run = cheapest_lasso(system, conjunct_automata(formula, "infinite"))
         found.append((time.perf_counter() - start, "unsatisfiable" if run is None else "planned", str(pattern)))

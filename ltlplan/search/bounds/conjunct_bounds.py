@@ -70,7 +70,7 @@ class SpanningTreeBound:
         self._later = [*nearest][::-1]  # for each robot, from the starts of those after it
         alone = len(starts) == 1 and len(places) >= MANY_GOALS and all(map(math.isfinite, itertools.chain(*self._between)))
         # one way ends at some goal, wherever that is
-        self._way = LeastTrees(np.array(self._between), np.zeros(len(places))) if alone else None
+        self._way = LeastTrees(np.array(self._between), np.zeros(len(places))).remaining if alone else None
         self.one_way = alone
 
     def __call__(self, missing: int, robot: int, node: int) -> float:

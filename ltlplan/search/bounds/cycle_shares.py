@@ -10,7 +10,7 @@ four robots take a fifth longer.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from functools import reduce
 from operator import or_
 
@@ -62,7 +62,7 @@ class CycleShares:
         """
         shares = self._share_out(self._everything & ~shown)
         return self._by_account(
-            [own.cycle(h, n)[shares[:, k]] for k, (own, h, n) in enumerate(zip(self._own, home, nodes, strict=True))]
+            [own.cycle(h)[n][shares[:, k]] for k, (own, h, n) in enumerate(zip(self._own, home, nodes, strict=True))]
         )
 
     def before(self, nodes: Nodes) -> Floats:
@@ -109,12 +109,8 @@ class CycleShares:
     def _share_out(self, left: int) -> NDArray[np.int64]:
         """Return the errands of each robot, as bits, for every way to share marks out. Shape (shares, robots)."""
         some = [options for mark, options in self._options.items() if left >> mark & 1]
-        rows = {tuple(map(_joined, zip(*chosen, strict=True))) for chosen in itertools.product(*some)}
+        rows = {tuple(reduce(or_, errands) for errands in zip(*chosen, strict=True)) for chosen in itertools.product(*some)}
         return np.array(sorted(rows) if some else [(0,) * self._robots], dtype=np.int64)
-
-
-def _joined(errands: Iterable[int]) -> int:
-    return reduce(or_, errands)
 
 
 class _Robot:
@@ -132,16 +128,13 @@ class _Robot:
         self._done = np.array([sum(1 << k for k, own in enumerate(errands) if node in own) for node in range(size)])
         self._back = self._graph(system)
         homes = [node for node in range(size) if rests[node]]
-        cycle = np.stack([self.cycle(home, home) for home in homes])
+        cycle = np.stack([self.cycle(home)[home] for home in homes])
         ways = np.stack([self._to(home)[:, -1] for home in homes], axis=1)  # with all errands done: the way alone
         self.before: Floats = (ways[:, :, None] + cycle[None, :, :]).min(axis=1)
 
-    def cycle(self, home: int, node: int) -> Floats:
-        """Return what is left of a cycle for each set of errands, by bits. Shape (sets,)."""
-        return self._left(home)[node]
-
     @memoized
-    def _left(self, home: int) -> Floats:
+    def cycle(self, home: int) -> Floats:
+        """Return what is left of a cycle from each node for each set of errands, by bits. Shape (nodes, sets)."""
         to, sets = self._to(home), np.arange(self._sets)
         done = (self._sets - 1 - sets)[None, :] | self._done[:, None]
         return self._weight * np.take_along_axis(to, done, axis=1)

@@ -79,7 +79,8 @@ class Positions:
     def _added(self, robot: str, own: Sequence[int]) -> bool:
         """Add the positions of a robot, or of all that are not named, and the ways between them; tell whether they are few enough."""
         classes = self._classes
-        first = tuple([self._first(k) for k in own])
+        begin, conjuncts = classes.sums(classes.begin), [self._conjuncts[k] for k in own]
+        first = tuple([conjunct.read(conjunct.part.initial, conjunct.cut(begin)) for conjunct in conjuncts])
         places = [place for place, owner in enumerate(classes.owners) if owner == robot]
         begun = Numbers[Position]((place, first) for place in places if not own or classes.begin[place])
         steps: list[tuple[Position, Position, float, tuple[Sums, ...]]] = []
@@ -92,11 +93,6 @@ class Positions:
         ways = [Way(number[at], number[to], cost, marks) for at, to, cost, marks in steps]
         self.ways.append((range(len(self.known) - len(begun), len(self.known)), ways))
         return True
-
-    def _first(self, index: int) -> int:
-        """Return the state of a conjunct when the first letter was read."""
-        conjunct = self._conjuncts[index]
-        return conjunct.read(conjunct.part.initial, conjunct.cut(self._classes.sums(self._classes.begin)))
 
     def _steps(self, own: Sequence[int], at: Position) -> Iterator[tuple[Position, float, tuple[Sums, ...]]]:
         """Yield what can follow a position, with its cost and marks."""

@@ -71,12 +71,9 @@ class LeastTrees:
         self._toll = np.zeros(count + 1)
         self._ascend()
 
-    def __call__(self, mask: int) -> Floats:
-        """Return the least for each set in the mask, as the first one that is come to; infinite for those not in it."""
-        return self._remaining(mask)
-
     @memoized
-    def _remaining(self, mask: int) -> Floats:
+    def remaining(self, mask: int) -> Floats:
+        """Return the least for each set in the mask, as the first one that is come to; infinite for those not in it."""
         inside = np.array([mask >> k & 1 == 1 for k in range(len(self._toll) - 1)] + [True])
         total, _ = self._tree(inside)
         tolls = 2.0 * float(self._toll[inside].sum()) - float(self._toll[-1])

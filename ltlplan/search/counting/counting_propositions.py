@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from ltlplan.logic.automaton import DEAD, Automaton
 from ltlplan.search.joint.conjuncts import JointConjunct
 from ltlplan.search.memoization import memoized
+from ltlplan.search.numbering import Numbers
 from verify.data import Formula, InternalError, Letter
 from verify.data.language.counting import Atom
 
@@ -27,6 +28,7 @@ class Marks:
         parts: One automaton for each conjunct.
         conjuncts: The same, each reading the sums of the marks that it sees, and no others.
         levels: For each proposition, by bit, its mark and the least sum that makes it true.
+        initial: The states of all conjuncts before the first letter.
         named: The robots that the formula names.
     """
 
@@ -41,23 +43,20 @@ class Marks:
             between: For texts of what is counted, how few and how many robots there is room for to show it: other counts are never true.
         """
         asked = sorted({name for automaton in automata for name in automaton.propositions})
-        self._marks: list[tuple[str, Formula]] = []  # (whose alone, what its letter must satisfy)
-        numbers: dict[tuple[str, str], int] = {}
+        numbers = Numbers[tuple[str, Formula]]()  # of whose alone, and what its letter must satisfy
         self.levels: list[tuple[int, int]] = []
         for text in asked:
-            atom = atoms.get(text)
-            robot, counted, least = (
-                ("", Formula("name", (), text), 1) if atom is None else (atom.robot, atom.counted, atom.least)
+            plain = Formula("name", (), text)
+            atom = atoms.get(text) or Atom(plain, "", plain, 1)
+            few, many = (
+                (between or {}).get(str(atom.counted), (0, atom.least)) if text in atoms and not atom.robot else (0, atom.least)
             )
-            key = robot, str(counted)
-            if key not in numbers:
-                numbers[key] = len(self._marks)
-                self._marks.append((robot, counted))
-            few, many = (between or {}).get(str(counted), (0, least)) if atom is not None and not robot else (0, least)
-            self.levels.append((numbers[key], NEVER if least > many else 0 if least <= few else least))
+            level = NEVER if atom.least > many else 0 if atom.least <= few else atom.least
+            self.levels.append((numbers[atom.robot, atom.counted], level))
         bit = {name: 1 << i for i, name in enumerate(asked)}
-        self.parts = tuple(JointConjunct(automaton, bit) for automaton in automata)
+        self._marks, self.parts = numbers.known, tuple(JointConjunct(automaton, bit) for automaton in automata)
         self.conjuncts = tuple(ConjunctMarks(part, self.levels, [robot for robot, _ in self._marks]) for part in self.parts)
+        self.initial = tuple(part.initial for part in self.parts)
         self.named = frozenset(robot for robot, _ in self._marks if robot)
 
     def of(self, robot: str, letter: Letter) -> Sums:
@@ -72,10 +71,6 @@ class Marks:
     def letter(self, sums: Sums) -> int:
         """Return the team's letter, as bits over the propositions."""
         return sum(1 << i for i, (mark, least) in enumerate(self.levels) if sums[mark] >= least)
-
-    def begin(self, sums: Sums) -> States | None:
-        """Return the states after the first letter; None where it loses the task."""
-        return self.read(tuple(part.initial for part in self.parts), sums)
 
     def read(self, states: States, sums: Sums) -> States | None:
         """Return the states after one more letter; None where the task is lost."""
@@ -116,6 +111,7 @@ class ConjunctMarks:
         """Return what the conjunct sees of marks or of their sums."""
         return tuple([marks[mark] for mark in self.seen])
 
+    @memoized
     def read(self, state: int, sums: Sums) -> int:
         """Return the state after a letter, or `DEAD`.
 
@@ -123,10 +119,6 @@ class ConjunctMarks:
             state: Before it.
             sums: Cut to what the conjunct sees.
         """
-        return self._after(state, sums)
-
-    @memoized
-    def _after(self, state: int, sums: Sums) -> int:
         return self.part.step(state, sum(bit for bit, place, least in self._asked if sums[place] >= least))
 
 

@@ -76,7 +76,7 @@ class RobotMoves:
         if node == self.system.initial:
             return True
         found = self.system.nodes[node]
-        return (not found.flying and found.leg is None and bool(found.regions)) or (self._stays and self._gone(node))
+        return found.leg is None and (self._stays if found.flying else bool(found.regions))
 
     def ends(self, node: int) -> bool:
         """Tell whether the flight may end at a node."""
@@ -126,17 +126,10 @@ class RobotMoves:
             legs = (edge for edge in self.system.edges[at] if edge[0] != start and edge not in self._acts[at])
             steps += [(target, cost + step, acted, False) for target, step in legs]
         for target, total, actions, acts in steps:
-            state = target, self._longer(start, shown, target), acts
+            made = self.marks[target]
+            state = target, shown if made == (shown[-1] if shown else self.marks[start]) else (*shown, made), acts
             yield Label(state, (total, actions), total, (total, *label.rank[1:], target), label)
 
     def _flies_on(self, start: int, state: _State) -> bool:
         """Tell whether a rest is left out, as the formula sees nothing new of it."""
         return self._skips and not state[1] and (self.ends(start) or not self.ends(state[0]))
-
-    def _gone(self, node: int) -> bool:
-        found = self.system.nodes[node]
-        return found.flying and found.leg is None and node != self.system.initial
-
-    def _longer(self, start: int, shown: tuple[Sums, ...], target: int) -> tuple[Sums, ...]:
-        made = shown[-1] if shown else self.marks[start]
-        return shown if self.marks[target] == made else (*shown, self.marks[target])

@@ -11,11 +11,12 @@ from dataclasses import dataclass, replace
 
 from ltlplan.logic.automaton import Automaton
 from ltlplan.logic.budget import Budget, TooLarge
+from ltlplan.search.bounds.goal_cover import GoalCover
 from ltlplan.search.counting.capacities import most_that_show
 from ltlplan.search.counting.classes import Classes
 from ltlplan.search.counting.counted_plans import CountedPlan, has_room, paths_are_free, stays_apart
 from ltlplan.search.counting.counting_propositions import Marks
-from ltlplan.search.counting.reading import CountBounds, CountReading, Course
+from ltlplan.search.counting.reading import CountReading, Course
 from ltlplan.search.counting.symmetry_classes import CountedTeam, Rooms, TeamClasses
 from ltlplan.search.team_reading import UNREACHABLE, least_highest, least_sum
 from ltlplan.systems.transition_systems import TransitionSystem
@@ -78,7 +79,7 @@ class CourseSearch:
     """
 
     def __init__(self, classes: Classes) -> None:
-        self.classes, self._bounds = classes, CountBounds(classes)
+        self.classes, self._cover = classes, GoalCover(classes)
 
     def cheapest(self, states: int) -> Searched:
         """Return the course with the least sum, or any where the states do not suffice for that.
@@ -88,7 +89,7 @@ class CourseSearch:
         """
         most, searched = states // 2, Searched(None, 0.0, 0)
         for weight in (1.0, *(_WEIGHTS if self.classes.crowds else _WEIGHTS[-1:])):
-            reading = CountReading(self.classes, self._bounds)
+            reading = CountReading(self.classes, self._cover)
             found = least_sum(reading, most, weight=weight)
             used = None if found.stopped is None else found.explored
             searched = Searched(reading.course(found), max(searched.bound, found.bound), reading.reached, used)
@@ -102,7 +103,7 @@ class CourseSearch:
         Args:
             states: That may be looked at.
         """
-        found = least_sum(CountReading(self.classes, self._bounds), states, weight=_WEIGHTS[-1])
+        found = least_sum(CountReading(self.classes, self._cover), states, weight=_WEIGHTS[-1])
         return found.stopped is not None or bool(found.states)
 
     def least(self, *, longest: bool = False) -> float:
@@ -111,7 +112,7 @@ class CourseSearch:
         Args:
             longest: Whether the highest cost of a robot counts, not the sum.
         """
-        reading = CountReading(self.classes, self._bounds)
+        reading = CountReading(self.classes, self._cover)
         begin = reading.begin()
         if begin is None:
             return UNREACHABLE
@@ -125,11 +126,11 @@ class CourseSearch:
             below: The highest cost is to be less.
             states: That may be looked at, for each course that is found.
         """
-        reading = CountReading(self.classes, self._bounds, below=below - _TIES)
+        reading = CountReading(self.classes, self._cover, below=below - _TIES)
         found = least_highest(reading, states)
         best, bound, exhausted = reading.course(found, starts), min(below, found.bound), found.stopped is None
         while not exhausted:
-            reading = CountReading(self.classes, self._bounds, below=below - _TIES, greed=_GREED)
+            reading = CountReading(self.classes, self._cover, below=below - _TIES, greed=_GREED)
             better = reading.course(least_highest(reading, states), starts)
             exhausted = better is None
             best, below = (best, below) if better is None else (better, better.cost)

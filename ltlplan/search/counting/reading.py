@@ -15,7 +15,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from operator import add
 
-from ltlplan.search.bounds.counted_conjuncts import ConjunctBound
 from ltlplan.search.bounds.goal_cover import GoalCover
 from ltlplan.search.counting.classes import Classes, ClassMove, Numbers
 from ltlplan.search.counting.counting_propositions import States, Sums
@@ -41,17 +40,6 @@ class Course:
     robots: tuple[int, ...] = ()
 
 
-class CountBounds:
-    """Lower bounds on what is left, from each conjunct by itself, and from the goals that robots must reach and where they are.
-
-    Args:
-        classes: The team's abilities.
-    """
-
-    def __init__(self, classes: Classes) -> None:
-        self.conjuncts, self.cover = ConjunctBound(classes), GoalCover(classes)
-
-
 class CountReading(PaidApart):
     """A team whose robots are counted, for `least_sum` and `least_highest`.
 
@@ -60,16 +48,16 @@ class CountReading(PaidApart):
 
     Args:
         classes: The team's abilities.
-        bounds: Of these classes.
+        cover: Lower bounds of these classes.
         below: The highest cost is to be less.
         greed: Weight of what is left for each robot, beside the bound on the highest cost; above 0 any cheaper course is found sooner.
     """
 
     ties = "farthest"
 
-    def __init__(self, classes: Classes, bounds: CountBounds, *, below: float = UNREACHABLE, greed: float = 0.0) -> None:
+    def __init__(self, classes: Classes, cover: GoalCover, *, below: float = UNREACHABLE, greed: float = 0.0) -> None:
         self._classes, self._marks, self._crowds = classes, classes.marks, classes.crowds
-        self._bounds, self._below, self._greed = bounds, below, greed
+        self._cover, self._below, self._greed = cover, below, greed
         self._places: list[_Place] = []
         self._numbers: dict[tuple[States, Numbers], int] = {}
 
@@ -81,7 +69,7 @@ class CountReading(PaidApart):
     def begin(self) -> int | None:
         """Return the state in which all robots are at their starts; None where the formula is violated there."""
         sums = self._classes.sums(self._classes.begin)
-        first = self._marks.begin(sums)
+        first = self._marks.read(self._marks.initial, sums)
         return None if first is None else self._number(first, self._classes.begin, sums)
 
     def steps(self, state: int) -> Iterator[Step]:
@@ -105,9 +93,9 @@ class CountReading(PaidApart):
 
     @memoized
     def left(self, state: int) -> float:
-        """Return a lower bound on the sum of the costs that are left: the larger one of `goal_cover` and of the conjuncts."""
+        """Return a lower bound on the sum of the costs that are left."""
         states, numbers, sums = self._places[-state]
-        return max(self._bounds.conjuncts(states, sums), self._bounds.cover(states, sums, numbers))
+        return self._cover(states, sums, numbers)
 
     def nothing_paid(self) -> Costs:
         """Return no cost for any robot."""
@@ -145,7 +133,7 @@ class CountReading(PaidApart):
                 return (UNREACHABLE,)
             states, _, sums = self._places[-state]
             robots = list(zip(self._robots(state), paid, strict=True))
-            highest = max(highest, self._bounds.cover.highest(states, sums, robots), (total + left) / len(paid))
+            highest = max(highest, self._cover.highest(states, sums, robots), (total + left) / len(paid))
         return (highest + self._greed * left / len(paid) if highest < self._below else UNREACHABLE, left)
 
     def course(self, found: Found, starts: Sequence[int] = ()) -> Course | None:

@@ -102,7 +102,7 @@ class Rounds:
         self._around = np.max([np.zeros(len(marks)), *(to + after for to, after in zip(self._to, back, strict=True))], axis=0)
         few = count <= MOST_ORDERED
         self._left: Callable[[int], Floats] = (
-            least_orders(self._apart, self._after) if few else LeastTrees(self._apart, self._after)
+            least_orders(self._apart, self._after) if few else LeastTrees(self._apart, self._after).remaining
         )
 
     def through(self, home: int, limit: float, states: int) -> Round:

@@ -73,7 +73,7 @@ def resting(system: TransitionSystem, *, alone: bool = False) -> list[bool]:
         alone: Whether nobody waits for it: then it may also stay in free flight.
     """
     if alone:
-        return [system.final is None or node in system.final for node in range(len(system.labels))]
+        return [system.ending(node) is not None for node in range(len(system.labels))]
     if not system.nodes:
         return [True] * len(system.labels)
     return [not node.flying or index == system.initial for index, node in enumerate(system.nodes)]

@@ -142,11 +142,11 @@ class _LetterReading(TeamReading):
 
     def begin(self) -> int:
         initial = tuple(system.initial for system in self._systems)
-        return self.places[initial, tuple(part.initial for part in self._marks.parts), (1 << len(initial)) - 1]
+        return self.places[initial, self._marks.initial, (1 << len(initial)) - 1]
 
     def steps(self, state: int) -> Iterator[Step]:
         nodes, states, unread = self.places.known[state]
-        ends = all(s.final is None or n in s.final for s, n in zip(self._systems, nodes, strict=True))
+        ends = all(s.ending(n) is not None for s, n in zip(self._systems, nodes, strict=True))
         if not unread and ends and self._marks.accepting(states):
             yield complete(state), 0.0, None
         for robot, system in enumerate(self._systems):

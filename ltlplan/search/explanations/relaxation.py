@@ -2,24 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
+from ltlplan.logic.budget import Budget
 from ltlplan.logic.conjunction import conjuncts
 from ltlplan.search.explanations.max_weight_subset import MostWeight, Parts
 from ltlplan.search.explanations.unsatisfiable_cores import NoPlan
-from verify.data import Mission, parse_formula
+from verify.data import Infeasible, Mission, Unsatisfiable, parse_formula
 
 _SEARCHES = 40
 _PARTS = 40  # more are not tried
 
 
-def relaxed(mission: Mission, error: NoPlan, cheapest: Callable[[Mission], float | None]) -> NoPlan:
+def cheapest(mission: Mission) -> float | None:
+    """Return what the cheapest plan costs; None where there is none."""
+    from ltlplan.search.exact import assign
+
+    try:
+        return assign(mission, budget=Budget(states=50_000), explained=False).cost
+    except (Unsatisfiable, Infeasible):
+        return None
+
+
+def relaxed(mission: Mission, error: NoPlan) -> NoPlan:
     """Return the error with what to leave out of the formula: the fewest parts, for each of them counts 1.
 
     Args:
         mission: Whose formula cannot be met.
         error: Says why.
-        cheapest: From a mission to what its cheapest plan costs; None where there is none.
     """
     written = parse_formula(mission.spec.formula or "true", mission.propositions, robots=mission.agents)
     parts = tuple(dict.fromkeys(conjuncts(written)))

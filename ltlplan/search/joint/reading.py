@@ -16,7 +16,7 @@ from ltlplan.search.bounds.conjunct_graph import ConjunctGraph
 from ltlplan.search.bounds.order_bounds import OrderBounds
 from ltlplan.search.joint.conjuncts import JointConjunct, WordEffects, subsets
 from ltlplan.search.memoization import memoized
-from ltlplan.search.reduced_graph import ReducedGraph, Team
+from ltlplan.search.reduced_graph import ReducedGraph
 from ltlplan.search.sequential_reading import Objective, SequentialReading
 from ltlplan.search.team_planning import TeamTask
 from ltlplan.search.team_reading import UNREACHABLE
@@ -52,22 +52,15 @@ class JointTask(TeamTask):
     alike = False
 
     def __init__(self, systems: Sequence[TransitionSystem], automata: Sequence[Automaton]) -> None:
-        self.automata, self.shapes = tuple(automata), [automaton.shape for automaton in automata]
-        team = Team(systems)
-        names = sorted({name for automaton in automata for name in automaton.propositions})
-        bit = {name: 1 << i for i, name in enumerate(names)}
-        self.parts = tuple(JointConjunct(automaton, bit) for automaton in automata)
-        self.masks = [sum(bit.get(name, 0) for name in letter) for letter in team.letters]
+        super().__init__(systems, automata)
+        self.shapes = [automaton.shape for automaton in automata]
+        self.parts = tuple(JointConjunct(automaton, self._bit) for automaton in automata)
         alike: dict[int, int] = {}
         classes = [alike.setdefault(mask, letter) for letter, mask in enumerate(self.masks)]
         self.repeats = all(part.repeats for part in self.parts)
-        self.graph = ReducedGraph(team, [False if self.repeats else None] * len(classes), classes)
+        self.graph = ReducedGraph(self._team, [False if self.repeats else None] * len(classes), classes)
         self.bounds = ConjunctBounds([_backwards(part, self.masks) for part in self.parts], self.masks, self.graph)
-        self.first = [self.masks[label[start]] for label, start in zip(team.label, self.graph.start, strict=True)]
-
-    def flown_by(self, robots: Collection[int]) -> JointTask:
-        """Return the task of the team with all but these robots, by index, staying where they start."""
-        return JointTask(self.graph.team.flown_by(robots).systems, self.automata)
+        self.first = [self.masks[label[start]] for label, start in zip(self._team.label, self.graph.start, strict=True)]
 
     def reading(self, tracked: Collection[int] = (), objective: Objective = Objective()) -> JointReading:  # noqa: B008 - frozen
         """Return what a search walks over.

@@ -93,7 +93,7 @@ class EventReading(PaidApart):
         """Yield where a step of one robot leads, its cost, and who makes it; first what ending there costs each robot, where all may."""
         nodes, known = self._places.known[state]
         if self._reading.accepting(known):
-            ends = [0.0 if s.final is None else s.final.get(n) for s, n in zip(self._systems, nodes, strict=True)]
+            ends = [s.ending(n) for s, n in zip(self._systems, nodes, strict=True)]
             if None not in ends:
                 yield complete(state), sum(end for end in ends if end is not None), tuple(ends)
         for robot, system in enumerate(self._systems):

@@ -110,7 +110,7 @@ class Reading:
                 if DEAD not in after:
                     yield after, 1.0
 
-        first = dict(onwards(tuple(part.initial for part in self.marks.parts)))
+        first = dict(onwards(self.marks.initial))
         for seen, (states, _, _) in enumerate(BestFirst(first, onwards, ties="first")):
             if self.marks.accepting(states) or seen > _MOST_LETTERS:
                 return True

@@ -6,7 +6,7 @@ from collections import defaultdict
 from collections.abc import Collection, Sequence
 from functools import reduce
 
-from ltlplan.logic.automaton import DEAD
+from ltlplan.logic.automaton import DEAD, Automaton
 from ltlplan.logic.conjunct_automata import Deterministic, Part
 from ltlplan.logic.product_automaton import Task
 from ltlplan.logic.transition_monoid import Element, OrderCheck, TransitionMonoid
@@ -14,24 +14,25 @@ from ltlplan.search.bounds.conjunct_bounds import ConjunctBounds
 from ltlplan.search.bounds.conjunct_graph import ConjunctGraph
 from ltlplan.search.bounds.order_bounds import OrderBounds
 from ltlplan.search.memoization import memoized
-from ltlplan.search.reduced_graph import MAX_TABLE, ReducedGraph
+from ltlplan.search.reduced_graph import MAX_TABLE, ReducedGraph, letter_classes
 from ltlplan.search.sequential_reading import SLACK, Objective, SequentialReading
-from ltlplan.search.team_planning import PlanningOutcome, TeamRun
+from ltlplan.search.team_planning import PlanningOutcome, TeamRun, TeamTask
 from ltlplan.search.team_reading import UNREACHABLE
 from ltlplan.search.tours.shared_tours import least_highest
 from ltlplan.search.tours.task_kinds import TaskKinds
 from ltlplan.search.tours.task_tours import Tours
+from ltlplan.systems.transition_systems import TransitionSystem
 
 Progress = tuple[int, Element, tuple[Element, ...]]
 """The state of the task; for the tracked conjuncts, what the word of the robot that flies does so far, and what the words before it do."""
 
 
-class OwnTask:
+class OwnTask(TeamTask):
     """A team and the conjuncts that its robots' words keep (see `team_planning.TeamTask`).
 
     Args:
-        graph: The team's graph.
-        task: What is to be done.
+        systems: One for each robot.
+        automata: One for each conjunct.
 
     Attributes:
         graph: The team's graph.
@@ -44,21 +45,15 @@ class OwnTask:
     share = 1
     alike = True
 
-    def __init__(self, graph: ReducedGraph, task: Task) -> None:
-        self.graph, self.task = graph, task
-        names = sorted({n for part in task.parts if isinstance(part, Deterministic) for n in part.automaton.propositions})
-        bit = {name: 1 << place for place, name in enumerate(names)}
-        masks = [sum(bit.get(name, 0) for name in letter) for letter in task.letters]
-        shown = sorted({letter for label in graph.label for letter in label})
-        self.bounds = ConjunctBounds([_backwards(part, bit, masks, shown) for part in task.parts], masks, graph)
-        self._everything, self._check = TransitionMonoid(task), OrderCheck(task)
-        self.shapes: Sequence[object] = [
-            part.automaton.shape if isinstance(part, Deterministic) else index for index, part in enumerate(task.parts)
-        ]
-
-    def flown_by(self, robots: Collection[int]) -> OwnTask:
-        """Return the task of the team with all but these robots, by index, staying where they start."""
-        return OwnTask(self.graph.flown_by(robots), self.task)
+    def __init__(self, systems: Sequence[TransitionSystem], automata: Sequence[Automaton]) -> None:
+        super().__init__(systems, automata)
+        self.task = Task(automata, self._team.letters, self._team.walls)
+        self.graph = ReducedGraph(self._team, *letter_classes(self.task))
+        shown = sorted({letter for label in self.graph.label for letter in label})
+        graphs = [_backwards(part, self._bit, self.masks, shown) for part in self.task.parts]
+        self.bounds = ConjunctBounds(graphs, self.masks, self.graph)
+        self._everything, self._check = TransitionMonoid(self.task), OrderCheck(self.task)
+        self.shapes = [part.automaton.shape if isinstance(part, Deterministic) else k for k, part in enumerate(self.task.parts)]
 
     def reading(self, tracked: Collection[int] = (), objective: Objective = Objective()) -> OwnReading:  # noqa: B008 - frozen
         """Return what a search walks over.

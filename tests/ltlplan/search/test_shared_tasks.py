@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from ltlplan.logic.budget import DEFAULT_BUDGET, Budget
 from ltlplan.logic.conjunction import conjunct_automata
 from ltlplan.search.exact import assign
-from ltlplan.search.own.planning import own_task
+from ltlplan.search.own.reading import OwnTask
 from ltlplan.search.sequential_reading import Objective
 from ltlplan.search.team_planning import MANY, plan_team
 from ltlplan.systems.transition_systems import TransitionSystem
@@ -22,7 +22,7 @@ from verify.data import Formula, Mission, Word, parse_formula, parse_mission
 
 
 def shared(each: list[TransitionSystem], formula: Formula, *, most: float = math.inf):
-    task = own_task(each, conjunct_automata(formula, "finite"))
+    task = OwnTask(each, conjunct_automata(formula, "finite"))
     return task.shared_out(Objective(longest=True, most=[most] * len(each)))
 
 
@@ -47,7 +47,7 @@ def test_its_paths_do_the_tasks_and_its_bound_is_one(each: list[TransitionSystem
     run, bound = found.run, found.bound
     assert [path[0] for path in run.paths] == [system.initial for system in each]
     assert run.cost == pytest.approx(max(costs(each, run.paths)), abs=1e-6)
-    task = own_task(each, conjunct_automata(formula, "finite"))
+    task = OwnTask(each, conjunct_automata(formula, "finite"))
     best = plan_team(task, DEFAULT_BUDGET, Objective(longest=True))
     words = {f"r{i}": Word(tuple(each[i].labels[node] for node in path)) for i, path in enumerate(run.paths)}
     assert check_team(formula, words).sequential

@@ -17,7 +17,6 @@ from ltlplan.logic.conjunction import Conjunction, conjunct_automata, conjuncts
 from ltlplan.search.exact import assign
 from ltlplan.search.joint.conjuncts import JointConjunct, WordEffects
 from ltlplan.search.joint.reading import JointTask
-from ltlplan.search.own.planning import own_task
 from ltlplan.search.own.reading import OwnTask
 from ltlplan.search.sequential_reading import Objective
 from ltlplan.search.team_planning import least_in_one_order, plan_team
@@ -34,7 +33,7 @@ from verify.logic.semantics import satisfies
 
 
 def own_task_of(each: list[TransitionSystem], formula: Formula) -> OwnTask:
-    return own_task(each, conjunct_automata(formula, "finite"))
+    return OwnTask(each, conjunct_automata(formula, "finite"))
 
 
 def cheapest_by_plain_walk(each: list[TransitionSystem], formula: Formula) -> float:

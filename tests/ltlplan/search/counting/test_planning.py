@@ -130,7 +130,7 @@ def least_cost(formula):
         return node == each[robot].initial or bool(each[robot].nodes[node].regions)
 
     begin = tuple(system.initial for system in each)
-    first = marks.begin(sums(begin))
+    first = marks.read(marks.initial, sums(begin))
     heap = [] if first is None else [(0.0, first, begin, (False,) * len(each))]
     seen = set()
     while heap:
