@@ -80,7 +80,7 @@ def _proved(result: Result) -> list[str]:
         lines.append(f"nearest to its limit: {tightest}")
     lines += [*timing_sentences(certificate), *soft_sentences(certificate)]
     abort = result.abort
-    lines.append(f"braking to a hover from every instant: {'certified' if abort else 'NOT certified'}")
+    lines.append("braking to a hover from every instant: certified" if abort else abort.sentence)
     return lines
 
 

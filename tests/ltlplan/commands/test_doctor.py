@@ -79,7 +79,7 @@ def test_links_are_found_by_who_answers(monkeypatch: pytest.MonkeyPatch) -> None
 
 def test_every_extra_for_users_is_described() -> None:
     given = set(importlib.metadata.metadata("ltlplan").get_all("Provides-Extra") or ())
-    assert given - {"test", "dev", "benchmark"} == set(installation.EXTRAS)
+    assert given - {"test", "docs", "dev", "benchmark"} == set(installation.EXTRAS)
 
 
 @pytest.mark.slow

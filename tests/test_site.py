@@ -1,0 +1,106 @@
+"""The site's pages do what they say: each walk is typed from its page in an empty folder, and every command that any page names is one."""
+
+from __future__ import annotations
+
+import os
+import re
+import shlex
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import click
+import pytest
+
+from ltlplan.cli import COMMANDS, load
+
+ROOT = Path(__file__).parents[1]
+DOCS = ROOT / "docs"
+PAGES = [*sorted(DOCS.rglob("*.md")), ROOT / "README.md"]
+WALKS = [
+    *sorted((DOCS / "tutorials").glob("*.md")),
+    *sorted((DOCS / "how-to").glob("*.md")),
+    DOCS / "index.md",
+    DOCS / "explanation" / "why-not-sampling.md",
+]
+BLOCK = re.compile(r"^```(\w+)(?: (\S+))?\n(.*?)^```$", re.DOTALL | re.MULTILINE)
+EXTENDING = "extending.md"
+"""A page whose commands are of a package that is shown on it; `test_extending` runs them."""
+INSTALLS = ("pip install .",)
+"""What whoever runs the tests did before."""
+
+
+def commands_of(text: str) -> Iterator[tuple[str, str]]:
+    """Yield what is typed in a block of a console, with the lines that it prints among others."""
+    yield from re.findall(r"^\$ (.*)\n((?:(?!\$ ).*\n)*)", text, re.MULTILINE)
+
+
+def typed(command: str, folder: Path) -> str:
+    """Return what a command prints, errors too."""
+    path = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
+    python = os.pathsep.join(filter(None, [str(ROOT), os.environ.get("PYTHONPATH", "")]))
+    done = subprocess.run(
+        command, shell=True, cwd=folder, env={**os.environ, "PATH": path, "PYTHONPATH": python}, capture_output=True, text=True, check=False
+    )  # fmt: skip
+    return done.stdout + done.stderr
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("page", WALKS, ids=lambda page: str(page.relative_to(DOCS)))
+def test_a_walk_through_a_page_goes_as_it_says(page: Path, tmp_path: Path) -> None:
+    printed = ""
+    for language, name, text in BLOCK.findall(page.read_text(encoding="utf-8")):
+        if name:
+            (tmp_path / name).parent.mkdir(exist_ok=True)
+            (tmp_path / name).write_text(text, encoding="utf-8")
+        elif language == "python":
+            (tmp_path / "script.py").write_text(text, encoding="utf-8")
+            printed = typed(f"{shlex.quote(sys.executable)} script.py", tmp_path)
+        elif language == "text":
+            assert printed == text
+        elif language == "console":
+            for command, says in commands_of(text):
+                if command in INSTALLS:
+                    continue
+                printed = typed(command, tmp_path)
+                missing = [line for line in says.splitlines() if line not in printed]
+                assert missing == [], f"$ {command}\n{printed}"
+
+
+def named_commands(page: Path) -> list[str]:
+    """Return every command of ours in a page's blocks of a shell, without comments and what is piped on."""
+    blocks = [text for language, _, text in BLOCK.findall(page.read_text(encoding="utf-8")) if language in ("sh", "console")]
+    lines = "".join(blocks).replace("\\\n", " ").splitlines()
+    return [line.removeprefix("$ ") for line in lines if re.match(r"(\$ )?ltlplan [a-z]", line)]
+
+
+@pytest.mark.parametrize(
+    "page", [page for page in PAGES if page.name != EXTENDING], ids=lambda page: str(page.relative_to(ROOT))
+)
+def test_every_command_on_a_page_is_one(page: Path) -> None:
+    for line in named_commands(page):
+        words = shlex.split(line, comments=True)[1:]
+        words = words[: next((k for k, word in enumerate(words) if word in ("|", "&&", ">", "&")), len(words))]
+        if words[1:2] == ["|"] or words[0] not in COMMANDS:
+            pytest.fail(f"no command: {line}")
+        try:
+            load(words[0]).make_context(words[0], list(words[1:]))
+        except click.exceptions.Exit:  # of --help
+            continue
+        except click.ClickException as error:
+            pytest.fail(f"{line}: {error.format_message()}")
+
+
+def test_every_page_is_in_the_navigation() -> None:
+    """Warnings are errors where the site is built; this says it sooner."""
+    listed = set(re.findall(r"^\s+- (?:[^:\n]+: )?(\S+\.md)$", (ROOT / "mkdocs.yml").read_text(encoding="utf-8"), re.MULTILINE))
+    written = {str(page.relative_to(DOCS)) for page in DOCS.rglob("*.md")}
+    made = {"reference/commands.md", *(f"reference/{package}.md" for package in ("ltlplan", "refine", "verify", "flight"))}
+    assert listed == written | made
+
+
+def test_each_walk_says_first_what_its_reader_can_do_after() -> None:
+    for page in WALKS:
+        if page.name != "index.md":
+            assert re.match(r"# .*\n\nAfter this page ", page.read_text(encoding="utf-8")), page
