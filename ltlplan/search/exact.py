@@ -10,21 +10,17 @@ timed claim may still add waits. How each mission is read, and what is tried in 
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
-from typing import TYPE_CHECKING
 
 from ltlplan.allocation import Allocation, Context, Leg, PlanningMethod, key_of
 from ltlplan.logic.budget import DEFAULT_BUDGET, Budget, TooLarge
 from ltlplan.search.endurance import require_endurance
 from ltlplan.search.problem import NoWords, Problem
 from ltlplan.systems.robot_systems import Systems, unit_cost
-from ltlplan.systems.transition_systems import Cost
-from verify.data import Infeasible, Mission, Unsatisfiable
-
-if TYPE_CHECKING:
-    from ltlplan.systems.transition_systems import Cost, Point
+from ltlplan.systems.transition_systems import Cost, Point
+from verify.data import Infeasible, Mission, Unsatisfiable, Word
 
 _NO_PRECEDENCES = "No words satisfy the formula under any precedences between the robots' events."
 SHUT = 1e5
@@ -59,7 +55,7 @@ def assign(
         Infeasible: No way to share it brings all back before a vehicle's endurance ends.
         TooLarge: A budget was used up before an answer was found.
     """
-    problem = Problem(mission, budget, cost, metre, capacities)
+    problem = Problem(mission, budget, cost, metre, capacities, _cheapest, _no_plan)
     nothing: NoWords | None = None
     for plan in (_under_precedences,) if ordered else _tries(problem):
         try:
@@ -123,6 +119,21 @@ def _under_precedences(problem: Problem) -> Allocation:
     if found is None:
         raise NoWords(lambda: Unsatisfiable(_NO_PRECEDENCES))
     return found
+
+
+def _cheapest(mission: Mission) -> float | None:
+    """Return what the cheapest plan costs; None where there is none."""
+    try:
+        return assign(mission, budget=Budget(states=50_000), explained=False).cost
+    except (Unsatisfiable, Infeasible):
+        return None
+
+
+def _no_plan(problem: Problem, order: Sequence[tuple[str, Word]]) -> Unsatisfiable:
+    """Return the error that says why there is no plan."""
+    from ltlplan.search.explanations.no_plan import no_plan
+
+    return no_plan(problem, order)
 
 
 def exact(mission: Mission, context: Context) -> Allocation:

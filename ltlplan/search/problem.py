@@ -15,7 +15,7 @@ from ltlplan.search.relevant_places import FEW, places_that_matter
 from ltlplan.systems.region_labels import Layout
 from ltlplan.systems.robot_systems import Systems
 from ltlplan.systems.transition_systems import Cost, TransitionSystem
-from verify.data import Formula, Infeasible, Mission, Unsatisfiable
+from verify.data import Formula, Infeasible, Mission, Unsatisfiable, Word
 from verify.data.language.counting import Atom, atoms
 from verify.data.language.formula import FALSE
 
@@ -45,6 +45,8 @@ class Problem:
         cost: Cost of a leg; None for straight lines by the mission's weights.
         metre: What a metre costs each robot on the way to its end, where `cost` counts more than metres.
         capacities: Robots that regions hold, where refinement found no places for more.
+        cheapest: Prices missions that ask for less, where there is no plan; None where these have none either.
+        explain: Says why there is no plan; gets the order of the robots, with words, that breaks the cheapest plan of a fixed order.
     """
 
     mission: Mission
@@ -52,6 +54,10 @@ class Problem:
     cost: Cost | None = None
     metre: Mapping[str, float] | None = None
     capacities: Mapping[str, int] = field(default_factory=dict[str, int])
+    cheapest: Callable[[Mission], float | None] = lambda _: None
+    explain: Callable[[Problem, Sequence[tuple[str, Word]]], Unsatisfiable] = lambda *_: Unsatisfiable(
+        "No plan satisfies the formula."
+    )
 
     @cached_property
     def systems(self) -> Systems:

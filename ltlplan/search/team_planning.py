@@ -28,7 +28,8 @@ from ltlplan.search.team_reading import Found, least_highest, least_sum
 from ltlplan.systems.transition_systems import TransitionSystem
 
 if TYPE_CHECKING:
-    from ltlplan.search.explanations.unsatisfiable_cores import NoPlan
+    pass
+from verify.data import Unsatisfiable
 
 MANY = 10
 """Robots from which on tasks are shared out before any search: where a bound is met there is nothing to search for."""
@@ -355,12 +356,10 @@ def assigned(problem: Problem, task: TeamTask) -> Allocation:
     )
 
 
-def _no_plan(problem: Problem, found: PlanningOutcome) -> NoPlan:
+def _no_plan(problem: Problem, found: PlanningOutcome) -> Unsatisfiable:
     """Return the error that says why there is no plan: the order of the robots, if any, that breaks the best plan of the fixed order."""
-    from ltlplan.search.explanations.no_plan import no_plan
-
     if found.first is None:
-        return no_plan(problem, ())
+        return problem.explain(problem, ())
     names = tuple(problem.mission.agents)
     words = [word_along(system, path) for system, path in zip(problem.each, found.first.paths, strict=True)]
-    return no_plan(problem, [(names[robot], words[robot]) for robot in found.refused or range(len(names))])
+    return problem.explain(problem, [(names[robot], words[robot]) for robot in found.refused or range(len(names))])

@@ -195,4 +195,4 @@ def _no_cycles(problem: Problem) -> Unsatisfiable | Infeasible:
             "in which robots hover outside all regions for one another, or are read in a lap where they only rest: these are not planned. Give such "
             "a place a region of its own, or let the formula come true in flight."
         )
-    return relaxed(mission, explain(mission, problem.systems, each, possible))
+    return relaxed(problem, explain(mission, problem.systems, each, possible))

@@ -9,7 +9,7 @@ from ltlplan.logic.conjunction import conjunct_automata
 from ltlplan.search.counting.counting_propositions import Marks
 from ltlplan.search.explanations.held_letters import held_letter
 from ltlplan.search.explanations.inquiry import BUDGET, all_of
-from ltlplan.search.explanations.relaxation import cheapest, relaxed
+from ltlplan.search.explanations.relaxation import relaxed
 from ltlplan.search.explanations.unsatisfiable_cores import NoPlan, explain, refused_in_some_order
 from ltlplan.search.joint.reading import JointTask
 from ltlplan.search.orders.planning import OrderedTeam
@@ -44,6 +44,6 @@ def no_plan(problem: Problem, refused: Sequence[tuple[str, Word]]) -> NoPlan:
 
     error = refused_in_some_order(mission, refused) if refused else explain(mission, problem.systems, each, possible)
     if problem.several and not joint:
-        held = held_letter(mission, each, problem.asked, lambda other: cheapest(other) is not None)
+        held = held_letter(mission, each, problem.asked, lambda other: problem.cheapest(other) is not None)
         error = NoPlan(error.core, (*error.reasons, *held), error.edges)
-    return relaxed(mission, error)
+    return relaxed(problem, error)

@@ -2,40 +2,31 @@
 
 from __future__ import annotations
 
-from ltlplan.logic.budget import Budget
 from ltlplan.logic.conjunction import conjuncts
 from ltlplan.search.explanations.max_weight_subset import MostWeight, Parts
 from ltlplan.search.explanations.unsatisfiable_cores import NoPlan
-from verify.data import Infeasible, Mission, Unsatisfiable, parse_formula
+from ltlplan.search.problem import Problem
+from verify.data import parse_formula
 
 _SEARCHES = 40
 _PARTS = 40  # more are not tried
 
 
-def cheapest(mission: Mission) -> float | None:
-    """Return what the cheapest plan costs; None where there is none."""
-    from ltlplan.search.exact import assign
-
-    try:
-        return assign(mission, budget=Budget(states=50_000), explained=False).cost
-    except (Unsatisfiable, Infeasible):
-        return None
-
-
-def relaxed(mission: Mission, error: NoPlan) -> NoPlan:
+def relaxed(problem: Problem, error: NoPlan) -> NoPlan:
     """Return the error with what to leave out of the formula: the fewest parts, for each of them counts 1.
 
     Args:
-        mission: Whose formula cannot be met.
+        problem: Whose formula cannot be met.
         error: Says why.
     """
+    mission = problem.mission
     written = parse_formula(mission.spec.formula or "true", mission.propositions, robots=mission.agents)
     parts = tuple(dict.fromkeys(conjuncts(written)))
     if not 1 < len(parts) <= _PARTS:
         return error
 
     def cost_of(kept: Parts) -> float | None:
-        return cheapest(mission.asking(" & ".join(f"({parts[index]})" for index in sorted(kept)))) if kept else 0.0
+        return problem.cheapest(mission.asking(" & ".join(f"({parts[index]})" for index in sorted(kept)))) if kept else 0.0
 
     best = MostWeight([1.0] * len(parts), cost_of, searches=_SEARCHES).choose()
     if best is None or not best.parts:
