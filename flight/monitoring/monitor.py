@@ -181,7 +181,7 @@ class Monitor:
         finite = self.mission.spec.trace == "finite"
         if has_formula(self.mission) and self._formula is not None and self.formula == "open":
             last = self._time if end is None else end
-            verdict = both(self._formula.end(finite=finite), self._timed.end(last))
+            verdict = both(self._formula.end(finite=finite), self._timed.end(last, finite=finite))
             if verdict == "satisfied":
                 self._say(None, "formula", "the flown path satisfies the formula.")
             elif verdict == "violated":

@@ -63,14 +63,15 @@ class TimedState:
             self._judge(now, over=False)
         return self.verdict
 
-    def end(self, time: float) -> FormulaVerdict:
+    def end(self, time: float, *, finite: bool = True) -> FormulaVerdict:
         """Return the verdict when the flight is over: nobody wins by landing, so a part that needs more time is broken.
 
         Args:
             time: When it ended, s from its start.
+            finite: Whether the trace ends with it; of laps for ever what is open stays open.
         """
         if self.verdict == "open" and self._shown:
-            self._judge(max(Fraction(time), self._seen), over=True)
+            self._judge(max(Fraction(time), self._seen), over=finite)
         return self.verdict
 
     @property

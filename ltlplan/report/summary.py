@@ -125,8 +125,9 @@ def timing_sentences(certificate: Certificate) -> list[str]:
     slack = [claim.bound for claim in certificate.claims if claim.name == "timing" and claim.bound is not None]
     if not slack:
         return []
+    laps = "; laps follow one another without a wait" if certificate.mission.spec.trace == "infinite" else ""
     return [
-        f"bounds in seconds have {min(slack):.4f} s to spare; t = 0 is the start of the certified flight, after climb and way"
+        f"bounds in seconds have {min(slack):.4f} s to spare; t = 0 is the start of the certified flight, after climb and way{laps}"
     ]
 
 

@@ -19,7 +19,8 @@ from verify.data.witness import Witness
 from verify.logic.explanation import show
 from verify.model_checking.bad_prefixes import first_never_kept, never_kept
 from verify.model_checking.timeline import Relations, Status, Timeline
-from verify.model_checking.word_claims import judge_formula
+from verify.model_checking.timing.timed_verdict import TimedJudge
+from verify.model_checking.word_claims import judge_formula, judged_as_one
 from verify.recordings.geometric_claims import recorded_claim
 
 _ENDS = "A recorded flight ends, and what follows may keep the formula or break it"
@@ -27,7 +28,12 @@ _ENDS = "A recorded flight ends, and what follows may keep the formula or break 
 
 # six parameters: what is asked, what is known of the flight, and what the search may take
 def laps_claim(
-    mission: Mission, timelines: Mapping[str, Timeline], related: Relations, lap: Fraction | None, zero: float, budget: int
+    mission: Mission,
+    timelines: Mapping[str, Timeline],
+    related: Relations,
+    lap: Fraction | None,
+    begins: tuple[float, float],
+    budget: int,
 ) -> Claim:
     """Claim that the formula holds of the recorded flight, assuming every later cycle repeats the last recorded one.
 
@@ -36,9 +42,10 @@ def laps_claim(
         timelines: One for each robot, without cycles.
         related: What is proved of the regions at large.
         lap: Length of the last lap, with which the timelines end, s; None where it is not known.
-        zero: Time of the timelines' 0, s of the recording.
+        begins: Time of the timelines' 0, s of the recording, and by how much later the flight may have begun: bounds in seconds count from there.
         budget: Configurations that each part of the formula may take.
     """
+    zero, late = begins[0], Fraction(begins[1]) if mission.timed_parts else Fraction(0)
     why = ": how long its laps last, or when exactly it began, is not known."
     if lap is not None:
         end = min(timeline.duration for timeline in timelines.values())
@@ -47,7 +54,7 @@ def laps_claim(
         if fault is not None:
             why = f": {fault}'s internal state at the end of the last lap is not known to be that at its beginning."
         else:
-            verdict = judge_formula(mission, repeated, related, budget=budget)[0]
+            verdict = judged_as_one(judge_formula(mission, repeated, related, clock_error=late, budget=budget))
             if verdict.outcome == "holds":
                 note = f" But {verdict.vacuous[0]}" if verdict.vacuous else ""
                 span = f"from {zero + float(end - lap):.4f} to {zero + float(end):.4f} s"
@@ -63,6 +70,11 @@ def laps_claim(
 
     if part := broken(timelines):
         at = first_never_kept(timelines, lambda flown: bool(broken(flown)))
+        return _broken(timelines, part, at, zero)
+    judge = TimedJudge(timelines, related, late)
+    lost = [(at, show(part)) for part in mission.timed_parts if (at := judge.lost_from(part)) is not None]
+    if lost:
+        at, part = min(lost)
         return _broken(timelines, part, at, zero)
     return recorded_claim("formula", "undecided", f"{_ENDS}{why}")
 

@@ -161,7 +161,7 @@ def formula_claim(
                 sentence = f"{fault} of {robot} at {other.since:.3f} s, so the order of its letters cannot be told."
                 return recorded_claim("formula", "undecided", sentence, robot=robot, time=other.since)
     if mission.spec.trace == "infinite":
-        return laps_claim(mission, timelines, common_relations(worlds), lap, zero, budget)
+        return laps_claim(mission, timelines, common_relations(worlds), lap, begins, budget)
     return _word_claim(judge_timelines(mission, timelines, common_relations(worlds), budget, late=Fraction(late)), zero)
 
 

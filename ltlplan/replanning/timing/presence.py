@@ -2,18 +2,26 @@
 
 A flight that is flown `stretch` times slower, with more hovers, comes to each event at `stretch * time` and the hovers before it. The judge
 decides the flight that is refined so; here times are only chosen.
+
+Laps are written out one after another, as many as bounds look ahead: a hover within a lap counts once for each that was begun before an event.
+Teams hover in no lap, as these begin together: they are slowed as a whole.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from verify.data import Plan
 from verify.model_checking.timeline import Timeline
+from verify.model_checking.timing.laps import unrolled
 
 HoverPlace = tuple[str, int]
 """A robot, and where it hovers: -1 at its start, the index of a visit, the number of its visits at its end."""
+
+_MOST_LAPS = 6
+"""Laps that are written out: bounds of many laps leave more than enough time, or ask for what has to hold in each."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,15 +52,30 @@ class Presence:
     Attributes:
         sure: For each proposition the stays in which it surely shows it, in order.
         possible: The same of those in which it may show it.
-        end: When its flight ends.
+        end: When its flight ends, or the laps that are written out.
+        lap: When its first lap ends: what is asked for ever is asked up to then. None of a finite flight.
     """
 
     sure: Mapping[str, tuple[Stay, ...]]
     possible: Mapping[str, tuple[Stay, ...]]
     end: Instant
+    lap: Instant | None = None
 
 
-def presence_of(plan: Plan, robot: str, timeline: Timeline, lasts: float) -> Presence:
+def laps_ahead(timelines: Mapping[str, Timeline], seconds: float) -> int:
+    """Return how many laps are written out for bounds of so many seconds in all; 1 for a finite flight.
+
+    Args:
+        timelines: One for each robot.
+        seconds: All bounds together.
+    """
+    first = next(iter(timelines.values()))
+    if first.cycle is None:
+        return 1
+    return min(2 + math.ceil(seconds / float(first.duration - first.cycle)), _MOST_LAPS)
+
+
+def presence_of(plan: Plan, robot: str, timeline: Timeline, lasts: float, laps: int = 1) -> Presence:
     """Return what one robot of a refined flight shows.
 
     Args:
@@ -60,8 +83,12 @@ def presence_of(plan: Plan, robot: str, timeline: Timeline, lasts: float) -> Pre
         robot: Its name.
         timeline: What it may show, as the judge has it.
         lasts: Its own flight's duration, s; the team's may be longer.
+        laps: How many are written out.
     """
-    clock = _Clock.of(plan, robot, timeline)
+    clock, lap = _Clock.of(plan, robot, timeline), None
+    if timeline.cycle is not None:
+        lap, timeline = clock.instant(float(timeline.duration)), unrolled(timeline, laps)
+        clock, lasts = clock.repeated(plan.robots[robot].cycle_visit or 0, laps), float(timeline.duration)
     sure: dict[str, tuple[Stay, ...]] = {}
     possible: dict[str, tuple[Stay, ...]] = {}
     for region in timeline.initial.keys() | {change.region for change in timeline.changes}:
@@ -78,7 +105,7 @@ def presence_of(plan: Plan, robot: str, timeline: Timeline, lasts: float) -> Pre
         shown.setdefault(name, []).append((since, None))
     for name, spans in shown.items():
         sure[name] = possible[name] = tuple(clock.stay(*span) for span in spans)
-    return Presence(sure, possible, clock.instant(lasts, last=True))
+    return Presence(sure, possible, clock.instant(lasts, last=lap is None), lap)
 
 
 def _spans(timeline: Timeline, region: str, *, sure: bool) -> Iterator[tuple[float | None, float | None]]:
@@ -106,6 +133,8 @@ class _Clock:
     rests: tuple[tuple[int, float], ...]
     held: Mapping[int, float]
     last: int
+    hovers: bool
+    period: float
 
     @classmethod
     def of(cls, plan: Plan, robot: str, timeline: Timeline) -> _Clock:
@@ -122,17 +151,30 @@ class _Clock:
         for hover in plan.hovers:
             if hover.robot == robot:
                 held[hover.visit] = held.get(hover.visit, 0.0) + hover.seconds
-        return cls(robot, tuple(rests), held, len(rests))
+        cycle = timeline.cycle
+        alone = cycle is None or len(plan.robots) == 1
+        return cls(robot, tuple(rests), held, len(rests), alone, 0.0 if cycle is None else float(timeline.duration - cycle))
+
+    def repeated(self, cycle_visit: int, laps: int) -> _Clock:
+        """Return the clock of laps that are written out, each with its rests.
+
+        Args:
+            cycle_visit: The first visit of a lap.
+            laps: How many.
+        """
+        again = [(visit, rest + number * self.period) for number in range(1, laps) for visit, rest in self.rests[cycle_visit:]]
+        return replace(self, rests=(*self.rests, *again))
 
     def stay(self, begin: float | None, end: float | None) -> Stay:
         return Stay(None if begin is None else self.instant(begin), None if end is None else self.instant(end))
 
     def instant(self, time: float, *, last: bool = False) -> Instant:
         """Return a time of the flight as flight and hovers before it; `last` for its end."""
-        before = {(self.robot, -1): 1.0}
-        before |= {
-            (self.robot, visit): 0.5 if abs(time - rest) < 1e-6 else 1.0 for visit, rest in self.rests if rest < time + 1e-6
-        }
+        before = {(self.robot, -1): 1.0} if self.hovers else {}
+        for visit, rest in self.rests if self.hovers else ():
+            if rest < time + 1e-6:
+                share = 0.5 if abs(time - rest) < 1e-6 else 1.0
+                before[self.robot, visit] = before.get((self.robot, visit), 0.0) + share
         if last:
             before |= {(self.robot, visit): 1.0 for visit in range(-1, self.last + 1)}
         moving = time - sum(share * self.held.get(place[1], 0.0) for place, share in before.items())

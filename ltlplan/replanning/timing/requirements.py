@@ -16,6 +16,7 @@ from scipy.optimize import Bounds, LinearConstraint, milp
 from scipy.sparse import csr_array
 
 from ltlplan.replanning.timing.presence import HoverPlace, Instant, Presence, Stay
+from ltlplan.replanning.timing.stays import all_chains, dwell_of, lap_chains, names_of, serving
 from verify.data.language.formula import Formula
 
 _SECONDS = 3.0
@@ -81,6 +82,9 @@ class Requirements:
         for place in sorted(places):
             self._hovers[place] = self._variable(0.0, reach, worth=1.0)
         ends = [self.time(presence.end) for presence in flight.values()]
+        self._flown = max(presence.end.moving for presence in flight.values())
+        laps = [self.time(presence.lap) for presence in flight.values() if presence.lap is not None]
+        self._lap = laps[0] if laps else None  # those of a team end together
         self._end = Time(0.0, {self._variable(0.0, np.inf): 1.0})
         for end in ends:
             self._before(end, self._end)
@@ -205,13 +209,15 @@ class Requirements:
             others = [part for part in parts if not _is_absence(*part)]
             if absent and others:
                 shown = absent[0][0]
-                for name in _names(shown.arguments[0] if shown.operator == "!" else shown):
+                for name in names_of(shown.arguments[0] if shown.operator == "!" else shown):
                     for stay in self._stays(name, sure=False):
                         first, last = self._ends(stay)
+                        if self._begins_later(stay, end):
+                            continue
                         early, late, within = self._alternatives(guard, 3)
                         self._before(last, begin, early, spare=True)
                         self._before(end, first, late, spare=True)
-                        self._either(others, first, last, within)
+                        self._either(others, first + -self._error, last + self._error, within)
                 return
         for within, (part, sign) in zip(self._alternatives(guard, len(parts)), parts, strict=True):
             self._during(part, begin, end, within, negated=sign)
@@ -228,6 +234,8 @@ class Requirements:
             return
         for stay in self._stays(name, sure=False):
             first, last = self._ends(stay)
+            if self._begins_later(stay, end):
+                continue
             early, late = self._alternatives(guard, 2)
             self._before(end, first, early, spare=True)
             self._before(last, begin, late, spare=True)
@@ -247,11 +255,10 @@ class Requirements:
         after, within = float(low), None if high is None else float(high)
         kind = _DUAL[node.operator] if negated else node.operator
         *first, last = node.arguments
+        if self._lap is not None and after >= self._flown:
+            return  # many laps later; the judge decides
         if kind == "G":
-            until = self._end if within is None else end + within
-            if within is not None:
-                self._before(until, self._end, guard, spare=True)
-            self._during(last, begin + after, until, guard, negated=negated)
+            self._during(last, begin + after, self._last_asked(end, within, guard), guard, negated=negated)
         elif kind in ("R", "W"):  # for ever, or until the other one too: `q M p` of R; of W, p until q
             always, reached = self._alternatives(guard, 2)
             kept = last if kind == "R" else first[0]
@@ -262,6 +269,28 @@ class Requirements:
         else:
             held = first[0] if kind == "U" else last
             self._until(held, (last,) if kind == "U" else (first[0], last), (begin, end), (after, within), guard, negated)
+
+    def _last_asked(self, end: Time, within: float | None, guard: Guard) -> Time:
+        """Return the time up to which something has to hold; for ever is the flight, or its first lap, which all others repeat."""
+        if within is None:
+            return self._end if self._lap is None else self._lap
+        if self._lap is not None and within >= self._flown:
+            return self._end
+        self._before(end + within, self._end, guard, spare=True)
+        return end + within
+
+    def _begins_later(self, stay: Stay, end: Time) -> bool:
+        """Return whether a stay begins after the lap up to whose end something is asked."""
+        return end is self._lap and stay.begin is not None and stay.begin.moving >= self._moving(end)
+
+    def _moving(self, time: Time) -> float:
+        """Return a time without all hovers at the pace that was flown, s."""
+        return time.constant + time.shares.get(self._stretch, 0.0)
+
+    def _deadline(self, begin: Time, within: float) -> Time:
+        """Return the end of a window, later by what deadlines may be missed by."""
+        deadline = begin + within
+        return deadline if self._late is None else Time(deadline.constant, {**deadline.shares, self._late: 1.0})
 
     def _until(
         self, held: Formula | None, reached: Sequence[Formula], span: tuple[Time, Time], window: tuple[float, float | None],
@@ -275,10 +304,7 @@ class Requirements:
         then = Time(0.0, {self._variable(0.0, np.inf): 1.0})
         self._before(begin + after, then, guard)
         if within is not None:
-            deadline = begin + within
-            if self._late is not None:
-                deadline = Time(deadline.constant, {**deadline.shares, self._late: 1.0})
-            self._before(then, deadline, guard)
+            self._before(then, self._deadline(begin, within), guard)
         self._before(then, self._end, guard, spare=after > 0)  # what is asked for later has to be flown on every clock
         for part in reached:
             self._during(part, then, then, guard, negated=negated)
@@ -290,25 +316,28 @@ class Requirements:
     def _covered(
         self, reached: Sequence[Formula], span: tuple[Time, Time], window: tuple[float, float | None], guard: Guard, negated: bool
     ) -> None:  # fmt: skip
-        """Ask that at each time of a span a stay that serves it is within a window: a chain of one robot's stays."""
-        names = _names(reached[0]) if len(reached) == 1 and not negated else ()
-        if not names:
+        """Ask that at each time of a span a stay that serves it is within a window: a chain of stays, each long enough for a dwell."""
+        dwell, served = dwell_of(reached[0]) if len(reached) == 1 and not negated else (0.0, None)
+        rows = () if served is None else serving(served, self._flight, laps=self._lap is not None)
+        if not rows:
             return  # asked for nothing here; the judge decides
         (begin, end), (after, within) = span, window
-        chains: list[tuple[Stay, ...]] = []
-        for presence in self._flight.values():
-            robots = [name for name in names if name.robot == "" or self._flight.get(name.robot) is presence]
-            found = {id(stay): stay for name in robots for stay in presence.sure.get(name.name, ())}
-            stays = sorted(found.values(), key=lambda stay: -1.0 if stay.begin is None else stay.begin.moving)
-            chains += [tuple(stays[i:j]) for i in range(len(stays)) for j in range(i + 1, len(stays) + 1)]
+        if self._lap is None:
+            chains = [chain for row in rows for chain in all_chains(row)]
+        else:
+            chains = lap_chains(rows[0], (self._moving(begin), self._moving(end)), later=after > 0)
         for chain, chosen in zip(chains, self._alternatives(guard, len(chains)), strict=True):
-            ends = [self._ends(stay) for stay in chain]
-            for number, (first, last) in enumerate(ends):
-                since = begin if number == 0 else ends[number - 1][1] + -after
-                if within is not None and chain[number].begin is not None:
-                    self._before(first, since + within, chosen, spare=True)
-                if number == len(ends) - 1:
-                    self._before(end + after, last, chosen, spare=chain[number].end is not None)
+            since = begin
+            for number, stay in enumerate(chain):
+                first, last = self._ends(stay)
+                last += -dwell
+                if dwell:
+                    self._before(first, last, chosen, spare=True)
+                if within is not None and stay.begin is not None:
+                    self._before(first, self._deadline(since, within), chosen, spare=True)
+                if number == len(chain) - 1:
+                    self._before(end + after, last, chosen, spare=stay.end is not None)
+                since = last + -(after + self._error)
 
 
 _DUAL = {"F": "G", "G": "F", "U": "R", "R": "U", "W": "M", "M": "W"}
@@ -318,19 +347,7 @@ def _is_absence(node: Formula, negated: bool) -> bool:
     """Return whether a part says that none of some propositions are shown."""
     if node.operator == "!":
         node, negated = node.arguments[0], not negated
-    return negated and bool(_names(node))
-
-
-def _names(node: Formula) -> tuple[Formula, ...]:
-    """Return the propositions of which a formula asks for one; none where it asks for anything else."""
-    if node.operator == "!":
-        return _names(node.arguments[0]) if node.arguments[0].operator == "!" else ()
-    if node.operator == "name":
-        return (node,)
-    if node.operator != "|":
-        return ()
-    parts = [_names(part) for part in node.arguments]
-    return tuple(name for part in parts for name in part) if all(parts) else ()
+    return negated and bool(names_of(node))
 
 
 def _places(presence: Presence) -> Iterator[HoverPlace]:

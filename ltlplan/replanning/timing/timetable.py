@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
-from ltlplan.replanning.timing.presence import presence_of
+from ltlplan.replanning.timing.presence import laps_ahead, presence_of
 from ltlplan.replanning.timing.requirements import Requirements, Times
 from verify.data import Formula, Mission, Plan, Trajectory
 from verify.data.sections import GENTLE
@@ -31,12 +31,13 @@ def timetable(flight: Judged, *, greatest: float, flown: float, late: bool = Fal
     """
     plan, team, certificate = flight
     parts = plan.mission.timed_parts
-    presence = {
-        name: presence_of(plan, name, timeline, team[name].duration) for name, timeline in certificate.timelines.items()
-    }
     bounds = sum(float(bound) for part in parts for bound in bounds_of(part))
+    laps = laps_ahead(certificate.timelines, bounds)
+    presence = {
+        name: presence_of(plan, name, timeline, team[name].duration, laps) for name, timeline in certificate.timelines.items()
+    }
     slowest = max(flown / min(GENTLE, greatest), 1.0)
-    reach = 2.0 * certificate.duration * slowest + bounds + 10.0
+    reach = 2.0 * certificate.duration * laps * slowest + bounds + 10.0
     asked = Requirements(presence, certificate.clock_error, slowest, reach)
     for part in parts:
         asked.ask(part, late=late)

@@ -112,7 +112,7 @@ def test_a_deadline_that_cannot_be_met_is_told_with_what_is_missing() -> None:
     ("formula", "more", "says"),
     [
         ("F[0,5] dock & F shelf", "", "under `team: own` the robots' letters are read in any order"),
-        ("G F[0,9] dock", ", team: joint, trace: infinite", "not supported for laps that are flown for ever"),
+        ("G F[0,9] dock", ", trace: infinite", "under `team: own` the robots' letters are read in any order"),
         ("F dock", ", team: joint, soft: [{formula: 'F[0,3] pit', weight: 1}]", "not supported in a soft specification"),
         ("F[5,2] dock", ", team: joint", "ends before it begins"),
     ],

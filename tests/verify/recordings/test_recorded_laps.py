@@ -179,9 +179,9 @@ def against_spot(count: int, seed: int) -> dict[str, int]:
             wanted = "fails"
         else:
             wanted = "holds" if spot_accepts(parsed, word) else "undecided"
-        claim = laps_claim(asks, {"q0": line}, Relations(), line.duration - lap - Fraction(1, 2), 5.0, BUDGET)
+        claim = laps_claim(asks, {"q0": line}, Relations(), line.duration - lap - Fraction(1, 2), (5.0, 0.0), BUDGET)
         assert claim.outcome == wanted, (formula, letters, lap, claim.sentence)
-        blind = laps_claim(asks, {"q0": line}, Relations(), None, 5.0, BUDGET)
+        blind = laps_claim(asks, {"q0": line}, Relations(), None, (5.0, 0.0), BUDGET)
         assert blind.outcome == ("fails" if wanted == "fails" else "undecided")
         if wanted == "fails":
             until = int(claim.time - 5.0)
@@ -210,7 +210,7 @@ def none_that_holds_breaks(count: int, seed: int) -> int:
         team = {f"q{i}": replace(short_timeline(rng, f"q{i}", touching=True), actions=()) for i in range(robots)}
         lap = rng.randint(1, 4)
         asks = mission(formula, trace="infinite", team=reading, robots=robots)
-        if laps_claim(asks, team, Relations(), Fraction(lap), 0.0, BUDGET).outcome == "holds":
+        if laps_claim(asks, team, Relations(), Fraction(lap), (0.0, 0.0), BUDGET).outcome == "holds":
             held += 1
             for _ in range(8):
                 word = some_lasso(team, lap, rng, own=reading == "own")
@@ -230,10 +230,40 @@ def test_no_flight_of_many_that_agrees_with_laps_that_hold_breaks_them():
 def test_internal_states_that_do_not_come_back_promise_no_lap():
     asks = mission("G F a", trace="infinite")
     line = Timeline("q0", {"a": "must", "b": "no", "c": "no"}, (), Fraction(8))
-    assert laps_claim(asks, {"q0": line}, Relations(), Fraction(4), 0.0, BUDGET).outcome == "holds"
+    assert laps_claim(asks, {"q0": line}, Relations(), Fraction(4), (0.0, 0.0), BUDGET).outcome == "holds"
     before = replace(line, actions=(fill(2),))
-    assert laps_claim(asks, {"q0": before}, Relations(), Fraction(4), 0.0, BUDGET).outcome == "holds"
+    assert laps_claim(asks, {"q0": before}, Relations(), Fraction(4), (0.0, 0.0), BUDGET).outcome == "holds"
     for action in (fill(6), replace(fill(3), until=Fraction(5))):
-        claim = laps_claim(asks, {"q0": replace(line, actions=(action,))}, Relations(), Fraction(4), 0.0, BUDGET)
+        claim = laps_claim(asks, {"q0": replace(line, actions=(action,))}, Relations(), Fraction(4), (0.0, 0.0), BUDGET)
         assert claim.outcome == "undecided"
         assert "q0's internal state at the end of the last lap is not known to be that at its beginning" in claim.sentence
+
+
+def test_bounds_in_seconds_are_held_against_recorded_laps():
+    def visits(*times: tuple[int, int]) -> Timeline:
+        changes = [
+            Change(Enclosure(Fraction(time), Fraction(time)), "a", status)
+            for span in times
+            for time, status in zip(span, ("must", "no"), strict=True)
+        ]
+        return Timeline("q0", dict.fromkeys("abc", "no"), tuple(changes), Fraction(12))
+
+    def said(formula: str, line: Timeline):
+        return laps_claim(mission(formula, trace="infinite"), {"q0": line}, Relations(), Fraction(4), (5.0, 0.0), BUDGET)
+
+    patrols = visits((1, 2), (5, 6), (9, 10))
+    assert said("G F[0,3] a", patrols).outcome == "holds"
+    late = said("G F[0,2] a", patrols)
+    assert late.outcome == "fails"
+    assert late.time == pytest.approx(5.0 + 4.0, abs=1e-3)  # two seconds after it left a
+    once = said("G F[0,7] a", visits((1, 2), (5, 6)))
+    assert once.outcome == "undecided"
+    assert "`a` never happens" in once.sentence
+    slower = said("G F[0,3] a", visits((1, 2), (6, 7), (9, 10)))
+    assert slower.outcome == "fails"
+    assert (
+        laps_claim(
+            mission("G F[0,3] a", trace="infinite"), {"q0": patrols}, Relations(), Fraction(4), (5.0, 0.5), BUDGET
+        ).outcome
+        != "holds"
+    )

@@ -132,8 +132,6 @@ def _unmeasured(spec: Spec, robots: int, *, soft: bool) -> str:
             "and under `team: own` the robots' letters are read in any order, which measures no time. Write `team: joint`, where time is common; "
             "`each(...)` asks something of every robot there."
         )
-    if spec.trace == "infinite":
-        return "which is not supported for laps that are flown for ever. Use `trace: finite`, or leave the bounds out."
     return "which is not supported in a soft specification. Ask it in `spec.formula`, or leave the bounds out." if soft else ""
 
 

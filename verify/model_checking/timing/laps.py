@@ -34,7 +34,7 @@ class Recurrence:
 
     @property
     def reach(self) -> int:
-        """How far ahead an operation looks at most, and the time before which a set is known."""
+        """The most ticks that an operation looks ahead, and the time before which a set is known."""
         return self.begin + self.period
 
     def later(self, ticks: int) -> Recurrence:

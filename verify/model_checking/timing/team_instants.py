@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from bisect import bisect_left
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -74,6 +75,11 @@ class TeamInstants:
                 united[held] = _together(reading, held)
             found.append(united[held] or None)  # none at all: the labels contradict themselves, so nothing is sure
         return cls(tuple(cuts), tuple(found))
+
+    def until(self, tick: int) -> TeamInstants:
+        """Return the letters up to a time, that one included; of later times nothing is known."""
+        count = bisect_left(self.cuts, 2 * tick + 1)
+        return TeamInstants((*self.cuts[:count], 2 * tick + 1), (*self.letters[:count], None))
 
     def sure(self, formula: Formula, *, negated: bool) -> Instants:
         """Return when a Boolean combination of propositions, or its negation, surely holds.

@@ -96,6 +96,23 @@ class TimedJudge:
         found: list[tuple[Fraction, Side]] = [(seconds, side) for seconds, side in sides if seconds is not None]
         return Slack(*min(found)) if found else Slack(None, "late")
 
+    def lost_from(self, part: Formula) -> Fraction | None:
+        """Return from when on no continuation of the flights satisfies a conjunct, to `RESOLUTION`, rounded up, s; None where one may.
+
+        Args:
+            part: Written out for the team; the timelines have no cycles.
+        """
+        reading, scale, shown = self._letters(part)
+        error = int(self.clock_error * scale)
+        team = TeamInstants.of(reading, shown, Clocks(error, error))
+
+        def may_hold(time: Fraction) -> bool:
+            known = max(int(time * scale) - error, 0)
+            return not at(TimedFormula(team.until(known), known, scale).sure(part, negated=True).held, 0)
+
+        lost = _greatest(may_hold, max(timeline.duration for timeline in self.timelines.values()))
+        return None if lost is None else lost + RESOLUTION
+
     def _horizon(self, part: Formula) -> Fraction:
         """Return a time after which nothing that is bounded depends on a delay, s."""
         ends = (t.duration + (0 if t.cycle is None else t.duration - t.cycle) for t in self.timelines.values())
