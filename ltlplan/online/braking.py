@@ -17,7 +17,7 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
-from ltlplan.online_mtac.events import rim_distance
+from ltlplan.online.checked_events import rim_distance
 from refine.obstacles.keep_out_bodies import within
 from refine.obstacles.solid_body import SolidBody, solid_bodies
 from verify.claims.claim import Claim

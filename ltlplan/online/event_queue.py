@@ -6,8 +6,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 from ltlplan.online.certified_team import CertifiedTeam
+from ltlplan.online.checked_events import in_order
 from ltlplan.online.standby import Standby, shown_at
-from ltlplan.online_mtac.events import in_order
 from verify.data import BadInput, Mission
 from verify.data.events import RobotJoins, RobotLeaves, WorldEvent
 

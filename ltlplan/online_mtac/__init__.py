@@ -9,7 +9,6 @@
 | `initial_allocation` | the run that the team begins with, and its tasks for each robot |
 | `task_switching` | which task should change hands |
 | `deadlock_resolution` | robots that are led around others or step aside; the ways that they fly then |
-| `events` | what can change in the world (`verify.data.events`), checked before take-off |
 | `cross_entropy` | Algorithm 4 |
 
 All of it lies below the pipeline: nothing here knows of vehicles, refinement or the judge. Flights with dynamics, and flights in

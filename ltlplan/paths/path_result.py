@@ -103,7 +103,7 @@ def _plan(where: Room, plan: RobotPlan, spline: LeastSnapSpline, points: Floats,
         cycle = int(np.argmin(np.abs(times - spline.times[spline.cycle])))
         positions[-1] = positions[cycle]
     path = LeastSnapSpline(times, cycle)
-    permitted = [_permitted(cuts, i) for i in range(1, len(cuts))]
+    permitted = [next(cut.permitted for cut in cuts[i:] if cut.permitted is not None) for i in range(1, len(cuts))]
     if conflicts(path.through(positions), path.durations, where, permitted):
         return None
     waypoints = tuple(
@@ -113,11 +113,6 @@ def _plan(where: Room, plan: RobotPlan, spline: LeastSnapSpline, points: Floats,
     return plan.model_copy(
         update={"waypoints": waypoints, "times": tuple(float(t) for t in times - times[0]), "cycle_waypoint": cycle}
     )
-
-
-def _permitted(cuts: list[_Cut], index: int) -> frozenset[str]:
-    """Return the regions that the piece that ends at a waypoint may enter."""
-    return next(cut.permitted for cut in cuts[index:] if cut.permitted is not None)
 
 
 def _cuts(where: Room, plan: RobotPlan, spline: LeastSnapSpline, points: Floats, length: float) -> list[_Cut] | None:

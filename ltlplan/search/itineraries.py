@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from ltlplan.allocation import Itinerary
 from ltlplan.systems.transition_systems import Node, TransitionSystem
 from ltlplan.systems.visit_log import VisitLog
-from verify.data import InternalError, Mission, Word
+from verify.data import Mission, Word
 from verify.data.language.word import stutter_free
 from verify.data.shapes.inequalities import Point
 
@@ -86,9 +86,6 @@ def lasso_itinerary(mission: Mission, system: TransitionSystem, prefix: tuple[in
     entering = [i for i in range(len(cycle)) if _enters(system, path, len(prefix) + i, cycle)]
     if not entering:  # the cycle stays where it is
         letters = stutter_free(labels[node] for node in path)
-        hover = tuple(dict.fromkeys(system.labels[node] for node in cycle))
-        if len(hover) > 1:  # internal changes for ever, inside one region
-            raise InternalError("A cycle of actions inside one region is not flown.")
         log = _followed(system, path, middles)
         word = Word(letters[:-1], (letters[-1],))
         return Itinerary(log.visits, word, len(log.visits), path_cost(system, path), log.stops)

@@ -51,9 +51,6 @@ class Team:
         self.walls = {number: rooms for number, (_, rooms) in enumerate(numbers) if rooms is not None}
         self.common = _common(self.systems, self.label)
 
-    def __len__(self) -> int:
-        return len(self.systems)
-
     def letters_of(self, paths: Sequence[Sequence[int]]) -> list[list[int]]:
         """Return each robot's letters along its path, by number."""
         return [[label[node] for node in path] for label, path in zip(self.label, paths, strict=True)]

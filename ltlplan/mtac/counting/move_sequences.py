@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 
 from ltlplan.search.counting.counted_plans import CountedPlan, Flown, in_stages, keep
@@ -26,24 +26,7 @@ _NEAREST = 3
 """Places that are tried for a visit, between two moves of one robot."""
 
 
-@dataclass(frozen=True, slots=True)
-class Step:
-    """One robot's move.
-
-    Attributes:
-        robot: Which one.
-        path: Nodes of its system after the one that it leaves.
-        cost: Of the way.
-        task: The task that it was put in for, by number; None for moves that counts ask for.
-    """
-
-    robot: int
-    path: tuple[int, ...]
-    cost: float
-    task: int | None = None
-
-
-Course = tuple[Step, ...]
+Course = tuple[Flown, ...]
 
 
 class CountedCourses:
@@ -71,11 +54,11 @@ class CountedCourses:
         Args:
             plan: From the search over numbers of robots.
         """
-        steps: list[Step] = []
-        for robot, before, after in plan.turns:
-            path = plan.paths[robot][before:after]
-            steps.append(Step(robot, path, path_cost(self.systems[robot], plan.paths[robot][before - 1 : after])))
-        return tuple(steps)
+        ways = [(robot, plan.paths[robot], before, after) for robot, before, after in plan.turns]
+        return tuple(
+            self._flown(robot, path[before:after], path_cost(self.systems[robot], path[before - 1 : after]))
+            for robot, path, before, after in ways
+        )
 
     def costs(self, course: Course) -> list[float]:
         """Return what each robot's moves cost."""
@@ -150,11 +133,7 @@ class CountedCourses:
             bound: No plan costs less.
             reached: States that were seen.
         """
-        moves: list[Flown] = []
-        for step in course:
-            marks = [self._robots[step.robot].marks[node] for node in step.path]
-            moves.append(Flown(step.robot, step.path, tuple(shown for shown, _ in itertools.groupby(marks)), step.cost))
-        plan = in_stages(self.systems, self.marks, moves)
+        plan = in_stages(self.systems, self.marks, course)
         return None if plan is None else replace(plan, bound=bound, reached=reached)
 
     def _visits(self, robot: int, at: int, letters: frozenset[Letter]) -> Iterator[tuple[float, int]]:
@@ -165,12 +144,18 @@ class CountedCourses:
             there = ((cost, node) for node, cost in ways if labels[node] in letters and rests(node))
             yield from sorted(there)[:_NEAREST]
 
-    def _way(self, robot: int, at: int, target: int, task: int | None) -> Step | None:
+    @memoized
+    def _way(self, robot: int, at: int, target: int, task: int | None) -> Flown | None:
         """Return the cheapest move from a node to another one; None where there is none."""
         ways = self._ways(robot, at)
         if target not in ways.costs or target == at:
             return None
-        return Step(robot, tuple(ways.path(target)[1:]), ways.costs[target], task)
+        return self._flown(robot, tuple(ways.path(target)[1:]), ways.costs[target], task)
+
+    def _flown(self, robot: int, path: tuple[int, ...], cost: float, task: int | None = None) -> Flown:
+        """Return a move with what it shows."""
+        marks = (self._robots[robot].marks[node] for node in path)
+        return Flown(robot, path, tuple(shown for shown, _ in itertools.groupby(marks)), cost, task)
 
     @memoized
     def _ways(self, robot: int, at: int) -> BestFirst[int]:

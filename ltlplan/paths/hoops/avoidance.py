@@ -209,7 +209,8 @@ def _candidates(hoop: Hoop, name: str, start: Floats, end: Floats) -> Iterator[t
     """Yield ways past one hoop: the nearer side first, and for each side the shortest way first."""
     points = control_points(hoop)
     ahead = float(hoop.reach or 0.0) * points.frame[:, 0]
-    for side in sorted(points.avoid, key=lambda point: _distances_to_ends(point, start, end)):
+    # distances are rounded, so that moving the world decides no tie
+    for side in sorted(points.avoid, key=lambda point: [round(float(np.linalg.norm(point - at)), 6) for at in (start, end)]):
         main = Detour(side, "avoid", name)
         near, far = (ahead if (start - side) @ ahead >= 0 else -ahead), (ahead if (end - side) @ ahead >= 0 else -ahead)
         first, last = Detour(side + near, "via", name), Detour(side + far, "via", name)
@@ -217,11 +218,6 @@ def _candidates(hoop: Hoop, name: str, start: Floats, end: Floats) -> Iterator[t
         yield (first, main)
         yield (main, last)
         yield (first, main, last)
-
-
-def _distances_to_ends(point: Floats, start: Floats, end: Floats) -> tuple[float, float]:
-    """Sort key: distance from the start, then from the end; rounded, so that moving the world decides no tie."""
-    return round(float(np.linalg.norm(point - start)), 6), round(float(np.linalg.norm(point - end)), 6)
 
 
 def _show(point: Floats) -> str:

@@ -18,9 +18,7 @@ import numpy as np
 
 from ltlplan.paths.hoops.avoidance import Blocked
 from ltlplan.paths.hoops.legs import Legs
-from ltlplan.paths.hoops.passage_ends import PassageEnds
 from ltlplan.paths.hoops.stops import Side
-from verify.data.arrays import Floats
 from verify.data.mission import Mission
 from verify.data.plan import Visit
 
@@ -79,7 +77,7 @@ def _nearest(legs: Legs, options: list[list[Side]]) -> list[Side]:
             position = np.array(legs.mission.all_regions[visit.region].center)
         else:
             ends = legs.ends(visit.region)
-            ordered = sorted(sides, key=partial(_distance, ends, position))
+            ordered = sorted(sides, key=lambda side: float(np.linalg.norm(ends.outer(side or "F")[0] - position)))
             length: Callable[[Side], float] = partial(lengths.leg, i - 1, previous, i)
             if legs.mission.obstacles:
                 ordered.sort(key=length)
@@ -90,11 +88,6 @@ def _nearest(legs: Legs, options: list[list[Side]]) -> list[Side]:
         chosen.append(side)
         previous = side
     return chosen
-
-
-def _distance(ends: PassageEnds, position: Floats, side: Side) -> float:
-    """Return how far it is from a point to where a passage begins, m."""
-    return float(np.linalg.norm(ends.outer(side or "F")[0] - position))
 
 
 def _cheapest(legs: Legs, options: list[list[Side]], cycle_visit: int | None) -> list[Side]:

@@ -318,7 +318,8 @@ def _repaired(
         if ramp < _RAMPS and any(conflict.obstacle in ("plane", "again") for conflict in found):
             ramp += 0.25
             continue
-        pieces = {conflict.piece for conflict in found if _length(stops, conflict.piece) > 2 * shortest}
+        lengths = [float(np.linalg.norm(b.position - a.position)) for a, b in itertools.pairwise(stops)]
+        pieces = {conflict.piece for conflict in found if lengths[conflict.piece] > 2 * shortest}
         if not pieces:
             break
         cycle = None if cycle is None else cycle + sum(piece < cycle for piece in pieces)
@@ -340,10 +341,6 @@ def _visited_again(stops: Sequence[Stop], spline: LeastSnapSpline, where: Room, 
                 entering = [i for i, stop in enumerate(stops[1:]) if name in stop.permitted]
                 found += [Conflict(i, 0.5, "again", name) for i in entering]
     return found
-
-
-def _length(stops: Sequence[Stop], piece: int) -> float:
-    return float(np.linalg.norm(stops[piece + 1].position - stops[piece].position))
 
 
 def _divided(stops: Sequence[Stop], pieces: Collection[int]) -> list[Stop]:

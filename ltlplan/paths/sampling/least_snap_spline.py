@@ -10,9 +10,8 @@ A cycle of one piece leads from a point to the same point: it is a hover, and bo
 
 from __future__ import annotations
 
-from collections import OrderedDict
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -31,10 +30,6 @@ _HERMITE = np.asarray(np.linalg.inv(END_STATES), dtype=np.float64)
 """From (position, velocity, acceleration, jerk at 0, the same at 1) to ascending coefficients of degree 7."""
 _SNAP = _HERMITE.T @ SNAP_GRAM @ _HERMITE
 """Integral of snap^2 over a piece of length 1, as a quadratic form of its end states."""
-
-_KEPT = 64
-"""Splines through points whose coefficients are kept: a path is priced, sampled and looked at for conflicts by several callers."""
-_RECENT: OrderedDict[object, Floats] = OrderedDict()
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,22 +61,14 @@ class LeastSnapSpline:
     @cached_property
     def coefficients(self) -> Floats:
         """Map points to ascending coefficients of local time. Shape (pieces, 8, points), read-only."""
-        result = self._coefficients(np.eye(len(self.times)))
+        result = self.solve(np.eye(len(self.times)))
         result.setflags(write=False)
         return result
 
     def through(self, points: ArrayLike) -> Floats:
         """Return the coefficients of the spline through these points, read-only. Shape (points, axes) to (pieces, axes, 8)."""
         values = np.asarray(points, dtype=np.float64)
-        key = (self.times.tobytes(), self.cycle, values.shape, values.tobytes())
-        if key not in _RECENT:
-            while len(_RECENT) >= _KEPT:
-                _RECENT.popitem(last=False)
-            found = self._coefficients(values).transpose(0, 2, 1)
-            found.setflags(write=False)
-            _RECENT[key] = found
-        _RECENT.move_to_end(key)
-        return _RECENT[key]
+        return _through(self.times.tobytes(), self.cycle, values.tobytes(), values.shape[1])
 
     def evaluate(self, points: ArrayLike, at: ArrayLike, derivative: int = 0) -> Floats:
         """Return one path, or a derivative of it, at times within the spline's own, without the matrix.
@@ -116,8 +103,8 @@ class LeastSnapSpline:
         piece = np.clip(np.searchsorted(self.times, times, side="right") - 1, 0, len(self.times) - 2)
         return piece, power_rows(times - self.times[piece], derivative)
 
-    def _coefficients(self, points: Floats) -> Floats:
-        """Ascending coefficients of the splines through the columns of `points`. Shape (pieces, 8, columns)."""
+    def solve(self, points: Floats) -> Floats:
+        """Return ascending coefficients of the splines through the columns of `points`. Shape (pieces, 8, columns)."""
         pieces, columns = len(self.times) - 1, points.shape[1]
         unit = float(np.mean(self.durations))  # solved in this unit of time, so that the orders are of one size
         lengths = self.durations / unit
@@ -154,3 +141,12 @@ class LeastSnapSpline:
         ends = np.concatenate([states[:-1], states[1:]], axis=1) * scales[:, :, None]
         local = np.einsum("kj,pjc->pkc", _HERMITE, ends)
         return local / self.durations[:, None, None] ** np.arange(8)[None, :, None]
+
+
+@lru_cache(maxsize=64)  # a path is priced, sampled and looked at for conflicts by several callers
+def _through(times: bytes, cycle: int | None, points: bytes, axes: int) -> Floats:
+    """Return the coefficients of the spline through points."""
+    spline = LeastSnapSpline(np.frombuffer(times), cycle)
+    found = spline.solve(np.frombuffer(points).reshape(-1, axes)).transpose(0, 2, 1)
+    found.setflags(write=False)
+    return found

@@ -48,7 +48,7 @@ class CycleShares:
         self._options: dict[int, list[tuple[int, ...]]] = {}  # by mark: for each option the errands of every robot, as bits
         self._choose(places)
         self._own = [
-            _Robot(own, [system.rests(robot, node) for node in range(len(own.labels))], errands, weight)
+            _Robot(own, system.rests[robot], errands, weight)
             for robot, (own, errands) in enumerate(zip(system.systems, self._errands, strict=True))
         ]
 

@@ -154,12 +154,14 @@ class Flown:
         path: Nodes of its system after the one that it leaves.
         shown: The marks that it makes on the way.
         cost: Of the way.
+        task: The task that it was put in for, by number; None for moves that counts ask for.
     """
 
     robot: int
     path: tuple[int, ...]
     shown: tuple[Sums, ...]
     cost: float
+    task: int | None = None
 
 
 def in_stages(systems: Sequence[TransitionSystem], marks: Marks, moves: Sequence[Flown]) -> CountedPlan | None:

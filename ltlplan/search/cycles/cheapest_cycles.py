@@ -9,15 +9,16 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from ltlplan.logic.budget import Budget, TooLarge
 from ltlplan.search.cycles.cycle_places import CyclePlaces, Limits
 from ltlplan.search.cycles.reading import CycleReading, Terms
-from ltlplan.search.cycles.team_cycles import TeamCycles, are_apart, course_of, may_begin, staged, without_stays
+from ltlplan.search.cycles.team_cycles import Course, TeamCycles, are_apart, may_begin, moves_along, staged, without_stays
 from ltlplan.search.cycles.team_readers import LetterReader, Reader, team_readers
 from ltlplan.search.cycles.team_system import TeamSystem, resting
 from ltlplan.search.problem import TIES
+from ltlplan.search.reduced_graph import staying
 from ltlplan.search.team_reading import Found, least_highest
 from ltlplan.systems.transition_systems import TransitionSystem
 from verify.data import Formula, Mission
@@ -93,7 +94,7 @@ def cycles_below(
     readers, joint = team_readers(mission, asked, budget), mission.spec.team == "joint"
     limit, best, ended, least = below, None, False, None
     for flying in _flying(len(each)):
-        some = [own if robot in flying else replace(own, edges=tuple(() for _ in own.edges)) for robot, own in enumerate(each)]
+        some = [own if robot in flying else staying(own) for robot, own in enumerate(each)]
         system = TeamSystem(some)
         answer = searches.within_reach(system, readers, limit)
         ended = answer is not None and answer.found.stopped is None and (bool(answer.found.states) or answer.below == limit)
@@ -106,7 +107,8 @@ def cycles_below(
             return Below(None, least)
         raise searches.too_large(len(each))
     system, prefix, cycle = best
-    course = staged(system, readers, course_of(system, prefix, cycle), joint=joint)
+    one_at_a_time = Course(system.initial, moves_along(system, prefix), moves_along(system, cycle))
+    course = staged(system, readers, one_at_a_time, joint=joint)
     prefixes, cycles = (tuple(map(without_stays, zip(*way, strict=True))) for way in (prefix, cycle))
     return Below(TeamCycles(prefixes, cycles, course, least, ended and not effort.hasty, searches.expanded), least)
 

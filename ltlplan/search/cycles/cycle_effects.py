@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterable, Sequence
 from functools import cache, reduce
 from operator import or_
 
+from ltlplan.logic.conjunct_automata import bits
 from ltlplan.search.cycles.team_readers import Reader
 from ltlplan.search.cycles.team_system import TeamLetter
 from ltlplan.search.memoization import memoized
@@ -37,14 +38,9 @@ def image(mask: int, steps: Steps) -> int:
 
     Args:
         mask: The states, as bits.
-        steps: Where it leads from each.
+        steps: Where it leads from one, as bits.
     """
-    result = 0
-    while mask:
-        low = mask & -mask
-        result |= steps(low.bit_length() - 1)
-        mask ^= low
-    return result
+    return reduce(or_, map(steps, bits(mask)), 0)
 
 
 def goes_round(mask: int, row: Row) -> bool:
@@ -82,10 +78,7 @@ class Followers:
 
     def __init__(self, readers: Sequence[Reader]) -> None:
         self.readers = tuple(readers)
-
-    def begin(self) -> Masks:
-        """Return the states before the first letter."""
-        return tuple(1 << reader.initial for reader in self.readers)
+        self.initial: Masks = tuple(1 << reader.initial for reader in self.readers)
 
     @memoized
     def after(self, masks: Masks, letter: TeamLetter) -> Masks | None:
@@ -113,7 +106,7 @@ class CycleEffects:
         every = [0] * len(followers.readers)
         for masks in at:
             every = [a | b for a, b in zip(every, masks, strict=True)]
-        self._domain = [[s for s in range(mask.bit_length()) if mask >> s & 1] for mask in every]
+        self._domain = [list(bits(mask)) for mask in every]
         self._effects = Numbers([tuple(tuple((1 << s, 0) for s in own) for own in self._domain)])
 
     @memoized
@@ -129,7 +122,7 @@ class CycleEffects:
             steps, accepting = self._followers.steps(k, letter), self._followers.readers[k].accepting
             moved = [(image(reach, steps), image(marked, steps)) for reach, marked in row]
             every = reduce(or_, (reach for reach, _ in moved))
-            final = sum(1 << s for s in range(every.bit_length()) if every >> s & 1 and s in accepting)
+            final = sum(1 << s for s in bits(every) if s in accepting)
             rows = (*rows, tuple((reach, marked | reach & final) for reach, marked in moved))
         return self._effects[rows]
 

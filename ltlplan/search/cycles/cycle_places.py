@@ -91,22 +91,14 @@ class CyclePlaces:
             stays and all(own[node] for own, node in zip(begins, nodes, strict=True))
             for stays, nodes in zip(lasting, self.nodes, strict=True)
         ]
-        begun = self.followers.after(self.followers.begin(), self.letter(0, NOBODY)) if self.nodes else None
+        begun = self.followers.after(self.followers.initial, self.letter(0, NOBODY)) if self.nodes else None
         self.places, self.ways = self._walk([] if begun is None else [(0, begun)], over_seams=False)
-        self._remembered: dict[int, list[Masks]] = {}
+        self.remembered: dict[int, list[Masks]] = {}
         places, ways = self._walk(self.places, over_seams=True)
         for at, masks in places:
-            self._remembered.setdefault(at, []).append(masks)
+            self.remembered.setdefault(at, []).append(masks)
         self.recurring = self._recurring(places, ways, lasting)
         self.homes = [home and again for home, again in zip(self.homes, self.recurring, strict=True)]
-
-    def at_home(self, home: int) -> list[Masks]:
-        """Return what the conjuncts remember where cycles begin, the first one or another.
-
-        Args:
-            home: The number of the nodes where all robots are then.
-        """
-        return self._remembered[home]
 
     @memoized
     def letter(self, at: int, mover: int) -> TeamLetter:

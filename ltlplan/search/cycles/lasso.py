@@ -192,11 +192,8 @@ class Rounds:
         left = self.everything & ~self.shown[home]
         onwards = self.remaining(home, left, self._around) if left else 0.0
         lap = max(min(cost for _, cost in self.edges[home]), float(self._around[home]), onwards) - _GRAIN
-        entered = self.least + self.weight * lap
-        if self.weight < 1.0:
-            return entered
         # from where a round is entered it comes home, so that way there and one lap are no shorter than the way home
-        return max(entered, float(self.there[home]) - _GRAIN + (self.weight - 1.0) * lap)
+        return max(self.least + self.weight * lap, float(self.there[home]) - _GRAIN + (self.weight - 1.0) * lap)
 
     def distance(self, goals: Sequence[int]) -> Floats:
         """Return the cost of the cheapest way from each place to the nearest of some."""

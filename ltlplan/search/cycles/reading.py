@@ -146,11 +146,7 @@ class CycleReading(PaidApart):
 
     @memoized
     def _effects_at(self, home: int) -> CycleEffects:
-        return CycleEffects(self._places.followers, self._places.at_home(home))
-
-    def left(self, state: int) -> float:
-        """Return the least sum that is left."""
-        return self._left_at(self._states.known[state])[1]
+        return CycleEffects(self._places.followers, self._places.remembered[home])
 
     def _left_at(self, key: _Key) -> tuple[Floats, float]:
         return self._costs_left(key.home, self._places.places[key.at][0] if key.home == _BEFORE else key.at, key.shown)

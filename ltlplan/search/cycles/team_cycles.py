@@ -243,18 +243,7 @@ def without_stays(way: Sequence[int]) -> tuple[int, ...]:
     return tuple(node for node, _ in itertools.groupby(way))
 
 
-def course_of(system: TeamSystem, prefix: Sequence[Nodes], cycle: Sequence[Nodes]) -> Course:
-    """Return cycles of robots that fly one at a time, one move a stage.
-
-    Args:
-        system: The team's.
-        prefix: What all robots are at, one move after another, up to where the cycle begins.
-        cycle: From where it begins back to there.
-    """
-    return Course(system.initial, _moves(system, prefix), _moves(system, cycle))
-
-
-def _moves(system: TeamSystem, nodes: Sequence[Nodes]) -> tuple[Stage, ...]:
+def moves_along(system: TeamSystem, nodes: Sequence[Nodes]) -> tuple[Stage, ...]:
     """Return the moves between places at which all robots rest, each a stage; what a robot does where it is belongs to its last move."""
     found: list[Move] = []
     for robot, way in _single_moves(system, nodes):
@@ -275,7 +264,7 @@ def _single_moves(system: TeamSystem, nodes: Sequence[Nodes]) -> Iterator[tuple[
             continue
         (robot,) = movers
         begun = [*(begun or [before[robot]]), after[robot]]
-        if system.rests(robot, after[robot]):
+        if system.rests[robot][after[robot]]:
             yield robot, tuple(begun)
             begun = []
 

@@ -9,6 +9,7 @@ finite automata on omega-words", Theoretical Computer Science 32, 1984).
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Iterable
 
 from ltlplan.logic.automaton import Automaton
@@ -219,7 +220,9 @@ def temporal_operators(formula: Formula) -> tuple[str, Formula | None]:
     operators, negated = "", False
     while True:
         if not any(node.operator in _TEMPORAL for node in formula.nodes()):
-            return _shortened(operators), Formula("!", (formula,)) if negated else formula
+            return "".join(operator for operator, _ in itertools.groupby(operators))[-2:], Formula(
+                "!", (formula,)
+            ) if negated else formula
         if formula.operator == "!":
             negated = not negated
         elif formula.operator in ("F", "G"):
@@ -227,12 +230,6 @@ def temporal_operators(formula: Formula) -> tuple[str, Formula | None]:
         else:
             return "", None
         formula = formula.arguments[0]
-
-
-def _shortened(operators: str) -> str:
-    """Return the last two different operators: `F G F` is `G F`, and `G G` is `G`."""
-    kept = "".join(o for i, o in enumerate(operators) if i == 0 or operators[i - 1] != o)
-    return kept[-2:]
 
 
 def _by_names(condition: Formula) -> Formula:

@@ -38,7 +38,7 @@ class TeamSystem:
     def __init__(self, systems: Sequence[TransitionSystem], *, together: bool = False) -> None:
         self.systems, self._together = tuple(systems), together
         self.initial: Nodes = tuple(system.initial for system in self.systems)
-        self._rests = [resting(own, alone=len(systems) == 1) for own in self.systems]
+        self.rests = [resting(own, alone=len(systems) == 1) for own in self.systems]
 
     def letter(self, nodes: Nodes, mover: int) -> TeamLetter:
         """Return the letter of all robots.
@@ -49,17 +49,13 @@ class TeamSystem:
         """
         return tuple(own.labels[node] for own, node in zip(self.systems, nodes, strict=True)), mover
 
-    def rests(self, robot: int, node: int) -> bool:
-        """Tell whether a robot at this node can wait for others."""
-        return self._rests[robot][node]
-
     def moves(self, nodes: Nodes) -> Iterator[tuple[int, float, Nodes]]:
         """Yield who can move where all robots are, what it pays, and where all are then.
 
         Args:
             nodes: The node of every robot.
         """
-        flying = [robot for robot, node in enumerate(nodes) if not self._rests[robot][node]]
+        flying = [robot for robot, node in enumerate(nodes) if not self.rests[robot][node]]
         for robot in flying if flying and not self._together else range(len(nodes)):
             for target, cost in self.systems[robot].edges[nodes[robot]]:
                 yield robot, cost, (*nodes[:robot], target, *nodes[robot + 1 :])

@@ -8,16 +8,16 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 
-from ltlplan.logic.automaton import DEAD, Automaton
+from ltlplan.logic.automaton import DEAD
 from ltlplan.logic.budget import TooLarge
+from ltlplan.logic.conjunct_automata import bits
 from ltlplan.logic.conjunction import conjunct_automata, conjuncts
 from ltlplan.search.counting.counting_propositions import Marks
 from ltlplan.search.numbering import Numbers
 from ltlplan.search.orders.linearisations import Linearisations
 from ltlplan.search.orders.planning import words_and_order
-from ltlplan.search.orders.reading import Course, Nodes, is_event, shown_by, steps_along
+from ltlplan.search.orders.reading import Nodes, is_event, shown_by, steps_along
 from ltlplan.search.team_reading import Step, TeamReading, complete, least_sum
 from ltlplan.systems.transition_systems import TransitionSystem
 from verify.data import Formula, Mission
@@ -41,30 +41,26 @@ def held_letter(
     Returns:
         Sentences; none where no interleaving was found, within a budget of states.
     """
-    parts = list(dict.fromkeys(conjuncts(asked)))
-    automata: list[Automaton] = []
-    owner: list[int] = []
-    for index, part in enumerate(parts):
-        own = conjunct_automata(part, "finite")
-        automata += own
-        owner += [index] * len(own)
-    marks = Marks(automata, {})
+    owned = [(part, own) for part in dict.fromkeys(conjuncts(asked)) for own in conjunct_automata(part, "finite")]
+    marks = Marks([automaton for _, automaton in owned], {})
+    letters = _LetterReading(systems, marks)
+    path = [letters.places.known[state] for state in least_sum(letters, _STATES).states]
+    if not path:
+        return []
+    words, order = words_and_order(marks, systems, steps_along([nodes for nodes, _, _ in path]))
+    chain = [(first, then) for i, first in enumerate(order) for then in order[i + 1 :] if first[0] != then[0]]
     try:
-        word = _single_word(systems, marks, _STATES)
-        if word is None:
-            return []
-        words, order = words_and_order(marks, systems, word.course)
-        chain = [(first, then) for i, first in enumerate(order) for then in order[i + 1 :] if first[0] != then[0]]
         broken = Linearisations(marks, words, joint=False).broken(chain)
     except TooLarge:
         return []
     if broken is None:
         return []
     robot, at = broken.reader, broken.way[-1]
-    letter = show_letter(_letters(systems, word.course)[robot][at[robot]])
+    shown = itertools.groupby(systems[robot].labels[nodes[robot]] for nodes, _, _ in path)
+    letter = show_letter([label for label, _ in shown][at[robot]])
     reasons = [
-        f"A single interleaving satisfies it ({_shown(systems, word)}), but no precedences make every one do so: a letter that is held "
-        f"may be read at any time, again and again. {systems[robot].robot}'s letter {letter} breaks `{parts[owner[broken.part]]}` there."
+        f"A single interleaving satisfies it ({_shown(systems, path)}), but no precedences make every one do so: a letter that is held "
+        f"may be read at any time, again and again. {systems[robot].robot}'s letter {letter} breaks `{owned[broken.part][0]}` there."
     ]
     spec = mission.spec.model_copy(update={"team": "joint"})
     if possible(mission.model_copy(update={"spec": spec})):
@@ -72,64 +68,17 @@ def held_letter(
     return reasons
 
 
-def _letters(systems: Sequence[TransitionSystem], course: Course) -> list[list[frozenset[str]]]:
-    found = [[system.labels[system.initial]] for system in systems]
-    for robot, node in course.steps:
-        label = systems[robot].labels[node]
-        if label != found[robot][-1]:
-            found[robot].append(label)
-    return found
-
-
-def _shown(systems: Sequence[TransitionSystem], word: _SingleWord) -> str:
-    said: list[str] = []
-    for robot, node in word.readings:
-        text = f"{systems[robot].robot} {show_letter(systems[robot].labels[node])}"
-        if not said or said[-1] != text:
-            said.append(text)
-    return ", ".join(said)
+def _shown(systems: Sequence[TransitionSystem], path: Sequence[_Place]) -> str:
+    """Return which letters are read, one after another."""
+    read = [
+        (robot, nodes[robot]) for (nodes, _, unread), (_, _, left) in itertools.pairwise(path) for robot in bits(unread & ~left)
+    ]
+    said = (f"{systems[robot].robot} {show_letter(systems[robot].labels[node])}" for robot, node in read)
+    return ", ".join(text for text, _ in itertools.groupby(said))
 
 
 _Place = tuple[Nodes, tuple[int, ...], int]
 """Where robots are, the conjuncts' states, and the robots not yet read, as bits."""
-
-
-@dataclass(frozen=True, slots=True)
-class _SingleWord:
-    """One team word.
-
-    Attributes:
-        course: The steps of the robots, in order.
-        readings: (robot, node) of each letter that is read.
-    """
-
-    course: Course
-    readings: tuple[tuple[int, int], ...]
-
-
-def _single_word(systems: Sequence[TransitionSystem], marks: Marks, most: int) -> _SingleWord | None:
-    """Return a shortest team word of `own` that satisfies the formula, or None where there is none.
-
-    Args:
-        systems: One for each robot.
-        marks: What the formula sees.
-        most: States that may be expanded.
-
-    Raises:
-        TooLarge: More would have to be.
-    """
-    letters = _LetterReading(systems, marks)
-    found = least_sum(letters, most)
-    if found.stopped is not None:
-        raise TooLarge("Looking for a single interleaving takes", found.explored, "states", most)
-    if not found.states:
-        return None
-    path = [letters.places.known[state] for state in found.states]
-    readings: list[tuple[int, int]] = []
-    for (nodes, _, unread), (_, _, left) in itertools.pairwise(path):
-        if read := unread & ~left:
-            readings.append((read.bit_length() - 1, nodes[read.bit_length() - 1]))
-    return _SingleWord(Course(steps_along([nodes for nodes, _, _ in path]), 0.0, found.reached), tuple(readings))
 
 
 class _LetterReading(TeamReading):

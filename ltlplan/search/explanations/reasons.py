@@ -204,7 +204,7 @@ def _why(inquiry: Inquiry, name: str, others: list[Formula], seen: set[str]) -> 
             if region not in seen and not inquiry.feasible([*others, eventually(region)], inquiry.worlds):
                 return [f"{name} needs {region}", *_why(inquiry, region, others, seen | {region})]
         for proposition in sorted(inquiry.mission.internal_propositions - seen):
-            given = [with_internal(world, proposition, inquiry.mission) for world in inquiry.worlds]
+            given = [with_internal(world, proposition) for world in inquiry.worlds]
             if inquiry.feasible([*others, eventually(name)], given):
                 return [f"{name} needs {proposition}", *_why(inquiry, proposition, others, seen | {proposition})]
         held = [f"`{inquiry.shown(other)}`" for other in others]

@@ -7,7 +7,6 @@ from dataclasses import replace
 from typing import Literal
 
 from ltlplan.systems.transition_systems import TransitionSystem
-from verify.data import Mission
 from verify.data.sections import Action
 
 
@@ -25,16 +24,13 @@ def without(world: TransitionSystem, region: str) -> TransitionSystem:
     return replace(world, edges=edges)
 
 
-def with_internal(world: TransitionSystem, proposition: str, mission: Mission) -> TransitionSystem:
-    """Return a system in which every state shows an internal proposition; the same where the mission has no such proposition.
+def with_internal(world: TransitionSystem, proposition: str) -> TransitionSystem:
+    """Return a system in which every state shows an internal proposition.
 
     Args:
         world: What a robot can do.
         proposition: Name.
-        mission: Whose internal propositions count.
     """
-    if proposition not in mission.internal_propositions:
-        return world
     return replace(world, labels=tuple(label | {proposition} for label in world.labels))
 
 
@@ -45,8 +41,6 @@ def leaving_at_once(world: TransitionSystem, action: Action) -> TransitionSystem
         world: What a robot can do.
         action: Of its internal automaton.
     """
-    if not world.nodes:
-        return world
     gone = [action.at in node.regions and not node.flying and node.internal == action.target for node in world.nodes]
     labels = tuple(label - {action.at} if away else label for label, away in zip(world.labels, gone, strict=True))
     return replace(world, labels=labels)
@@ -70,8 +64,6 @@ def sure_at_walls(
 
 def without_free_flight(world: TransitionSystem) -> TransitionSystem:
     """Return a system in which robots go from region to region without being seen in between."""
-    if not world.nodes:
-        return world
     edges = tuple(
         tuple(
             (after, cost + more)

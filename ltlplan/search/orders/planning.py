@@ -10,7 +10,7 @@ an event leads from a node to its twin.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 
 from ltlplan.allocation import Allocation
@@ -150,7 +150,7 @@ class OrderedTeam:
 
     def _ordered(self, course: Course) -> OrderedPlan | None:
         """Return a course with few of its precedences; None where they cannot be said of visits and their actions."""
-        words, order = words_and_order(self._marks, self._systems, course)
+        words, order = words_and_order(self._marks, self._systems, course.steps)
         paths = [[system.initial] for system in self._systems]
         for robot, node in course.steps:
             paths[robot].append(node)
@@ -171,18 +171,20 @@ def _leaving_after_actions(system: TransitionSystem) -> TransitionSystem:
     return replace(system, final={n: cost for n, cost in ends.items() if acting.isdisjoint(system.nodes[n].regions)})
 
 
-def words_and_order(marks: Marks, systems: Sequence[TransitionSystem], course: Course) -> tuple[list[list[Shown]], list[Event]]:
+def words_and_order(
+    marks: Marks, systems: Sequence[TransitionSystem], steps: Iterable[tuple[int, int]]
+) -> tuple[list[list[Shown]], list[Event]]:
     """Return what each robot shows, letter by letter, along a course, and its events in their order.
 
     Args:
         marks: What the formula sees.
         systems: One for each robot.
-        course: Steps of the robots.
+        steps: Who moves, and to which node.
     """
     words = [[shown_at(marks, system, system.initial)] for system in systems]
     at = [system.initial for system in systems]
     order: list[Event] = []
-    for robot, node in course.steps:
+    for robot, node in steps:
         if is_event(systems[robot], at[robot], node):
             words[robot].append(shown_at(marks, systems[robot], node))
             order.append((robot, len(words[robot]) - 1))

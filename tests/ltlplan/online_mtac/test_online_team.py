@@ -7,9 +7,9 @@ import pytest
 
 import ltlplan
 from ltlplan.mtac.optimality_gap import straight_cost
+from ltlplan.online.checked_events import falls_on, in_order
 from ltlplan.online.simulated_online_flight import fly_online
 from ltlplan.online_mtac.cross_entropy import OnlineSettings
-from ltlplan.online_mtac.events import falls_on, in_order
 from ltlplan.online_mtac.online_team import OnlineTeam
 from ltlplan.online_mtac.team_in_flight import PERIOD
 from ltlplan.search.exact import assign
