@@ -35,6 +35,7 @@ from ltlplan.search.lawler import Partition
 from ltlplan.search.memoization import memoized
 from ltlplan.search.problem import TIES
 from ltlplan.search.relevant_places import signed_nodes
+from ltlplan.systems.gaps import gap_of, least_metres
 from ltlplan.systems.objective import BOUNDED, is_counted_by_legs, terms_of
 from ltlplan.systems.robot_systems import Systems, weighted_metres
 from ltlplan.systems.touching_points import DEEP, is_large, routes_may_touch
@@ -152,7 +153,7 @@ def _legs_between_edges(mission: Mission) -> Cost:
     straight, rates, touched = Systems(mission), weighted_metres(mission), _touched(mission)
 
     def metres(start: Point | str, region: str) -> float:
-        return _gap(mission, start, region, dict.fromkeys(touched, mission.margin + DEEP))
+        return gap_of(mission, start, region, dict.fromkeys(touched, mission.margin + DEEP))
 
     def leg(robot: str, start: Point | str, region: str) -> float:
         whole = straight.leg(robot, start, region)
@@ -303,16 +304,14 @@ def least_costs(mission: Mission) -> Cost:
     Args:
         mission: Gives regions, weights and speeds.
     """
-    straight, rates, regions = Systems(mission), least_rates(mission), mission.all_regions
+    straight, rates = Systems(mission), least_rates(mission)
     ends = 1.0 if mission.spec.trace == "infinite" else 2.0
 
     def leg(robot: str, start: Point | str, region: str) -> float:
         if not math.isfinite(straight.leg(robot, start, region)):
             return _FAR
-        goal, speed = regions[region], straight.nominal_speed(robot)
-        metres = _gap(mission, start, region, dict.fromkeys(regions, 0.0))
-        if not isinstance(start, str):
-            metres = max(metres, -float(goal.measures.depths(np.subtract(start, goal.center)[None])[0]))
+        speed = straight.nominal_speed(robot)
+        metres = least_metres(mission, start, region)
         first = 0.0
         if not isinstance(start, str) and metres > 0.0:
             slowest = metres / (metres / speed + 2 * max(RAMPS))  # the mean speed with time to get going and to come to rest
@@ -320,27 +319,6 @@ def least_costs(mission: Mission) -> Cost:
         return rates[robot] * metres + first
 
     return leg
-
-
-def _gap(mission: Mission, start: Point | str, region: str, deep: Mapping[str, float]) -> float:
-    """Return a lower bound on the distance between two places, in m: of balls and of boxes around them.
-
-    Args:
-        mission: Gives regions.
-        start: A point in m, or a region.
-        region: Where the way ends.
-        deep: How far within it each region is come to; others are come to in their middles.
-    """
-    places, radii, halves = [] if isinstance(start, str) else [np.array(start)], 0.0, np.zeros(3)
-    for name in (start, region):
-        if isinstance(name, str):
-            body = mission.all_regions[name]
-            places = [*places, np.array(body.center)]
-            if name in deep:
-                radii += body.outer_radius - deep[name]
-                halves += np.array(body.half_lengths) - deep[name]
-    way = places[-1] - places[-2]
-    return max(0.0, float(np.linalg.norm(way)) - radii, float(np.linalg.norm(np.maximum(np.abs(way) - halves, 0.0))))
 
 
 def expected_costs(mission: Mission) -> Cost:

@@ -17,7 +17,8 @@ from ltlplan.paths.costs import for_mission
 from ltlplan.precedences import with_planned_waits
 from ltlplan.replanning.checked_plan import at_nominal_times, plan_or_none
 from ltlplan.replanning.conflict_alternatives import fewer_in_a_region, no_other_words, without_a_leg_in_conflict
-from ltlplan.replanning.cuts import Candidate, Conflict, Flight, Reason, Refusal, greatest_pace
+from ltlplan.replanning.cuts import Candidate, Conflict, Flight, greatest_pace
+from ltlplan.replanning.refusal import Reason, Refusal
 from ltlplan.replanning.soft_alternatives import (
     fewer_soft_parts,
     other_words,
@@ -25,12 +26,17 @@ from ltlplan.replanning.soft_alternatives import (
     without_a_leg,
     words_under_precedences,
 )
+from ltlplan.replanning.timing.other_orders import in_another_order, no_other_order, shared_for_time
 from ltlplan.replanning.timing.timetable import timetable
 from verify.data import LtlplanError, Plan, Unsatisfiable
 from verify.data.plan import Hover
+from verify.data.sections import GENTLE
 
 _PLACES = 3
 """Decimals of hovers, s, and of paces; both are rounded up."""
+
+_GENTLER = 2
+"""How often times are chosen anew before a flight of the same words has to be as fast as it may be."""
 
 Alternative = Callable[[Refusal], Candidate | None]
 """From a refusal to the next candidate; None where the alternative has none, or does not apply."""
@@ -65,7 +71,9 @@ def no_flight(last: Candidate, found: Flight | Conflict) -> LtlplanError:
         last: The last candidate.
         found: What became of it.
     """
-    return no_other_words(Refusal.of(last, found))
+    refusal = Refusal.of(last, found)
+    timed = bool(refusal.plan.mission.timed_parts and last.since("visits"))
+    return no_other_order(refusal) if timed else no_other_words(refusal)
 
 
 def _as_fast_as_may_be(refusal: Refusal) -> Candidate | None:
@@ -106,14 +114,16 @@ def _on_time(refusal: Refusal) -> Candidate | None:
     found = refusal.found
     if not isinstance(found, Flight) or not found.plan.mission.timed_parts:
         return None
-    flown = refusal.tried.pace_flown
-    times = timetable((found.plan, found.team, found.certificate), greatest=greatest_pace(found.plan.mission), flown=flown)
+    flown, greatest, tried = refusal.tried.pace_flown, greatest_pace(found.plan.mission), refusal.tried.timed
+    gentle = min(GENTLE, greatest)
+    least = gentle + (greatest - gentle) * min(len(tried) / _GENTLER, 1.0)
+    times = timetable((found.plan, found.team, found.certificate), paces=(least, greatest), flown=flown)
     if times is None:
         return None
-    pace = min(_up(flown / times.stretch), flown)
+    pace = min(_up(flown / times.stretch), greatest)
     hovers = tuple(Hover(robot=robot, visit=visit, seconds=_up(seconds)) for (robot, visit), seconds in times.hovers.items())
     plan = refusal.plan.model_copy(update={"hovers": hovers})
-    if hovers == refusal.plan.hovers and pace >= flown:
+    if hovers == refusal.plan.hovers and pace == flown:
         return None
     return refusal.answered("times", plan, pace=pace)
 
@@ -121,20 +131,6 @@ def _on_time(refusal: Refusal) -> Candidate | None:
 def _up(value: float) -> float:
     """Return seconds, or a pace, rounded up."""
     return math.ceil(value * 10**_PLACES) / 10**_PLACES
-
-
-def _planned_for_time(refusal: Refusal) -> Candidate | None:
-    """Return the plan whose robot that flies longest flies least, where the mission's own was too late; None where it was tried."""
-    mission = refusal.plan.mission
-    if not refusal.witnesses or refusal.tried.since("sharing"):
-        return None
-    quick = mission.planner.model_copy(update={"objective": "longest", "cost": {"time": 1.0}})
-    made = plan_or_none(mission.changed(planner=quick), method=refusal.plan.method)
-    if made is None or made.words == refusal.plan.words:
-        return None
-    note = "Shared so that the robot that flies longest flies least: the cheapest plan's flight was not in time."
-    other = for_mission(made, mission).model_copy(update={"notes": (*made.notes, note), "complete": False, "hovers": ()})
-    return refusal.answered("sharing", other, anew=True)
 
 
 def _planned_order(refusal: Refusal) -> Candidate | None:
@@ -165,9 +161,9 @@ _OTHER_WORDS: tuple[Alternative, ...] = (
 _ALTERNATIVES: dict[Reason, tuple[Alternative, ...]] = {
     "certified": (),
     "endurance": (_as_fast_as_may_be, _shared_by_nominal_times, *_OTHER_WORDS, _flown_at_nominal_times),
-    "times": (_on_time, _planned_for_time),
-    "claims": (_planned_order, _same_words, *_OTHER_WORDS, _flown_at_nominal_times),
-    "no flight": (*_OTHER_WORDS, _flown_at_nominal_times),
+    "times": (_on_time, shared_for_time, in_another_order),
+    "claims": (_planned_order, _same_words, *_OTHER_WORDS, _flown_at_nominal_times, in_another_order),
+    "no flight": (*_OTHER_WORDS, _flown_at_nominal_times, in_another_order),
     "soft parts": (same_words_under_precedences, other_words, without_a_leg),
     "no better": (without_a_leg,),
 }

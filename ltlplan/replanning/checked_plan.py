@@ -16,9 +16,8 @@ from ltlplan.paths.costs import for_mission
 from ltlplan.planner import SEQUENCE, make_plan, with_pace, with_seed
 from ltlplan.search.exact import without_legs
 from ltlplan.search.lawler import Member, Partition
-from verify.data import BadInput, Formula, Infeasible, InternalError, Mission, NotCertified, Plan, Unsatisfiable, check_mission
+from verify.data import BadInput, Infeasible, InternalError, Mission, NotCertified, Plan, Unsatisfiable, check_mission
 from verify.data.choices import PLANNING_METHODS
-from verify.data.language.relaxation import relaxed, tightened, without_idle_bounds
 from verify.data.progress import Progress, silent
 from verify.data.sections import Pace
 
@@ -182,25 +181,10 @@ def plan(
 def _made(make: Callable[[Mission], Plan], mission: Mission) -> Plan:
     """Return a mission's plan; where its formula is bounded in seconds, one whose flights are likely to come in time, where there is one."""
     if mission.timed_parts:
-        from ltlplan.replanning.timing.timetable import least_times
+        from ltlplan.replanning.timing.plans_in_time import plan_in_time
 
-        for part, least in least_times(mission):
-            raise Infeasible(
-                f"`{part}` cannot hold: the straight way there takes {least:.3g} s at the greatest speed that is allowed."
-            )
-        asked = without_idle_bounds(mission.written)
-        try:
-            return _planned_as(tightened(asked), make, mission)
-        except Unsatisfiable:  # what is asked for seconds may be impossible for ever
-            return _planned_as(relaxed(asked), make, mission)
+        return plan_in_time(mission, make)
     return make(mission)
-
-
-def _planned_as(formula: Formula, make: Callable[[Mission], Plan], mission: Mission) -> Plan:
-    """Return a mission's plan for a formula without bounds in seconds, which says nothing of the costs of the mission's own."""
-    made = for_mission(make(mission.asking(str(formula))), mission)
-    note = f"Planned as `{formula}`, bounds in seconds left out; what is said of costs is said of that."
-    return made.model_copy(update={"notes": (note, *made.notes), "complete": False, "lower_bound": None})
 
 
 def plan_or_none(mission: Mission, *, method: PlanningMethod | str | None = None, known: Known | None = None) -> Plan | None:

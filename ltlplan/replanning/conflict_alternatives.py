@@ -16,7 +16,8 @@ from ltlplan.allocation import Known, Leg
 from ltlplan.logic.budget import Budget
 from ltlplan.precedences import hold_under_precedences
 from ltlplan.replanning.checked_plan import legs_of, plan_or_none, plans_without
-from ltlplan.replanning.cuts import Candidate, Cut, CutKind, Refusal, digest
+from ltlplan.replanning.cuts import Candidate, Cut, CutKind, digest
+from ltlplan.replanning.refusal import Refusal
 from verify.data import Infeasible, LtlplanError, NotCertified, Plan, Witness
 from verify.data.choices import PLANNING_METHODS
 

@@ -3,31 +3,25 @@
     candidate - refine, judge - flight or conflict - cut - next candidate
 
 The loop is counterexample-guided (Clarke et al. 2000). A candidate is a plan with the cuts that led to it. The cuts hold all that is known of
-the way so far, so that a stored candidate goes on in any process. A `Refusal` is a candidate whose flight was
-refused, or keeps fewer soft parts than planned, with what the counterexamples ask for.
+the way so far, so that a stored candidate goes on in any process. What became of a candidate is its `Refusal`.
 """
 
 from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Collection, Mapping, Sequence
+import math
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal
 
 from ltlplan.allocation import Leg
-from ltlplan.paths.costs import with_expected_times
-from ltlplan.precedences import hold_under_precedences
-from ltlplan.replanning.timing.timetable import deadlines_to_relax
-from verify.data import Infeasible, LtlplanError, Mission, NotCertified, Plan, Trajectory, Witness
+from verify.data import LtlplanError, Mission, Plan, Trajectory, Witness
+from verify.data.language.formula import Formula
 from verify.data.obstruction import Obstruction
 
 if TYPE_CHECKING:
-    from typing import Any
-
     from verify import Certificate, Claim
-    from verify.claims.soft_claims import SoftClaim
 
 MAX_ROUNDS = 6
 """How often refinement may try to keep one plan's words."""
@@ -36,12 +30,13 @@ _SEVERAL = 2
 _RELIEFS = 3
 """Soft parts without which a plan is tried that no flight kept."""
 CutKind = Literal[
-    "waits", "pace", "times", "order", "precedences", "words", "legs", "capacity", "soft part", "tracking", "sharing"
+    "waits", "pace", "times", "visits", "order", "precedences", "words", "legs", "capacity", "soft part", "tracking", "sharing"
 ]
 _FORBIDS: dict[CutKind, str] = {
     "waits": "flights that come near the counterexamples",
     "pace": "flights at the mission's own pace",
     "times": "flights at these times",
+    "visits": "visits by these robots in this order",
     "order": "flights in every order of the robots",
     "precedences": "flights of these words without precedences",
     "words": "words that hold in every order of the robots",
@@ -51,9 +46,6 @@ _FORBIDS: dict[CutKind, str] = {
     "tracking": "flights faster than the plan's own times",
     "sharing": "words that outlast a vehicle's endurance at nominal times",
 }
-Reason = Literal["certified", "soft parts", "no better", "endurance", "times", "claims", "no flight"]
-"""Certified as planned; soft parts are lost; nothing better than what is certified; a vehicle's endurance is too short; bounds in seconds ask for
-other times, or allow gentler ones; a claim fails and waits may help; no flight of these words is certified."""
 
 
 @dataclass(frozen=True)
@@ -73,6 +65,8 @@ class Cut:
         parts: Soft parts, by index, that the first plan to lose one of them was meant to keep.
         pace: Share of the fastest flight at which the next one is flown, where its times are chosen.
         plan: Digest of the refused plan; empty where it may come again.
+        order: Order of visits in which the next plan makes them, as a formula; None where they are not chosen.
+        late: By how much the refused words miss deadlines in all, s; infinite where that is not known.
         obstruction: What stood in the way of its flight, where refinement says it.
     """
 
@@ -87,6 +81,8 @@ class Cut:
     parts: tuple[int, ...] = ()
     pace: float | None = None
     plan: str = ""
+    order: Formula | None = None
+    late: float = math.inf
     obstruction: Obstruction | None = None
 
     @property
@@ -153,10 +149,16 @@ class Candidate:
     @property
     def pace(self) -> float | Literal["time", "nominal"] | None:
         """Its pace instead of the mission's: as fast as limits allow, one that was chosen, or the plan's own times; None for the mission's."""
-        chosen = self.since("times", "pace")[-1:]
-        if self.since("tracking"):
+        if any(cut.kind == "tracking" for cut in self.since("tracking", "visits")[-1:]):
             return "nominal"
+        chosen = self.timed[-1:] or self.since("pace")[-1:]
         return chosen[0].pace if chosen and chosen[0].pace is not None else "time" if self.hurried else None
+
+    @property
+    def timed(self) -> tuple[Cut, ...]:
+        """Return the cuts after which the times of these words were chosen."""
+        anew = max((index for index, cut in enumerate(self.cuts) if cut.anew), default=-1)
+        return tuple(cut for cut in self.cuts[anew + 1 :] if cut.kind == "times")
 
     @property
     def pace_flown(self) -> float:
@@ -271,130 +273,3 @@ def digest(made: Plan) -> str:
     does = {name: (str(robot.word), [visit.model_dump() for visit in robot.visits]) for name, robot in made.robots.items()}
     waits = [wait.model_dump() for wait in (*made.precedences, *made.meetings)]
     return hashlib.sha256(json.dumps([does, waits], sort_keys=True).encode()).hexdigest()
-
-
-@dataclass(eq=False)
-class Refusal:
-    """A candidate, and what became of it.
-
-    Attributes:
-        tried: The candidate, with the notes on its flight; `rounds` counts this one.
-        found: Its flight, or the conflict that left none.
-    """
-
-    tried: Candidate
-    found: Flight | Conflict
-
-    @classmethod
-    def of(cls, candidate: Candidate, found: Flight | Conflict) -> Refusal:
-        """Return what became of a candidate.
-
-        Args:
-            candidate: What was refined.
-            found: Its flight, or the conflict that left none.
-        """
-        plan = with_expected_times(found.plan, found.team) if isinstance(found, Flight) else candidate.plan
-        return cls(replace(candidate, plan=plan, rounds=candidate.rounds + 1), found)
-
-    @property
-    def plan(self) -> Plan:
-        """The plan that was refined."""
-        return self.tried.plan
-
-    @property
-    def soft(self) -> Sequence[SoftClaim]:
-        """Claims of the checker about each soft part; empty where the flight itself was refused."""
-        return self.found.certificate.soft if isinstance(self.found, Flight) and self.found.certificate.holds else ()
-
-    @cached_property
-    def reason(self) -> Reason:
-        """Outcome of the attempt, which decides the next candidate."""
-        spent = self.tried.rounds >= self.tried.last_round
-        timed = bool(self.plan.mission.timed_parts)
-        if isinstance(self.found, Flight) and self.found.certificate.holds:
-            if not spent and any(part.outcome != "holds" for part in self.soft):
-                return "soft parts"
-            return "times" if timed and not spent and not self.tried.since("times") else "certified"
-        if self.tried.certified is not None:
-            return "certified" if spent or timed else "no better"
-        if isinstance(self.found, Conflict):
-            return "no flight"
-        if self._too_long:
-            return "endurance"
-        if {claim.name for claim in self.found.refused} == {"timing"} and not spent:
-            return "times"
-        return "no flight" if spent else "claims"
-
-    @property
-    def witnesses(self) -> tuple[Witness, ...]:
-        """Counterexamples to the claims that were refused."""
-        refused = self.found.refused if isinstance(self.found, Flight) else ()
-        return tuple(claim.witness for claim in refused if claim.witness is not None)
-
-    @property
-    def breaks_formula(self) -> bool:
-        """Return whether the flight may violate the formula."""
-        return any(witness.claim == "formula" for witness in self.witnesses)
-
-    @cached_property
-    def impossible(self) -> bool:
-        """Return whether the formula is violated, and the words satisfy it under no precedences."""
-        return self.breaks_formula and not hold_under_precedences(self.plan)
-
-    @property
-    def why(self) -> str:
-        """Sentences about the flight."""
-        if isinstance(self.found, Conflict):
-            return str(self.found.error)
-        return " ".join(claim.sentence for claim in self.found.refused) or " ".join(
-            part.sentence for part in self.soft if part.outcome != "holds"
-        )
-
-    @cached_property
-    def error(self) -> LtlplanError:
-        """Error that tells why these words are given up."""
-        if isinstance(self.found, Conflict):
-            return self.found.error
-        if self._too_long:
-            lasts = max(path.duration for path in self.found.team.values())
-            hint = f"Flown as fast as all limits allow, which took {lasts:.4g} s; plan more robots, or vehicles of longer endurance."
-            return NotCertified(f"Not certified. {' '.join(self._too_long)} {hint}", self.witnesses)
-        if self.reason == "no flight":
-            return NotCertified(f"Not certified after {self.tried.rounds} rounds of refinement. {self.why}", self.witnesses)
-        if self.reason == "times":
-            said = f"Not certified: no times of these words keep what is bounded in seconds. {self.why} {deadlines_to_relax((self.found.plan, self.found.team, self.found.certificate))}"
-            return NotCertified(said.rstrip(), self.witnesses)
-        no_waits = "Whatever robots wait for, these words do not satisfy the formula."
-        return NotCertified(f"Not certified. {self.why} {no_waits}", self.witnesses)
-
-    @property
-    def _too_long(self) -> list[str]:
-        refused = self.found.refused if isinstance(self.found, Flight) else ()
-        return [claim.sentence for claim in refused if claim.name == "limits.endurance"]
-
-    @property
-    def conflict(self) -> Witness | None:
-        """Witness of a conflict that other words may avoid: robots come too near each other, or wait in a circle."""
-        witnesses = (self.error.witness,) if isinstance(self.error, Infeasible) else getattr(self.error, "witnesses", ())
-        return next((each for each in witnesses if each is not None and each.claim in ("separation", "formula")), None)
-
-    def answered(self, kind: CutKind, plan: Plan | None, /, *, anew: bool = False, **forbidden: Any) -> Candidate | None:
-        """Return the candidate that comes next; None where there is no plan for it.
-
-        Other words are never said to be the cheapest, unless these are proved to be impossible.
-
-        Args:
-            kind: What is forbidden.
-            plan: The plan that does without it.
-            anew: Whether these words are given up, so that the plan may be refined as often as the first one.
-            forbidden: Further fields of the cut.
-        """
-        if plan is None:
-            return None
-        if plan.words != self.plan.words and not forbidden.get("proved"):  # cheaper words may have flights that were not found
-            plan = plan.model_copy(update={"complete": False})
-        obstruction = getattr(self.error, "obstruction", None) if anew else None
-        why = str(self.error) if anew else self.why
-        cut = Cut(kind, why, self.tried.rounds, anew=anew, obstruction=obstruction, **forbidden)
-        judged = self.tried.rounds - isinstance(self.found, Conflict)
-        return replace(self.tried, plan=plan, cuts=(*self.tried.cuts, cut), rounds=judged)

@@ -7,7 +7,7 @@ Not all formulas are written exactly: some ask for more here (one stay for a who
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 
@@ -25,6 +25,9 @@ _SPARE = (0.001, 0.2)
 """s that are kept before each bound: at least, and up to what more is worth nothing."""
 _WORTH = 1000.0, 500.0
 """What flying twice as slowly is worth, and a second before each bound, against a second of hovering."""
+
+_REST = 0.001
+"""s; the least hover."""
 
 Guard = tuple[int, ...]
 """Binary variables that all have to be 1 for something to be asked."""
@@ -62,25 +65,29 @@ class Requirements:
     Args:
         flight: What each robot shows when.
         clock_error: How far two clocks may be apart, s.
-        slowest: How many times slower the team may fly.
+        stretches: How many times slower the team flies at the least, below 1 for faster, and at most.
         reach: s by which nothing that is asked lies later, with all hovers that may help.
+        resting: Where robots hover in this flight: they go on to rest there, as what they show else would be another flight's.
     """
 
-    def __init__(self, flight: Mapping[str, Presence], clock_error: float, slowest: float, reach: float) -> None:
+    def __init__(
+        self, flight: Mapping[str, Presence], clock_error: float, stretches: tuple[float, float], reach: float,
+        resting: Collection[HoverPlace] = (),
+    ) -> None:  # fmt: skip
         self._flight, self._error, self._reach = flight, clock_error, reach
         self._low: list[float] = []
         self._high: list[float] = []
         self._whole: list[bool] = []
         self._worth: list[float] = []
         self._rows: list[tuple[dict[int, float], float]] = []
-        self._stretch = self._variable(1.0, slowest, worth=-_WORTH[0])
+        self._stretch = self._variable(*stretches, worth=-_WORTH[0])
         self._spare = self._variable(*_SPARE, worth=-_WORTH[1])
         self._late: int | None = None
         self._delays: dict[Formula, int] = {}
         self._hovers: dict[HoverPlace, int] = {}
         places = {place for presence in flight.values() for place in _places(presence)}
         for place in sorted(places):
-            self._hovers[place] = self._variable(0.0, reach, worth=1.0)
+            self._hovers[place] = self._variable(_REST if place in resting else 0.0, reach, worth=1.0)
         ends = [self.time(presence.end) for presence in flight.values()]
         self._flown = max(presence.end.moving for presence in flight.values())
         laps = [self.time(presence.lap) for presence in flight.values() if presence.lap is not None]

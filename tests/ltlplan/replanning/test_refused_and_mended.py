@@ -7,7 +7,8 @@ import pytest
 import ltlplan
 import verify
 from ltlplan.pipeline import attempted, candidates, certified_team
-from ltlplan.replanning.cuts import MAX_ROUNDS, Candidate, Flight, Refusal
+from ltlplan.replanning.cuts import MAX_ROUNDS, Candidate, Flight
+from ltlplan.replanning.refusal import Refusal
 from verify.data import Infeasible, NotCertified, Unsatisfiable, parse_mission
 
 HEAD = "format: 1\nname: asked\nvehicle: crazyflie-2.1\n"

@@ -12,33 +12,12 @@ import verify
 from flight.monitoring.monitor import Monitor
 from flight.monitoring.timed_state import TimedState, both
 from ltlplan.pipeline import certified_team
+from tests.helpers.timed_rooms import room
 from verify.checked_claims import checked_certificate
-from verify.data import BadInput, Infeasible, Mission, NotCertified, parse_formula
+from verify.data import BadInput, Mission, parse_formula
 from verify.data.events import NewFormula
-from verify.data.files.mission_file import parse_mission
 from verify.data.plan import plan_from_json
 from verify.kernel.checking import Checked
-
-ROOM = """
-format: 1
-name: times
-spec: {{formula: '{formula}'{more}}}
-regions:
-  dock: {{center: [1.6, 0.4, 1.0], size: [0.5, 0.5, 0.8]}}
-  shelf: {{center: [1.6, 1.6, 1.0], size: [0.5, 0.5, 0.8]}}
-  pit: {{center: [0.8, 1.6, 1.0], size: [0.4, 0.4, 0.8]}}
-agents:
-  quad0: {{start: [0.4, 0.4, 1.0]}}
-{agents}
-vehicle: crazyflie-2.1
-workspace: {{min: [0.0, 0.0, 0.5], max: [2.0, 2.0, 1.5]}}
-margin: 0.03
-{planner}
-"""
-
-
-def room(formula: str, *, more: str = "", agents: str = "", planner: str = "") -> Mission:
-    return parse_mission(ROOM.format(formula=formula, more=more, agents=agents, planner=planner))
 
 
 @functools.cache
@@ -99,13 +78,6 @@ def test_deadlines_decide_who_does_what() -> None:
         {"quad0": ["dock"], "quad1": ["shelf"]},
         {"quad0": ["dock"], "quad1": ["pit", "shelf"]},
     )
-
-
-def test_a_deadline_that_cannot_be_met_is_told_with_what_is_missing() -> None:
-    with pytest.raises(Infeasible, match=r"`F\[0,0.1\] shelf` cannot hold: the straight way there takes 0\.\d+ s"):
-        ltlplan.plan(room("F[0,0.1] shelf"))
-    with pytest.raises(NotCertified, match=r"The least that these words miss at this pace: `F\[0,0.7\] dock` by \d\.\d+ s"):
-        certified_team(ltlplan.plan(room("F[0,0.7] dock")))
 
 
 @pytest.mark.parametrize(
