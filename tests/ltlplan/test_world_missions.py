@@ -38,7 +38,7 @@ def clear_of_solids(mission: Mission, points: np.ndarray, keep: float) -> bool:
     return all(part.distances(points).min() > keep for part in solid_parts(mission.obstacles, mission.hoops))
 
 
-@few_of(1, "name", [pytest.param(name, marks=pytest.mark.slow if name == "door-puzzle" else ()) for name in WORLD_MISSIONS])
+@few_of(1, "name", sorted(WORLD_MISSIONS, key=lambda name: name != "meeting"))
 def test_a_mission_of_the_world_is_shared_by_its_robots_along_ways_that_are_there(name: str) -> None:
     plan = planned(name)
     mission = plan.mission

@@ -8,6 +8,7 @@ import ltlplan
 import verify
 from ltlplan import parse_mission
 from ltlplan.pipeline import certified_team
+from refine.single_robot.task import Pace
 from tests.helpers.few import few_of
 from verify.data import Mission, Trajectory
 
@@ -68,17 +69,17 @@ def stays(mission: Mission, flight: Trajectory, region: str) -> int:
         (world("F(a & F(free & F G a))", hoops=HOOP, agents="q: {start: [0.3766, 0.0643, 1]}"), 2),
     ],
 )
-def test_a_region_is_left_and_visited_again(mission: Mission, count: int) -> None:
-    done = certified_team(ltlplan.plan(mission, seed=0))
+def test_a_region_is_left_and_visited_again(mission: Mission, count: int, pace: Pace) -> None:
+    done = certified_team(ltlplan.plan(mission, seed=0, pace=pace))
     assert stays(mission, done.team["q"], "a") == count
     assert verify.judge(done.plan, done.team, largest=False).holds
 
 
-def test_several_robots_leave_regions_and_visit_them_again() -> None:
+def test_several_robots_leave_regions_and_visit_them_again(pace: Pace) -> None:
     regions = "a: {center: [0.5, 0.5, 1], radii: [0.3, 0.3, 0.3]}, b: {center: [0.5, -0.5, 1], radii: [0.3, 0.3, 0.3]}"
     agents = "q: {start: [0.5, 0.5, 1]}, r: {start: [-1, -0.5, 1]}"
     mission = world("F(free & F a) & F(b & F(free & F b)) & (!b U (free | a))", regions=regions, agents=agents)
-    done = certified_team(ltlplan.plan(mission, seed=0))
+    done = certified_team(ltlplan.plan(mission, seed=0, pace=pace))
     made = {name: tuple(visit.region for visit in robot.visits) for name, robot in done.plan.robots.items()}
     assert sum(visits.count("b") for visits in made.values()) >= 2
     for name, flight in done.team.items():
@@ -86,18 +87,18 @@ def test_several_robots_leave_regions_and_visit_them_again() -> None:
             assert stays(mission, flight, region) == made[name].count(region)
 
 
-def test_a_lap_leaves_the_region_that_it_begins_with() -> None:
+def test_a_lap_leaves_the_region_that_it_begins_with(pace: Pace) -> None:
     mission = world("G F a & G F free", regions=SPHERE, more=", trace: infinite, repeat: 3")
-    done = certified_team(ltlplan.plan(mission, seed=0))
+    done = certified_team(ltlplan.plan(mission, seed=0, pace=pace))
     (flight,) = done.team.values()
     assert stays(mission, flight.flattened(3), "a") == 3
 
 
 @few_of(2, "seed", range(7))
-def test_random_regions_are_left_and_visited_again(seed: int) -> None:
+def test_random_regions_are_left_and_visited_again(seed: int, pace: Pace) -> None:
     rng = np.random.default_rng(seed)
     radii, centre = rng.uniform(0.12, 0.4, 3), rng.uniform([-0.5, -0.6, 0.8], [0.9, 0.6, 1.2])
     region = f"a: {{center: {centre.round(3).tolist()}, radii: {radii.round(3).tolist()}, yaw_deg: {rng.uniform(0, 90):.1f}}}"
     mission = world(THRICE if seed % 2 else TWICE, regions=region, agents="q: {start: [-1.3, -1.1, 1.5]}")
-    done = certified_team(ltlplan.plan(mission, seed=0))
+    done = certified_team(ltlplan.plan(mission, seed=0, pace=pace))
     assert stays(mission, done.team["q"], "a") == 2 + seed % 2

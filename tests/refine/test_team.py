@@ -14,6 +14,7 @@ from refine.corridor import planned
 from refine.corridor.planned import corridor_of
 from refine.corridor.points import thinned
 from refine.single_robot import time_optimised
+from refine.single_robot.task import Pace
 from refine.spline.spline import Spline
 from tests.helpers.few import few_of
 from tests.helpers.plans_by_hand import ball, fire_plan, patrol_plan, robot_plan, room, sequence_plan, straight
@@ -48,12 +49,12 @@ def test_a_patrol_closes_and_may_be_time_optimised() -> None:
 
 
 @few_of(1, "seed", [0, 6, 12, 28])
-def test_random_missions_are_certified(seed: int) -> None:
+def test_random_missions_are_certified(seed: int, pace: Pace) -> None:
     """Some of these need what repairs are for: a path that comes back into a region, robots that hover in the way."""
     import ltlplan
 
     plan = ltlplan.plan(random_mission(seed, samples=20, rounds=2), seed=0)
-    certificate = verify.judge(plan, refine(plan), largest=False)
+    certificate = verify.judge(plan, refine(plan, pace=pace), largest=False)
     assert [claim.sentence for claim in certificate.claims if claim.outcome != "holds"] == []
 
 
@@ -203,14 +204,14 @@ def test_a_patrol_that_only_hovers_has_two_pieces() -> None:
     assert (len(flight), flight.cycle, flight.duration) == (2, 0, 1.0)
 
 
-def test_robots_wait_for_each_other() -> None:
+def test_robots_wait_for_each_other(pace: Pace) -> None:
     mission = room({"a": ball(0, 0)}, {"p": Agent(start=(-1.5, 0.0, 1.0)), "q": Agent(start=(0.0, -1.5, 1.0))})
     robots = {
         "p": straight((-1.5, 0, 1), (0, 0, 1), (1.5, 0, 1), visits={1: "a"}),
         "q": straight((0, -1.5, 1), (0, 0, 1), (0, 1.5, 1), visits={1: "a"}),
     }
     plan = Plan(mission=mission, robots=robots, precedences=(Precedence(first=("q", 0), then=("p", 0)),))
-    team = refine(plan)
+    team = refine(plan, pace=pace)
     assert verify.judge(plan, team, largest=False).holds
     assert len(team["p"]) == len(team["q"]) + 1  # p hovers first
     gap = [np.linalg.norm(team["p"].evaluate(t)[:3] - team["q"].evaluate(t)[:3]) for t in np.linspace(0, 15, 600)]
@@ -218,7 +219,7 @@ def test_robots_wait_for_each_other() -> None:
 
 
 @pytest.mark.parametrize("heading", ["fixed", "path"])
-def test_robots_wait_in_the_middle_where_departures_do_not_suffice(heading: str) -> None:
+def test_robots_wait_in_the_middle_where_departures_do_not_suffice(heading: str, pace: Pace) -> None:
     """q's first visit after p's first, p's second after q's second: whoever departs first, the other has to wait for it."""
     agents = {"p": Agent(start=(-2.0, -1.0, 1.0), heading=heading), "q": Agent(start=(-2.0, 1.0, 1.0), heading=heading)}
     mission = room({"a": ball(-1, -1), "b": ball(1, -1), "c": ball(-1, 1), "d": ball(1, 1)}, agents)
@@ -228,7 +229,7 @@ def test_robots_wait_in_the_middle_where_departures_do_not_suffice(heading: str)
     }
     waits = (Precedence(first=("p", 0), then=("q", 0)), Precedence(first=("q", 1), then=("p", 1)))
     plan = Plan(mission=mission, robots=robots, precedences=waits)
-    team = refine(plan)
+    team = refine(plan, pace=pace)
     certificate = verify.judge(plan, team, largest=False)
     assert [claim.sentence for claim in certificate.claims if claim.outcome != "holds"] == []
     times = np.linspace(0, max(flight.duration for flight in team.values()), 6000)
@@ -240,7 +241,7 @@ def test_robots_wait_in_the_middle_where_departures_do_not_suffice(heading: str)
     assert inside["q", "d"].max() < inside["p", "b"].min()
     circle = (*waits, Precedence(first=("p", 1), then=("q", 0)))
     with pytest.raises(Infeasible):
-        refine(Plan(mission=mission, robots=robots, precedences=circle))
+        refine(Plan(mission=mission, robots=robots, precedences=circle), pace=pace)
 
 
 def test_witnesses_tighten_what_was_refused() -> None:
@@ -251,9 +252,10 @@ def test_witnesses_tighten_what_was_refused() -> None:
     again = refine(plan, witnesses=(witness,))["quad0"]
     slower = np.linalg.norm(again.evaluate(np.linspace(0, again.duration, 4000), 1)[:, :3], axis=1).max()
     assert slower <= min(peak, 1.0 / 1.05) + 1e-6
-    wide = refine(plan, witnesses=(Witness(claim="visits", sentence="too near", robot="quad0"),) * 2)["quad0"]
+    near = (Witness(claim="visits", sentence="too near", robot="quad0"),) * 2
+    nominal, wide = (refine(plan, witnesses=witnesses, pace="nominal")["quad0"] for witnesses in ((), near))
     assert verify.judge(plan, {"quad0": wide}, largest=False).holds
-    assert wide.digest() != base.digest()
+    assert wide.digest() != nominal.digest()
 
 
 def test_the_same_plan_gives_the_same_bytes() -> None:
@@ -263,13 +265,13 @@ def test_the_same_plan_gives_the_same_bytes() -> None:
     }
 
 
-def test_pieces_are_merged_where_the_target_is_small() -> None:
+def test_pieces_are_merged_where_the_target_is_small(pace: Pace) -> None:
     plan = sequence_plan()
-    few = refine(plan, max_pieces=11)["quad0"]
-    assert len(few) <= 11 < len(refine(plan)["quad0"])
+    few = refine(plan, max_pieces=11, pace=pace)["quad0"]
+    assert len(few) <= 11 < len(refine(plan, pace=pace)["quad0"])
     assert verify.judge(plan, {"quad0": few}, largest=False).holds
     with pytest.raises(DoesNotFit, match="holds 3"):
-        refine(plan, max_pieces=3)
+        refine(plan, max_pieces=3, pace=pace)
 
 
 def test_detours_do_not_pile_up() -> None:
@@ -283,7 +285,7 @@ def test_detours_do_not_pile_up() -> None:
             assert body.plane(fewer.points[index], fewer.points[index + 1]) is not None
 
 
-def test_uneven_times_do_not_slow_a_whole_flight() -> None:
+def test_uneven_times_do_not_slow_a_whole_flight(pace: Pace) -> None:
     room = Region(center=(0.0, 0.0, 1.6), radii=(0.4, 0.4, 0.4))
     mission = Mission(
         name="climb",
@@ -306,7 +308,7 @@ def test_uneven_times_do_not_slow_a_whole_flight() -> None:
     )
     robot = RobotPlan(word=Word.of([[], ["room"]]), visits=(Visit(region="room"),), waypoints=waypoints, times=times)
     plan = Plan(mission=mission, robots={"quad0": robot})
-    team = refine(plan)
+    team = refine(plan, pace=pace)
     assert verify.certify(plan, team)
     assert team["quad0"].duration <= 1.2 * times[-1]
     heights = team["quad0"].evaluate(np.linspace(0.0, team["quad0"].duration, 400))[:, 2]

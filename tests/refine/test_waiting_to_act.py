@@ -8,6 +8,7 @@ import pytest
 
 from ltlplan import parse_mission, plan
 from ltlplan.pipeline import certified_team
+from refine.single_robot.task import Pace
 from tests.helpers.few import few_of
 from verify.data import Infeasible, Mission, NotCertified, Unsatisfiable
 
@@ -38,8 +39,8 @@ MEETS = "F(quad0.water & !quad0.carrying & quad1.b) & F(quad0.carrying & quad1.f
         (f"{MEETS} & G !quad0.free", INSIDE),  # it never moves, and acts late for all that
     ],
 )
-def test_a_robot_waits_in_the_region_in_which_it_acts(formula: str, start: str) -> None:
-    made = plan(world(formula, start=start))
+def test_a_robot_waits_in_the_region_in_which_it_acts(formula: str, start: str, pace: Pace) -> None:
+    made = plan(world(formula, start=start), pace=pace)
     assert any(wait.due == "acts" for wait in made.precedences)
     done = certified_team(made)
     assert all(claim.outcome == "holds" for claim in done.certificate.claims)

@@ -19,10 +19,12 @@ from verify.data import BadInput, Infeasible, NotCertified, Trajectory, parse_mi
 from verify.data.events import HoopMoves, RobotJoins, RobotLeaves
 from verify.data.sections import Agent
 
+NOMINAL = PAIR + "planner: {pace: nominal}\n"
+
 
 @pytest.fixture(scope="module")
 def team():
-    return CertifiedTeam(parse_mission(PAIR), seed=1)
+    return CertifiedTeam(parse_mission(NOMINAL), seed=1)
 
 
 LOW = pair("[-1.0, 0.4, 1.0]", "[1.0, 0.4, 1.4]", floor=0.2)

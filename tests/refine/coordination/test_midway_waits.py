@@ -12,7 +12,7 @@ from refine.corridor.planned import corridor_of
 from refine.corridor.points import with_rests
 from refine.feedback import feedback_of
 from refine.single_robot.flight import robot_flight
-from refine.single_robot.task import Problem, RefinementOptions
+from refine.single_robot.task import Pace, Problem, RefinementOptions
 from tests.helpers.few import few_of
 from tests.helpers.plans_by_hand import ball, room, straight
 from verify.data import BadInput, Mission, Plan
@@ -36,10 +36,10 @@ def plan(a_ends: tuple[float, float, float], b_ends: tuple[float, float, float],
 
 
 @few_of(1, "via", [(), ((-0.3, 1.2, 1.0),)])
-def test_waits_are_kept_when_robots_give_way_afterwards(via: tuple) -> None:
+def test_waits_are_kept_when_robots_give_way_afterwards(via: tuple, pace: Pace) -> None:
     """After b's second visit their ways cross, while a has been waiting for it on the way."""
     asked = plan((2.0, -1.5, 1.0), (2.0, 0.0, 1.0), *via)
-    team = refine(asked)
+    team = refine(asked, pace=pace)
     for name, robot in asked.robots.items():
         end = team[name].evaluate(np.array([team[name].duration]))[0, :3]
         np.testing.assert_allclose(end, robot.waypoints[-1].position, atol=1e-4)
@@ -47,12 +47,12 @@ def test_waits_are_kept_when_robots_give_way_afterwards(via: tuple) -> None:
     assert [claim.sentence for claim in claims if claim.outcome != "holds"] == []
 
 
-def test_a_robot_waits_outside_of_the_region_that_others_wait_for_it_to_leave() -> None:
+def test_a_robot_waits_outside_of_the_region_that_others_wait_for_it_to_leave(pace: Pace) -> None:
     asked = plan((0.5, 2.0, 1.0), (2.0, 0.0, 1.0))
     corridor, stops = with_rests(corridor_of(asked.mission, "a", asked.robots["a"]), asked.mission, frozenset({1}))
     assert not REGIONS["r0"].level(corridor.points[stops[1]]) <= 1.0
     assert len(corridor) == 4
-    team = refine(asked)
+    team = refine(asked, pace=pace)
     assert verify.judge(asked, team, largest=False).holds
     left = team["a"].evaluate(np.linspace(0, team["a"].duration, 4000))[:, :3]
     waits = np.all(np.diff(left, axis=0) == 0.0, axis=1)

@@ -102,7 +102,7 @@ def test_robots_that_stand_in_each_others_way_for_good_are_named() -> None:
     assert passing_orders(lines, zones_of(lines, 0.3), []) == Stuck(((0, 1),))
 
 
-@pytest.mark.parametrize("pace", ["nominal", "0.7"])
+@few_of(1, "pace", ["nominal", "0.7"])
 def test_robots_that_are_counted_wait_only_for_what_is_in_their_way(pace: str) -> None:
     mission = hall(4, "F(count(a) >= 2) & F(count(b) >= 1) & G(count(b) <= 1) & F all(home)", pace)
     plan = ltlplan.plan(mission)
@@ -163,9 +163,11 @@ def test_robots_whose_ways_cross_pass_one_after_another_without_a_meeting() -> N
     assert arrival(found) <= 1.1 * max(robot.path.duration for robot in alone.values())
 
 
-def test_a_show_in_a_ring_is_flown_all_at_once() -> None:
-    """Nine robots come into a ring above their stage together, and then back: every robot waits for all others there."""
-    agents = ", ".join(f"q{i}: {{start: [{1.2 * (i % 3) - 1.2:.2f}, {0.9 * (i // 3) - 0.9:.2f}, 0.7]}}" for i in range(9))
+@few_of(1, "wide", [2, 3])
+def test_a_show_in_a_ring_is_flown_all_at_once(wide: int) -> None:
+    """Robots in rows come into a ring above their stage together, and then back: every robot waits for all others there."""
+    places = [(1.2 * (k % wide) - 1.2, 0.9 * (k // wide) - 0.9) for k in range(wide * wide)]
+    agents = ", ".join(f"q{k}: {{start: [{x:.2f}, {y:.2f}, 0.7]}}" for k, (x, y) in enumerate(places))
     mission = ltlplan.parse_mission(_SHOW.format(agents=agents))
     plan = ltlplan.plan(mission)
     assert all([visit.region for visit in robot.visits] == ["stage", "ring", "stage"] for robot in plan.robots.values())

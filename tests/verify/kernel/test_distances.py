@@ -10,8 +10,7 @@ from math import dist
 from types import SimpleNamespace
 from typing import Any
 
-import pytest
-
+from tests.helpers.few import few_of
 from verify.kernel.distances import Flight, Pair
 from verify.kernel.flights import Path, Segment
 from verify.kernel.polynomials import Polynomial
@@ -53,7 +52,11 @@ def is_proved(parts: Any, marks: str) -> bool:
     return False
 
 
-@pytest.mark.parametrize(("seed", "number", "error", "least"), [(1, 60, Fraction(0), 6), (2, 20, Fraction(1, 16), 2)])
+@few_of(
+    2,
+    ("seed", "number", "error", "least"),
+    [(1, 20, Fraction(0), 2), (1, 60, Fraction(0), 6), (2, 20, Fraction(1, 16), 2), (2, 10, Fraction(1, 16), 1)],
+)
 def test_what_is_proved_is_so(seed: int, number: int, error: Fraction, least: int) -> None:
     rng = random.Random(seed)
     found = {True: 0, False: 0}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import json
 import subprocess
 import sys
@@ -254,17 +255,23 @@ def there_and_back(brushes: bool) -> Flight:
     return planned(of, {"r0": to("a")}), {"r0": quantised(Trajectory(path.durations[kept], path.coefficients[kept]))}
 
 
-@pytest.mark.parametrize("brushes", [False, True])
-@few_of(3, "forged", ["n?", "ny", "ni", "no", "i?", "o?", "io", "iy", "oi"])
-def test_visits_that_are_not_told_apart(brushes: bool, forged: str) -> None:
-    """To leave a region for sure and to come back is another visit, whatever a proof leaves open."""
+@functools.cache
+def read_there_and_back(brushes: bool) -> tuple[Any, Any, str]:
+    """Return the statement, the path and the marks of the proof of a flight that visits its region too often."""
     plan, team = there_and_back(brushes)
     certificate = judge(plan, team, largest=False)
     assert "visits" in {one.name for one in certificate.claims if one.outcome == "fails"}
     proof = prove(plan, team, certificate)
     marks = "".join(Evidence(json.loads(proof.evidence)["evidence"]).marks("inside/r0/a"))
     statement = read_statement(proof.statement)
-    path = read_team(statement, tables(plan, team)).paths["r0"]
+    return statement, read_team(statement, tables(plan, team)).paths["r0"], marks
+
+
+@pytest.mark.parametrize("brushes", [False, True])
+@few_of(3, "forged", ["n?", "ny", "ni", "no", "i?", "o?", "io", "iy", "oi"])
+def test_visits_that_are_not_told_apart(brushes: bool, forged: str) -> None:
+    """To leave a region for sure and to come back is another visit, whatever a proof leaves open."""
+    statement, path, marks = read_there_and_back(brushes)
     for first in range(len(marks)):
         forgery = Evidence({"inside/r0/a": marks[:first] + marks[first:].replace(forged[0], forged[1])})
         with pytest.raises(Refused):

@@ -179,7 +179,7 @@ FLOWN = given(
 )
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=12, deadline=None)
 @FLOWN
 def test_no_laps_by_hand_break_what_is_said_to_hold(formula, data, robots, lap, team, rng: Random):
     assert_no_laps_break_it(formula, data, robots, lap, team, rng)

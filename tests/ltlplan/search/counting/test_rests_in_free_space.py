@@ -47,7 +47,7 @@ def test_an_unrelated_region_makes_a_shared_machine_no_dearer_and_no_slower(robo
         assert beside == pytest.approx(alone)
 
 
-@pytest.mark.parametrize("radius", [0.2, 0.25])
+@few_of(1, "radius", [0.25, 0.2])
 def test_robots_take_turns_at_a_machine_that_holds_one(radius: float) -> None:
     """Who has left it hovers where the next one comes past, and is not said to be in it still."""
     mission = shared_machine(3)
@@ -68,7 +68,7 @@ def test_no_unrelated_region_makes_a_search_dearer(seed: int) -> None:
     assert other.complete
 
 
-@pytest.mark.parametrize("parts", [False, True])
+@few_of(1, "parts", [False, True])
 def test_mirrors_names_and_orders_change_no_cost(parts: bool) -> None:
     costs = [
         assign(shared_machine(3, parts=parts, mirrored=mirrored, names=names, order=order)).cost

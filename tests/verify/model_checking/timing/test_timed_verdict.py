@@ -10,6 +10,7 @@ from fractions import Fraction
 
 import pytest
 
+from tests.helpers.few import few_of
 from tests.helpers.timed_signals import drawn_formula, drawn_signal, truth
 from verify.data.files.mission_file import parse_mission
 from verify.data.language.formula import Formula
@@ -296,11 +297,12 @@ def test_many_bounds_from_0_to_infinity_never_contradict_the_judge_of_words(seed
     assert_bounds_contradict_no_words(seed, 400)
 
 
+@few_of(1, "count", [10, 30])
 @pytest.mark.parametrize("text", ["F {p}", "G {p}", "{p} U {q}", "{p} R {q}", "{p} W {q}", "{p} M {q}"])
-def test_one_operator_over_boolean_operands_is_judged_as_by_words(text: str) -> None:
+def test_one_operator_over_boolean_operands_is_judged_as_by_words(text: str, count: int) -> None:
     rng = random.Random(text)
     booleans = ["a", "!a", "a & b", "a | !b", "a -> c", "!(b & c)", "a | !a"]
-    for _ in range(30):
+    for _ in range(count):
         formula = parse_formula(text.format(p=f"({rng.choice(booleans)})", q=f"({rng.choice(booleans)})"))
         timeline = _tube(rng, rng.randint(2, 7))
         timed = _judged(_replaced(formula, (Fraction(0), None)), timeline, slack=False)
