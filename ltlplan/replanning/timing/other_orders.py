@@ -17,10 +17,13 @@ from verify.data import LtlplanError, Mission, NotCertified, Plan
 from verify.data.language.formula import Formula
 from verify.data.plan import Waypoint
 
-_ORDERS = 6
-"""Other orders of visits that are refined, at most."""
+_ORDERS = 8
+"""Plans with other visits that are refined, at most."""
+_NEARLY = 0.5
+"""s; an order that is late by less is planned again for the least time."""
 _PLANNED = 20
-"""Those that are planned in search of one, at most."""
+"""Orders that are planned in search of one, at most."""
+_OTHER_ORDER = "The visits are made in another order than the cheapest words make them, whose flight was not certified in time."
 
 
 def shared_for_time(refusal: Refusal) -> Candidate | None:
@@ -49,16 +52,19 @@ def in_another_order(refusal: Refusal) -> Candidate | None:
     before = tried.since("visits")
     if refusal.holds or not mission.timed_parts or len(before) >= _ORDERS or mission.spec.trace == "infinite":
         return None
+    make, last = partial(plan, method=made.method), before[-1].order if before else None
+    if last is not None and refusal.relaxation.total < _NEARLY and [cut.order for cut in before].count(last) == 1:
+        other = plan_in_order(_quick(mission), last, make)
+        if other is not None and _waypoints(other) != _waypoints(made):
+            return _answered(refusal, other, _OTHER_ORDER, last)
     orders = orders_in_time(mission)
-    if before and before[-1].order in orders:
-        orders = orders[orders.index(before[-1].order) + 1 :]
+    if last in orders:
+        orders = orders[orders.index(last) + 1 :]
     known = {_stops(made), *(cut.plan for cut in tried.cuts)}
     for order in orders[:_PLANNED]:
-        other = plan_in_order(_quick(mission), order, partial(plan, method=made.method))
-        if other is None or _stops(other) in known or late_by_straight_ways(other):
-            continue
-        note = "The visits are made in another order than the cheapest words make them, whose flight was not certified in time."
-        return _answered(refusal, other, note, order)
+        other = plan_in_order(mission, order, make)
+        if other is not None and _stops(other) not in known and not late_by_straight_ways(other):
+            return _answered(refusal, other, _OTHER_ORDER, order)
     return None
 
 
