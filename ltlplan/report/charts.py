@@ -13,12 +13,13 @@ from flight.shapes import Floats
 from ltlplan.report.bars import Bar, bars_html
 from ltlplan.report.history import LetterInterval, ReadLetter, truth_intervals
 from ltlplan.report.over_time import MARK, Line, over_time, stacked
+from ltlplan.report.timed_history import timed_bars, timed_truth
 from verify.data import GRAVITY
 
 if TYPE_CHECKING:
     from ltlplan.result import Result
     from verify import Certificate
-    from verify.data import Formula, Mission, Trajectory
+    from verify.data import Mission, Trajectory
 
 WORST = 10
 """Robots that a chart of very many draws by themselves."""
@@ -29,7 +30,6 @@ _SAMPLES = 1000
 
 _INTERNAL = "#6b7280"
 _TRUE = "#2f8d57"
-_WINDOW = "#b45309"
 
 
 def label_chart(
@@ -69,12 +69,8 @@ def label_chart(
                 for interval, names in held
                 if name in names
             ]
-    timing = [claim.sentence for claim in certificate.claims if claim.name == "timing"]
-    for part, sentence in zip(certificate.mission.timed_parts, timing, strict=True):
-        if part.window is not None:  # the time in which it is asked, from the start on
-            low, high = part.window
-            rows.append(str(part))
-            bars.append(Bar(rows[-1], float(low), end if high is None else min(float(high), end), _WINDOW, sentence))
+    timed_rows, timed = timed_bars(certificate, end)
+    rows, bars = [*rows, *timed_rows], [*bars, *timed]
     return bars_html(
         "labels",
         bars,
@@ -120,16 +116,26 @@ def shown_chart(mission: Mission, letters: Mapping[str, Sequence[LetterInterval]
     return bars_html("labels", bars, rows, end, "Chart: which region each robot was seen in, over time.")
 
 
-def truth_chart(formula: Formula, readings: list[ReadLetter], end: float, cycle: float | None) -> str:
-    """Draw when each sub-formula holds, on the readings of the team.
+def truth_chart(
+    mission: Mission,
+    letters: Mapping[str, Sequence[LetterInterval]],
+    readings: list[ReadLetter],
+    end: float,
+    cycle: float | None,
+) -> str:
+    """Draw when each sub-formula holds, on the readings of the team; bounds in seconds count but in laps.
 
     Args:
-        formula: The mission's.
+        mission: Whose formula.
+        letters: Each robot's letters over time.
         readings: The team word, in order of time.
         end: s, when the drawn flight ends.
         cycle: s, when the cycle begins, where there is one.
     """
-    truth = truth_intervals(formula, readings, end, cycle)
+    if mission.timed_parts and cycle is None:
+        truth = timed_truth(mission.bounded, letters, end)
+    else:
+        truth = truth_intervals(mission.formula, readings, end, cycle)
     bars = [
         Bar(name, interval.start, interval.end, _TRUE, f"{name} holds") for name, mine in truth.items() for interval in mine
     ]

@@ -1,4 +1,4 @@
-"""History of a sampled flight: letters, observations of the team, sub-formulas, and what is still to do.
+"""History of a sampled flight: letters, observations of the team, and sub-formulas.
 
 For pictures only. Claims come from the certificate, which does not sample.
 """
@@ -13,8 +13,6 @@ from numpy.typing import NDArray
 
 from verify.data import Formula, Letter, Mission, Word
 from verify.data.language.counting import atoms
-from verify.logic.normal_form import normal_form
-from verify.logic.progression import REFUTED, SETTLED, Automaton
 from verify.logic.semantics import truth_table
 from verify.logic.team_letters import TeamLetters
 
@@ -127,26 +125,3 @@ def truth_intervals(
                 intervals.append(LetterInterval(reading.time, until, frozenset({"true"})))
         result[str(node)] = intervals
     return result
-
-
-def still_to_do(formula: Formula, readings: Sequence[ReadLetter]) -> list[tuple[float, list[tuple[str, str]]]]:
-    """Return, at each reading, how each part of the topmost conjunction stands: its time in s, and (part, how)."""
-    parts = formula.conjuncts()
-    automata = [Automaton(normal_form(part)) for part in parts]
-    states = [automaton.initial for automaton in automata]
-    rows: list[tuple[float, list[tuple[str, str]]]] = []
-    for reading in readings:
-        stands: list[tuple[str, str]] = []
-        for index, (part, automaton) in enumerate(zip(parts, automata, strict=True)):
-            states[index] = automaton.step(states[index], automaton.cut(reading.letter))
-            stands.append((str(part), _state(automaton, states[index])))
-        rows.append((reading.time, stands))
-    return rows
-
-
-def _state(automaton: Automaton, state: int) -> str:
-    if state == SETTLED:
-        return "done"
-    if state == REFUTED:
-        return "broken"
-    return "kept so far" if automaton.accepts(state) else "open"

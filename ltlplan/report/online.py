@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING
 from flight.pictures import MANY, scene
 from ltlplan.report.charts import shown_chart, truth_chart
 from ltlplan.report.crowds import CROWD, lightened
-from ltlplan.report.history import LetterInterval, still_to_do, team_readings
+from ltlplan.report.history import LetterInterval, team_readings
 from ltlplan.report.page import listed, page_html, section, warning
 from ltlplan.report.player import Playing, player_data, player_section
+from ltlplan.report.to_do import still_to_do
 
 if TYPE_CHECKING:
     from ltlplan.online.online_flight import OnlineFlight
@@ -44,7 +45,7 @@ def online_html(flown: OnlineFlight) -> str:
         log.times[::THIN],
         {name: log.position[::THIN, log.robots.index(name)] for name in mission.agents},
         letters,
-        still_to_do(mission.formula, readings),
+        still_to_do(mission, letters, readings),
         {},
         happened,
     )
@@ -58,11 +59,11 @@ def online_html(flown: OnlineFlight) -> str:
     return page_html(
         f"{mission.name}, flown online",
         header="".join(warning(note) for note in log.notes)
-        + listed([*answer, f"Asked: {mission.formula}", *(f"{time:.2f} s: {sentence}" for time, sentence in happened)]),
+        + listed([*answer, f"Asked: {mission.bounded}", *(f"{time:.2f} s: {sentence}" for time, sentence in happened)]),
         sections=[
             player_section(playing, label, note),
             section("Labels over time", shown_chart(mission, letters, end), note=_LABELS),
-            section("Sub-formulas over time", truth_chart(mission.formula, readings, end, None), note=_TRUTH),
+            section("Sub-formulas over time", truth_chart(mission, letters, readings, end, None), note=_TRUTH),
         ],
         figures={"scene": drawn},
         player=player_data(playing),

@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING
 
 from flight.pictures import sample_paths
 from flight.shapes import Floats
-from ltlplan.report.history import LetterInterval, ReadLetter, letter_intervals, still_to_do, team_readings
+from ltlplan.report.history import LetterInterval, ReadLetter, letter_intervals, team_readings
 from ltlplan.report.player import Playing, Todo
 from ltlplan.report.summary import visits_text
+from ltlplan.report.to_do import still_to_do
 
 if TYPE_CHECKING:
     from verify import Certificate
@@ -53,7 +54,7 @@ def replay_of(plan: Plan, team: Mapping[str, Trajectory], certificate: Certifica
     letters = _letters(mission, certificate, times, paths)
     readings = team_readings(letters, joint=mission.spec.team == "joint", formula=mission.formula)
     tasks = {name: visits_text(robot) for name, robot in plan.robots.items()}
-    playing = Playing(times, paths, letters, _todo(mission, readings), tasks)
+    playing = Playing(times, paths, letters, _todo(mission, letters, readings), tasks)
     (first, *_rest) = team.values()
     cycle = None if first.cycle is None else float(first.knots[first.cycle])
     return Replay(playing, readings, float(times[-1]), cycle)
@@ -69,9 +70,9 @@ def _letters(
     return result
 
 
-def _todo(mission: Mission, readings: list[ReadLetter]) -> Todo:
+def _todo(mission: Mission, letters: dict[str, list[LetterInterval]], readings: list[ReadLetter]) -> Todo:
     if mission.spec.formula is None:
         return [(0.0, [("", "the sequence's passages, in order")])]
     if mission.spec.trace == "infinite":
         return [(0.0, [("", "for ever: the formula is judged on the repeated cycle")])]
-    return still_to_do(mission.formula, readings)
+    return still_to_do(mission, letters, readings)

@@ -51,6 +51,11 @@ _TRUTH = (
     "the last time. Judged on the nominal letters; the claim is the certificate's."
 )
 _UNTIMED = " Bounds in seconds are left out here; each has its row among the labels, and its claim."
+BOUNDS = (
+    " Light orange: the window of what is bounded in seconds. Dark orange: so much later all may come. Dark red: the point of no return, from which "
+    "on no straight way from where the robot was before is quick enough."
+)
+"""How rows of bounds in seconds are read."""
 _FEWER = f" Of more than {MANY} robots the {WORST} with the greatest values are drawn, and in grey the extremes of all."
 _ERRORS = (
     "Distance of the simulated robot from its certified path; the certificate covers the flight while it stays below the margin."
@@ -77,12 +82,20 @@ def report_html(result: Result) -> str:
     label = f"Moving 3-D picture of the hoops and of the paths of {', '.join(mission.agents)}; the plan's table says the same."
     sections = [
         player_section(playing, label, note),
-        section("Labels over time", label_chart(certificate, playing.letters, end, replay.cycle), note=_LABELS),
+        section(
+            "Labels over time",
+            label_chart(certificate, playing.letters, end, replay.cycle),
+            note=_LABELS + (BOUNDS if mission.timed_parts else ""),
+        ),
     ]
     if mission.spec.formula is not None:
-        reading = _TRUTH + (_UNTIMED if mission.timed_parts else "")
+        reading = _TRUTH + (_UNTIMED if mission.timed_parts and replay.cycle is not None else "")
         sections.append(
-            section("Sub-formulas over time", truth_chart(mission.formula, replay.readings, end, replay.cycle), note=reading)
+            section(
+                "Sub-formulas over time",
+                truth_chart(mission, playing.letters, replay.readings, end, replay.cycle),
+                note=reading,
+            )
         )
     sections.append(_chart("Tracking error", "errors", _ERRORS))
     sections.append(_chart("Shares of limits", "limits", _LIMITS))

@@ -1,13 +1,18 @@
-"""Lower bounds on the distance between places: between balls and boxes around regions, and from points to regions' bodies."""
+"""Lower bounds on ways between places, and on their times: between balls and boxes around regions, and from points to regions' bodies."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Callable, Mapping
+from functools import cache
 
 import numpy as np
 
 from verify.data import Mission
 from verify.data.shapes.inequalities import Point
+
+Travel = Callable[[str, str | None, str], float]
+"""Seconds from a region, or a robot's start, to another region; of what robot."""
 
 
 def least_metres(mission: Mission, start: Point | str, region: str) -> float:
@@ -43,3 +48,23 @@ def gap_of(mission: Mission, start: Point | str, region: str, deep: Mapping[str,
                 halves += np.array(body.half_lengths) - deep[name]
     way = places[-1] - places[-2]
     return max(0.0, float(np.linalg.norm(way)) - radii, float(np.linalg.norm(np.maximum(np.abs(way) - halves, 0.0))))
+
+
+def straight_travel(mission: Mission) -> Travel:
+    """Return a lower bound on the time of each way: straight between the regions' nearest points, at the greatest speed.
+
+    Args:
+        mission: Gives regions and limits.
+    """
+
+    @cache
+    def seconds(robot: str, start: str | None, region: str) -> float:
+        begin = mission.agents[robot].start if start is None else start
+        metres = 0.0 if begin == region else least_metres(mission, begin, region)
+        limits = mission.limits_of(robot)
+        if start is not None or metres == 0.0:
+            return metres / limits.speed
+        until = min(limits.speed**2 / (2 * limits.acceleration), metres)  # from rest; m until it is at its greatest speed
+        return math.sqrt(2 * until / limits.acceleration) + (metres - until) / limits.speed
+
+    return seconds

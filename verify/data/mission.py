@@ -119,7 +119,7 @@ class Mission(Value):
         for name in (
             "written",
             "formula",
-            "_bounded",
+            "bounded",
             "timed_parts",
             "passages",
             "effective_limits",
@@ -154,20 +154,20 @@ class Mission(Value):
         return parse_formula(self.spec.formula, self.propositions, robots=self.agents, allow_next=False)
 
     @cached_property
-    def _bounded(self) -> Formula:
-        """The formula over regions and internal propositions; `free` is written out as "in no region", counts for these robots."""
+    def bounded(self) -> Formula:
+        """The formula with its bounds, over regions and internal propositions; `free` is written out as "in no region", counts for these robots."""
         free = in_no_region(self.all_regions)
         return without_idle_bounds(written_out(self.written.substitute({FREE: free}), tuple(self.agents)))
 
     @cached_property
     def formula(self) -> Formula:
         """The formula that words have to satisfy, over regions and internal propositions; bounds in seconds are left out (`timed_parts`)."""
-        return relaxed(self._bounded)
+        return relaxed(self.bounded)
 
     @cached_property
     def timed_parts(self) -> tuple[Formula, ...]:
         """The conjuncts that are bounded in seconds, over regions and internal propositions; a flight has to satisfy these too."""
-        return tuple(part for part in self._bounded.conjuncts() if part.timed)
+        return tuple(part for part in self.bounded.conjuncts() if part.timed)
 
     @property
     def soft_parts(self) -> tuple[SoftPart, ...]:

@@ -12,9 +12,10 @@ import math
 from collections.abc import Callable
 
 from ltlplan.paths.costs import for_mission
-from ltlplan.replanning.timing.due_visits import DueVisit, due_visits
 from ltlplan.replanning.timing.timetable import listed_delays, without_one
-from ltlplan.replanning.timing.visit_orders import Orders, Routes, Travel, likely_travel, planned_routes, straight_travel
+from ltlplan.replanning.timing.visit_orders import Orders, Routes, likely_travel, planned_routes
+from ltlplan.systems.due_visits import DueVisit, due_visits
+from ltlplan.systems.gaps import Travel, straight_travel
 from verify.data import BadInput, Infeasible, Mission, Plan, Unsatisfiable
 from verify.data.language.formula import TRUE, Formula
 from verify.data.language.relaxation import relaxed, tightened, without_idle_bounds

@@ -8,12 +8,12 @@ put in later. So where no route is left, no flight satisfies the formula.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 
-from ltlplan.replanning.timing.due_visits import DueVisit, due_visits
-from ltlplan.systems.gaps import least_metres
+from ltlplan.systems.due_visits import DueVisit, due_visits
+from ltlplan.systems.gaps import Travel, straight_travel
 from ltlplan.systems.robot_systems import Systems
 from verify.data import Mission, Plan
 from verify.data.language.formula import TRUE, Formula
@@ -24,9 +24,6 @@ _LATE = 1e-6
 """s; what is later than its deadline by less is not called late."""
 _SLOWER = 3.0
 """A route that is in time where all ways take so many times longer is as good as any."""
-
-Travel = Callable[[str, str | None, str], float]
-"""Seconds from a region, or a robot's start, to another region; of what robot."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,26 +48,6 @@ class Stop:
 Route = tuple[Stop, ...]
 """One robot's stops, in order."""
 Routes = dict[str, Route]
-
-
-def straight_travel(mission: Mission) -> Travel:
-    """Return a lower bound on the time of each way: straight between the regions' nearest points, at the greatest speed.
-
-    Args:
-        mission: Gives regions and limits.
-    """
-
-    @cache
-    def seconds(robot: str, start: str | None, region: str) -> float:
-        begin = mission.agents[robot].start if start is None else start
-        metres = 0.0 if begin == region else least_metres(mission, begin, region)
-        limits = mission.limits_of(robot)
-        if start is not None or metres == 0.0:
-            return metres / limits.speed
-        until = min(limits.speed**2 / (2 * limits.acceleration), metres)  # from rest; m until it is at its greatest speed
-        return math.sqrt(2 * until / limits.acceleration) + (metres - until) / limits.speed
-
-    return seconds
 
 
 def likely_travel(mission: Mission) -> Travel:

@@ -17,7 +17,7 @@ from ltlplan.report.charts import label_chart, truth_chart
 from ltlplan.report.inline import figures_data
 from ltlplan.report.player import player_data
 from ltlplan.report.replay import Replay, replay_of
-from ltlplan.report.run_page import THIN
+from ltlplan.report.run_page import BOUNDS, THIN
 from ltlplan.report.summary import claim_rows
 from ltlplan.service.problems import witness_data
 from ltlplan.service.views.drawings import MOST_STATES, automaton_svg
@@ -69,8 +69,11 @@ def watch_json(plan: Plan, team: Mapping[str, Trajectory], certificate: Certific
         "colours": [robot_colour(index) for index, _ in enumerate(mission.agents)],
         "tasks": dict(replay.playing.tasks),
         "end": replay.end,
+        "bounds": BOUNDS if mission.timed_parts else "",
         "labels": label_chart(certificate, replay.playing.letters, replay.end, replay.cycle),
-        "truth": "" if formula is None else truth_chart(mission.formula, replay.readings, replay.end, replay.cycle),
+        "truth": ""
+        if formula is None
+        else truth_chart(mission, replay.playing.letters, replay.readings, replay.end, replay.cycle),
         "automata": automata_data(mission, replay),
         "claims": [
             {**row, **proof_word(claim)} for row, claim in zip(claims_data(certificate), certificate.claims, strict=True)
@@ -115,7 +118,7 @@ def automata_data(mission: Mission, replay: Replay | None = None) -> list[Json]:
         small = 0 < count <= MOST_STATES
         found.append(
             {
-                "part": str(part),
+                "part": str(part) + (" (bounds in seconds left out)" if mission.timed_parts else ""),
                 "svg": automaton_svg(automaton) if small else None,
                 "note": "" if small else f"{count} states, too many to draw here; `ltlplan automaton` writes them all.",
                 "states": [[time, list(states)] for time, states in automaton_states(automaton, letters)] if small else [],

@@ -101,7 +101,7 @@ export default {
   </div>
   <div class="below playing" ref="below" v-show="data && view === 'watch'">
     <h2>Labels over time</h2>
-    <p class="note">Dark: the robot is in the region for sure, wherever it is within the margin. Light: it may be in it. Grey: what the robot's internal state shows, wherever it is. Click to go there.</p>
+    <p class="note">Dark: the robot is in the region for sure, wherever it is within the margin. Light: it may be in it. Grey: what the robot's internal state shows, wherever it is.{{ data ? data.bounds : '' }} Click to go there.</p>
     <div ref="labels"></div>
     <template v-if="data && data.truth"><h2>Sub-formulas over time</h2><div ref="truth"></div></template>
   </div>

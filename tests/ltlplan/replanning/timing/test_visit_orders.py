@@ -11,9 +11,10 @@ import pytest
 
 import ltlplan
 from ltlplan.pipeline import certified_team
-from ltlplan.replanning.timing.due_visits import DueVisit, due_visits
 from ltlplan.replanning.timing.plans_in_time import late_by_straight_ways, orders_in_time, planned_without_bounds
-from ltlplan.replanning.timing.visit_orders import Orders, Stop, straight_travel
+from ltlplan.replanning.timing.visit_orders import Orders, Stop
+from ltlplan.systems.due_visits import DueVisit, due_visits
+from ltlplan.systems.gaps import straight_travel
 from tests.helpers.timed_rooms import room
 from verify.data import Infeasible, NotCertified, parse_formula
 from verify.data.language.formula import TRUE
