@@ -75,7 +75,9 @@ class TimedJudge:
                 return Verdict("holds", "", claim="timing")
             room = self.slack(part)
             spare = None if room.seconds is None else float(room.seconds)
-            return Verdict("holds", f"`{show(part)}` holds{_told(room)}.", claim="timing", slack=spare)
+            laps = any(timeline.cycle is not None for timeline in self.timelines.values())
+            where = ", of laps that follow one another without a wait," if laps else ""
+            return Verdict("holds", f"`{show(part)}` holds{where}{_told(room)}.", claim="timing", slack=spare)
         if at(found.held, 0):
             wait = self._hover(part)
             how_long = "for ever" if wait is None else f"for {decimals(wait)} s"
