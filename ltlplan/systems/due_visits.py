@@ -96,8 +96,8 @@ class _Visits:
             case "F" | "U" | "M":
                 reached = parts if node.operator == "M" else parts[-1:]
                 return [visit for part in reached for visit in self.of(part, _later(node, when))]
-            case "G" if node.window is not None:
-                low, high = node.window
+            case "G":
+                low, high = (0, None) if node.window is None else node.window
                 lasts = math.inf if high is None else float(high - low) + when.lasts
                 first = _Time(when.begin + float(low), when.end + float(low))
                 return self.of(parts[0], first if math.isinf(lasts) else replace(first, lasts=lasts))

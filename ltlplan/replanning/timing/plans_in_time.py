@@ -12,6 +12,7 @@ import math
 from collections.abc import Callable
 
 from ltlplan.paths.costs import for_mission
+from ltlplan.replanning.timing.returns import impossible_returns
 from ltlplan.replanning.timing.timetable import listed_delays, without_one
 from ltlplan.replanning.timing.visit_orders import Orders, Routes, likely_travel, planned_routes
 from ltlplan.systems.due_visits import DueVisit, due_visits
@@ -41,7 +42,7 @@ def plan_in_time(mission: Mission, make: MakePlan) -> Plan:
         Infeasible: No order of visits can be in time.
         Unsatisfiable: No words satisfy what follows for words.
     """
-    if why := impossible_deadlines(mission):
+    if why := impossible_deadlines(mission) or impossible_returns(mission):
         raise Infeasible(why)
     made = planned_without_bounds(mission, make)
     if not (late := late_by_straight_ways(made)):

@@ -14,7 +14,7 @@ from ltlplan.pipeline import Certified, certified_team
 from ltlplan.report.summary import timing_sentences
 from tests.ltlplan.replanning.test_times import room
 from verify.checked_claims import checked_certificate
-from verify.data import Mission, NotCertified, parse_formula
+from verify.data import Infeasible, Mission, NotCertified, parse_formula
 from verify.data.files.mission_file import parse_mission
 from verify.testing.assertions import assert_satisfies
 
@@ -57,6 +57,14 @@ def test_a_patrol_that_is_asked_for_too_often_is_refused_with_what_it_misses() -
     ) as error:
         patrol("G F[0,2] dock & G F[0,2] shelf")
     assert "after its deadline" in str(error.value)
+
+
+def test_returns_that_no_lap_can_make_are_refused_at_once() -> None:
+    for more in ("G F[0,9] shelf", "G F shelf", "G F[0,9] G[0,2] shelf"):
+        with pytest.raises(Infeasible, match=r"`G F\[0,0.65\] dock` cannot hold: .*, shelf and back take 0\.7 s, 0\.05 s more"):
+            ltlplan.plan(room(f"G F[0,0.65] dock & {more}", more=INFINITE))
+    with pytest.raises(Infeasible, match=r"`G F\[0,0.3\] dock` cannot hold: .* it comes at 0\.\d+ s"):
+        ltlplan.plan(room("G F[0,0.3] dock", more=INFINITE))
 
 
 def test_the_mission_of_the_page_keeps_its_dwells_and_responses_in_every_lap() -> None:
