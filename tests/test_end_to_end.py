@@ -22,7 +22,7 @@ NAMES = PAPER_MISSIONS
 
 @pytest.fixture(
     scope="module",
-    params=[pytest.param(name, marks=() if name in ("firefighting", "hoops-sequence") else pytest.mark.slow) for name in NAMES],
+    params=[pytest.param(name, marks=() if name == "firefighting" else pytest.mark.slow) for name in NAMES],
 )
 def run_folder(request, shipped_run, shipped_folder) -> tuple[ltlplan.Result, Path]:
     return shipped_run(request.param), shipped_folder(request.param)

@@ -95,9 +95,8 @@ def test_a_margin_of_zero_is_certified_but_not_flown(folder: Path, tmp_path: Pat
     shutil.copytree(folder, copy)
     assert "certified at margin 0 m" in ok("certify", str(copy), "--margin", "0")
     ours = tmp_path / "none.yaml"
-    text = mission_to_yaml(ltlplan.missions.load_mission("firefighting"))
-    ours.write_text(text.replace("\nmargin: 0.05", "\nmargin: 0.0"))
-    assert "water" in ok("plan", str(ours))
+    ours.write_text(SMALL + "margin: 0.0\n")
+    assert "quad0" in ok("plan", str(ours))
     for command in (
         ["run", "firefighting", "--margin", "0", "--out", str(tmp_path / "run")],
         ["run", str(ours), "--out", str(tmp_path / "run")],

@@ -165,7 +165,7 @@ planner: {speed: 0.8}
 
 @pytest.fixture(scope="module")
 def turning():
-    return parse_mission(TURNING)
+    return parse_mission(TURNING.replace("speed: 0.8", "speed: 0.8, pace: nominal"))
 
 
 @pytest.mark.slow

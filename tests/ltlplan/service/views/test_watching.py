@@ -9,6 +9,8 @@ import pytest
 import ltlplan
 from ltlplan.report.summary import claim_rows
 from ltlplan.service.views.watching import watch_json
+from refine import refine
+from tests.helpers.plans_by_hand import sequence_plan
 from verify import judge
 from verify.checked_claims import with_words
 
@@ -67,9 +69,10 @@ def test_a_refused_flight_is_shown_with_its_witnesses(shipped_run: Callable[[str
     assert all(claim["witness"]["sentence"] for claim in broken if claim["witness"])
 
 
-def test_a_sequence_has_no_automaton(shipped_run: Callable[[str], ltlplan.Result]) -> None:
-    run = shipped_run("hoops-sequence")
-    shown = json.loads(watch_json(run.plan, run.team, run.certificate))
+def test_a_sequence_has_no_automaton() -> None:
+    plan = sequence_plan()
+    team = refine(plan, pace="nominal")
+    shown = json.loads(watch_json(plan, team, judge(plan, team, largest=False)))
     assert shown["automata"] == []
     assert shown["truth"] == ""
-    assert shown["formula"] == run.mission.sequence
+    assert shown["formula"] == plan.mission.sequence
