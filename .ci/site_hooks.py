@@ -14,9 +14,13 @@ from typing import Any
 from mkdocs.structure.files import File, Files
 from typer.testing import CliRunner
 
+from gallery.entries import ENTRIES, NUMBERS
+from gallery.pages import accepted, entry_page
 from ltlplan.cli import COMMANDS, app
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
+GALLERY = DOCS.parent / "out" / "gallery"
+"""Where `python -m gallery` puts the pages that play; the site has those that are there."""
 PACKAGES = {
     "ltlplan": "Planning: from a mission to a certified flight.",
     "refine": "Refinement: from waypoints to polynomials within every limit.",
@@ -30,11 +34,23 @@ def on_files(files: Files, config: Any, **_: Any) -> Files:
     files.append(File.generated(config, "reference/commands.md", content=_commands()))
     for package, sentence in PACKAGES.items():
         files.append(File.generated(config, f"reference/{package}.md", content=_names(package, sentence)))
+    found = accepted()
+    for entry in ENTRIES:
+        folder = GALLERY / f"{NUMBERS[entry.name]}-{entry.name}"
+        files.append(File.generated(config, f"gallery/{folder.name}.md", content=entry_page(entry, found[entry.name], folder)))
+        for made in folder.glob("*.*") if folder.exists() else ():
+            files.append(File.generated(config, f"gallery/{folder.name}/{made.name}", abs_src_path=str(made)))
     return files
 
 
 def on_page_markdown(markdown: str, page: Any, **_: Any) -> str:
     """Return a page as the builder reads it."""
+    if page.file.src_uri == "gallery.md":
+        for entry in ENTRIES:
+            number = NUMBERS[entry.name]
+            markdown = markdown.replace(
+                f"| {number} | {entry.question} |", f"| {number} | [{entry.question}](gallery/{number}-{entry.name}.md) |"
+            )
     titled = re.sub(r"^```(\w+) ([\w./-]+)$", r'```\1 title="\2"', markdown, flags=re.MULTILINE)
     folder = (DOCS / page.file.src_uri).parent
     return re.sub(r"\[([^\]]+)\]\((?!https?:|#|mailto:)([^)#\s]+)(#[^)]*)?\)", lambda link: _inside(link, folder), titled)

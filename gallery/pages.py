@@ -1,0 +1,107 @@
+"""The gallery as Markdown: the list of all entries with what was found, and a page of each for the site."""
+
+from __future__ import annotations
+
+import html
+import json
+from collections.abc import Mapping
+from itertools import groupby
+from pathlib import Path
+from typing import Any
+
+from gallery.building import HERE, RESULTS, Found
+from gallery.entries import ENTRIES, NUMBERS, Entry
+
+INDEX = HERE.parent / "docs" / "gallery.md"
+
+
+def accepted() -> dict[str, Found]:
+    """Return the figures of all entries as they were accepted."""
+    return json.loads(RESULTS.read_text(encoding="utf-8"))
+
+
+def index_page(found: Mapping[str, Found]) -> str:
+    """Return the list of all entries, as `docs/gallery.md` has it.
+
+    Args:
+        found: Figures of all entries.
+    """
+    lines = [
+        "# Gallery",
+        "",
+        "After this page you have seen what can be asked, and what is answered. `python -m gallery`, from the repository's root, builds every page",
+        "with the report that plays, and lists which words, costs and durations changed since they were written down.",
+    ]
+    for group, entries in groupby(ENTRIES, key=lambda entry: entry.group):
+        lines += ["", f"## {group}", "", "| | question | answer | |", "|---|---|---|---|"]
+        lines += [
+            f"| {NUMBERS[entry.name]} | {entry.question} | {answer(found[entry.name])} | `ltlplan {_shown(entry.commands[-1])}` |"
+            for entry in entries
+        ]
+    return "\n".join(lines) + "\n"
+
+
+def entry_page(entry: Entry, found: Found, built: Path) -> str:
+    """Return the page of an entry.
+
+    Args:
+        entry: What is shown.
+        found: Its figures.
+        built: Its folder in the gallery; what is there is shown.
+    """
+    number = NUMBERS[entry.name]
+    lines = [f"# {number} {entry.question}", "", *([f"*{entry.source}*", ""] if entry.source else [])]
+    lines += [
+        "```console",
+        *(f"$ {'ltlplan ' if ' ' in command else 'python -m gallery: '}{command}" for command in entry.commands),
+        "```",
+        "",
+    ]
+    lines += [answer(found), ""]
+    lines += [f"* `{robot}` reads {_word(word)}" for robot, word in _words(found).items()]
+    if (built / "page.html").exists():
+        address = f"../{built.name}/page.html"
+        lines += [
+            "",
+            f'<iframe src="{address}" title="{html.escape(entry.question)}" loading="lazy" style="width: 100%; height: 44rem; border: 0"></iframe>',
+            "",
+            f"[The page by itself]({address}){{ target=_blank }}",
+        ]
+    own = HERE / "missions" / f"{entry.name}.yaml"
+    if own.exists():
+        lines += ["", f"```yaml {own.name}", own.read_text(encoding="utf-8").rstrip(), "```"]
+    return "\n".join(lines) + "\n"
+
+
+def answer(found: Found) -> str:
+    """Return what was found in one line: the message of a refusal, or cost, duration and claims.
+
+    Args:
+        found: Figures of an entry.
+    """
+    if "message" in found:
+        return found["message"]
+    parts = [found["sentence"].rstrip(".")] if "sentence" in found else []
+    parts += [f"cost {found['cost']:.2f}"] if "cost" in found else []
+    parts += [f"{found['duration']:.2f} s"] if "duration" in found else []
+    if "claims" in found:
+        checked = f", {found['checked']} checked by the kernel" if found["checked"] else ""
+        parts.append(f"{found['proved']} of {found['claims']} claims hold{checked}")
+    if "share_inside" in found:
+        inside, kept = found["share_inside"], found["share_satisfied"]
+        parts.append(f"inside the tube in {inside['count']} of {inside['of']} flights, formula kept in {kept['count']}")
+    return ", ".join(parts)
+
+
+def _shown(command: str) -> str:
+    return command.replace("|", "\\|")
+
+
+def _words(found: Found) -> dict[str, Any]:
+    words = found.get("words", {})
+    return words if len(words) <= 10 else {}
+
+
+def _word(word: Any) -> str:
+    """Return a word as it is printed; of online flights letters are lists."""
+    return f"`{word}`" if isinstance(word, str) else "`" + " ".join("{" + ", ".join(letter) + "}" for letter in word) + "`"
