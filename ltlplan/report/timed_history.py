@@ -169,9 +169,7 @@ def timed_bars(certificate: Certificate, end: float) -> tuple[list[str], list[Ba
     due = [] if mission.spec.trace == "infinite" else due_visits(mission)
     rows, bars = list[str](), list[Bar]()
     for part, claim in zip(mission.timed_parts, claims, strict=True):
-        if part.window is None:
-            continue
-        row, (low, high) = str(part), part.window
+        row, (low, high) = str(part), (Fraction(0), None) if part.window is None else part.window
         rows.append(row)
         bars.append(Bar(row, float(low), end if high is None else min(float(high), end), _WINDOW, claim.sentence))
         for visit in due:

@@ -74,7 +74,7 @@ class Relaxation:
         """Sentences on what would have to be given up; empty where nothing is known."""
         said = [f"The least that these words miss at this pace: {listed_delays(self.late)}."] if self.late else []
         for part in self.late:
-            if self.soonest.get(part):
+            if self.soonest.get(part) and part.operator != "G":  # which is late when it comes again
                 said.append(f"By straight ways they come to `{show(part)}` at {self.soonest[part]:.3g} s at the soonest.")
         return " ".join([*said, *without_one(self.without)])
 
