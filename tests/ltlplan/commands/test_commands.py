@@ -38,6 +38,14 @@ def folder(tmp_path_factory: pytest.TempPathFactory, shipped_folder: Callable[[s
     return out
 
 
+@pytest.fixture(scope="module")
+def small_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the folder of the run of a mission that takes little work, which may be changed."""
+    out = tmp_path_factory.mktemp("small")
+    ltlplan.run(ltlplan.parse_mission(SMALL), out / "run")
+    return out / "run"
+
+
 def ok(*arguments: str) -> str:
     done = runner.invoke(app, list(arguments), catch_exceptions=False)
     assert done.exit_code == 0, done.output
@@ -86,13 +94,13 @@ def test_a_run_that_does_not_hold_prints_one_document(shipped_run, monkeypatch: 
         runner.invoke(app, ["run", "firefighting"], catch_exceptions=False)
 
 
-def test_recheck_proves_it_again(folder: Path) -> None:
-    assert "every claim is proved again" in ok("recheck", str(folder))
+def test_recheck_proves_it_again(small_run: Path) -> None:
+    assert "every claim is proved again" in ok("recheck", str(small_run))
 
 
-def test_a_margin_of_zero_is_certified_but_not_flown(folder: Path, tmp_path: Path) -> None:
+def test_a_margin_of_zero_is_certified_but_not_flown(small_run: Path, tmp_path: Path) -> None:
     copy = tmp_path / "copy"
-    shutil.copytree(folder, copy)
+    shutil.copytree(small_run, copy)
     assert "certified at margin 0 m" in ok("certify", str(copy), "--margin", "0")
     ours = tmp_path / "none.yaml"
     ours.write_text(SMALL + "margin: 0.0\n")
@@ -110,18 +118,18 @@ def test_a_margin_of_zero_is_certified_but_not_flown(folder: Path, tmp_path: Pat
     assert not (tmp_path / "run").exists()
 
 
-def test_certify_demands_a_margin(folder: Path) -> None:
-    assert "certified at margin 0.06 m" in ok("certify", str(folder), "--margin", "0.06")
+def test_certify_demands_a_margin(small_run: Path) -> None:
+    assert "certified at margin 0.06 m" in ok("certify", str(small_run), "--margin", "0.06")
     with pytest.raises(NotCertified, match="The largest margin that holds"):
-        ok("certify", str(folder), "--margin", "0.2")
-    assert "certified at margin 0.05 m" in ok("certify", str(folder))
+        ok("certify", str(small_run), "--margin", "0.2")
+    assert "certified at margin 0.05 m" in ok("certify", str(small_run))
 
 
-def test_a_recorded_flight_is_judged(folder: Path) -> None:
-    flight = str(folder / "flight.csv")
-    assert "satisfied" in ok("certify", str(folder), "--flight", flight, "--max-speed", "1.2")
+def test_a_recorded_flight_is_judged(small_run: Path) -> None:
+    flight = str(small_run / "flight.csv")
+    assert "satisfied" in ok("certify", str(small_run), "--flight", flight, "--max-speed", "1.2")
     with pytest.raises(BadInput, match="without a speed bound"):
-        ok("certify", str(folder), "--flight", flight)
+        ok("certify", str(small_run), "--flight", flight)
 
 
 @pytest.mark.slow
