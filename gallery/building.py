@@ -24,6 +24,10 @@ ROOT = HERE.parent
 RESULTS = HERE / "results.json"
 WITHIN = 1e-6
 """Relative difference of a number that counts as none: last digits differ between processors."""
+DRAWN = 0.05
+"""Relative difference of a number that is listed and accepted: paths found by sampling differ between processors."""
+KERNELS = {"OMP_NUM_THREADS": "1", "OPENBLAS_CORETYPE": "Haswell", "NPY_DISABLE_CPU_FEATURES": "X86_V4 AVX512_ICL AVX512_SPR"}
+"""Kernels of linear algebra that every x86-64 processor of the last ten years has: others round otherwise."""
 MOST_BYTES = 2_000_000
 """Of a page that plays."""
 KEPT = ("cost", "duration", "words", "visits", "holds", "outcome", "message", "sentence", "share_inside", "share_satisfied")
@@ -81,20 +85,20 @@ def build_all(names: tuple[str, ...], target: Path, processes: int) -> dict[str,
         return dict(zip([entry.name for entry in chosen], pool.map(partial(build, target=target), chosen), strict=True))
 
 
-def changes(known: Mapping[str, Found], found: Mapping[str, Found]) -> list[str]:
+def changes(known: Mapping[str, Found], found: Mapping[str, Found], within: float = WITHIN) -> list[str]:
     """Return what differs from known results, a line for each figure.
 
     Args:
         known: Figures of entries, as they were accepted.
         found: Figures of the entries that were built.
+        within: Relative difference of numbers that counts as none.
     """
-    lines: list[str] = []
-    for name, figures in found.items():
-        before = known.get(name, {})
-        for key in {**before, **figures}:
-            if not _same(before.get(key), figures.get(key)):
-                lines.append(f"{NUMBERS[name]} {name}: {key} was {before.get(key)!r}, is {figures.get(key)!r}")
-    return lines
+    return [
+        f"{NUMBERS[name]} {name}: {key} was {before!r}, is {after!r}"
+        for name, figures in found.items()
+        for key in {**known.get(name, {}), **figures}
+        if not _same(before := known.get(name, {}).get(key), after := figures.get(key), within)
+    ]
 
 
 def _ran(command: str, folder: Path, *, expected: int) -> str:
@@ -105,7 +109,7 @@ def _ran(command: str, folder: Path, *, expected: int) -> str:
     python = os.pathsep.join(filter(None, [str(ROOT), os.environ.get("PYTHONPATH", "")]))
     words = [sys.executable, "-m", "ltlplan", *shlex.split(command), "--json"]
     done = subprocess.run(
-        words, cwd=folder, env={**os.environ, "PYTHONPATH": python}, capture_output=True, text=True, check=False
+        words, cwd=folder, env={**os.environ, **KERNELS, "PYTHONPATH": python}, capture_output=True, text=True, check=False
     )
     if done.returncode != expected:
         raise RuntimeError(
@@ -125,7 +129,7 @@ def _figures(printed: Mapping[str, Any]) -> Found:
     return found
 
 
-def _same(one: Any, other: Any) -> bool:
+def _same(one: Any, other: Any, within: float) -> bool:
     if isinstance(one, float) and isinstance(other, float):
-        return abs(one - other) <= WITHIN * max(abs(one), abs(other))
+        return abs(one - other) <= within * max(abs(one), abs(other))
     return one == other
