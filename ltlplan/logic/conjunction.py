@@ -22,7 +22,7 @@ SMALL_AUTOMATON = Budget(automaton=128)
 def conjuncts(formula: Formula) -> tuple[Formula, ...]:
     """Return formulas that say together what `formula` says; `G(a & b)` and `G(a -> b & c)` are taken apart as well."""
     if formula.operator == "&":
-        return tuple(part for argument in formula.arguments for part in conjuncts(argument))
+        return tuple(part for argument in formula.conjuncts() for part in conjuncts(argument))
     if formula.operator in ("G", "X"):
         inner = conjuncts(formula.arguments[0])
         return tuple(Formula(formula.operator, (part,)) for part in inner) if len(inner) > 1 else (formula,)

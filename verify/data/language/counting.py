@@ -14,6 +14,7 @@ import itertools
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Literal
 
 from verify.data.errors import BadInput
@@ -37,20 +38,19 @@ def written_out(formula: Formula, robots: Sequence[str]) -> Formula:
         return formula
     if strange := {node.robot for node in formula.nodes() if node.robot}.difference(robots):
         raise BadInput(f"'{min(strange)}' is not a robot of this team. Robots: {', '.join(robots)}.")
-    return _written_out(formula, tuple(robots), {})
+    return _written_out(formula, tuple(robots))
 
 
-def _written_out(formula: Formula, robots: tuple[str, ...], known: dict[int, Formula]) -> Formula:
-    """Return a formula written out; `known` are nodes that were, so that one that is shared is written once."""
-    if (found := known.get(id(formula))) is None:
-        found = known[id(formula)] = _as_written_out(formula, robots, known)
-    return found
+def _written_out(formula: Formula, robots: tuple[str, ...]) -> Formula:
+    """Return a formula written out, node by node."""
+    return formula.rebuilt(partial(_as_written_out, robots))
 
 
-def _as_written_out(formula: Formula, robots: tuple[str, ...], known: dict[int, Formula]) -> Formula:
+def _as_written_out(robots: tuple[str, ...], formula: Formula, arguments: tuple[Formula, ...]) -> Formula:
+    """Return a node written out, whose arguments are already."""
     match formula.operator:
         case "each":
-            each = [_written_out(formula.arguments[0].of(robot), robots, {}) for robot in robots]
+            each = [_written_out(formula.arguments[0].of(robot), robots) for robot in robots]
             return _halved(each)
         case "some":
             return _at_least(formula.arguments[0], 1, robots, formula.position)
@@ -75,7 +75,6 @@ def _as_written_out(formula: Formula, robots: tuple[str, ...], known: dict[int, 
         case "name":
             return Formula("name", (), formula.name, formula.position) if len(robots) == 1 else formula
         case _:
-            arguments = tuple(_written_out(argument, robots, known) for argument in formula.arguments)
             return replace(formula, arguments=arguments)
 
 
@@ -102,7 +101,7 @@ def _ever(formula: Formula, robots: tuple[str, ...], number: int, *, never: bool
             "Use a bound nearer to 0 or to the number of robots."
         )
     counted = Formula("G", (negated(formula.arguments[0]),)) if never else Formula("F", formula.arguments)
-    each = [_written_out(counted.of(robot), robots, {}) for robot in robots]
+    each = [_written_out(counted.of(robot), robots) for robot in robots]
     return _halved([_halved(some, "|") for some in itertools.combinations(each, size)])
 
 

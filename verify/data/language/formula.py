@@ -8,11 +8,11 @@ are left. Temporal operators but X may be bounded in seconds (`F[0,10] a`; Alur,
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from decimal import Decimal
 from fractions import Fraction
-from typing import Literal
+from typing import Literal, TypeVar
 
 from verify.data.errors import BadInput
 
@@ -57,7 +57,10 @@ _ARGUMENTS: Mapping[object, int] = {
 Window = tuple[Fraction, Fraction | None]
 
 
-@dataclass(frozen=True, slots=True)
+Result = TypeVar("Result")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Formula:
     """One node of a formula: an operator and its arguments.
 
@@ -78,6 +81,23 @@ class Formula:
     robot: str = ""
     bound: tuple[Comparison, int] | None = None
     window: Window | None = None
+
+    def __hash__(self) -> int:
+        return self.rebuilt(lambda node, parts: hash((node._own, parts)))
+
+    def __eq__(self, other: object) -> bool:
+        pairs: list[tuple[object, object]] = [(self, other)]
+        for one, another in pairs:  # grows while it is walked
+            if one is not another:
+                if not isinstance(one, Formula) or not isinstance(another, Formula) or one._own != another._own:
+                    return False
+                pairs += zip(one.arguments, another.arguments, strict=True)
+        return True
+
+    @property
+    def _own(self) -> tuple[object, ...]:
+        """What it says by itself."""
+        return self.operator, len(self.arguments), self.name, self.robot, self.bound, self.window
 
     @property
     def atom(self) -> str:
@@ -103,17 +123,43 @@ class Formula:
 
     def conjuncts(self) -> tuple[Formula, ...]:
         """Return the parts of the topmost conjunction (the formula itself where there is none)."""
-        if self.operator != "&":
-            return (self,)
-        return tuple(part for argument in self.arguments for part in argument.conjuncts())
+        found: list[Formula] = []
+        stack: list[Formula] = [self]
+        while stack:
+            node = stack.pop()
+            if node.operator == "&":
+                stack.extend(reversed(node.arguments))
+            else:
+                found.append(node)
+        return tuple(found)
 
     def substitute(self, values: Mapping[str, Formula]) -> Formula:
         """Return the formula with each proposition in `values` replaced; of one robot's, by the same of that robot."""
-        if self.operator == "name":
-            value = values.get(self.name, self)
-            return value.of(self.robot) if self.robot and value is not self else value
-        arguments = tuple(a.substitute(values) for a in self.arguments)
-        return replace(self, arguments=arguments)
+
+        def made(node: Formula, arguments: tuple[Formula, ...]) -> Formula:
+            if node.operator != "name":
+                return replace(node, arguments=arguments)
+            value = values.get(node.name, node)
+            return value.of(node.robot) if node.robot and value is not node else value
+
+        return self.rebuilt(made)
+
+    def rebuilt(self, made: Callable[[Formula, tuple[Result, ...]], Result]) -> Result:
+        """Return what is made of the formula from its leaves upwards, without recursion: conjunctions are as deep as they are long.
+
+        Args:
+            made: From a node and what was made of its arguments to what is made of it; asked once of a node that is shared.
+        """
+        found: dict[int, Result] = {}
+        stack: list[Formula] = [self]
+        while stack:
+            node = stack[-1]
+            missing = [argument for argument in node.arguments if id(argument) not in found]
+            stack += missing
+            if not missing:
+                stack.pop()
+                found[id(node)] = made(node, tuple([found[id(argument)] for argument in node.arguments]))
+        return found[id(self)]
 
     def of(self, robot: str) -> Formula:
         """Return the formula with plain names meaning one robot's; counts count all robots as before.
@@ -121,9 +167,13 @@ class Formula:
         Args:
             robot: Its name.
         """
-        if self.operator == "name":
-            return self if self.robot else replace(self, robot=robot)
-        return self if self.operator in COUNTING else replace(self, arguments=tuple(a.of(robot) for a in self.arguments))
+
+        def made(node: Formula, arguments: tuple[Formula, ...]) -> Formula:
+            if node.operator == "name":
+                return node if node.robot else replace(node, robot=robot)
+            return node if node.operator in COUNTING else replace(node, arguments=arguments)
+
+        return self.rebuilt(made)
 
     def uses_next(self) -> bool:
         """Return whether an X or X[!] occurs, so that truth depends on how time is sampled."""

@@ -10,9 +10,12 @@ from verify.data.language.formula import FALSE, TRUE, Formula
 
 def without_idle_bounds(formula: Formula) -> Formula:
     """Return the formula without bounds that bound nothing: `F[0,inf] a` is `F a`."""
-    arguments = tuple(without_idle_bounds(part) for part in formula.arguments)
-    window = None if formula.window == (0, None) else formula.window
-    return replace(formula, arguments=arguments, window=window) if formula.arguments else formula
+
+    def made(node: Formula, arguments: tuple[Formula, ...]) -> Formula:
+        window = None if node.window == (0, None) else node.window
+        return replace(node, arguments=arguments, window=window) if arguments else node
+
+    return formula.rebuilt(made)
 
 
 def relaxed(formula: Formula) -> Formula:

@@ -18,7 +18,7 @@ it is not.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from fractions import Fraction
 from functools import lru_cache
 from typing import Annotated
@@ -35,6 +35,18 @@ Point = tuple[Number, Number, Number]
 Matrix = tuple[tuple[Number, Number, Number], tuple[Number, Number, Number], tuple[Number, Number, Number]]
 
 _ZERO: Point = (0.0, 0.0, 0.0)
+
+
+def point_of(values: Iterable[float]) -> Point:
+    """Return three coordinates as a point of plain numbers.
+
+    Args:
+        values: x, y and z.
+    """
+    x, y, z = (float(value) for value in values)
+    return x, y, z
+
+
 LEAST_RADIUS, GREATEST_RADIUS = 1e-6, 1e6
 """m; between these a region's radii must lie."""
 

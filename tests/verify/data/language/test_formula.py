@@ -230,3 +230,14 @@ def test_a_long_window_is_not_repeated_in_its_message(text: str) -> None:
     with pytest.raises(FormulaError) as caught:
         parse_formula(text)
     assert len(str(caught.value)) < 1500
+
+
+def test_a_long_conjunction_is_handled_without_recursion() -> None:
+    text = " & ".join(f"F a{i}" for i in range(900))
+    formula, again = parse_formula(text), parse_formula(text)
+    assert formula == again
+    assert hash(formula) == hash(again)
+    assert formula.substitute({"a7": FALSE}) != formula
+    assert len(formula.conjuncts()) == len(formula.of("quad0").names()) == 900
+    counted = parse_formula(f"{text} & count(b) >= 2", robots=("one", "two"))
+    assert str(written_out(counted, ("one", "two"))) == str(counted)
