@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ltlplan.logic.automaton import DEAD
-from ltlplan.mtac.agent_moves import AgentState, Move, World
+from ltlplan.mtac.agent_moves import AgentState, World
 from ltlplan.mtac.decomposable_task import Reader, States
 from ltlplan.search.label_setting import distances
 from ltlplan.search.memoization import memoized
@@ -132,7 +132,8 @@ class AdmissibleHeuristic:
                 for move in world.moves(where, first=True):
                     after = self.read(begun, move.shown)
                     if DEAD not in after:
-                        yield (after, move.key), 0.0 if _only_acts(move) else legs[move.visit.region], False
+                        acts_where_it_hovers = move.in_place and move.end.place is None
+                        yield (after, move.key), 0.0 if acts_where_it_hovers else legs[move.visit.region], False
             return
         states, key = node
         where, leaving = world.reached(key)
@@ -146,8 +147,3 @@ class AdmissibleHeuristic:
             after = self.read(states, move.shown)
             if DEAD not in after and (move.key != key or after != states):
                 yield (after, move.key), self.leg(None, where.position, move.visit.region, where.kind), False
-
-
-def _only_acts(move: Move) -> bool:
-    """Tell whether a robot goes on from where it hovers, not from the middle of its region."""
-    return move.in_place and move.end.place is None

@@ -129,8 +129,8 @@ class World:
         return any(self.graph.layout.neighbours.values())
 
     @cached_property
-    def region_sets(self) -> frozenset[frozenset[str]]:
-        """The sets of regions that robots are in, wherever they fly from where they start."""
+    def shown(self) -> frozenset[Letter]:
+        """The letters that robots show, wherever they fly from where they start."""
         layout = self.graph.layout
         sets = {frozenset[str](), *(frozenset(location.inside) for location in layout.middles.values())}
         if self.overlaps:
@@ -144,12 +144,8 @@ class World:
                     if transition.end not in seen:
                         seen.add(transition.end)
                         points.append(transition.end)
-        return frozenset(sets)
-
-    @property
-    def free_letters(self) -> frozenset[Letter]:
-        """The letters of free flight that any robot shows."""
-        return frozenset(frozenset(names) for view in self._views.values() for names in view.robot.states.values())
+        free = {frozenset(names) for view in self._views.values() for names in view.robot.states.values()}
+        return frozenset(own | regions for own in free for regions in sets)
 
     def free_letter(self, internal: str, kind: str = "") -> Letter:
         """Return the letter of free flight in an internal state.

@@ -55,7 +55,7 @@ class Reader:
         self._automaton = translate(mission.formula, trace="finite")
         self._atoms = atoms(mission.formula)
         self.initial: State = self._automaton.initial
-        self.shown = tuple(sorted({f | regions for f in world.free_letters for regions in world.region_sets}, key=sorted))
+        self.shown = tuple(sorted(world.shown, key=sorted))
 
     @property
     def accepting(self) -> Reader:

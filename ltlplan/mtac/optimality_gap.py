@@ -91,7 +91,9 @@ def best_known(mission: Mission, *, least: float | None = None) -> BestKnown:
         Unsatisfiable: There is no exact assignment.
         TooLarge: A budget was used up before one was found.
     """
-    budget = DEFAULT_BUDGET if least is None else Budget(states=_states_for(len(conjunct_automata(mission.formula, "finite"))))
+    budget = DEFAULT_BUDGET
+    if least is not None:
+        budget = Budget(states=max(1, _STATES_FOR_MANY * 64 // max(8, len(conjunct_automata(mission.formula, "finite"))) ** 2))
     if not is_counted_by_legs(mission):
         from ltlplan.paths.k_best_words import lower_bound
 
@@ -106,11 +108,6 @@ def best_known(mission: Mission, *, least: float | None = None) -> BestKnown:
         return BestKnown(mission, None, least)
     known = [bound for bound in (least, exact.lower_bound) if bound is not None]
     return BestKnown(mission, exact, max(known, default=None))
-
-
-def _states_for(tasks: int) -> int:
-    """Return how many states the exact search of many tasks is asked for."""
-    return max(1, _STATES_FOR_MANY * 64 // max(8, tasks) ** 2)
 
 
 def straight_cost(mission: Mission, visits: Mapping[str, Sequence[Visit]]) -> float:

@@ -20,7 +20,7 @@ from ltlplan.online_mtac.pilot import PilotedTeam, way_from
 from ltlplan.online_mtac.possible_states import admits
 from verify.data import Infeasible, Letter, Mission, Word
 from verify.data.arrays import Floats
-from verify.data.shapes.inequalities import Point
+from verify.data.shapes.inequalities import Point, point_of
 
 LOOK_AHEAD = 1.6
 """s over which robots keep out of each other's way."""
@@ -55,7 +55,7 @@ def places_aside(mission: Mission, start: Point, paths: Sequence[Floats], distan
         if len(grid):
             grid = grid[np.linalg.norm(grid[:, None] - path[None], axis=2).min(axis=1) > distance]
     order = np.argsort(np.linalg.norm(grid - np.array(start), axis=1), kind="stable")
-    return [(float(x), float(y), float(z)) for x, y, z in grid[order]]
+    return list(map(point_of, grid[order]))
 
 
 def clear_ahead(team: PilotedTeam, names: Sequence[str], moving: Collection[str]) -> dict[str, bool]:
@@ -122,7 +122,7 @@ def _around(team: PilotedTeam, name: str, now: float, tried: set[tuple[str, Poin
         return None
     task = RobotTask(pilot.where, moves, pilot.leaves)
     try:
-        plan = team.plan_for(pilot, task, [_point(_at(team, other, now)) for other in others])
+        plan = team.plan_for(pilot, task, [point_of(_at(team, other, now)) for other in others])
     except Infeasible:
         return None
     pilot.take(task, plan, team.rng)
@@ -193,8 +193,3 @@ def _ahead(team: PilotedTeam, name: str) -> Floats:
     """Return where a robot will be on its course. Shape (n, 3)."""
     pilot = team.pilots[name]
     return pilot.way.future(np.linspace(0.0, max(pilot.way.course.duration - pilot.way.clock.time, 0.0), 100), go=True)
-
-
-def _point(values: Floats) -> Point:
-    x, y, z = (float(value) for value in values)
-    return (x, y, z)

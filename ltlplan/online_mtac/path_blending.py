@@ -61,17 +61,12 @@ class Clock:
         aim = 1.0 if go else 0.0
         k = BRAKE
         # rate - aim = (c0 + c1 t + c2 t^2) exp(-k t)
-        e0, e1, e2 = self.rate[0] - aim, self.rate[1], self.rate[2]
-        c0 = e0
-        c1 = e1 + k * c0
-        c2 = (e2 + 2 * k * c1 - k * k * c0) / 2
+        c0 = self.rate[0] - aim
+        c1 = self.rate[1] + k * c0
+        c2 = (self.rate[2] + 2 * k * c1 - k * k * c0) / 2
         decay = float(np.exp(-k * dt))
-
-        def poly(t: float) -> float:
-            return c0 + c1 * t + c2 * t * t
-
         slope, bend = c1 + 2 * c2 * dt, 2 * c2
-        value = poly(dt)
+        value = c0 + c1 * dt + c2 * dt * dt
         rate = (
             aim + value * decay,
             (slope - k * value) * decay,

@@ -24,7 +24,7 @@ from ltlplan.paths.hoops import route_itinerary
 from verify.data import Letter, Mission, RobotPlan, Word
 from verify.data.language.counting import require_plain
 from verify.data.sections import Action
-from verify.data.shapes.inequalities import Point
+from verify.data.shapes.inequalities import Point, point_of
 from verify.data.shapes.region import Region
 
 CLEARANCE = 0.08
@@ -242,8 +242,7 @@ class PilotedTeam(TeamInFlight[Pilot], ABC):
 
     def root(self, pilot: Pilot, now: float) -> None:
         """Let a robot's state be where it hovers, so that its next course begins without a jump."""
-        x, y, z = (float(v) for v in pilot.way.course.flat(pilot.way.clock, now)[0])
-        pilot.where = replace(pilot.where, position=(x, y, z))
+        pilot.where = replace(pilot.where, position=point_of(pilot.way.course.flat(pilot.way.clock, now)[0]))
 
     def acts(self, pilot: Pilot) -> Action | None:
         """Return a robot's next planned action, once it is at its region's centre."""

@@ -30,7 +30,7 @@ from ltlplan.systems.visit_log import VisitLog
 from verify.data import BadInput, Infeasible, Mission, RobotPlan, Unsatisfiable, Visit, Word
 from verify.data.arrays import Floats
 from verify.data.language.sequence import Direction
-from verify.data.shapes.inequalities import Point
+from verify.data.shapes.inequalities import Point, point_of
 from verify.data.shapes.region import Hoop
 
 LONGEST = 600.0
@@ -80,8 +80,7 @@ def online_mtac_e(mission: Mission, context: Context) -> Allocation:
             raise Infeasible(f"Online MTAC-E came to no end: {desired.holding}")
         for j, (name, pilot) in enumerate(team.pilots.items()):
             flown[name].see(pilot, mission)
-            x, y, z = (float(v) for v in desired.flat[0, :3, j])
-            flown[name].points.append((x, y, z))
+            flown[name].points.append(point_of(desired.flat[0, :3, j]))
         if desired.finished:
             return _allocation(mission, flown, team, now, switched)
     raise Infeasible(f"Online MTAC-E did not satisfy the formula within {LONGEST:.0f} s of simulated flight.")

@@ -23,7 +23,7 @@ from verify.data import BadInput, Letter, LtlplanError, Mission
 from verify.data.arrays import Floats
 from verify.data.events import RobotJoins, RobotLeaves, WorldEvent
 from verify.data.sections import Action, Agent
-from verify.data.shapes.inequalities import Point
+from verify.data.shapes.inequalities import Point, point_of
 
 PERIOD = 0.02
 """s between two steps: 50 Hz, as in the paper's experiment."""
@@ -169,9 +169,8 @@ class TeamInFlight(ABC, Generic[Robot]):
             np.array([positions[name] for name in self.pilots], dtype=np.float64).reshape(-1, 3)
         )
         for (name, pilot), here in zip(self.pilots.items(), where, strict=True):
-            x, y, z = (float(v) for v in positions[name])
             inside[name] = here
-            pilot.where = replace(pilot.where, position=(x, y, z))
+            pilot.where = replace(pilot.where, position=point_of(positions[name]))
             action = self.acts(pilot) if here else None
             if action is not None and action.at in here:
                 pilot.where = replace(pilot.where, internal=action.target)

@@ -21,6 +21,7 @@ from ltlplan.paths.sampling.path_problem import PathProblem
 from verify.data import Mission, RobotPlan, Waypoint
 from verify.data.arrays import Floats
 from verify.data.plan import Role
+from verify.data.shapes.inequalities import point_of
 
 _STEP = 0.01  # m between the instants at which entries and exits are looked for
 _CLOSE = (
@@ -107,7 +108,7 @@ def _plan(where: Room, plan: RobotPlan, spline: LeastSnapSpline, points: Floats,
     if conflicts(path.through(positions), path.durations, where, permitted):
         return None
     waypoints = tuple(
-        Waypoint(position=(float(p[0]), float(p[1]), float(p[2])), role=cut.role, region=cut.region, visit=cut.visit)
+        Waypoint(position=point_of(p), role=cut.role, region=cut.region, visit=cut.visit)
         for cut, p in zip(cuts, positions, strict=True)
     )
     return plan.model_copy(

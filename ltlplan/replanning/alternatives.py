@@ -15,7 +15,7 @@ from dataclasses import replace
 
 from ltlplan.paths.costs import for_mission
 from ltlplan.precedences import with_planned_waits
-from ltlplan.replanning.checked_plan import at_nominal_times, plan_or_none
+from ltlplan.replanning.checked_plan import paced, plan_or_none
 from ltlplan.replanning.conflict_alternatives import fewer_in_a_region, no_other_words, without_a_leg_in_conflict
 from ltlplan.replanning.cuts import Candidate, Conflict, Flight, greatest_pace
 from ltlplan.replanning.refusal import Reason, Refusal
@@ -105,7 +105,7 @@ def _flown_at_nominal_times(refusal: Refusal) -> Candidate | None:
 
 def _at_nominal_times(made: Plan) -> Plan | None:
     """Return a plan's mission planned at nominal times; None where there is no such plan."""
-    other = plan_or_none(at_nominal_times(made.mission), method=made.method)
+    other = plan_or_none(paced(made.mission, "nominal", made.mission.agents), method=made.method)
     return None if other is None else for_mission(other, made.mission).model_copy(update={"lower_bound": made.lower_bound})
 
 

@@ -58,20 +58,21 @@ def planned_faster(mission: Mission, make: Callable[[Mission], Plan], refused: I
             continue
         note = f"Planned at {how}, at which the flight would outlast a vehicle's endurance."
         return for_mission(made.model_copy(update={"notes": (*made.notes, note)}), mission)
-    raise Infeasible(f"{refused} {_least_time(least)}", witness) from refused
+    tried = (
+        f"Faster flights, up to the limits on speed, were tried: the least time of the robot that flies longest is {_lasts(least):.4g} s, "
+        f"against {witness.limit:.4g} s."
+    )
+    raise Infeasible(f"{refused} {tried}", witness) from refused
 
 
-def at_nominal_times(mission: Mission) -> Mission:
-    """Return the mission with all robots at nominal times.
+def paced(mission: Mission, pace: Pace, names: Iterable[str]) -> Mission:
+    """Return the mission with some robots at another pace.
 
     Args:
         mission: What is asked.
+        pace: Of these robots.
+        names: Which they are.
     """
-    return _paced(mission, "nominal", mission.agents)
-
-
-def _paced(mission: Mission, pace: Pace, names: Iterable[str]) -> Mission:
-    """Return the mission with some robots at another pace."""
     changed = {name: mission.agents[name].model_copy(update={"pace": pace}) for name in names}
     return mission.changed(agents={**mission.agents, **changed})
 
@@ -79,7 +80,7 @@ def _paced(mission: Mission, pace: Pace, names: Iterable[str]) -> Mission:
 def _faster(mission: Mission) -> Iterator[tuple[Mission, str]]:
     """Yield the mission at pace 1, and for nominal robots at speeds up to the greatest of their limits, with what that replaces."""
     paces = {name: pace for name in mission.agents if not isinstance(pace := mission.pace_of(name), str)}
-    least, greatest = min(paces.values(), default=1.0), _paced(mission, 1.0, paces)
+    least, greatest = min(paces.values(), default=1.0), paced(mission, 1.0, paces)
     if least < 1.0:
         yield greatest, f"pace 1 instead of {least:g} (`planner.pace`)"
     own = mission.planner.speed
@@ -104,14 +105,6 @@ def _lasts(error: Infeasible) -> float:
     assert error.witness is not None
     assert error.witness.bound is not None
     return error.witness.bound
-
-
-def _least_time(least: Infeasible) -> str:
-    assert least.witness is not None
-    return (
-        f"Faster flights, up to the limits on speed, were tried: the least time of the robot that flies longest is {_lasts(least):.4g} s, "
-        f"against {least.witness.limit:.4g} s."
-    )
 
 
 def plan(

@@ -142,17 +142,13 @@ class Candidate:
         return dict(cut.capacity for cut in self.since("capacity") if cut.capacity is not None)
 
     @property
-    def hurried(self) -> bool:
-        """Return whether it flies as fast as limits allow, as flights of its words at the mission's pace outlast a vehicle's endurance."""
-        return any(cut.kind == "pace" for cut in self.since("pace", "sharing")[-1:])
-
-    @property
     def pace(self) -> float | Literal["time", "nominal"] | None:
         """Its pace instead of the mission's: as fast as limits allow, one that was chosen, or the plan's own times; None for the mission's."""
         if any(cut.kind == "tracking" for cut in self.since("tracking", "visits")[-1:]):
             return "nominal"
         chosen = self.timed[-1:] or self.since("pace")[-1:]
-        return chosen[0].pace if chosen and chosen[0].pace is not None else "time" if self.hurried else None
+        hurried = any(cut.kind == "pace" for cut in self.since("pace", "sharing")[-1:])
+        return chosen[0].pace if chosen and chosen[0].pace is not None else "time" if hurried else None
 
     @property
     def timed(self) -> tuple[Cut, ...]:

@@ -87,7 +87,7 @@ class _Asked:
 
     def end(self, own: Floats) -> tuple[Floats, Floats | None] | None:
         """Return where a passage ends and by which point its region is left then; None where the hoop's own point serves, or none does."""
-        if self._serves(own):
+        if self._outside(own) and blocked(self.points.centre, own, self.where, self.around) is None:
             return None
         ahead = own - self.points.centre
         reach = float(np.linalg.norm(ahead))
@@ -101,10 +101,6 @@ class _Asked:
             if beside := self._beside(last, axis, own):
                 return last, beside[0]
         return None
-
-    def _serves(self, own: Floats) -> bool:
-        """Tell whether a passage may end at a point."""
-        return self._outside(own) and blocked(self.points.centre, own, self.where, self.around) is None
 
     def _outside(self, point: Floats) -> bool:
         """Tell whether a point is clear of all regions but those around the hoop."""

@@ -34,9 +34,9 @@ from ltlplan.systems.forbidden_regions import forbidden_regions
 from ltlplan.systems.unreachable import joined_names
 from ltlplan.systems.visit_words import word_of
 from verify.data import BadInput, Infeasible, Mission, RobotPlan, Visit, Waypoint, Word
-from verify.data.arrays import Floats
 from verify.data.errors import did_you_mean
 from verify.data.obstruction import Obstruction
+from verify.data.shapes.inequalities import point_of
 
 _SLACKS = (0.04, 0.02, 0.0)
 """m beyond the mission's margin that the nominal spline keeps, where there is room: refinement changes it a little."""
@@ -261,7 +261,7 @@ def _route(mission: Mission, robot: str, does: Itinerary, directions: Directions
         visits=tuple(visit.model_copy(update={"direction": side_of.get(k)}) for k, visit in enumerate(visits)),
         waypoints=tuple(
             Waypoint(
-                position=_point(s.position), role=s.role, region=s.region, visit=None if s.visit is None else served[s.visit]
+                position=point_of(s.position), role=s.role, region=s.region, visit=None if s.visit is None else served[s.visit]
             )
             for s in stops
         ),
@@ -382,8 +382,3 @@ def _check(mission: Mission, robot: str, visits: Sequence[Visit], cycle_visit: i
         raise BadInput(f"cycle_visit must be 0 to {len(visits)}, not {cycle_visit}.")
     if cycle_visit is not None and mission.agents[robot].end is not None:
         raise BadInput(f"{robot} has an `end` where it must finish, and a cycle never ends; leave one of them out.")
-
-
-def _point(position: Floats) -> tuple[float, float, float]:
-    x, y, z = (float(v) for v in position)
-    return x, y, z

@@ -83,7 +83,8 @@ def in_all_orders(
                 found = {read(state, sums) for state in here}
                 if steps > MOST_STEPS or DEAD in found:
                     return set()
-                layers[_depth(after)].setdefault(after, set()).update(found)
+                at = sum(place * count for counts in after for place, count in enumerate(counts))
+                layers[at].setdefault(after, set()).update(found)
     found = next(iter(layers[last].values()))
     return found if all(map(done, found)) else set()
 
@@ -111,10 +112,6 @@ def _in_one_order(
                 states = {read(state, sums) for state in states}
                 break
     return states if not any(any(counts[:-1]) for counts in progress) else set()
-
-
-def _depth(progress: _Progress) -> int:
-    return sum(place * count for counts in progress for place, count in enumerate(counts))
 
 
 def _further(kinds: Sequence[tuple[Sums, ...]], progress: _Progress) -> Iterator[tuple[_Progress, tuple[Sums, ...]]]:

@@ -57,19 +57,6 @@ class Searched:
     reached: int
     used: int | None = None
 
-    def course_within(self, states: int) -> Course | None:
-        """Return the course; None where there is none.
-
-        Args:
-            states: That the search could look at.
-
-        Raises:
-            TooLarge: They did not suffice for any course.
-        """
-        if self.used is not None:
-            raise TooLarge("The search for who is where needs", self.used, "states", max(1, states // 2))
-        return self.course
-
 
 class CourseSearch:
     """Searches over one team's classes.
@@ -176,8 +163,11 @@ def plan_counts(
         anywhere = planned(skips=True)
         if anywhere is None or not small or paths_are_free(systems, anywhere, small):
             return anywhere
-    if small and not _may_exist(systems, kinds, roomy_marks(systems, automata, atoms, small), budget):
-        return None  # even if robots could rest anywhere
+    if small:
+        roomy = CountedTeam(tuple(systems), tuple(kinds), roomy_marks(systems, automata, atoms, small), _ANYWHERE, skips=True)
+        teams = (TeamClasses(roomy, stays=stays).made() for stays in (False, True))
+        if not any(CourseSearch(team).may_exist(budget.states) for team in teams):
+            return None  # even if robots could rest anywhere
     for passing, states in _IN_ROOMS if small else ():
         with suppress(TooLarge):
             plan = planned(Rooms(small, passing), states)
@@ -205,12 +195,6 @@ def roomy_marks(
     return Marks(automata, atoms, between)
 
 
-def _may_exist(systems: Sequence[TransitionSystem], kinds: Sequence[str], marks: Marks, budget: Budget) -> bool:
-    """Tell whether there may be a course, whatever it costs, of robots that rest, or that may also stay."""
-    team = CountedTeam(tuple(systems), tuple(kinds), marks, _ANYWHERE, skips=True)
-    return any(CourseSearch(TeamClasses(team, stays=stays).made()).may_exist(budget.states) for stays in (False, True))
-
-
 class _Planning:
     """The searches of one try.
 
@@ -236,9 +220,10 @@ class _Planning:
         for needs_stays in (False, True):
             classes = self._made[needs_stays]
             searched = CourseSearch(classes.made()).cheapest(self._states)
-            course = searched.course_within(self._states)
-            if course is not None:
-                best = replace(classes.plan(course), reached=searched.reached)
+            if searched.used is not None:
+                raise TooLarge("The search for who is where needs", searched.used, "states", max(1, self._states // 2))
+            if searched.course is not None:
+                best = replace(classes.plan(searched.course), reached=searched.reached)
                 return self._proved(best, searched.bound, needs_stays=needs_stays) if self._has_room(best) else None
         return None
 

@@ -50,13 +50,9 @@ class NoPlan(Unsatisfiable):
         self.left_out = tuple(left_out)
         quoted = [f"`{part}`" for part in core]
         what = f"{quoted[0]} cannot hold" if len(quoted) == 1 else f"{listed(quoted)} cannot hold together"
-        offer = [_offer(self.left_out, least=least)] if left_out else []
+        which, parts = "The cheapest relaxation" if least else "A relaxation", [f"`{part}`" for part in left_out]
+        offer = [f"{which} leaves out {listed(parts)} (weight {len(parts)}): the rest can be planned."] if parts else []
         super().__init__(" ".join(["No plan satisfies the formula.", f"{what}.", *self.reasons, *offer]))
-
-
-def _offer(left_out: Sequence[str], *, least: bool) -> str:
-    which = "The cheapest relaxation" if least else "A relaxation"
-    return f"{which} leaves out {listed([f'`{part}`' for part in left_out])} (weight {len(left_out)}): the rest can be planned."
 
 
 def explain(mission: Mission, systems: Systems, worlds: Worlds, possible: Feasible) -> NoPlan:

@@ -130,17 +130,14 @@ class Linearisations:
         for label in search:
             at, state, unread = label.state
             if state == DEAD or (at == ends and not unread and not part.accepting(state)):
-                return _word(index, label.path())
+                path = label.path()
+                read = [each.step for each in path if isinstance(each.step, int)]
+                return BreakingWord(
+                    index, tuple(at for at, _ in itertools.groupby(each.state[0] for each in path)), (read or [0])[-1]
+                )
             if search.reached > MOST_STEPS:
                 raise TooLarge("Trying all orders of some robots' events takes", search.reached, "steps", MOST_STEPS)
         return None
-
-
-def _word(part: int, path: Sequence[Label[_Node]]) -> BreakingWord:
-    """Return the word along a path."""
-    way = tuple(at for at, _ in itertools.groupby(label.state[0] for label in path))
-    readers = [label.step for label in path if isinstance(label.step, int)]
-    return BreakingWord(part, way, readers[-1] if readers else 0)
 
 
 def needed_orders(words: Linearisations, order: Sequence[Event], names: Names) -> dict[Pair, Precedence] | None:

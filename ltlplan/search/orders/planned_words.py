@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
 from dataclasses import replace
 
 from ltlplan.logic.budget import TooLarge
@@ -67,7 +66,9 @@ def _chain(plan: Plan, name: str, robot: RobotPlan) -> TransitionSystem | None:
     """Return a system that can only give the planned word; None where that does not show the planned visits."""
     letters, regions = robot.word.letters, frozenset(plan.mission.all_regions)
     internal = [letter - regions for letter in letters]
-    acts = [action.at for visit in robot.visits for action in _seen(plan, name, visit.actions)]
+    states = plan.mission.robot_of(name).states
+    made = (action for visit in robot.visits for action in visit.actions)
+    acts = [action.at for action in made if set(states[action.source]) != set(states[action.target])]
     actions: list[Action] = []
     for before, after in itertools.pairwise(internal):
         if before != after:
@@ -91,11 +92,6 @@ def _chain(plan: Plan, name: str, robot: RobotPlan) -> TransitionSystem | None:
     except (KeyError, StopIteration):
         return None  # an action is not where its region is
     return system
-
-
-def _seen(plan: Plan, name: str, actions: tuple[Action, ...]) -> Iterator[Action]:
-    states = plan.mission.robot_of(name).states
-    return (action for action in actions if set(states[action.source]) != set(states[action.target]))
 
 
 def _state(shown: Letter) -> str:
