@@ -1,0 +1,119 @@
+"""Laws of time: scaled time, flights that are late by what their slack allows, and what no continuation keeps."""
+
+from __future__ import annotations
+
+import random
+from dataclasses import replace
+from fractions import Fraction
+
+import pytest
+
+from tests.helpers.timed_signals import drawn_formula, truth
+from verify.data.language.formula import Formula
+from verify.model_checking.timeline import Change, Enclosure, Relations, Status, Timeline
+from verify.model_checking.timing.timed_verdict import RESOLUTION, TimedJudge
+
+NAMES = ("a", "b", "c")
+
+
+def _drawn(rng: random.Random, *, laps: bool, may: bool = True) -> Timeline:
+    """Return a random timeline over whole seconds; a lap ends as it begins."""
+    prefix, length = rng.randint(1, 3), rng.randint(2, 5)
+    changes, initial = list[Change](), dict[str, Status]()
+    statuses: tuple[Status, ...] = ("no", "may", "must") if may else ("no", "must")
+    for name in NAMES:
+        row: list[Status] = [rng.choice(statuses)]
+        while len(row) < prefix + length:
+            row.append(rng.choice(statuses) if rng.random() < 0.35 else row[-1])
+        row[prefix - 1] = row[prefix] = row[-1]
+        initial[name] = row[0]
+        changes += [
+            Change(Enclosure(Fraction(at), Fraction(at)), name, row[at]) for at in range(1, len(row)) if row[at] != row[at - 1]
+        ]
+    changes.sort(key=lambda change: change.time.low)
+    return Timeline("r", initial, tuple(changes), Fraction(prefix + length), cycle=Fraction(prefix) if laps else None)
+
+
+def _mapped(line: Timeline, factor: Fraction, delay: Fraction = Fraction(0)) -> Timeline:
+    """Return a timeline whose times are stretched, and come later."""
+
+    def at(time: Fraction) -> Fraction:
+        return time * factor + delay
+
+    changes = tuple(replace(change, time=Enclosure(at(change.time.low), at(change.time.high))) for change in line.changes)
+    return replace(line, changes=changes, duration=at(line.duration), cycle=None if line.cycle is None else at(line.cycle))
+
+
+def _stretched(node: Formula, factor: Fraction) -> Formula:
+    window = node.window and (node.window[0] * factor, None if node.window[1] is None else node.window[1] * factor)
+    return replace(node, arguments=tuple(_stretched(part, factor) for part in node.arguments), window=window)
+
+
+@pytest.mark.parametrize("laps", [False, True])
+def test_time_may_be_counted_in_any_unit(laps: bool) -> None:
+    rng = random.Random(int(laps))
+    for _ in range(60):
+        line, error, factor = (
+            _drawn(rng, laps=laps),
+            Fraction(rng.choice([0, 0, 1]), 3),
+            Fraction(rng.randint(1, 9), rng.randint(1, 9)),
+        )
+        formula = drawn_formula(rng, NAMES, rng.randint(1, 3))
+        one = TimedJudge({"r": line}, Relations(), error).judge(formula, slack=False)
+        judge = TimedJudge({"r": _mapped(line, factor)}, Relations(), error * factor)
+        assert judge.judge(_stretched(formula, factor), slack=False).outcome == one.outcome, (str(formula), line, factor)
+
+
+@pytest.mark.parametrize("laps", [False, True])
+def test_flights_may_be_as_late_as_their_slack_says(laps: bool) -> None:
+    rng, found = random.Random(10 + int(laps)), 0
+    for _ in range(120):
+        line = _drawn(rng, laps=laps)
+        formula = drawn_formula(rng, NAMES, rng.randint(1, 3))
+        judge = TimedJudge({"r": line}, Relations(), Fraction(0))
+        if judge.judge(formula, slack=False).outcome != "holds" or not formula.timed:
+            continue
+        slack = judge.slack(formula)
+        late = [Fraction(7, 2), Fraction(40)] if slack.seconds is None else [slack.seconds, slack.seconds / 2]
+        for delay in late:
+            delayed = TimedJudge({"r": _mapped(line, Fraction(1), delay)}, Relations(), Fraction(0))
+            assert delayed.judge(formula, slack=False).outcome == "holds", (str(formula), line, slack)
+            apart = TimedJudge({"r": line}, Relations(), delay).judge(formula, slack=False)
+            assert slack.seconds is not None or apart.outcome == "holds", (str(formula), line)
+        if slack.seconds is not None:  # and no later than that
+            found += 1
+            assert (
+                TimedJudge({"r": line}, Relations(), slack.seconds + RESOLUTION).judge(formula, slack=False).outcome != "holds"
+            )
+    assert found > 5
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_what_is_lost_is_kept_by_no_continuation(seed: int) -> None:
+    rng, lost = random.Random(20 + seed), 0
+    for _ in range(150):
+        line = _drawn(rng, laps=False, may=False)
+        formula = drawn_formula(rng, NAMES, rng.randint(1, 3))
+        since = TimedJudge({"r": line}, Relations(), Fraction(0)).lost_from(formula)
+        if since is None:
+            continue
+        lost += 1
+        flown = 2 * int(since) + (2 if since % 1 else 1)  # cells of which something is known by then
+        rows: dict[str, list[bool]] = {}
+        for name in NAMES:
+            status, row = line.initial[name], list[bool]()
+            for cell in range(2 * int(line.duration) + 1):
+                here = [change for change in line.changes if change.region == name and 2 * change.time.low == cell]
+                row.append(status == "must" or bool(here))
+                status = here[-1].status if here else status
+            rows[name] = row
+        for _ in range(20):
+            signals: dict[str, list[bool]] = {}
+            for name, row in rows.items():
+                value, more = rng.random() < 0.5, list[bool]()
+                for _ in range(40):
+                    value = rng.random() < 0.5 if rng.random() < 0.3 else value
+                    more.append(value)
+                signals[name] = [*row[:flown], *more]
+            assert not truth(formula, signals, 1)[0], (str(formula), line, since)
+    assert lost > 10
