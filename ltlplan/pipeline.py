@@ -180,9 +180,10 @@ def run(
     from ltlplan.following import followed
 
     mission = with_pace(as_mission(mission), pace)
+    files = () if out is None else output.run_files(mission)
     require_tube(mission.margin)
     conditions = conditions_of(mission)  # whom nobody knows would not be found before the flight
-    target = None if out is None else check_folder(out, output.run_files(mission))
+    target = None if out is None else check_folder(out, files)
     made = plan(mission, seed=seed, progress=part_of(progress, 0.0, 0.25), workers=workers)
     done = certified_team(made, progress=part_of(progress, 0.25, 0.7))
     part_of(progress, 0.7, 0.9)("flying in simulation", 0.0)
