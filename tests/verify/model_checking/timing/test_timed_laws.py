@@ -78,8 +78,6 @@ def test_flights_may_be_as_late_as_their_slack_says(laps: bool) -> None:
         for delay in late:
             delayed = TimedJudge({"r": _mapped(line, Fraction(1), delay)}, Relations(), Fraction(0))
             assert delayed.judge(formula, slack=False).outcome == "holds", (str(formula), line, slack)
-            apart = TimedJudge({"r": line}, Relations(), delay).judge(formula, slack=False)
-            assert slack.seconds is not None or apart.outcome == "holds", (str(formula), line)
         if slack.seconds is not None:  # and no later than that
             found += 1
             assert (
