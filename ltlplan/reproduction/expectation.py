@@ -102,6 +102,30 @@ def timed(most: float, least: float = 0.0) -> Expectation:
     return Expectation(least, most, why=TIMED)
 
 
+def share(value: float, count: int = 20_000) -> Expectation:
+    """Return a share of random draws that has a known probability.
+
+    Args:
+        value: The probability.
+        count: How many draws.
+    """
+    four = 4 * math.sqrt(value * (1 - value) / count)
+    return Expectation(value - four, value + four, why=f"four standard deviations of a share of {count} draws")
+
+
+def slack(value: float) -> Expectation:
+    """Return what a flight has to spare of its bounds in seconds.
+
+    Args:
+        value: s, as found.
+    """
+    return Expectation(
+        0.0,
+        1.5 * value,
+        why="below 0 nothing is certified; how much is left follows engines' choices of times, half of it more",
+    )
+
+
 def text(value: str) -> Expectation:
     """Return a text.
 

@@ -6,10 +6,10 @@ its interval is changed here. Checks need no entry: each must hold.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 
 from ltlplan.reproduction.element import Quantity
-from ltlplan.reproduction.expectation import Expectation, between, drawn, exact, flown, rounds, text
+from ltlplan.reproduction.expectation import Expectation, between, drawn, exact, flown, rounds, share, slack, text, timed
 
 _ROUNDING = "rounding of arithmetic in double precision"
 
@@ -26,6 +26,26 @@ def expectations_of(element: str) -> Callable[[Quantity], Expectation]:
 
 def _rounded(most: float) -> Expectation:
     return between(0.0, most, _ROUNDING)
+
+
+def _case(cost: float, flight: float | None = None) -> dict[str, Expectation]:
+    """Return what is expected of a case study: the cost of its words and the length of its flight, s."""
+    found = {"cost of the words": exact(cost, 1), "computing the words": timed(120)}
+    if flight is not None:
+        found |= {"flight": drawn(flight), "computing from the mission to the certificate": timed(120)}
+    return found
+
+
+def _problem(flight: float, spare: float | None = None) -> dict[str, Expectation]:
+    """Return what is expected of a shipped problem: the length of its flight and its least slack, s."""
+    found = {"flight": drawn(flight), "computing from the mission to the flight": timed(120)}
+    return found if spare is None else {**found, "least slack of its bounds in seconds": slack(spare)}
+
+
+def _raced(title: str, online: Sequence[float], offline: Sequence[float]) -> dict[str, Expectation]:
+    """Return what is expected of summed costs for 1 to 5 robots."""
+    own = {f"N = {count}, {title}, online": drawn(value) for count, value in enumerate(online, 1)}
+    return own | {f"N = {count}, {title}, offline": drawn(value) for count, value in enumerate(offline, 1)}
 
 
 INTERVALS: Mapping[str, Mapping[str, Expectation]] = {
@@ -101,5 +121,176 @@ INTERVALS: Mapping[str, Mapping[str, Expectation]] = {
         **{f"rounds of 50 samples, seed {seed}": rounds(count) for seed, count in enumerate((10, 13, 10))},
     },
     "2019-fig-8": {"worst distance from the plan": flown(27.4), "flight time": drawn(11.60)},
+    "2022-def-2.2": {
+        "states of the deterministic automaton": exact(4, 0),
+        "states of the small nondeterministic one": exact(5, 0),
+        "satisfying words among them": exact(98, 0),
+    },
+    "2022-def-4.1": {
+        "states and their propositions": text("no_water {}, carrying {carrying}"),
+        "actions": text("no_water to carrying at water"),
+        "initial state": text("no_water"),
+    },
+    "2022-def-4.2": {
+        "vertices": text("loc1, loc2, robot, smoke, water"),
+        "edges, both ways where robots may return": exact(11, 0),
+        "loc2 is entered from": text("smoke"),
+    },
+    "2022-def-4.3": {
+        "hovers in a region, in each internal state": exact(8, 0),
+        "nodes with free flight": exact(18, 0),
+    },
+    "2022-def-4.4": {
+        "states reached": exact(31, 0),
+        "accepting states": exact(8, 0),
+    },
+    "2022-def-4.5": {
+        "F loc1 & F loc2 & G(smoke -> carrying): states in D": text("4 of 4"),
+        "F(a & F b): states in D": text("2 of 3"),
+        "F a & F b & (!c U a): states in D": text("2 of 4"),
+        "G(a -> F b): states in D": text("2 of 3"),
+    },
+    "2022-section-5.2": {
+        "states of the automaton, |F|": exact(4, 0),
+        "states of a robot, |S_A|": exact(10, 0),
+        "nodes of T for three robots, N |F| |S_A|": exact(120, 0),
+        "nodes of the full product, |F| |S_A|^N": exact(4000, 0),
+        "nodes of the full product for ten robots over T's": exact(100_000_000, 0),
+        "letters that one robot can show": exact(10, 0),
+    },
+    "2022-example-2": {
+        "formula": text("F loc1 & F loc2 & G(smoke -> carrying)"),
+        "a region counts within": exact(0.2),
+    },
+    "2022-alg-2": {
+        "cost by straight lines over the cheapest": between(0.9999, 1.05, "never cheaper than the proved optimum, at most 5 % dearer"),
+        "paths optimised": between(15, 35, "which walks go on follows sampled costs"),
+        "computing, three robots": timed(300),  # the paper: about 300 s
+    },
+    "2022-def-4.7": {
+        "order of the robots": text("quad0 then quad2"),
+    },
+    "2022-fig-10": {
+        "quad0: visits": text("water smoke loc2"),
+        "quad0: cost": drawn(5.56),
+        "quad0: length": drawn(3.21),
+        "quad1: visits": text("stays"),
+        "quad2: visits": text("loc1"),
+        "quad2: cost": drawn(2.28),
+        "quad2: length": drawn(1.23),
+        "the paper's words, in every order": text("fails"),
+    },
+    "2022-fig-11": {
+        "quad0: printed cost after the first round": drawn(6.85),
+        "quad0: printed cost after round 12": drawn(5.78),
+        "quad1: printed cost after the first round": drawn(8.09),
+        "quad1: printed cost after round 12": drawn(6.56),
+        "quad2: printed cost after the first round": drawn(9.05),
+        "quad2: printed cost after round 12": drawn(7.41),
+        "quad0: length after the first round": drawn(3.40),
+        "quad0: length after round 12": drawn(3.11),
+        "quad1: length after the first round": drawn(3.78),
+        "quad1: length after round 12": drawn(3.49),
+        "quad2: length after the first round": drawn(4.31),
+        "quad2: length after round 12": drawn(4.01),
+        "robot selected for loc2": text("quad0"),
+    },
+    "2022-alg-5": {
+        "cost at the end over that at take-off": drawn(0.89),
+        "computing of a step, median": timed(20),  # 50 Hz
+    },
+    "2022-fig-16": {
+        "quad0: word as flown": text("{} {water} {carrying, water} {carrying} {carrying, smoke} {carrying} {carrying, loc2} {carrying}"),
+        "quad1: word as flown": text("{}"),
+        "quad2: word as flown": text("{} {loc1} {}"),
+        "flight": drawn(10.48),
+        "formula satisfied after": drawn(8.58),
+        "worst tracking error": flown(5.4),
+    },
+    "2022-online-plan": {
+        "length": drawn(4.22),
+        "rounds of refinement until certified": exact(1, 0),
+    },
+    "2022-threshold": {
+        "share of N(0, 1) below where it rests": between(0.04, 0.06, "it is moved by steps of Delta for ever, a fifth of rho"),
+    },
+    "2022-eq-9": {
+        "Phi(Phi^-1(0.05)), three dimensions": share(0.05),
+        "Phi(Phi^-1(0.5)), three dimensions": share(0.5),
+        "Phi(Phi^-1(0.95)), three dimensions": share(0.95),
+    },
+    "2022-eq-10": {
+        "share inside F^-1(0.05), with the root of Sigma": share(0.05),
+        "share inside it with Sigma as printed": between(0.0, 0.002, "a thousandth: far from rho"),
+    },
+    "2022-eq-12": {
+        "mean distance of two samples over sigma": between(1.104, 1.152, "2/sqrt(pi) and four standard deviations of 20 000 draws"),
+        "F^-1(1 - rho + 1/N) - F^-1(1 - rho) for unit deviations": exact(0.196, 3),
+    },
+    "2022-alg-3": {
+        "share of the distribution inside the surface": share(0.05),
+        "mean of the directions drawn": between(0.0, 0.02, "0 and four standard deviations of 20 000 draws"),
+    },
+    "2022-alg-4": {
+        "elites of 25 falling costs": exact(25, 0),
+    },
+    "2022-fig-12": {
+        "mean distance of samples from their means at first": drawn(0.133),
+        "mean 1 of five after 10 s": drawn(0.078),
+        "mean 2 of five after 10 s": drawn(0.088),
+        "mean 3 of five after 10 s": drawn(0.080),
+        "mean 4 of five after 10 s": drawn(0.077),
+        "mean 5 of five after 10 s": drawn(0.077),
+    },
+    "2022-fig-13": {
+        "Delta at first, a = 0.1": drawn(0.004),
+        "Delta after 2 s, a = 0.1": drawn(0.675),
+        "Delta after 5 s, a = 0.1": drawn(0.582),
+        "Delta after 10 s, a = 0.1": drawn(0.480),
+        "Delta at first, a = 0.01": drawn(0.004),
+        "Delta after 2 s, a = 0.01": drawn(0.379),
+        "Delta after 5 s, a = 0.01": drawn(0.498),
+        "Delta after 10 s, a = 0.01": drawn(0.326),
+        "Delta at first, a = 0.001": drawn(0.004),
+        "Delta after 2 s, a = 0.001": drawn(0.056),
+        "Delta after 5 s, a = 0.001": drawn(0.098),
+        "Delta after 10 s, a = 0.001": drawn(0.111),
+    },
+    "2022-fig-14": {
+        **_raced("printed cost", (9.56, 6.69, 6.30, 6.30, 6.30), (14.62, 8.37, 7.84, 7.84, 7.84)),
+        **_raced("length", (6.29, 4.46, 4.22, 4.22, 4.22), (6.76, 4.60, 4.33, 4.33, 4.33)),
+    },
+    "2022-fig-15": {
+        **{f"N = {count}, {title}: offline's time over online's": timed(100, least=1.0) for title in ("printed cost", "length") for count in range(1, 6)},
+        **{f"N = {count}, printed cost: computing of the online flight": timed(120) for count in range(1, 6)},
+    },
+    "published-door-puzzle": {
+        **_problem(126.5),
+        "flight": between(50.0, 130.0, "slowed where a simulated flight strays, at the most to the plan's own times"),
+    },
+    "published-wall-swap": _problem(7.61),
+    "published-wall-2": _problem(6.18, 0.23),
+    "published-doorpuzzle-1": _problem(30.12, 0.23),
+    "published-rover-2": _problem(10.24, 0.18),
+    "published-stlcg-1": _problem(17.18, 0.82),
+    "published-stlcg-2": _problem(10.94, 0.92),
+    "published-bai-first": _case(12.2, 25.3),
+    "published-bai-second": _case(19.4, 35.4),
+    "published-schillinger-second": _case(84.0, 135.0),
+    "published-schillinger-second-joint": _case(84.0, 131.6),
+    "published-schillinger-third": _case(38.0, 79.6),
+    "published-schillinger-third-joint": _case(43.1, 88.0),
+    "published-lomap-fifth": _case(10.2, 25.8),
+    "published-meeting": _case(11.6, 20.7),
+    "published-meeting-longest": _case(5.8, 20.7),
+    "published-five-gather": _case(30.8, 17.2),
+    "published-ten-meet": _case(73.5, 21.6),
+    "published-thirty-meet": _case(241.0),
+    "published-kth-soft": {
+        "loads at r2 or r3, with the soft part": text("r1 r2 r1"),
+        "length there, with the soft part": exact(4.84),
+        "loads at r2 or r3, without it": text("r1 r3 r1"),
+        "length there, without it": exact(2.88),
+    },
 }  # fmt: skip
 """By element and quantity."""

@@ -30,7 +30,14 @@ KERNELS: Mapping[str, str] = {
 }
 """Environment of the processes."""
 
-_LONGEST = ("2022-fig-14", "2019-fig-7", "2022-fig-10", "2019-fig-4", "published-door-puzzle")
+_LONGEST = (
+    "2022-fig-14",
+    "published-door-puzzle",
+    "published-schillinger-third",
+    "published-schillinger-second",
+    "published-doorpuzzle-1",
+    "2019-fig-4",
+)
 """Elements that take longest, which begin first."""
 
 

@@ -22,6 +22,7 @@ from ltlplan.logic.budget import DEFAULT_BUDGET, Budget, TooLarge
 from ltlplan.logic.conjunction import conjunct_automata
 from ltlplan.logic.translation import translate
 from ltlplan.missions import load_mission
+from ltlplan.reproduction.published_missions import office_grid
 from ltlplan.search.cycles.lasso import cheapest_lasso
 from ltlplan.search.exact import assign
 from ltlplan.search.own.reading import OwnTask
@@ -29,7 +30,7 @@ from ltlplan.search.team_planning import plan_team
 from ltlplan.systems.robot_systems import Systems
 from tests.helpers.benchmarks import is_smallest, require_time, run_benchmark
 from tests.helpers.team_automaton import TeamAutomaton, full_product, full_product_size
-from tests.helpers.worlds import office_grid, world
+from tests.helpers.worlds import world
 from verify import check_team
 from verify.data import Formula, Mission, parse_formula
 

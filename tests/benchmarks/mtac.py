@@ -4,7 +4,7 @@
     python -m tests.benchmarks.mtac steps gap       # some of them: offline steps race gap many robots
 
 Times are the least of several runs on a quiet machine; each table's bound stands in its title. What is printed last are the
-rows of docs/performance/mtac.md and of Figs. 14 and 15 in docs/reproduction/mtac.md, as they stand there. Run it from the repository's root.
+rows of docs/performance/mtac.md, as they stand there. Run it from the repository's root.
 """
 
 from __future__ import annotations
@@ -12,8 +12,6 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
-from functools import cache
 
 import numpy as np
 
@@ -25,35 +23,17 @@ from ltlplan.mtac.optimality_gap import straight_cost
 from ltlplan.online_mtac.online_team import OnlineTeam
 from ltlplan.online_mtac.team_in_flight import PERIOD
 from ltlplan.planner import make_plan
+from ltlplan.reproduction.race import ROBOTS, Race, medians
+from ltlplan.reproduction.team_flights import LENGTH, PAPER, PRINTED
 from ltlplan.search.exact import assign
 from tests.helpers.benchmarks import is_smallest, run_benchmark
 from tests.helpers.random_missions import MANY_TASKS, mission_of_many_tasks, random_mission
 from verify.data import Mission
-from verify.data.sections import Agent
 
 Rows = list[str]
 """Lines of the tables in docs/."""
 
-PRINTED = {"length": 1.0, "effort": 1.0}
-"""Cost of the 2022 paper's Section 5.4 as printed: the integral of |eta| (path length, m) and of |u|, u the acceleration (m/s)."""
-
-LENGTH = {"length": 1.0}
-"""Cost of the shipped mission, m."""
-
-FAST, PAPER = Options(optimality_gap=False), Options(optimality_gap=False, every_robot=True)
-
-
-def firefighting(cost: Mapping[str, float]) -> Mission:
-    """Return the shipped mission with cost terms weighted as given."""
-    mission = ltlplan.load_mission("firefighting")
-    return mission.changed(planner=mission.planner.model_copy(update={"cost": dict(cost)}))
-
-
-def with_robots(mission: Mission, count: int) -> Mission:
-    """The mission with its first robots, or with more of them behind and beside the paper's three."""
-    places = [(1.0, -0.5, 0.8), (1.0, 0.0, 0.8), (1.0, 0.5, 0.8), (1.4, -0.25, 0.8), (1.4, 0.25, 0.8)]
-    agents = {f"quad{i}": Agent(start=place) for i, place in enumerate(places[:count])}
-    return mission.model_copy(update={"agents": agents})
+FAST = Options(optimality_gap=False)
 
 
 def least(run: Callable[[], object], times: int) -> float:
@@ -132,82 +112,29 @@ def ten_robots() -> Mission:
 
 def race() -> Rows:
     """Time to a complete satisfying path for every robot at a summed cost no higher than offline's: 3 times less or better."""
-    printed, length = race_by("the printed cost", PRINTED), race_by("length", LENGTH)
+    tables = {}
+    for title, weights in (("the printed cost", PRINTED), ("length", LENGTH)):
+        print(
+            f"  by {title}:\n  robots  offline s   cost     online s   factor   cost at the end   computing over the flight s"
+        )
+        tables[title] = {count: raced_by(weights, count) for count in (ROBOTS[:2] if is_smallest() else ROBOTS)}
+        for count, found in tables[title].items():
+            print(
+                f"  {count:6d}  {found.seconds:9.3f}  {found.offline:6.3f}  {found.reached:9.3f}  {found.factor:7.1f}  {found.online:16.3f}  "
+                f"{found.flight:26.2f}"
+            )
+    printed, length = (list(table.values()) for table in tables.values())
     return [
-        row("online over offline, time to complete paths no dearer than offline's, 1 to 5 robots", "3", listed(printed.factors, 1), "race"),
-        row("the same by length alone", "", listed(length.factors, 1), "race"),
-        row("computing over the whole online flight, 1 to 5 robots", "", f"{listed(printed.computing, 1)} s", "race"),
-        f"| Fig. 14, summed cost, 1 to 5 robots | `python -m tests.benchmarks.mtac race` | {printed.costs()}; by length alone "
-        f"{length.costs()} m | Online is lower by {printed.saved()} (by length {length.saved()}); the paper's is lower for every number of "
-        "robots. Beyond three robots nothing changes: two do the work. |",
-        f"| Fig. 15, run time, 1 to 5 robots | the same table | time to complete paths no dearer than offline's: {listed(printed.factors, 1)} "
-        f"times less; by length alone {listed(length.factors, 1)} | The paper: 3 to 5 times. The computing of the whole online flight "
-        "is more than offline's, and stands beside it in the table. |",
+        row("online over offline, time to complete paths no dearer than offline's, 1 to 5 robots", "3",
+            listed((found.factor for found in printed), 1), "race"),
+        row("the same by length alone", "", listed((found.factor for found in length), 1), "race"),
+        row("computing over the whole online flight, 1 to 5 robots", "", f"{listed((found.flight for found in printed), 1)} s", "race"),
     ]  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Race:
-    """Medians of three seeds for 1 to 5 robots.
-
-    Attributes:
-        offline, online: Summed cost at the end.
-        factors: Offline's time by the time in which online has complete paths no dearer than offline's.
-        computing: Time over the whole online flight, s.
-    """
-
-    offline: tuple[float, ...]
-    online: tuple[float, ...]
-    factors: tuple[float, ...]
-    computing: tuple[float, ...]
-
-    def costs(self) -> str:
-        return f"online {listed(self.online, 2)}; offline (paper's settings) {listed(self.offline, 2)}"
-
-    def saved(self) -> str:
-        shares = [100 * (1 - end / cost) for end, cost in zip(self.online, self.offline, strict=True)]
-        return f"{min(shares):.0f} to {max(shares):.0f} %"
-
-
-@cache
-def _raced(weights: tuple[tuple[str, float], ...], count: int, seed: int) -> tuple[float, ...]:
-    """Return offline's time (s) and cost, the time and cost with which online first was no dearer, its last cost and all its time."""
-    mission = with_robots(firefighting(dict(weights)), count)
-    begun = time.perf_counter()
-    found = share_tasks(mission, rng=np.random.default_rng(seed), options=PAPER)
-    took = time.perf_counter() - begun
-    cost = sum(path.plan.cost for path in found.paths.values())
-    begun = time.perf_counter()
-    team = OnlineTeam(mission, rng=np.random.default_rng(seed))
-    total = time.perf_counter() - begun
-    positions = {name: agent.start for name, agent in mission.agents.items()}
-    reached, reached_cost = np.nan, np.nan
-    for step in range(150 if is_smallest() else 1500):
-        begun = time.perf_counter()
-        desired = team.step(step * PERIOD, positions)
-        total += time.perf_counter() - begun
-        if np.isnan(reached) and team.cost <= cost and team.complete:
-            reached, reached_cost = total, team.cost
-        positions = {name: tuple(desired.flat[0, :3, j]) for j, name in enumerate(team.pilots)}
-        if desired.finished:
-            break
-    return took, cost, reached, reached_cost, took / reached, team.cost, total
-
-
-def race_by(title: str, weights: Mapping[str, float]) -> Race:
-    """Run three seeds of each number of robots offline and online, and print a table."""
-    print(
-        f"  by {title}:\n  robots  offline s   cost     online s   cost at that time   factor   cost at the end   computing over the flight s"
-    )
-    table = []
-    for count in range(1, 3 if is_smallest() else 6):
-        rows = [_raced(tuple(weights.items()), count, seed) for seed in range(1 if is_smallest() else 3)]
-        took, cost, reached, reached_cost, factor, end, total = np.median(np.array(rows), axis=0)
-        print(
-            f"  {count:6d}  {took:9.3f}  {cost:6.3f}  {reached:9.3f}  {reached_cost:10.3f}  {factor:16.1f}  {end:12.3f}  {total:12.2f}"
-        )
-        table.append((cost, end, factor, total))
-    return Race(*zip(*table, strict=True))
+def raced_by(weights: Mapping[str, float], count: int) -> Race:
+    """Return the medians of some runs, of a short one at the smallest size."""
+    return medians(tuple(weights.items()), count, 1, 3.0) if is_smallest() else medians(tuple(weights.items()), count)
 
 
 def listed(values: Iterable[float], digits: int) -> str:

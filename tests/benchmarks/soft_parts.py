@@ -1,6 +1,6 @@
 """Times of missions with soft parts: which of them to keep, and the plan that keeps them.
 
-Run `OMP_NUM_THREADS=1 python tests/benchmarks/soft_parts.py [SEEDS] [FAMILY]`, where a family is `families`, `drawn`, `sequences` or `published`; all without it. Times are CPU
+Run `OMP_NUM_THREADS=1 python tests/benchmarks/soft_parts.py [SEEDS] [FAMILY]`, where a family is `families`, `drawn` or `sequences`; all without it. Times are CPU
 seconds of this process, of `ltlplan.plan` from the mission on.
 """
 
@@ -16,9 +16,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 import ltlplan
-from ltlplan.search.exact import assign
 from tests.helpers.benchmarks import is_smallest, run_benchmark
-from tests.helpers.published_cases import loads
 from tests.helpers.worlds import world
 from verify.data import Mission, Plan
 
@@ -80,7 +78,7 @@ def said(made: Plan) -> str:
 def main() -> None:
     """Print a line for each family and team, and what drawn ones take."""
     seeds, only = int(sys.argv[1]) if len(sys.argv) > 1 else 20, sys.argv[2] if len(sys.argv) > 2 else None
-    for each in (families, drawn_ones, all_sequences, published):
+    for each in (families, drawn_ones, all_sequences):
         if only is None or each.__name__.startswith((only, f"all_{only}")):
             each(seeds)
 
@@ -118,15 +116,6 @@ def drawn_ones(seeds: int) -> None:
         taken = [planned(drawn(seed, robots, team))[0] for seed in range(seeds)]
         middle, most = statistics.median(taken), max(taken)
         print(f"{seeds} drawn, {robots} robots, {team}: {middle:.2f} s in the middle, {most:.2f} s at most", flush=True)
-
-
-def published(_: int) -> None:
-    """Print visits and length by straight lines of the published example, with its soft part and without."""
-    mission = loads("r2")
-    for title, formula in (("with the soft part", f"({mission.spec.formula}) & G !r3"), ("without it", mission.spec.formula)):
-        assigned = assign(mission.asking(formula), explained=False)
-        visits = " ".join(visit.region for visit in assigned.robots["turtle"].visits)
-        print(f"loads at r2 or r3, {title}: {visits}, {assigned.cost:.2f} m by straight lines", flush=True)
 
 
 if __name__ == "__main__":

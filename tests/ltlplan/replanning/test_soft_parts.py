@@ -15,11 +15,11 @@ import verify
 from ltlplan.pipeline import certified_team
 from ltlplan.replanning.soft_parts import kept_by_words
 from ltlplan.report.summary import soft_sentences
+from ltlplan.reproduction.published_missions import loads
 from ltlplan.search.exact import assign
 from ltlplan.search.explanations.unsatisfiable_cores import NoPlan
 from tests.helpers.few import few_of
 from tests.helpers.own_places import own_places
-from tests.helpers.published_cases import loads
 from tests.helpers.worlds import world
 from verify.data import BadInput, Mission, NotCertified, Unsatisfiable, mission_to_yaml, parse_mission
 from verify.run_folder import recheck

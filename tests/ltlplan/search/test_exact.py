@@ -10,11 +10,12 @@ from hypothesis import strategies as st
 from ltlplan.allocation import Allocation
 from ltlplan.logic.budget import Budget, TooLarge
 from ltlplan.missions import load_mission
+from ltlplan.reproduction.published_missions import office_grid
 from ltlplan.search.exact import assign
 from ltlplan.search.explanations.unsatisfiable_cores import NoPlan
 from ltlplan.systems.visit_words import word_of
 from tests.helpers.few import given_few
-from tests.helpers.worlds import office_grid, world
+from tests.helpers.worlds import world
 from tests.strategies import formulas
 from verify import check_team, check_word
 from verify.data import BadInput, Formula, Mission, Unsatisfiable, Visit, mission_to_yaml, parse_mission

@@ -15,7 +15,7 @@ from ltlplan.paths.cross_entropy.quantile import (
     scalar_step,
     square_root,
 )
-from tests.helpers.quantiles import quantile_samples
+from ltlplan.reproduction.quantile_parts import quantile_samples
 from verify.data import BadInput
 
 COVARIANCE = np.array([[0.5, 0.2, 0.0], [0.2, 0.3, -0.1], [0.0, -0.1, 0.2]])

@@ -1,17 +1,18 @@
 """Formulas of published case studies for teams, as missions: places in the air are ours, the work is theirs.
 
-Bai: `bairuofei/sampling_ltl_planning`, both cases. KTH: its example for hard and soft formulas. LOMAP: `wasserfeder/lomap`, its example ijrr2013 with two robots. Schillinger: Schillinger, Buerger, Dimarogonas, "Simultaneous task allocation and
-planning for temporal logic goals in heterogeneous multi-robot systems" (IJRR 2018), its second and third case. What they say by "until,
+Bai: `bairuofei/sampling_ltl_planning`, both cases. KTH: its example for hard and soft formulas. LOMAP: `wasserfeder/lomap`, its example
+ijrr2013 with two robots. Schillinger, Buerger and Dimarogonas: "Simultaneous task allocation and planning for temporal logic goals in
+heterogeneous multi-robot systems" (IJRR 2018), its second and third case. What they say by "until,
 and then not" (`F(p & carry & (carry U (d10 & !carry)))`) is said by actions here: what was picked up is put down where that is
 permitted and nowhere else, and the internal state after it, `left10`, is shown.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import partial
+import itertools
+from collections.abc import Mapping
+from typing import Any
 
-from tests.helpers.worlds import office_grid, world
 from verify.data import Mission, parse_mission
 
 BAI_PLACES = {
@@ -34,6 +35,78 @@ THIRD_TOGETHER = (
     f"F some(m1 & photo) & F some(m4 & photo) & F some(m6 & photo) & G all(camera -> {_MEETING}) & F some(left3) "
     f"& G all(carry -> !{_PUBLIC}) & F quad5.brought6"
 )
+
+
+def plane_mission_text(
+    formula: str,
+    *,
+    robots: int,
+    regions: Mapping[str, tuple[float, float]],
+    starts: tuple[tuple[float, float], ...],
+    radii: Mapping[str, float] | None = None,
+    trace: str = "finite",
+    team: str = "own",
+    repeat: int = 1,
+    objective: str = "sum",
+    extra: str = "",
+) -> str:
+    """Return a mission file in a plane, at height 1 m, flown at nominal pace: its plan is what is looked at.
+
+    Args:
+        formula: What is asked.
+        robots: How many.
+        regions: Round places, m.
+        starts: Of the robots, m.
+        radii: Of places that are not 0.2 m large.
+        trace: `finite` or `infinite`.
+        team: `own` or `joint`.
+        repeat: Laps.
+        objective: `sum` or `longest`.
+        extra: YAML for further keys.
+    """
+    radius = dict.fromkeys(regions, 0.2) | dict(radii or {})
+    lines = [
+        "format: 1", "name: world", "regions:",
+        *(f"  {n}: {{center: [{x}, {y}, 1.0], radii: [{radius[n]}, {radius[n]}, {radius[n]}]}}" for n, (x, y) in regions.items()),
+        "agents:",
+        *(f"  quad{i}: {{start: [{x}, {y}, 1.0]}}" for i, (x, y) in enumerate(starts[:robots])),
+        "vehicle: crazyflie-2.1",
+        "workspace: {min: [-20, -20, 0.2], max: [20, 20, 3]}",
+        f"planner: {{objective: {objective}, pace: nominal}}",
+        f"spec: {{formula: '{formula}', trace: {trace}, team: {team}, repeat: {repeat}}}",
+        extra,
+    ]  # fmt: skip
+    return "\n".join(lines)
+
+
+def world(formula: str, **asked: Any) -> Mission:  # of any type: as `plane_mission_text` says
+    """Return a mission in a plane.
+
+    Args:
+        formula: What is asked.
+        asked: As `plane_mission_text` says.
+    """
+    return parse_mission(plane_mission_text(formula, **asked))
+
+
+def office_grid(
+    formula: str, *, named: Mapping[str, tuple[int, int]] | None = None, robot: str = "", team: str = "own"
+) -> Mission:
+    """Return a mission of six robots on a grid of 112 places with walls, `n0_0` to `n13_7` but for those that are `named`.
+
+    `robot` is YAML of its internal states and actions.
+    """
+    width, height = 14, 8
+    cells = {(x, y): f"n{x}_{y}" for x in range(width) for y in range(height)}
+    cells |= {cell: name for name, cell in (named or {}).items()}
+    places = {name: (float(x), float(y)) for (x, y), name in cells.items()}
+    edges = [f"[home, {cells[x, 0]}]" for x in range(0, width, 3)]
+    for x, y in itertools.product(range(width), range(height)):
+        edges += [f"[{cells[x, y]}, {cells[x + 1, y]}]"] if x + 1 < width and not (x == 6 and y not in (0, 5)) else []
+        edges += [f"[{cells[x, y]}, {cells[x, y + 1]}]"] if y + 1 < height else []
+    starts = tuple((float(x), -1.0) for x in range(0, 18, 3))
+    extra = f"environment: {{start: home, edges: [{', '.join(edges)}]}}\n{robot}"
+    return world(formula, robots=6, regions=places, starts=starts, team=team, extra=extra)
 
 
 _LOADS = """
@@ -161,22 +234,3 @@ def many_meet(robots: int, home: float) -> Mission:
     formula = "F(count(a) >= 5) & G(count(b) <= 2) & F all(home)"
     radii = {"a": 1.0, "b": 0.8, "home": home}
     return world(formula, robots=robots, regions=places, radii=radii, starts=starts, team="joint")
-
-
-CASES: dict[str, tuple[Callable[[], Mission], str]] = {
-    "Bai, first": (bai_first, "225 product states, 10.6 s"),
-    "Bai, second": (bai_second, "0.41 s by search, 3.7 s by sampling, discrete plan only"),
-    "Schillinger, second": (schillinger_second, "11.5 s, cost 88"),
-    "Schillinger, second, joint": (schillinger_second_together, "11.5 s, cost 88"),
-    "Schillinger, third": (schillinger_third, "21.1 s, cost 98"),
-    "Schillinger, third, joint": (schillinger_third_together, "21.1 s, cost 98"),
-    "LOMAP, fifth": (lomap_fifth, "-"),
-    "a meeting in each lap": (meeting_in_each_lap, "-"),
-    "a meeting in each lap, by the dearer robot": (meeting_by_the_dearer_robot, "-"),
-    "five gather": (gathering, "-"),
-    "ten meet": (partial(many_meet, 10, 1.6), "-"),
-    "thirty meet": (partial(many_meet, 30, 2.2), "-"),
-}
-"""By name: the mission, and the figures that their authors give."""
-WORDS_ONLY = frozenset({"thirty meet"})
-"""Cases of which words are planned and no flights are certified."""
