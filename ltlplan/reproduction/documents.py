@@ -20,7 +20,7 @@ def row(judged: Judged) -> tuple[str, str, str, str, str]:
     """
     quantity = judged.quantity
     interval = judged.expected.shown(quantity.digits)
-    return quantity.name, quantity.paper, quantity.shown, interval, "holds" if judged.inside else "fails"
+    return quantity.name, quantity.paper, quantity.shown, interval, "" if judged.inside else "fails"
 
 
 def verdict(reruns: Sequence[Rerun]) -> str:

@@ -121,9 +121,9 @@ def dynamics() -> Findings:
     gamma = printed_gamma(*angles)
     return Findings(
         (
-            Quantity("greatest difference from eq. (1)", float(np.max(np.abs(turn_ours - turn_printed))), digits=12),
-            Quantity("greatest difference from eq. (2)", float(np.max(np.abs(change[3:6] - force))), "m/s^2", digits=9),
-            Quantity("greatest difference from eq. (3)", float(np.max(np.abs(change[6:] - np.einsum("ijn,jn->in", gamma, rates)))), "rad/s", digits=9),
+            holds("eq. (1) at 200 attitudes, to 1e-12", np.max(np.abs(turn_ours - turn_printed)) < 1e-12),
+            holds("eq. (2) at 200 states, to 1e-9 m/s^2", np.max(np.abs(change[3:6] - force)) < 1e-9),
+            holds("eq. (3) at 200 states, to 1e-9 rad/s", np.max(np.abs(change[6:] - np.einsum("ijn,jn->in", gamma, rates))) < 1e-9),
         )
     )  # fmt: skip
 
@@ -174,11 +174,9 @@ def flatness() -> Findings:
     own = np.stack([roll, pitch, heading])
     return Findings(
         (
-            Quantity("thrust against m |r'' - g z|", float(np.max(np.abs(found.thrust - thrust))), "m/s^2", digits=9),
-            Quantity("roll and pitch against atan2 of the betas", float(np.max(np.abs(np.sin(own - angles)))), "rad", digits=9),
-            Quantity(
-                "body rates against Gamma^-1 of Euler rates", float(np.max(np.abs(back - found.rates))), "rad/s", digits=9
-            ),
+            holds("thrust is m |r'' - g z|, to 1e-9 m/s^2", np.max(np.abs(found.thrust - thrust)) < 1e-9),
+            holds("roll and pitch are atan2 of the betas, to 1e-9 rad", np.max(np.abs(np.sin(own - angles))) < 1e-9),
+            holds("body rates are Gamma^-1 of the Euler rates, to 1e-9 rad/s", np.max(np.abs(back - found.rates)) < 1e-9),
         )
     )
 

@@ -92,9 +92,13 @@ def world(formula: str, **asked: Any) -> Mission:  # of any type: as `plane_miss
 def office_grid(
     formula: str, *, named: Mapping[str, tuple[int, int]] | None = None, robot: str = "", team: str = "own"
 ) -> Mission:
-    """Return a mission of six robots on a grid of 112 places with walls, `n0_0` to `n13_7` but for those that are `named`.
+    """Return a mission of six robots on a grid of 112 places with walls, `n0_0` to `n13_7` but for those that are named.
 
-    `robot` is YAML of its internal states and actions.
+    Args:
+        formula: What is asked.
+        named: Cells by the names of their places.
+        robot: YAML of internal states and actions.
+        team: `own` or `joint`.
     """
     width, height = 14, 8
     cells = {(x, y): f"n{x}_{y}" for x in range(width) for y in range(height)}

@@ -9,10 +9,10 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.random import Generator
 
-from flight.figures import Figure, trace
 from ltlplan.online_mtac.cross_entropy import OnlineSettings, OnlineState, ask_all, start, tell_all
 from ltlplan.paths.cross_entropy.quantile import directions, quantile_radius, quantile_step, scalar_step, square_root
-from ltlplan.reproduction.element import Chart, Element, Findings, Quantity, holds
+from ltlplan.reproduction.charts import clouds, lines
+from ltlplan.reproduction.element import Element, Findings, Quantity, holds
 from verify.data.arrays import Floats
 
 SHARE, TRAJECTORIES = 0.05, 50
@@ -195,7 +195,7 @@ def samples_over_time() -> Findings:
     """Draw samples at the quantile around five means while the online search runs for 10 s."""
     settings = OnlineSettings(elite=SHARE, trajectories=TRAJECTORIES, floor=0.01)
     spreads: dict[int, Floats] = {}
-    clouds: dict[int, Floats] = {}
+    clouds_at: dict[int, Floats] = {}
     for step, state, rng in _search(settings, 0):
         if step % (STEPS // 5) == 0:
             drawn = [
@@ -205,42 +205,37 @@ def samples_over_time() -> Findings:
             spreads[step] = np.array(
                 [np.linalg.norm(points - mean, axis=1).mean() for points, mean in zip(drawn, state.mean, strict=True)]
             )
-            clouds[step] = np.concatenate(drawn)
+            clouds_at[step] = np.concatenate(drawn)
     last = spreads[STEPS]
-    shown = [
-        trace("scatter3d", mode="markers", name=f"t = {step / RATE:g} s", x=points[:, 0].round(4).tolist(), y=points[:, 1].round(4).tolist(),
-              z=points[:, 2].round(4).tolist(), marker={"size": 2})
-        for step, points in clouds.items() if step in (0, 200, STEPS)
-    ]  # fmt: skip
+    shown = {f"t = {step / RATE:g} s": points for step, points in clouds_at.items() if step in (0, STEPS)}
     return Findings(
         (
             Quantity("mean distance of samples from their means at first", float(spreads[0].mean()), "m", digits=3),
             *(Quantity(f"mean {index} of five after 10 s", float(value), "m", digits=3) for index, value in enumerate(last, 1)),
             holds("the clouds shrink from 0 s to 10 s", last.max() < spreads[0].min(), "the samples close in on the path"),
         ),
-        (Chart("Samples at the 0.05 quantile around five means, at first and later.", Figure(shown, {"scene": {"aspectmode": "data"}}), scene=True),),
+        (clouds("Samples at the 0.05 quantile around five means, at first and after 10 s.", shown),),
     )  # fmt: skip
 
 
 def step_over_time() -> Findings:
     """Follow Delta over 10 s at 50 Hz for the three pairs a, b."""
     rows: list[Quantity] = []
-    lines = []
+    curves: dict[str, list[float]] = {}
     changes: dict[float, float] = {}
     for a, b in ((0.1, 0.01), (0.01, 0.001), (0.001, 0.0001)):
         values = [state.step for _, state, _ in _search(OnlineSettings(weight=a, decay=b), 1)]
         at = {"at first": 0, "after 2 s": 100, "after 5 s": 250, "after 10 s": 500}
-        rows += [Quantity(f"Delta {when}, a = {a}", values[step], "m", digits=3) for when, step in at.items()]
+        rows += [
+            Quantity(f"Delta {when}, a = {a}", values[step], "m", digits=4 if step == 0 else 3) for when, step in at.items()
+        ]
         changes[a] = max(abs(value - values[0]) for value in values[:101])
-        times = [step / RATE for step in range(0, STEPS + 1, 5)]
-        lines.append(
-            trace("scatter", mode="lines", name=f"a = {a}, b = {b}", x=times, y=[round(value, 5) for value in values[::5]])
-        )
-    layout = {"xaxis": {"title": {"text": "time, s"}}, "yaxis": {"title": {"text": "Delta, m"}}}
+        curves[f"a = {a}, b = {b}"] = values[::5]
+    times = [step / RATE for step in range(0, STEPS + 1, 5)]
     ordered = changes[0.1] > changes[0.01] > changes[0.001]
     return Findings(
         (*rows, holds("larger a and b move Delta sooner", ordered, "a greater dependence on the costs' differences")),
-        (Chart("Delta over time for three pairs a, b.", Figure(lines, layout)),),
+        (lines("Delta over time for three pairs a, b.", times, curves, ("time (s)", "Delta (m)")),),
     )
 
 

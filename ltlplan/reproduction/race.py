@@ -9,10 +9,10 @@ from functools import cache
 
 import numpy as np
 
-from flight.figures import Figure, trace
 from ltlplan.mtac.offline import share_tasks
 from ltlplan.online_mtac.online_team import OnlineTeam
 from ltlplan.online_mtac.team_in_flight import PERIOD
+from ltlplan.reproduction.charts import bars
 from ltlplan.reproduction.element import Chart, Element, Findings, Quantity, holds
 from ltlplan.reproduction.team_flights import LENGTH, PAPER, PRINTED, UNIT, firefighting
 from verify.data import Mission
@@ -130,7 +130,7 @@ def summed_costs() -> Findings:
     )
     return Findings(
         (*rows, lower),
-        (_bars("Summed cost by the printed cost, online and offline.", f"summed cost, {UNIT}", "online", "offline"),),
+        (_bars("Summed cost by the printed cost, online and offline.", f"summed cost ({UNIT})", "online", "offline"),),
     )
 
 
@@ -147,7 +147,7 @@ def run_times() -> Findings:
     ]
     chart = _bars(
         "Time to complete paths that are no dearer than offline's, by the printed cost.",
-        "processor time, s",
+        "processor time (s)",
         "reached",
         "seconds",
     )
@@ -157,14 +157,10 @@ def run_times() -> Findings:
 def _bars(label: str, axis: str, online: str, offline: str) -> Chart:
     """Return bars for each number of robots."""
     found = table(PRINTED)
-    bars = [
-        trace(
-            "bar", name=name, x=[str(count) for count in found], y=[round(getattr(race, which), 3) for race in found.values()]
-        )
-        for name, which in (("online", online), ("offline", offline))
-    ]
-    layout = {"barmode": "group", "xaxis": {"title": {"text": "robots"}}, "yaxis": {"title": {"text": axis}}}
-    return Chart(label, Figure(bars, layout))
+    rows = {
+        name: [getattr(race, which) for race in found.values()] for name, which in (("online", online), ("offline", offline))
+    }
+    return bars(label, [str(count) for count in found], rows, ("robots", axis))
 
 
 RACE: tuple[Element, ...] = (

@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import os
 import platform
+import threading
 import time
 from collections.abc import Generator, Mapping, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, wait
+from concurrent.futures import as_completed
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -39,6 +40,10 @@ _LONGEST = (
     "2019-fig-4",
 )
 """Elements that take longest, which begin first."""
+
+
+_Found = tuple[Findings, float, str]
+"""What was found of an element, the processor time in s, and why it failed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,18 +108,28 @@ def rerun(elements: Sequence[Element], *, workers: int, progress: Progress = sil
     """
     groups = [[each.id for each in group] for _, group in groupby(sorted(elements, key=_group), key=_group)]
     groups.sort(key=lambda ids: next((_LONGEST.index(each) for each in ids if each in _LONGEST), len(_LONGEST)))
-    found: dict[str, tuple[Findings, float, str]] = {}
+    found: dict[str, _Found] = {}
+    busy: dict[int, str] = {}
+    over: set[int] = set()
+
+    def tell() -> None:
+        progress(f"{len(found)} of {len(elements)} elements done; at {' and '.join(busy.values())}", len(found) / len(elements))
+
+    def noting(index: int) -> Progress:
+        def note(sentence: str, _share: float) -> None:
+            if sentence and index not in over:
+                busy[index] = sentence
+                tell()
+
+        return note
+
     with _pinned(), Processes(min(workers, len(groups))) as processes:
-        futures: set[Future[dict[str, tuple[Findings, float, str]]]] = {
-            processes.submit(_computed, ids, progress=lambda sentence, _: progress(sentence, len(found) / len(elements)))
-            for ids in groups
-        }
+        futures = {processes.submit(_computed, ids, progress=noting(index)): index for index, ids in enumerate(groups)}
         try:
-            while futures:
-                done, futures = wait(futures, return_when=FIRST_COMPLETED)
-                for future in done:
-                    found |= future.result()
-                    progress(f"{len(found)} of {len(elements)} elements", len(found) / len(elements))
+            for future in as_completed(futures):
+                found |= future.result()
+                over.add(futures[future])
+                busy.pop(futures[future], None)
         except BrokenProcessPool:
             raise BadInput("a process was ended by the system, perhaps for want of memory; run it again.") from None
     return tuple(Rerun(element, *found[element.id]) for element in elements)
@@ -142,19 +157,39 @@ def _pinned() -> Generator[None]:
                 os.environ[name] = value
 
 
-def _computed(ids: Sequence[str], progress: Progress) -> dict[str, tuple[Findings, float, str]]:
+def _computed(ids: Sequence[str], progress: Progress) -> dict[str, _Found]:
     """Compute elements one after another, in a process of its own."""
     from ltlplan.reproduction.elements import ELEMENTS
 
     chosen = {element.id: element for element in ELEMENTS if element.id in ids}
-    found: dict[str, tuple[Findings, float, str]] = {}
-    for index, (name, element) in enumerate(chosen.items()):
-        progress(f"computing {name}", index / len(chosen))
-        begun = time.process_time()
-        fault, findings = "", Findings(())
-        try:
-            findings = element.compute()
-        except (LtlplanError, ArithmeticError, AssertionError, LookupError, TypeError, ValueError) as error:
-            fault = f"{type(error).__name__}: {error}"
-        found[name] = findings, time.process_time() - begun, fault
+    found: dict[str, _Found] = {}
+    with _ending(progress):
+        for index, (name, element) in enumerate(chosen.items()):
+            progress(name, index / len(chosen))
+            begun = time.process_time()
+            fault, findings = "", Findings(())
+            try:
+                findings = element.compute()
+            except (LtlplanError, ArithmeticError, AssertionError, LookupError, TypeError, ValueError) as error:
+                fault = f"{type(error).__name__}: {error}"
+            found[name] = findings, time.process_time() - begun, fault
     return found
+
+
+@contextmanager
+def _ending(progress: Progress) -> Generator[None]:
+    """End this process soon after nobody waits for it any more, which reporting says by an exception: an element may take a minute."""
+    over = threading.Event()
+
+    def watch() -> None:
+        while not over.wait(1.0):
+            try:
+                progress("", 0.0)
+            except Exception:  # whatever says so
+                os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
+    try:
+        yield
+    finally:
+        over.set()

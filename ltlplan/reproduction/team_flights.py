@@ -12,7 +12,6 @@ from functools import cache
 
 import numpy as np
 
-from flight.figures import Figure, trace
 from flight.pictures import scene
 from ltlplan.missions import load_mission
 from ltlplan.mtac.beam_search import Options
@@ -25,6 +24,7 @@ from ltlplan.paths.improvement import improved_path
 from ltlplan.pipeline import certified_team
 from ltlplan.replanning.checked_plan import plan
 from ltlplan.report.hoop_figures import path_points
+from ltlplan.reproduction.charts import lines
 from ltlplan.reproduction.element import Chart, Element, Findings, Quantity, holds
 from ltlplan.reproduction.hoops_flights import lengths
 from ltlplan.search.exact import assign
@@ -120,7 +120,7 @@ def switches() -> Findings:
 def cost_over_rounds() -> Findings:
     """Optimise each robot's path to loc2 for 12 rounds, by the printed cost and by length."""
     rows: list[Quantity] = []
-    lines = []
+    curves: dict[str, tuple[float, ...]] = {}
     last: dict[str, float] = {}
     for title, weights, unit in (("printed cost", PRINTED, UNIT), ("length", LENGTH, "m")):
         mission = firefighting(weights)
@@ -133,20 +133,17 @@ def cost_over_rounds() -> Findings:
             rows.append(Quantity(f"{name}: {title} after round {len(history)}", history[-1], unit))
             if weights is PRINTED:
                 last[name] = history[-1]
-                lines.append(
-                    trace(
-                        "scatter",
-                        mode="lines+markers",
-                        name=name,
-                        x=list(range(1, len(history) + 1)),
-                        y=[round(value, 4) for value in history],
-                    )
-                )
-    layout = {"xaxis": {"title": {"text": "round"}}, "yaxis": {"title": {"text": f"best cost, {UNIT}"}}}
+                curves[name] = history
+    chart = lines(
+        "Best cost of each robot for loc2 over 12 rounds, by the printed cost.",
+        range(1, 13),
+        curves,
+        ("round", f"best cost ({UNIT})"),
+    )
     cheapest = min(last, key=lambda name: last[name])
     return Findings(
         (*rows, Quantity("robot selected for loc2", cheapest, paper="quad2")),
-        (Chart("Best cost of each robot for loc2 over 12 rounds, by the printed cost.", Figure(lines, layout)),),
+        (chart,),
     )  # fmt: skip
 
 
@@ -215,7 +212,7 @@ TEAM_FLIGHTS: tuple[Element, ...] = (
         by=("ltlplan.mtac.beam_search.BeamSearch", "ltlplan.mtac.decomposable_task.Reader.in_decomposition_set"), compute=switches,
     ),
     Element(
-        id="2022-fig-10", publication="2022", kind="figure", title="Fig. 10: words and paths of three robots", shares="2022-fig-10",
+        id="2022-fig-10", publication="2022", kind="figure", title="Fig. 10 and Problem 4.1: words and paths of three robots", also=("2022-problem-4.1",), shares="2022-fig-10",
         says="quad0 flies WATER SMOKE LOC2, quad1 SMOKE, quad2 WATER LOC1, which satisfies the formula.",
         differs="The paper's quad1 carries no water into smoke: the checker rejects it in the order quad1, quad0, quad2.",
         by=("ltlplan.mtac.offline.share_tasks", "verify.trace_checking.team_verdict.check_team"), compute=shared_words,

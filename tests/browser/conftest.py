@@ -10,6 +10,9 @@ import numpy as np
 import pytest
 
 from ltlplan.report.recorded_page import recorded_html
+from ltlplan.reproduction.elements import chosen
+from ltlplan.reproduction.page import reproduction_html
+from ltlplan.reproduction.running import Rerun
 from tests.browser.devtools import CHROMIUM, Browser, Tab
 from tests.helpers.recordings import aside, asked, fires, judged, recorded
 from verify import Samples
@@ -28,6 +31,16 @@ def recorded_page() -> str:
     return recorded_html(asked(fires()), hidden, verdict, source="flown.csv")
 
 
+def reproduction_page() -> str:
+    """Return the page of the reproduction with elements that have lines, bars of numbers, clouds and hoops."""
+    return reproduction_html(
+        [
+            Rerun(element, element.compute(), 0.1)
+            for element in chosen(["2019-fig-2", "2022-fig-11", "2022-fig-12", "2022-fig-13"])
+        ]
+    )
+
+
 @pytest.fixture(scope="module")
 def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
     """Start a browser for the tests of a module; it draws, and takes its time for it, until it is closed."""
@@ -40,13 +53,14 @@ def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
 
 @pytest.fixture(scope="session")
 def page(tmp_path_factory: pytest.TempPathFactory, shipped_page: Callable[[str], str]) -> Callable[[str], Path]:
-    """Return the file of a page by its name: `report`, `show`, `campaign`, `online` or `recorded`, of the firefighting mission."""
+    """Return the file of a page by its name: `report`, `show`, `campaign`, `online` or `recorded`, of the firefighting mission; or `reproduction`."""
     folder = tmp_path_factory.mktemp("pages")
 
     @functools.cache
     def written(name: str) -> Path:
         path = folder / f"{name}.html"
-        path.write_text(recorded_page() if name == "recorded" else shipped_page(name), encoding="utf-8")
+        ours = {"recorded": recorded_page, "reproduction": reproduction_page}
+        path.write_text(ours[name]() if name in ours else shipped_page(name), encoding="utf-8")
         return path
 
     return written

@@ -20,7 +20,7 @@ Narrow = Callable[[str, bool], Tab]
 PAGES = ("report", "show", "campaign", "online")
 ONLINE = pytest.param("online", marks=pytest.mark.slow)
 """Pages like the report's, which take long to open."""
-RECORDED = pytest.param("recorded", marks=pytest.mark.slow)
+RECORDED, REPRODUCTION = (pytest.param(name, marks=pytest.mark.slow) for name in ("recorded", "reproduction"))
 
 BOXES = """
 (() => {
@@ -62,7 +62,8 @@ ROOM = 0.88
 
 
 @pytest.mark.parametrize(
-    "name", [*(pytest.param(name, marks=pytest.mark.slow) for name in ("report", "show", "campaign")), ONLINE, RECORDED]
+    "name",
+    [*(pytest.param(name, marks=pytest.mark.slow) for name in ("report", "show", "campaign")), ONLINE, RECORDED, REPRODUCTION],
 )
 def test_a_page_draws_from_its_file_alone_without_a_complaint(desk: Desk, name: str) -> None:
     tab = desk(name)
@@ -82,8 +83,9 @@ def test_a_page_draws_from_its_file_alone_without_a_complaint(desk: Desk, name: 
         pytest.param("campaign", False, marks=pytest.mark.slow),
         pytest.param("online", False, marks=pytest.mark.slow),
         pytest.param("recorded", True, marks=pytest.mark.slow),
+        pytest.param("reproduction", True, marks=pytest.mark.slow),
     ],
-    ids=[*(f"{name} on a phone" for name in PAGES), "campaign in a window", "online in a window", "recorded on a phone"],
+    ids=[*(f"{name} on a phone" for name in PAGES), "campaign in a window", "online in a window", "recorded on a phone", "reproduction on a phone"],
 )  # fmt: skip
 def test_nothing_scrolls_sideways_or_lies_over_words_on_a_narrow_screen(narrow: Narrow, name: str, phone: bool) -> None:
     tab = narrow(name, phone)

@@ -70,7 +70,12 @@ def test_quick_elements_are_within_their_intervals(name: str) -> None:
 
 
 def test_elements_are_chosen_by_beginnings_and_ends() -> None:
-    assert [element.id for element in chosen(["fig-8", "2019-alg"])] == ["2019-alg-1", "2019-alg-2", "2019-fig-8"]
+    assert [element.id for element in chosen(["fig-8", "2019-alg"])] == [
+        "2019-alg-1",
+        "2019-alg-2",
+        "2019-fig-8",
+        "2022-def-4.2",
+    ]
     assert [element.id for element in chosen(["2022-fig-5"])] == ["2019-fig-6"]
     assert chosen([]) == ELEMENTS
     with pytest.raises(BadInput, match=r"Did you mean 'fig-8'\? Elements: 2019-def-1, "):
