@@ -60,8 +60,8 @@ Print Assumptions Intervals.squared_sound.
 Print Assumptions Intervals.root_sound.
 Print Assumptions Intervals.within_sound.
 Print Assumptions Sines.pi_between.
-Print Assumptions Sines.taylor_rounded.
-Print Assumptions Sines.turned.
+Print Assumptions Sines.taylor_within.
+Print Assumptions Sines.whole_turns.
 Print Assumptions Sines.cosine_near.
 Print Assumptions Sines.sine_near_by.
 Print Assumptions Sines.beside.

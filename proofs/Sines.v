@@ -406,7 +406,7 @@ Proof.
   rewrite Rabs_Ropp, Rabs_minus_sym in C; auto.
 Qed.
 
-Lemma whole_turns : forall k a, cos (a - 2 * IZR k * PI) = cos a /\ sin (a - 2 * IZR k * PI) = sin a.
+Theorem whole_turns : forall k a, cos (a - 2 * IZR k * PI) = cos a /\ sin (a - 2 * IZR k * PI) = sin a.
 Proof.
   assert (N : forall n a, cos (a + 2 * INR n * PI) = cos a /\ sin (a + 2 * INR n * PI) = sin a)
     by (intros; split; [apply cos_period | apply sin_period]).
@@ -419,17 +419,21 @@ Proof.
     replace (a + 2 * - IZR k * PI) with (a - 2 * IZR k * PI) in C, S by ring; auto.
 Qed.
 
-(** An angle less full turns of a number just below pi. *)
-Theorem turned : forall a y k low h, low <= PI -> PI <= low + h -> forall r,
-  Rabs (y - (a - 2 * IZR k * low)) <= r ->
-  Rabs (cos a - cos y) <= r + 2 * Rabs (IZR k) * h /\ Rabs (sin a - sin y) <= r + 2 * Rabs (IZR k) * h.
+(** Taylor's sums in intervals: what they leave out is no more than the next term. *)
+
+Theorem taylor_within : forall unit n x c s t r, (0 < unit)%Z ->
+  contains unit c (cosine_sum n x) -> contains unit s (sine_sum n x) -> contains unit t (term n x) ->
+  (Z.max (- low t) (high t) <= r)%Z ->
+  contains unit (plus c (Interval (- r) r)) (cos x) /\ contains unit (plus s (Interval (- r) r)) (sin x).
 Proof.
-  intros a y k low h L H r R; destruct (whole_turns k a) as [<- <-].
-  assert (D : Rabs (a - 2 * IZR k * PI - y) <= r + 2 * Rabs (IZR k) * h).
-  { replace (a - 2 * IZR k * PI - y) with (- (y - (a - 2 * IZR k * low)) + - (2 * (IZR k * (PI - low)))) by ring.
-    eapply Rle_trans; [apply Rabs_triang|]; rewrite !Rabs_Ropp, !Rabs_mult, (Rabs_right 2), (Rabs_right (PI - low)) by lra.
-    pose proof (Rabs_pos (IZR k)); nra. }
-  split; (eapply Rle_trans; [apply cosine_near || apply sine_near_by | exact D]).
+  intros unit n x c s t r U [C1 C2] [S1 S2] [T1 T2] L.
+  assert (UR : 0 < IZR unit) by (apply IZR_lt; auto).
+  assert (L1 : IZR (- low t) <= IZR r) by (apply IZR_le; lia); rewrite opp_IZR in L1.
+  assert (L2 : IZR (high t) <= IZR r) by (apply IZR_le; lia).
+  destruct (taylor n x) as [C S]; apply between in C, S.
+  assert (T : Rabs (term n x) * IZR unit <= IZR r).
+  { rewrite <- (Rabs_right (IZR unit)) by lra; rewrite <- Rabs_mult; apply Rabs_le; lra. }
+  unfold contains, plus; cbn [low high]; rewrite !plus_IZR, !opp_IZR; split; nra.
 Qed.
 
 (** Of angles beside one whose cosine an interval holds; the same of sines. *)

@@ -21,11 +21,9 @@ from tests.helpers.kernel_words import proof_of
 from tests.helpers.proved_checkers import REALS, ask, system_case, team_case, word_case
 from tests.helpers.random_counts import random_counting_formula
 from tests.helpers.timelines import mission
-from verify.kernel.formulas import conjuncts
-from verify.kernel.polynomials import Bernstein, Polynomial
 from verify.kernel.statement import Statement
 from verify.kernel.timelines import Timeline
-from verify.kernel.trees import Cell, leaves
+from verify.kernel.trees import Bernstein, Cell, Polynomial, leaves
 from verify.kernel.words import flown, read_invariant
 
 pytestmark = pytest.mark.slow
@@ -347,11 +345,11 @@ def test_the_kernel_and_the_proved_checker_agree_on_invariants(checkers: Path, l
     found = 0
     for _ in range(150):
         statement, lines, evidence = random_claim(draw, laps=laps)
-        for number, tree in enumerate(conjuncts(statement.formula)):
+        for number, claim in enumerate(flown(statement, lines)):
             if f"formula/{number}" not in evidence:
                 continue
             found += 1
-            team, levels, sets = read_invariant(flown(statement, lines, tree), evidence[f"formula/{number}"])
+            team, levels, sets = read_invariant(claim, evidence[f"formula/{number}"])
             cases.append(Invariant(team, tuple(levels), tuple(map(tuple, sets))))
             cases += [cases[-1].edited(draw) for _ in range(3) if any(sets)]
     expected = [case.says() for case in cases]

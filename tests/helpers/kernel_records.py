@@ -15,14 +15,12 @@ import pytest
 from tests.helpers.proved_checkers import Region, formula, listed, numbers, tree_case
 from verify.kernel import timelines, trees, words
 from verify.kernel.__main__ import check_folder
-from verify.kernel.places import Places
-from verify.kernel.polynomials import Bernstein
 from verify.kernel.statement import Refused
-from verify.kernel.team import At, State, Step, Team
-from verify.kernel.trees import Atom, Cell, Part
+from verify.kernel.team import At, Places, State, Step, Team
+from verify.kernel.trees import Atom, Bernstein, Cell, Part
 from verify.kernel.words import Configuration
 
-_check_leaves, _check_invariant = trees.leaves, words.check_invariant
+_check_leaves, _check_invariant = trees.leaves, words._check_invariant
 NEVER = [-1]
 """A condition that is never kept, or never broken."""
 
@@ -352,7 +350,7 @@ def recorded(folder: Path) -> Records:
     with pytest.MonkeyPatch.context() as patched:
         for module in (trees, timelines):
             patched.setattr(module, "leaves", leaves)
-        patched.setattr(words, "check_invariant", check_invariant)
+        patched.setattr(words, "_check_invariant", check_invariant)
         _, claims = check_folder(folder)
     assert not any(claim.missing for claim in claims)
     return found

@@ -27,7 +27,7 @@ counted: Counter[str] = Counter()
 differ: list[str] = []
 _cases: dict[str, str] = {}
 _known: set[int] = set()
-_leaves, _check_invariant = trees.leaves, words.check_invariant
+_leaves, _check_invariant = trees.leaves, words._check_invariant
 
 
 def leaves(whole: Part, marks: Iterator[str]) -> Iterator[tuple[Fraction, str, Part]]:
@@ -69,7 +69,7 @@ def _compare() -> None:
 def pytest_configure() -> None:
     """Put these in the others' place."""
     for module in (checking, timelines, trees, words):
-        for name, other in (("leaves", leaves), ("check_invariant", check_invariant)):
+        for name, other in (("leaves", leaves), ("_check_invariant", check_invariant)):
             if hasattr(module, name):
                 setattr(module, name, other)
 

@@ -10,8 +10,8 @@ from types import SimpleNamespace
 from typing import Any, cast
 
 from verify.data import Mission
-from verify.kernel.places import check_transitions
 from verify.kernel.statement import Refused, Statement
+from verify.kernel.team import check_transitions
 from verify.kernel.timelines import Span, Timeline
 from verify.kernel.trees import Evidence
 from verify.kernel.words import check_formula

@@ -46,8 +46,8 @@ class Kernel:
 
     def __init__(self) -> None:
         self.main, self.finder = (importlib.import_module(f"verify.{name}") for name in ("kernel.__main__", "proofs.finder"))
-        self.report, self.words, self.places, self.trees = (
-            importlib.import_module(f"verify.kernel.{name}") for name in ("report", "words", "places", "trees")
+        self.words, self.team, self.trees = (
+            importlib.import_module(f"verify.kernel.{name}") for name in ("words", "team", "trees")
         )
         self.search = importlib.import_module("verify.proofs.words")
 
@@ -59,8 +59,8 @@ class Kernel:
             claims = of.Check(read, of.read_team(read, files), of.read_evidence(evidence)).claims()
         except of.Refused:
             return None
-        lines = [line for line in self.report.claim_lines(claims) if line.startswith("checked")]
-        shown = [*lines, *self.report.statement_lines(read), self.report.summary(claims)]
+        lines = [line for line in self.main.claim_lines(claims) if line.startswith("checked")]
+        shown = [*lines, *self.main.statement_lines(read), self.main.summary(claims)]
         return [*((one.name, one.robots, "" if one.missing else one.sentence) for one in claims), ("", (), "\n".join(shown))]
 
     def refuses(self, statement: str, evidence: str, files: Mapping[str, str], names: set[str]) -> list[bool] | None:
@@ -139,13 +139,13 @@ class _Folder(NamedTuple):
         return found
 
 
-WORDS = ("words", "team", "formulas", "places")
+WORDS = ("words", "team", "formulas")
 """Modules of the kernel that only words pass through."""
-TOLD_BY_ALL = ("checking", "flights", "statement", "timelines", "report", "__main__", "__init__")
+TOLD_BY_ALL = ("checking", "flights", "statement", "timelines", "__main__", "__init__")
 UNITS = {
-    "limits": ("test_joints", "test_limits"), "polynomials": ("test_trees", "test_kernel_units"), "trees": ("test_trees", "test_passages"),
-    "timelines": ("test_passages", "test_kernel_units", "test_false_certificates:test_sequences"), "zones": ("test_kernel_units", "test_passages", "test_bodies"), "distances": ("test_kernel_units", "test_distances"),
-    "formulas": ("test_kernel_units",), "flights": ("test_kernel_units",), "statement": ("test_kernel_units",), "places": ("test_kernel_units",),
+    "limits": ("test_joints", "test_limits"), "trees": ("test_trees", "test_kernel_units", "test_passages"),
+    "timelines": ("test_passages", "test_kernel_units", "test_false_certificates:test_sequences"), "zones": ("test_kernel_units", "test_passages", "test_bodies", "test_distances"),
+    "formulas": ("test_kernel_units",), "flights": ("test_kernel_units",), "statement": ("test_kernel_units",),
     "team": ("test_kernel_units",), "words": ("test_kernel_units",), "checking": ("test_kernel_units",),
 }  # fmt: skip
 """Tests of single functions, by the module of the kernel that they are about."""
@@ -315,7 +315,7 @@ def _of_words() -> list[Case]:
         ) -> list[bool]:
             check, found = kernel.words.check_formula, kernel.evidence(kernel.search.find_formula, given, own)
             words = [kernel.accepts(check, given, own, one) for one in (*evidence, found)]
-            return words + [kernel.accepts(kernel.places.check_transitions, given, line) for line in own.values()]
+            return words + [kernel.accepts(kernel.team.check_transitions, given, line) for line in own.values()]
 
         found.append(_case(f"words {number}", ask))
         before = evidence

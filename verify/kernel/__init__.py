@@ -1,10 +1,7 @@
 """The kernel: a small checker of proofs about flights, in whole numbers, that uses nothing but Python's standard library.
 
-Read `statement` (what is to be proved), `flights` (what is flown), `polynomials` and `trees` (the rule that most rests on), and `checking`, which
-calls the rest for each claim. Geometry: `zones` (regions, obstacles, hoops), `timelines` (visits, passages, waits),
-`limits`, `distances`. Words: `formulas` (what is left of a formula after a letter), `places` (of one robot), `team` (moves in spans of
-time) and `words` (the invariant). `report` prints.
+Read `statement` (what is to be proved), `trees` (the rule that most rests on), `flights`, and `checking`, which calls the rest for each claim:
+`zones` and `timelines`, `limits`, and for words `formulas`, `team` (moves of robots) and `words` (the invariant). `__main__` prints.
 """
 
-VERSION = 4
-"""Raised whenever what is checked, or how it is written down, changes its meaning."""
+VERSION = 5  # raised whenever what is checked, or how it is written down, changes its meaning

@@ -3,23 +3,20 @@
 A claim is checked where all that it says follows from the statement, the CSV files and the evidence; nothing else counts.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from fractions import Fraction
 from functools import partial
 from itertools import combinations
 from typing import NamedTuple
 
-from .distances import Flight, Pair
 from .flights import Team
-from .limits import LIMITS, TURNING, Turning, check_continuity, check_endurance, check_parts, kept
-from .places import check_transitions
-from .statement import Refused, Statement, at_least
+from .limits import TURNING, Turning, check_continuity, check_endurance, check_parts, kept
+from .statement import Refused, Statement, at_least, require
+from .team import check_transitions
 from .timelines import Course
 from .trees import Evidence, Part, Rules
 from .words import check_formula, check_ordered
-from .zones import Sums, along, obstacle, rim, workspace
+from .zones import Flight, Pair, Sums, along, obstacle, rim, workspace
 
 
 class Checked(NamedTuple):
@@ -36,12 +33,8 @@ class Owed(NamedTuple):
 
     name: str
     robots: tuple[str, ...]
-    rest: str | Callable[[], str]
+    rest: str | Callable[[], object]
     trees: Iterable[tuple[str, Iterable[Part]]] = ()
-
-
-def _judged(part: str) -> str:
-    raise Refused(f"bounds in seconds are the judge's: {part}")
 
 
 class Check:
@@ -61,7 +54,7 @@ class Check:
                 if key not in self._proved:
                     self.evidence.prove(key, parts)
                     self._proved.add(key)
-            return Checked(owed.name, owed.robots, owed.rest if isinstance(owed.rest, str) else owed.rest(), "")
+            return Checked(owed.name, owed.robots, str(owed.rest() if callable(owed.rest) else owed.rest), "")
         except Refused as refused:
             return Checked(owed.name, owed.robots, "", str(refused))
         except (ArithmeticError, LookupError, TypeError, ValueError) as error:  # a fault of the kernel's own proves nothing
@@ -70,9 +63,10 @@ class Check:
     def owed(self) -> Iterator[Owed]:
         """Yield every claim that the statement owes, in order."""
         statement, evidence = self.statement, self.evidence
-        lines = lambda: {name: one.timeline for name, one in self.courses.items()}  # noqa: E731
-        yield Owed("formula", (), lambda: check_formula(statement, lines(), evidence))
-        yield from (Owed("timing", (), partial(_judged, part)) for part in statement.timed or ())
+        courses = self.courses.items()
+        yield Owed("formula", (), lambda: check_formula(statement, {name: one.timeline for name, one in courses}, evidence))
+        for part in statement.timed or ():
+            yield Owed("timing", (), partial(require, False, f"bounds in seconds are the judge's: {part}"))
         for course in self.courses.values():
             yield from self._of_robot(course)
         flights = [Flight(statement, path) for path in self.team.paths.values()]
@@ -88,7 +82,7 @@ class Check:
 
     def _of_robot(self, course: Course) -> Iterator[Owed]:
         statement, team, path, name, of = self.statement, self.team, course.path, course.name, (course.name,)
-        margin, near, limits = statement.margin, statement.margin + course.robot.radius, course.robot.limits
+        margin, near = statement.margin, statement.margin + course.robot.radius
         yield Owed("transitions", of, lambda: check_transitions(statement, course.timeline))
         visits = f"{name} makes its {len(course.robot.visits)} planned visits, no other; its actions are permitted."
         yield Owed("visits", of, lambda: visits if course.timeline else "")
@@ -104,23 +98,18 @@ class Check:
             yield Owed("obstacles", of, f"The path of {name} stays more than {at_least(near)} m from every obstacle.", solid)
         if any(other.robot.cuts for other in team.paths.values()):
             yield Owed("parts", of, partial(check_parts, path, team))
-        if limits.endurance is not None:
+        if course.robot.endurance is not None:
             yield Owed("limits.endurance", of, partial(check_endurance, team, path))
-        for limit in LIMITS:
-            value = getattr(limits, limit)
+        for limit, value in course.robot.limits.items():
             most = f"On its path {name}'s {limit.replace('_', ' ')} keeps its limit {float(value)}."
             turning = f"turning/{name}", (Turning(course.robot, piece) for piece in path.pieces)
-            trees = [turning if limit in TURNING else (f"limits/{limit}/{name}", kept(path, limit, value))]
+            trees = [turning if limit in TURNING else (f"limits/{limit}/{name}", kept(path, (limit, value)))]
             yield Owed(f"limits.{limit}", of, most, trees)
         for number, visit in enumerate(course.robot.visits):
-            for limit, value in limits.legs.get(visit.region, {}).items():
-                most = f"{name}'s path keeps the {limit} limit {float(value)} on the way to visit {number}, of {visit.region}."
-                yield Owed(f"limits.legs.{limit}", of, most, self._leg(course, number, limit, value))
+            for limit in course.robot.legs.get(visit.region, {}).items():
+                yield Owed(f"limits.legs.{limit[0]}", of, partial(course.leg, number, limit))
 
     def _obstacle(self, name: str, length: Fraction) -> Rules:
         shape, sums = self.statement.obstacles[name], self.evidence.get(f"sums/{name}", tuple[Sums, ...] | None)
         hoops = tuple(self.statement.regions[one] for one in shape.openings or ())
-        return obstacle(shape, hoops, length, sums or ((),) * len(shape.parts))
-
-    def _leg(self, course: Course, visit: int, limit: str, value: Fraction) -> Iterator[tuple[str, Iterable[Part]]]:
-        yield f"limits/legs/{limit}/{course.name}/{visit}", kept(course.path, limit, value, course.windows(visit))
+        return obstacle((shape, hoops, sums or ((),) * len(shape.parts)), length)

@@ -5,25 +5,23 @@ steps from one piece's end to the next one's beginning, and the hover from its o
 lap begins. A step takes no time.
 """
 
-from __future__ import annotations
-
 import re
 import struct
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
+from itertools import zip_longest
 from typing import NamedTuple
 
-from .polynomials import Bernstein, Polynomial, common, square
 from .statement import ZERO, Refused, Robot, Statement, require
+from .trees import Bernstein, Polynomial
 
 HEADER = ["duration", *(f"{axis}^{power}" for axis in ("x", "y", "z", "yaw") for power in range(8))]
 MOST_PIECES = 4096
 LARGEST = 1 << 40
 _NUMBER = re.compile(r"[0-9+.eE-]{1,60}\Z")
-GRAVITY = Fraction(9.80665)
-"""m/s^2."""
+GRAVITY = Fraction(9.80665)  # m/s^2
 
 
 @dataclass(frozen=True)
@@ -41,15 +39,6 @@ class Segment:
     def length(self) -> Fraction:
         """Greatest argument of its polynomials."""
         return self.stop - self.start or Fraction(1)
-
-    def time(self, u: Fraction) -> Fraction:
-        """Return the time at a place of it, from 0 to 1."""
-        return self.start + (self.stop - self.start) * u
-
-    def within(self, polynomial: Polynomial, times: tuple[Fraction, Fraction]) -> Polynomial:
-        """Return a polynomial of its own time from one of its times to a later one, over u from 0 to 1."""
-        moved = polynomial.moved(times[0] - self.start) if times[0] > self.start else polynomial
-        return moved.stretched(times[1] - times[0])
 
     def bernstein(self, polynomial: Polynomial, degree: int | None = None) -> Bernstein:
         """Return a polynomial of its own time in Bernstein form."""
@@ -74,25 +63,17 @@ class Segment:
         return x, y, z + Polynomial.of([GRAVITY])
 
     @cached_property
-    def size(self) -> Polynomial:
-        """|f|^2."""
-        return square(self.force)
-
-    @cached_property
-    def _forms(self) -> tuple[list[list[int]], int]:
-        """Bernstein coefficients of xx, xy, xz, yy, yz, zz, x, y, z and 1, of one degree, over one number."""
-        x, y, z = self.axes[:3]
+    def _forms(self) -> tuple[list[tuple[int, ...]], int]:
+        x, y, z = (axis.stretched(self.length) for axis in self.axes[:3])
         forms = [x * x, x * y, x * z, y * y, y * z, z * z, x, y, z, Polynomial([1])]
-        return common([self.bernstein(form, len(forms[0].numbers) - 1) for form in forms])
+        shift = max(one.shift for one in forms)
+        return list(zip_longest(*([n << shift - one.shift for n in one.numbers] for one in forms), fillvalue=0)), shift
 
     def sum(self, weights: Polynomial) -> Bernstein:
         """Return the sum of xx, xy, xz, yy, yz, zz, x, y, z and 1 along it, each times its weight."""
-        rows, unit = self._forms
-        total: list[int] = [0] * len(rows[0])
-        for weight, row in zip(weights.numbers, rows, strict=True):
-            if weight:
-                total = [a + weight * b for a, b in zip(total, row, strict=True)]
-        return Bernstein(total, unit << weights.shift)
+        powers, shift = self._forms
+        total = [sum(n * a for n, a in zip(weights.numbers, row, strict=True) if n) for row in powers]
+        return Polynomial(total, shift + weights.shift).bernstein()
 
 
 class Path(NamedTuple):
@@ -113,14 +94,18 @@ class Team(NamedTuple):
     repeat: int
 
 
-def _read_pieces(text: str, name: str) -> list[Segment]:
-    """Read a CSV file."""
+def _read_pieces(text: str, name: str, cycle: int | None, repeat: int) -> list[Segment]:
+    """Read a CSV file: of laps, of which it holds so many, from some piece on, prefix and one lap."""
     rows = [[cell.strip() for cell in line.split(",")] for line in text.removeprefix("\ufeff").split("\n") if line.strip()]
     fits = 2 <= len(rows) <= MOST_PIECES + 1 and rows[0] == HEADER and all(len(row) == len(HEADER) for row in rows)
     require(fits, f"{name}.csv is no flight of 1 to {MOST_PIECES} pieces, each a line of 33 numbers below their names.")
-    found: list[Segment] = []
-    start = ZERO
-    for row in rows[1:]:
+    found, start, rows = list[Segment](), ZERO, rows[1:]
+    if cycle is not None:
+        length, rest = divmod(len(rows) - cycle, repeat)
+        require(length > 0 and not rest, f"{name}.csv does not hold {repeat} laps from piece {cycle} on.")
+        require(rows[cycle:-length] == rows[cycle + length :], f"{name}.csv holds laps that are not alike.")
+        rows = rows[: cycle + length]
+    for row in rows:
         try:
             require(all(map(_NUMBER.match, row)), f"{name}.csv has what is no number.")
             numbers = struct.unpack("<33f", struct.pack("<33f", *map(float, row)))  # as a vehicle reads them
@@ -136,24 +121,12 @@ def _read_pieces(text: str, name: str) -> list[Segment]:
 
 def read_team(statement: Statement, texts: Mapping[str, str]) -> Team:
     """Read a team's flight from each robot's CSV file; laps have to be alike, and to begin and end together."""
-    pieces = {name: _one_lap(_read_pieces(texts[name], name), statement, name) for name in statement.robots}
+    pieces = {name: _read_pieces(texts[name], name, one.cycle, statement.repeat) for name, one in statement.robots.items()}
     end = max(row[-1].stop for row in pieces.values())
     paths = {name: _path(name, statement.robots[name], row, end) for name, row in pieces.items()}
     laps = {(path.lap, path.pieces[-1].stop) for path in paths.values()}
     require(not statement.lasso or len(laps) == 1, "The laps of a team do not begin and end together.")
     return Team(paths, end, statement.repeat)
-
-
-def _one_lap(pieces: list[Segment], statement: Statement, name: str) -> list[Segment]:
-    """Return prefix and one lap of all laps that a file holds."""
-    cycle = statement.robots[name].cycle
-    if cycle is None:
-        return pieces
-    length, rest = divmod(len(pieces) - cycle, statement.repeat)
-    require(length > 0 and not rest, f"{name}.csv does not hold {statement.repeat} laps from piece {cycle} on.")
-    known = [(piece.length, [(axis.shift, axis.numbers) for axis in piece.axes]) for piece in pieces]
-    require(known[cycle:-length] == known[cycle + length :], f"{name}.csv holds laps that are not alike.")
-    return pieces[: cycle + length]
 
 
 def _path(name: str, robot: Robot, pieces: list[Segment], end: Fraction) -> Path:

@@ -11,30 +11,19 @@ it was *put off*. The empty word keeps negated untils and no others. (Coq: `prog
 A proposition is a number of robots: at least k of some robots' letters satisfy a combination of names. A plain name is one robot of all.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Collection, Iterable
 from functools import partial
 from typing import Any, NamedTuple
 
-from .statement import require
+from .statement import few, require
 
 Tree = Any  # of any type: JSON nests
 
-MOST_ALTERNATIVES = 500
-MOST_NODES = 20_000
-DEEPEST = 400
-
-_SIZES = {
-    **dict.fromkeys(("true", "false", "free"), 0), **dict.fromkeys(("not", "eventually", "always"), 1),
-    **dict.fromkeys(("implies", "iff", "xor", "until", "release", "weak", "strong"), 2),
-}  # fmt: skip
 _COUNTING = {"robot": str, "count": int}
-_SIGNS = {
-    "not": "!", "eventually": "F ", "always": "G ", "and": " & ", "or": " | ", "implies": " -> ", "iff": " <-> ", "xor": " xor ",
-    "until": " U ", "release": " R ", "weak": " W ", "strong": " M ",
-}  # fmt: skip
+_ONE = {"not": "!", "eventually": "F ", "always": "G "}
+_TWO = {"implies": " -> ", "iff": " <-> ", "xor": " xor ", "until": " U ", "release": " R ", "weak": " W ", "strong": " M "}
+_ANY = {"and": " & ", "or": " | "}
 
 Letter = frozenset[int]
 """Numbers of the propositions that hold."""
@@ -54,7 +43,8 @@ def operands(tree: Tree) -> list[Tree]:
     elif sign in _COUNTING:
         fits, rest = len(rest) == 2 and type(rest[0]) is _COUNTING[sign], rest[1:]
     else:
-        fits = len(rest) == _SIZES.get(sign, -1) or (sign in ("and", "or") and rest)
+        known = (("true", "false", "free"), _ONE, _TWO)[len(rest)] if len(rest) < 3 else ()
+        fits = sign in known or (sign in _ANY and rest)
     require(fits, f"a formula's part {sign[:40]!r} is not covered by the kernel")
     return rest
 
@@ -66,8 +56,8 @@ def bottom_up(tree: Tree, *, counted: bool) -> list[Tree]:
     while waiting:
         node, depth = waiting.pop()
         found.append(node)
-        small = len(found) <= MOST_NODES and depth <= DEEPEST
-        require(small, f"not covered by the kernel: a formula of more than {MOST_NODES} parts, or {DEEPEST} in one another")
+        few(len(found), "parts of a formula")
+        few(depth, "parts of a formula in one another")
         parts = operands(node)
         waiting += [(part, depth + 1) for part in parts] if counted or node[0] not in _COUNTING else []
     return found[::-1]
@@ -82,10 +72,8 @@ def show(tree: Tree) -> str:
             text = f"{node[1]}.{parts[0]}" if sign == "robot" else f"(count({parts[0]}) >= {node[1]})"
         elif not parts:
             text = node[-1]
-        elif _SIZES.get(sign) == 1:
-            text = f"{_SIGNS[sign]}{parts[0]}"
         else:
-            text = parts[0] if len(parts) == 1 else f"({_SIGNS[sign].join(parts)})"
+            text = f"{_ONE.get(sign, '')}{parts[0]}" if len(parts) == 1 else f"({(_TWO | _ANY)[sign].join(parts)})"
         texts[id(node)] = text
     return texts[id(tree)]
 
@@ -127,7 +115,6 @@ class Table:
         self.nodes: list[tuple[str, tuple[int, ...]]] = []
         self.propositions: dict[Proposition, int] = {}
         self._numbers: dict[tuple[str, tuple[int, ...]], int] = {}
-        self._letters: dict[frozenset[str], Letter] = {}
         self._after: dict[Letter, list[Alternatives]] = {}
         self._known: dict[tuple[Letter, Owed], Alternatives] = {}
         read: dict[int, int] = {}
@@ -178,17 +165,11 @@ class Table:
 
     def letter_of(self, shown: frozenset[str]) -> Letter:
         """Return one robot's letter, of propositions that are names."""
-        if shown not in self._letters:
-            self._letters[shown] = frozenset(number for one, number in self.propositions.items() if one.name in shown)
-        return self._letters[shown]
+        return frozenset(number for one, number in self.propositions.items() if one.name in shown)
 
     def is_true(self, shown: frozenset[str]) -> bool:
         """Return whether one robot's letter satisfies a combination, which is a formula of names alone."""
         return not self.after(self.letter_of(shown), frozenset({self.root}))
-
-    def untils(self) -> set[int]:
-        """Return all untils, not negated; without any it speaks of one letter alone."""
-        return {2 * number for number, (sign, _) in enumerate(self.nodes) if sign == "until"}
 
     def empty_word_keeps(self, owed: Owed) -> bool:
         """Return whether the empty word satisfies an alternative: it keeps negated untils, and what is true."""
@@ -222,8 +203,7 @@ class Table:
 def _all_of(every: Iterable[Alternatives]) -> Alternatives:
     found = _NOTHING
     for one in every:
-        few = len(found) * len(one) <= MOST_ALTERNATIVES
-        require(few, f"not covered by the kernel: what is left of a formula has more than {MOST_ALTERNATIVES} alternatives")
+        few(len(found) * len(one), "alternatives of what is left of a formula")
         found = _least((a | b, put | off) for a, put in found for b, off in one)
     return found
 

@@ -21,16 +21,15 @@ carries m F / 4 + sy tau_x / (4 d) - sx tau_y / (4 d) + sx sy tau_z / (4 kappa),
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import lru_cache, partial
+from functools import lru_cache
 from itertools import pairwise
 
 from .flights import Path, Segment, Team
-from .polynomials import Bernstein, Polynomial, square
-from .statement import ZERO, Refused, Robot, require
-from .trees import Atom, Cell, Rules
+from .statement import ZERO, Limit, Robot, require
+from .trees import Atom, Cell, Polynomial, Rules, square
 
 BITS = 64
 ONE = 1 << BITS
@@ -39,7 +38,6 @@ PI = Fraction(3141592653589793238462643383279502884197, 10**39)
 _GRID = 1 << 16
 
 TURNING = ("yaw_rate", "rotor_thrust_max", "rotor_thrust_min")
-LIMITS = ("speed", "acceleration", "thrust_max", "thrust_min", "tilt", "body_rate", *TURNING)
 
 JUMPS = (Fraction(1, 10_000), Fraction(1, 1_000), Fraction(1, 100), Fraction(1, 10))
 """Greatest jumps in position (m), velocity, acceleration and jerk, and the same in rad for heading, its rate and its acceleration."""
@@ -56,24 +54,16 @@ class Interval:
     high: int
 
     @classmethod
-    def of(cls, value: Fraction) -> Interval:
-        """Return the least interval that holds a number."""
-        scaled = value.numerator << BITS
-        return cls(scaled // value.denominator, -(-scaled // value.denominator))
-
-    @classmethod
-    def range_of(cls, row: Bernstein) -> Interval:
-        """Return an interval that holds all values of a polynomial."""
-        return cls((row.lowest << BITS) // row.unit, -((-row.highest << BITS) // row.unit))
+    def of(cls, low: Fraction, high: Fraction | None = None) -> Interval:
+        """Return the least interval that holds a number, or two."""
+        high = low if high is None else high
+        return cls((low.numerator << BITS) // low.denominator, -((-high.numerator << BITS) // high.denominator))
 
     def __add__(self, other: Interval) -> Interval:
         return Interval(self.low + other.low, self.high + other.high)
 
     def __sub__(self, other: Interval) -> Interval:
         return Interval(self.low - other.high, self.high - other.low)
-
-    def __neg__(self) -> Interval:
-        return Interval(-self.high, -self.low)
 
     def __mul__(self, other: Interval) -> Interval:
         a, b, c, d = self.low * other.low, self.low * other.high, self.high * other.low, self.high * other.high
@@ -102,64 +92,48 @@ class Interval:
 
 @lru_cache(maxsize=65536)
 def _cosine_and_sine(middle: int) -> tuple[Interval, Interval]:
-    """Return cosine and sine of middle / _GRID, less full turns, by Taylor's sums; what they leave out is less than the next term (Coq: `taylor_rounded`)."""
-    angle = Fraction(middle, _GRID)
-    turns = round(angle / (2 * PI))
-    x = Fraction(round((angle - 2 * turns * PI) * ONE), ONE)
-    loose = abs(turns) * Fraction(2, 10**39) + Fraction(1, ONE)
-    sums, term = [Fraction(0), Fraction(0)], Fraction(1)
+    """Return cosine and sine of middle / _GRID, less full turns, by Taylor's sums; what they leave out is no more than the next term.
+
+    (Coq: `whole_turns`, `taylor_within`)
+    """
+    angle, term = Fraction(middle, _GRID), Interval(ONE, ONE)
+    turns, sums = round(angle / (2 * PI)), [Interval(0, 0), Interval(0, 0)]
+    loose = 1 + abs(turns) * 2 * ONE // 10**39
+    x = Interval.of(angle - 2 * turns * PI) + Interval(-loose, loose)
     for k in range(40):
-        sums[k % 2] += term if k % 4 < 2 else -term
-        term = Fraction(round(term * x / (k + 1) * ONE * ONE), ONE * ONE)
-    loose += abs(term) + Fraction(100, ONE)  # and what comes of rounding terms, each by less than 2^-128
-    low, high = ([Interval.of(value + sign * loose) for value in sums] for sign in (-1, 1))
-    return Interval(low[0].low, high[0].high), Interval(low[1].low, high[1].high)
+        sums[k % 2] = sums[k % 2] + term if k % 4 < 2 else sums[k % 2] - term
+        term = term * x * Interval.of(Fraction(1, k + 1))
+    rest = max(-term.low, term.high)
+    return sums[0] + Interval(-rest, rest), sums[1] + Interval(-rest, rest)
 
 
 def _asked(robot: Robot, name: str, limit: Fraction) -> Sequence[Atom]:
     """Return what polynomials of a piece have to keep (Coq: `speed_kept`, `tilt_kept`, `rate_kept`)."""
 
-    def size(piece: Segment) -> Polynomial:
-        return piece.size
-
     def upright(piece: Segment) -> Polynomial:
         cosine = Fraction(max(Interval.of(limit).cosine_and_sine()[0].high, 0), ONE)  # (Coq: `cosine_above`)
-        return piece.force[2] * piece.force[2] - piece.size * Polynomial.of([cosine**2])
+        return piece.force[2] * piece.force[2] - square(piece.force) * Polynomial.of([cosine**2])
 
     def turned(piece: Segment) -> Polynomial:
         f, j = piece.force, piece.derivatives[3]
         rates = [j[i] * f[k] - j[k] * f[i] for i, k in ((1, 2), (2, 0), (0, 1))]
-        return piece.size * piece.size * Polynomial.of([limit**2]) - square(rates)
+        return square(piece.force) * square(piece.force) * Polynomial.of([limit**2]) - square(rates)
 
-    enough = size, ">=", (robot.limits.thrust_min / robot.mass) ** 2  # so that f has a direction
+    enough = (lambda piece: square(piece.force), ">=", (robot.limits["thrust_min"] / robot.mass) ** 2)  # f has a direction
     return {
         "speed": [(lambda piece: square(piece.derivatives[1][:3]), "<=", limit**2)],
         "acceleration": [(lambda piece: square(piece.derivatives[2][:3]), "<=", limit**2)],
-        "thrust_max": [(size, "<=", (limit / robot.mass) ** 2)],
+        "thrust_max": [(enough[0], "<=", (limit / robot.mass) ** 2)],
         "thrust_min": [enough],
         "tilt": [enough, (lambda piece: piece.force[2], ">=", ZERO), (upright, ">=", ZERO)],  # below a quarter turn
         "body_rate": [enough, (turned, ">=", ZERO)],
     }[name]
 
 
-def kept(path: Path, name: str, limit: Fraction, times: Sequence[tuple[Fraction, Fraction]] | None = None) -> Iterator[Cell]:
-    """Yield the claims `m` that a limit is kept at all times, or at some.
-
-    Args:
-        path: The robot's.
-        name: The limit's.
-        limit: SI.
-        times: From when to when, s.
-    """
-    rules: Rules = {"m": [[[atom] for atom in _asked(path.robot, name, limit)]]}
-
-    def row(piece: Segment, when: tuple[Fraction, Fraction], find: Callable[[Segment], Polynomial]) -> Bernstein:
-        return piece.within(find(piece), when).bernstein()
-
-    for piece in path.pieces:
-        for low, high in [(piece.start, piece.stop)] if times is None else times:
-            if low < piece.stop and piece.start < high:
-                yield Cell(partial(row, piece, (max(low, piece.start), min(high, piece.stop))), rules)
+def kept(path: Path, limit: tuple[Limit, Fraction]) -> Iterator[Cell]:
+    """Yield for each piece of a path the claim `m` that a limit, SI, is kept."""
+    rules: Rules = {"m": [[[atom] for atom in _asked(path.robot, *limit)]]}
+    return (Cell(lambda find, piece=piece: piece.bernstein(find(piece)), rules) for piece in path.pieces)
 
 
 def rates_and_thrusts(robot: Robot, given: Sequence[Interval]) -> list[Interval]:
@@ -178,7 +152,7 @@ def rates_and_thrusts(robot: Robot, given: Sequence[Interval]) -> list[Interval]
     growth = fj / f  # F'
     snap_x, snap_y = (sx * w - sz * p) / root_d, (d * sy - (p * sx + w * sz) * q) / (f * root_d)
     accel_y = (snap_x - growth * y * two) / f - z * x
-    accel_x = -(snap_y + growth * x * two) / f + y * z
+    accel_x = y * z - (snap_y + growth * x * two) / f
     p_rate, q_rate = jx + turn * q, jy - turn * p
     k_rate = sx * w - p * sz + turn * (jy * w - q * jz)
     n_rate = (spin * w + turn * jz) * f2 + turn * w * fj * two + q_rate * k + q * k_rate
@@ -197,19 +171,18 @@ class Turning(Cell):
     def __init__(self, robot: Robot, piece: Segment) -> None:
         f, (jx, jy, jz, _), s = piece.force, piece.derivatives[3], piece.derivatives[4]
         headings, along = [piece.derivatives[order][3] for order in range(3)], f[0] * jx + f[1] * jy + f[2] * jz
-        rows = [*f, jx, jy, jz, *s[:3], *headings, piece.size, along]
+        rows = [*f, jx, jy, jz, *s[:3], *headings, square(f), along]
         super().__init__(lambda k: piece.bernstein(rows[k]), {})
         self.robot = robot
 
     def holds(self, mark: str) -> bool:
         """Return whether it is so."""
         limits = self.robot.limits
-        try:
-            rate, *thrusts = rates_and_thrusts(self.robot, [Interval.range_of(self.row(k)) for k in range(14)])
-        except Refused:
-            return False  # a divisor may be zero
-        well = all(one.within(limits.rotor_thrust_min, limits.rotor_thrust_max) for one in thrusts)
-        return mark == "m" and well and rate.within(-limits.yaw_rate, limits.yaw_rate)
+        rows = map(self.row, range(14))
+        ranges = [Interval.of(Fraction(row.lowest, row.unit), Fraction(row.highest, row.unit)) for row in rows]
+        rate, *thrusts = rates_and_thrusts(self.robot, ranges)
+        well = all(one.within(limits["rotor_thrust_min"], limits["rotor_thrust_max"]) for one in thrusts)
+        return mark == "m" and well and rate.within(-limits["yaw_rate"], limits["yaw_rate"])
 
 
 def _require(order: int, one: Sequence[Fraction], other: Sequence[Fraction], where: str, turns: bool = False) -> None:
@@ -248,8 +221,7 @@ def check_parts(path: Path, team: Team) -> str:
     instants = {tuple(one.pieces[cut].start for cut in one.robot.cuts if cut < len(one.pieces)) for one in team.paths.values()}
     require(len(instants) == 1, "robots are cut at different instants")
     longest = max(b - a for a, b in pairwise(sorted({0, *cuts, size})))
-    fits = robot.limits.pieces is None or longest <= robot.limits.pieces
-    require(fits, f"a part has {longest} pieces; its vehicle holds {robot.limits.pieces}")
+    require(robot.pieces is None or longest <= robot.pieces, f"a part has {longest} pieces; its vehicle holds {robot.pieces}")
     seam = [] if robot.cycle is None else [(size - 1, robot.cycle)]
     for before, after in [*((cut - 1, cut) for cut in cuts if cut), *seam]:
         where = f"at the cut before piece {after}"
@@ -264,12 +236,8 @@ def check_parts(path: Path, team: Team) -> str:
 def check_endurance(team: Team, path: Path) -> str:
     """Check that a robot lands in time, all laps counted, and all pauses of the robot that pauses most."""
     total = team.end + CLIMB_AND_LANDING + (0 if path.lap is None else (team.repeat - 1) * (team.end - path.lap))
-    pauses = [0]
-    for robot in (other.robot for other in team.paths.values()):
-        begins, first = {0, *robot.cuts} if robot.cuts else set[int](), robot.cycle or 0
-        again = sum(begin >= first for begin in begins) * (1 if robot.cycle is None else team.repeat)
-        pauses.append(sum(begin < first for begin in begins) + again - 1)
-    total += max(pauses) * PAUSE
-    within = path.robot.limits.endurance is not None and total <= path.robot.limits.endurance
-    require(within, f"it is in the air for {float(total):.1f} s, longer than its endurance")
+    cut = [(robot.cycle, {0, *robot.cuts}) for robot in (other.robot for other in team.paths.values()) if robot.cuts]
+    parts = [sum(1 if lap is None or begin < lap else team.repeat for begin in begins) for lap, begins in cut]
+    total += (max(parts, default=1) - 1) * PAUSE
+    require(total <= (path.robot.endurance or ZERO), f"it is in the air for {float(total):.1f} s, longer than its endurance")
     return f"{path.name} is in the air for less than {int(total) + 1} s."

@@ -4,21 +4,24 @@ Each number of the file is a float and means exactly that float. That the file s
 the kernel's to know. SI units, radians.
 """
 
-from __future__ import annotations
-
 import collections.abc
 import json
 import math
 import re
 from collections.abc import Mapping
 from fractions import Fraction
-from functools import cache, partial
 from typing import Annotated, Any, Literal, NamedTuple, get_args, get_origin, get_type_hints
 
-FORMAT = 2
+FORMAT = 3
 LARGEST = 10**9
 """Numbers are no larger in size, so that a mission of absurd numbers costs no more than another one; whole ones are below 2^64."""
 ZERO = Fraction(0)
+MOST = {
+    "parts of a formula": 20_000, "parts of a formula in one another": 400, "alternatives of what is left of a formula": 500,
+    "regions open at one time": 6, "states of a transition system": 100_000, "ways to go on at one instant": 20_000,
+    "letters of a team at one place": 64, "halvings of an interval": 64, "sums of half-spaces": 64, "choices of faces": 300,
+}  # fmt: skip
+"""How many of something the kernel looks at, so that its work is bounded."""
 
 
 class Refused(Exception):
@@ -35,11 +38,17 @@ def require(holds: object, fault: str) -> None:
         raise Refused(fault)
 
 
+def few(count: int, what: str) -> None:
+    """Refuse more of something than the kernel looks at."""
+    require(count <= MOST[what], f"not covered by the kernel: more than {MOST[what]} {what}")
+
+
 Positive = Annotated[Fraction, "positive"]
 NotNegative = Annotated[Fraction, "not negative"]
 Vector = tuple[Fraction, Fraction, Fraction]
-Matrix = tuple[Vector, Vector, Vector]
-Words = tuple[frozenset[str], ...]
+Limit = Literal[
+    "speed", "acceleration", "thrust_max", "thrust_min", "tilt", "body_rate", "yaw_rate", "rotor_thrust_max", "rotor_thrust_min"
+]
 Way = Literal["F", "R"]
 """In which direction an opening is passed: along the hoop's normal, or against it."""
 
@@ -49,7 +58,7 @@ class Inequality(NamedTuple):
 
     bound: Fraction
     linear: Vector | None = None
-    quadratic: Matrix | None = None
+    quadratic: tuple[Vector, Vector, Vector] | None = None
 
 
 class Ring(NamedTuple):
@@ -102,27 +111,10 @@ class Wait(NamedTuple):
     due: Literal["enters", "leaves", "acts", "sets out"]
 
 
-class Limits(NamedTuple):
-    """Limits of one robot; `pieces` is how many it holds at once, `legs` has those of speed and acceleration on the way to regions."""
-
-    speed: Positive
-    acceleration: Positive
-    thrust_min: Positive
-    thrust_max: Positive
-    rotor_thrust_min: NotNegative
-    rotor_thrust_max: Positive
-    tilt: Positive
-    body_rate: Positive
-    yaw_rate: Positive
-    endurance: Positive | None
-    pieces: int | None
-    legs: Mapping[str, Mapping[str, Positive]]
-
-
 class Robot(NamedTuple):
     """One robot: what it is, may do and plans to do.
 
-    `edges` says where it may go from where (None: anywhere), `vertex` where it comes from at the start, `closed` which regions it may not
+    `legs` has limits of speed and acceleration on the way to regions, `pieces` is how many it holds at once. `edges` says where it may go from where (None: anywhere), `vertex` where it comes from at the start, `closed` which regions it may not
     enter. Laps begin with the piece `cycle`, and make the visits from `cycle_visit` on. Parts of the flight begin with the pieces `cuts`.
     """
 
@@ -131,7 +123,10 @@ class Robot(NamedTuple):
     arm: Positive
     inertia: Vector
     torque_to_thrust: Positive
-    limits: Limits
+    limits: Mapping[Limit, NotNegative]
+    legs: Mapping[str, Mapping[Limit, Positive]]
+    endurance: Positive | None
+    pieces: int | None
     start: Vector
     yaw: Fraction
     end: Vector | None
@@ -175,7 +170,7 @@ class Statement(NamedTuple):
     obstacles: Mapping[str, Shape]
     robots: Mapping[str, Robot]
     waits: tuple[Wait, ...]
-    words: Mapping[str, Words]
+    words: Mapping[str, tuple[frozenset[str], ...]]
     timed: tuple[str, ...] | None  # parts of the formula that are bounded in seconds; `formula` is the rest
 
 
@@ -200,19 +195,13 @@ def read_json(text: str, what: str) -> Any:
         raise Refused(f"{what} cannot be read: {str(error)[:200]}.") from None
 
 
-_hints = cache(partial(get_type_hints, include_extras=True))
-
-
 def read(kind: Any, value: Any, where: str) -> Any:
-    """Return a value of JSON as one of some type; how deep this goes is given by the type.
+    """Return a value of JSON as one of some type, or refuse it; how deep this goes is given by the type.
 
     Args:
         kind: The type.
         value: The value.
         where: Where it stands.
-
-    Raises:
-        Refused: It is none.
     """
     origin, args = get_origin(kind), get_args(kind)
     if kind is Any:
@@ -235,15 +224,15 @@ def read(kind: Any, value: Any, where: str) -> Any:
         kinds: list[Any] = [args[0]] * len(value) if args[1:] in ((), (...,)) else list(args)
         if len(kinds) == len(value):
             return origin(read(one, entry, where) for one, entry in zip(kinds, value, strict=True))
-    if origin is collections.abc.Mapping and isinstance(value, dict) and all(len(key) < 1000 for key in value):
-        return {key: read(args[1], entry, f"{where}, {key[:60]}") for key, entry in value.items()}
+    if origin is collections.abc.Mapping and isinstance(value, dict):
+        return {read(args[0], key, where): read(args[1], entry, f"{where}, {key[:60]}") for key, entry in value.items()}
     if hasattr(kind, "_fields") and isinstance(value, dict):
-        hints = _hints(kind)
+        hints = get_type_hints(kind, include_extras=True)
         for key in {*hints} ^ {*value}:
             optional = key in hints and type(None) in get_args(hints[key])
             require(optional, f"{where} has no {key[:60]}, or should have none.")
         return kind(**{key: read(hint, value.get(key), f"{where}, {key}") for key, hint in hints.items()})
-    raise Refused(f"{where} is not what it should be.")
+    return require(False, f"{where} is not what it should be.")
 
 
 def at_least(value: Fraction) -> str:
@@ -253,15 +242,15 @@ def at_least(value: Fraction) -> str:
 
 def read_statement(text: str) -> Statement:
     """Read a statement; what it says has to fit together."""
-    found: Statement = read(Statement, read_json(text, "statement.json"), "statement.json")
+    data = read_json(text, "statement.json")
+    require(isinstance(data, dict) and data.get("format") == FORMAT, f"statement.json is no statement of format {FORMAT}.")
+    found: Statement = read(Statement, data, "statement.json")
     regions, robots = found.regions, found.robots
     hoops = {name: shape.ring for name, shape in regions.items() if shape.ring}
     shapes, named = [*regions.values(), *found.obstacles.values()], re.compile(r"[A-Za-z0-9][A-Za-z0-9_. -]{0,99}\Z")
     matrices = [one.quadratic for shape in shapes for part in shape.parts for one in part if one.quadratic]
-    straight = {not found.lasso}
     events = [event for wait in found.waits for event in (wait.first, wait.then)]
     fits = {
-        "another format": found.format == FORMAT,
         "no laps": found.repeat > 0,
         "no robots, or odd names": bool(robots) and all(map(named.match, robots)),
         "a shape without parts": all(shape.parts and all(shape.parts) for shape in shapes),
@@ -274,14 +263,15 @@ def read_statement(text: str) -> Statement:
     for name, robot in robots.items():
         states, visits = {robot.initial, *(one.after for one in (*robot.actions, *robot.changes))}, robot.visits
         fits |= {
-            f"laps of {name} where there are none, or none": {robot.cycle is None, robot.cycle_visit is None} == straight,
+            f"laps of {name} where there are none, or none": {robot.cycle is None, robot.cycle_visit is None}
+            == {not found.lasso},
             f"an end of {name}, whose laps never end": robot.end is None or not found.lasso,
             f"a visit of {name} that cannot be": all(v.region in (hoops if v.direction else regions) for v in visits),
             f"an action of {name} at no visit": all(one.visit < len(visits) for one in robot.changes),
             f"a state that {name} does not have": states <= set(robot.states),
-            f"other limits of {name} on ways": all(
-                leg.keys() <= {"speed", "acceleration"} for leg in robot.limits.legs.values()
-            ),
+            f"no least thrust of {name}, or no other limit": set(robot.limits) == {*get_args(Limit)}
+            and robot.limits["thrust_min"] > 0,
+            f"other limits of {name} on ways": all({*leg} <= {"speed", "acceleration"} for leg in robot.legs.values()),
         }
     for fault, is_well in fits.items():
         require(is_well, f"statement.json has {fault}.")

@@ -1,4 +1,11 @@
-"""All that a team may do in spans of time, for one conjunct of a formula.
+"""All that a team may do in spans of time, for one conjunct of a formula: places of each robot, and moves.
+
+*Places.* A robot's time is cut into slots in which no region changes its status. In a slot a region holds it (`must`), does not (`no`), or is
+open: in `may` it is entered and left at will. A *place* is a slot with a letter that
+it allows. Regions are closed and paths continuous: where one region is left and another one entered at one instant, both hold the robot
+there. So from one place to the next regions only come, or only go. A change of the internal state cuts slots at its instant, at which regions may
+change as well. (Coq: `flight_course`, of windows and changes as they are made here.)
+Laps are unrolled: slots of the prefix, of one lap and of its copy, a lap later.
 
 Robots are *followed*, or only counted. Of a robot that is not followed no more is used than what it may show in each span.
 
@@ -8,39 +15,161 @@ adds: fewer names give fewer changes, before which a robot has to be read, and s
 one instant, and the letter is that of the whole team. In each span a letter is read, for there is an instant in it, and a letter that is held may be
 read again: no formula has a next.
 
-*Spans.* Each place has a window, widened by the clock error at both ends: two clocks never differ by more. Spans are [t, t') between one
-beginning of a window and the next: what is possible in between is possible at t. Where others' numbers count, spans are instants and what is between them.
+*Spans.* Each place has a window, widened by the clock error at both ends: two clocks never differ by more. Spans are the instants at which windows
+begin or end, and what is between them.
 
 *Laps.* Spans end in the middle of the second lap, where the last one hands over to the middle of the first.
 """
 
-from __future__ import annotations
-
 import json
 import math
 from bisect import bisect_left, bisect_right
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from functools import cache
-from itertools import chain, pairwise, product
-from typing import TypeVar
+from itertools import chain, combinations, pairwise, product
+from typing import NamedTuple, TypeVar
 
 from .formulas import Letter, Table, Tree
-from .places import Places
-from .statement import ZERO, Statement, require
+from .statement import ZERO, Statement, few, require
+from .timelines import Row, Timeline
 
-MOST_MOVES = 20_000
-"""Ways in which robots may go on at one instant."""
-MOST_LETTERS = 64
-"""Letters of the team that are possible at one place."""
+Shown = frozenset[str]
+"""All that a robot shows, or those regions of it that hold it there."""
+
+
+class Slot(NamedTuple):
+    """A closed time, s, in which no region that is followed changes its mark: with internal propositions, the number of their changes so far, and
+    the lap, 0 in a flight or prefix, 1 in the first lap, 2 in its copy.
+    """
+
+    start: Fraction
+    stop: Fraction
+    marks: Mapping[str, str]
+    internal: Shown
+    done: int
+    lap: int
+
+
+class Places(NamedTuple):
+    """All that one robot may do, by the numbers of its places: each has a lap, regions that hold the robot there, all that it shows there, from when
+    to when it may be there, s, and places that may come next. It begins in `initial` ones; a finite flight ends in `final` ones. `shift` leads from a
+    place of the first lap to that of its copy.
+    """
+
+    robot: str
+    laps: Sequence[int]
+    inside: Sequence[Shown]
+    letters: Sequence[Shown]
+    windows: Sequence[tuple[Fraction, Fraction]]
+    following: Sequence[Sequence[int]]
+    initial: Sequence[int]
+    final: frozenset[int]
+    shift: int = 0
+
+
+def places_of(timeline: Timeline, names: frozenset[str]) -> Places:
+    """Return all places of a robot, of letters that are cut down to some names, of which some are regions."""
+    slots = _slots(timeline, {name: timeline.rows[name] for name in sorted(names & timeline.rows.keys())}, names)
+    every = [(slot, number, letter) for number, slot in enumerate(slots) for letter in _letters(slot)]
+    inside, numbers = [letter for _, _, letter in every], [number for _, number, _ in every]
+    following: list[list[int]] = []
+    for place, (_, number, letter) in enumerate(every):
+        near = range(bisect_left(numbers, number), bisect_right(numbers, number + 1))
+        following.append([t for t in near if t != place and (letter <= inside[t] or inside[t] <= letter)])
+    initial = [place for place, number in enumerate(numbers) if number == 0]
+    final = frozenset(place for place, number in enumerate(numbers) if number == len(slots) - 1)
+    shown, windows = [letter | slot.internal for slot, _, letter in every], [(slot.start, slot.stop) for slot, _, _ in every]
+    laps = [slot.lap for slot, _, _ in every]
+    return Places(timeline.robot, laps, inside, shown, windows, following, initial, final, laps.count(1))
+
+
+def _slots(timeline: Timeline, rows: Mapping[str, Row], names: frozenset[str]) -> list[Slot]:
+    end, cycle, changes = timeline.duration, timeline.cycle, timeline.actions
+    parts = [(0, ZERO, end)] if cycle is None else [(0, ZERO, cycle), (1, cycle, end), (2, cycle, end)]
+    found: list[Slot] = []
+    for lap, start, stop in parts[cycle == 0 :]:
+        later = stop - start if lap == 2 else ZERO
+        inner = [*(time for time, _ in changes), *(time for row in rows.values() for span in row for time in span[:2])]
+        times = sorted({start, stop, *(time for time in inner if start < time < stop)})
+        for low, high in instants_and_gaps(times):
+            made = sum(time <= low for time, _ in changes)
+            near = {name: {span.mark for span in row if span.start <= low and high <= span.stop} for name, row in rows.items()}
+            marks = {
+                name: min(some) if len(some) == 1 else "may" for name, some in near.items()
+            }  # where spans meet that differ
+            for done in range(sum(time < low for time, _ in changes) if low == high else made, made + 1):
+                internal = (changes[done - 1][1] if done else timeline.internal) & names
+                slot = Slot(low + later, high + later, marks, internal, done, lap)
+                if found and found[-1][2:] == slot[2:]:
+                    slot = slot._replace(start=found.pop().start)
+                found.append(slot)
+    return found
+
+
+def instants_and_gaps(times: Sequence[Fraction]) -> list[tuple[Fraction, Fraction]]:
+    """Return some times, and what is between them, from when to when."""
+    return [(times[0], times[0]), *(slot for a, b in pairwise(times) for slot in ((a, b), (b, b)))]
+
+
+def _letters(slot: Slot) -> list[Shown]:
+    """Return the sets of regions that a slot allows."""
+    held = frozenset(name for name, mark in slot.marks.items() if mark == "must")
+    free = sorted(name for name, mark in slot.marks.items() if mark == "may")
+    few(len(free), "regions open at one time")
+    return [held.union(some) for size in range(len(free) + 1) for some in combinations(free, size)]
+
+
+def check_transitions(statement: Statement, timeline: Timeline) -> str:
+    """Check that every word of a robot is a trace of its transition system, whatever its labels leave open.
+
+    Regions that are entered one after another are joined by an edge, with free flight between. A robot comes from the region that it entered last,
+    and from those to which it has *gone back*: it left that region while it still was in one that an edge joins to it. All ways through the robot's
+    places are walked, with the regions from which it may be taken to come. Internal states change by planned actions alone.
+    """
+    robot, regions, system = timeline.robot, frozenset(statement.regions), statement.robots[timeline.robot]
+    places = places_of(timeline, regions)
+    edges = dict.fromkeys(regions | {system.vertex}, regions) if system.edges is None else system.edges
+    seen = {(place, frozenset({vertex})) for place in places.initial for vertex in places.inside[place] or {system.vertex}}
+    waiting = list(seen)
+    while waiting:
+        place, vertices = waiting.pop()
+        before = places.inside[place]
+        closed = before & system.closed
+        require(not closed, f"{robot} may be in {min(closed, default='')}, which is closed to it")
+        for target in _following(places, place):
+            now = places.inside[target]
+            came = now - before
+            if len(came) > 1:
+                between = [t for t in _following(places, place) if before < places.inside[t] < now]
+                require(any(target in _following(places, t) for t in between), f"{robot} may enter several regions at once")
+                continue
+            for region in came:
+                joined = any(region == v or region in edges.get(v, ()) for v in vertices)
+                require(joined, f"{robot} may enter {region} from {min(vertices)}, where no edge leads")
+            left = vertices & before - now if system.edges is not None else ()
+            after = (came or vertices).union(*(now & edges.get(v, frozenset()) for v in left))
+            if (target, after) not in seen:
+                few(len(seen), "states of a transition system")
+                seen.add((target, after))
+                waiting.append((target, after))
+    return f"Every word of {robot} is a trace of its transition system."
+
+
+def _following(places: Places, place: int) -> list[int]:
+    """Return the next places; after the copy of a lap the copy again."""
+    again = places.following[place - places.shift] if places.laps[place] == 2 else ()
+    return [*places.following[place], *(target for target in again if places.laps[target] == 2)]
+
 
 At = tuple[int, ...]
 State = tuple[At, int]
 """Places of the robots that are followed, and who of them was read since its letter changed, as bits."""
 Step = tuple[Letter | None, State]
 """What is read, if anything, and what is then."""
-Event = tuple[str, int]
-"""A robot, and the number of the place that it comes to."""
+Lap = tuple[Fraction, Fraction] | None
+Wait = tuple[tuple[str, int], tuple[str, int]]
+"""Two events, each a robot and the number of the place that it comes to: the second comes after the first."""
 Find = Callable[[str, frozenset[str]], Places]
 """Returns one robot's places, of letters cut down to some names."""
 _T = TypeVar("_T")
@@ -51,22 +180,19 @@ class Claim:
 
     `places` returns one robot's places, of letters cut down to some names; `lap` is when a lap begins and ends, None for finite flights; of two
     events that are waited for, the second one comes after the first one, not with it. `names` are asked of letters, `shown` are all names that
-    robots show. `groups` has, by what is counted, and whose letter it is if not everybody's, numbers of propositions, and how many robots each
-    asks for; `counted` has the tables of what is counted.
+    robots show. `counted` has the tables of what is counted.
     """
 
-    lap: tuple[Fraction, Fraction] | None = None
-    waits: Sequence[tuple[Event, Event]] = ()
-
-    def __init__(self, statement: Statement, tree: Tree, find: Find) -> None:
+    def __init__(self, statement: Statement, tree: Tree, find: Find, lap: Lap = None, waits: Sequence[Wait] = ()) -> None:
         self.robots, self.joint, self.places = tuple(statement.robots), statement.joint, cache(find)
+        self.lap, self.waits = lap, waits
         self.error = statement.clock_error if len(self.robots) > 1 else ZERO
         self.table = Table(tree, statement.regions)
         asked = self.table.propositions
         self.counted = {one.counted: Table(json.loads(one.counted), statement.regions) for one in asked}
         propositions = [p for one in self.counted.values() for p in one.propositions]
-        plain = all(p.name for p in propositions) and not any(one.untils() for one in self.counted.values())
-        require(plain, "what is counted is no combination of names")
+        untils = [sign for one in self.counted.values() for sign, _ in one.nodes if sign == "until"]
+        require(all(p.name for p in propositions) and not untils, "what is counted is no combination of names")
         self.names = frozenset(p.name for p in propositions)
         internal = (one.states.values() for one in statement.robots.values())
         self.shown = frozenset(statement.regions).union(*chain.from_iterable(internal))
@@ -75,9 +201,6 @@ class Claim:
         require(not strange, f"the formula names robot {strange[:60]!r}, which there is not")
         one_by_one = all(not one.robot and one.least == 1 and one.name for one in asked)
         require(self.joint or one_by_one, "the formula counts robots that are read one by one")
-        self.groups: dict[tuple[str, str], list[tuple[int, int]]] = {}
-        for one, number in asked.items():
-            self.groups.setdefault((one.counted, one.robot), []).append((number, one.least))
 
 
 class Team:
@@ -92,67 +215,53 @@ class Team:
         self.followed, others = [lines[robot] for robot in names], [lines[robot] for robot in lines if robot not in names]
         windows = [window for places in lines.values() for window in places.windows]
         lows, highs = {low - claim.error for low, _ in windows}, {high + claim.error for _, high in windows}
-        fine = claim.joint and any(len(set(places.letters)) > 1 for places in others)
         begin, end = claim.lap or (ZERO, ZERO)
         middle, last = (begin + end) / 2, end + (end - begin) / 2
         require(not claim.lap or 2 * claim.error < end - begin, "two clocks may be half a lap apart")
-        times = {*lows, *(highs if fine else ()), *((middle, last) if claim.lap else ())}
-        ordered = sorted(time for time in times if not claim.lap or time <= last)
-        spans = [(t, t) for t in ordered[:1]]
-        for before, after in pairwise(ordered):
-            spans += [(before, after), (after, after)] if fine else [(after, after)]
+        times = {*lows, *highs, *((middle, last) if claim.lap else ())}
+        spans = instants_and_gaps(sorted(time for time in times if not claim.lap or time <= last))
         if claim.lap:
             spans.pop()  # which begins in the middle of the second lap
         self.size, self.back = len(spans), spans.index((middle, middle)) if claim.lap else None
         self._lefts, self._rights = [left for left, _ in spans], [right for _, right in spans]
         self._when = [[self._spans_of(window) for window in places.windows] for places in self.followed]
-        self._shown = [] if claim.joint else self._show(others)
-        self._numbers = [self._count(text, robot, others) for text, robot in claim.groups] if claim.joint else []
+        self._others = [(places.robot, self._seen(places)) for places in others]
+        letters = zip(*(seen for _, seen in self._others), strict=True) if others else [()] * self.size
+        self._shown = [set(map(claim.table.letter_of, set[Shown]().union(*seen))) for seen in letters]
         index = {robot: number for number, robot in enumerate(names)}
-        both = [(a, b) for a, b in claim.waits if a[0] in index and b[0] in index]
-        self._waits = [(index[first], i, index[then], j) for (first, i), (then, j) in both]
+        self._waits = [(index[a], i, index[b], j) for (a, i), (b, j) in claim.waits if {a, b} <= index.keys()]
 
     def _spans_of(self, window: tuple[Fraction, Fraction]) -> range:
         """Return the spans in which a window, not yet widened, is open."""
         low, high = window[0] - self.claim.error, window[1] + self.claim.error
         return range(bisect_left(self._lefts, low), bisect_right(self._rights, high))
 
-    def _show(self, others: Sequence[Places]) -> list[set[Letter]]:
-        """Return for each span what others may show when they are read by themselves."""
-        found: list[set[Letter]] = [set() for _ in range(self.size)]
-        for places in others:
-            for shown, window in zip(places.letters, places.windows, strict=True):
-                for span in self._spans_of(window):
-                    found[span].add(self.claim.table.letter_of(shown))
-        return found
-
-    def _count(self, text: str, robot: str, others: Sequence[Places]) -> list[tuple[int, int]]:
-        """Return for each span how many others (of one robot, if it is named) must and how many may satisfy a combination."""
-        found = [(0, 0)] * self.size
-        for places in (one for one in others if robot in ("", one.robot)):
-            may, may_not = [False] * self.size, [False] * self.size
-            for shown, window in zip(places.letters, places.windows, strict=True):
-                kind = may if self.claim.counted[text].is_true(shown) else may_not
-                for span in self._spans_of(window):
-                    kind[span] = True
-            found = [(must + (not b), most + a) for (must, most), a, b in zip(found, may, may_not, strict=True)]
+    def _seen(self, places: Places) -> list[set[Shown]]:
+        """Return all that a robot may show in each span."""
+        found: list[set[Shown]] = [set() for _ in range(self.size)]
+        for shown, window in zip(places.letters, places.windows, strict=True):
+            for span in self._spans_of(window):
+                found[span].add(shown)
         return found
 
     def _letters(self, span: int, at: At) -> list[Letter]:
-        """Return what the team may show together."""
-        choices: list[list[Letter]] = []
-        shown = [(places.robot, places.letters[place]) for places, place in zip(self.followed, at, strict=True)]
-        for ((text, robot), levels), numbers in zip(self.claim.groups.items(), self._numbers, strict=True):
-            own = sum(robot in ("", name) and self.claim.counted[text].is_true(letter) for name, letter in shown)
-            least, most = numbers[span]
-            require(least <= most, "the robots' labels contradict each other")
-            holding = {frozenset(n for n, k in levels if total >= k): None for total in range(own + least, own + most + 1)}
-            choices.append(list(holding))
-        return [frozenset[int]().union(*chosen) for chosen in _bounded(choices, MOST_LETTERS)]
+        """Return what the team may show together: a proposition holds, or does not, or may, where others may reach its number and may not.
+
+        (Coq: `counted_letters`)
+        """
+        every = [(one.robot, {one.letters[place]}) for one, place in zip(self.followed, at, strict=True)]
+        every += [(robot, seen[span]) for robot, seen in self._others]
+        options: list[list[Letter]] = []
+        for one, number in self.claim.table.propositions.items():
+            is_true = self.claim.counted[one.counted].is_true
+            kinds = [set(map(is_true, shown)) for robot, shown in every if one.robot in ("", robot)]
+            holds = {sum(False not in kind for kind in kinds) >= one.least, sum(True in kind for kind in kinds) >= one.least}
+            options.append([frozenset({number}) if so else frozenset() for so in sorted(holds)])
+        return [frozenset[int]().union(*chosen) for chosen in _bounded(options, "letters of a team at one place")]
 
     def begin(self) -> list[Step]:
         """Return how the flight may begin."""
-        every = _bounded([one.initial for one in self.followed], MOST_MOVES)
+        every = _bounded([one.initial for one in self.followed], "ways to go on at one instant")
         return [step for at in every for step in self._entered(0, (at, 0))]
 
     def _entered(self, span: int, state: State) -> list[Step]:
@@ -170,7 +279,8 @@ class Team:
     def _joint_moves(self, span: int, state: State) -> Iterator[Step]:
         every = zip(self.followed, self._when, state[0], strict=True)
         options = [[place, *(t for t in places.following[place] if span in when[t])] for places, when, place in every]
-        return ((letter, (then, 0)) for then in _bounded(options, MOST_MOVES) for letter in self._letters(span, then))
+        for then in _bounded(options, "ways to go on at one instant"):
+            yield from ((letter, (then, 0)) for letter in self._letters(span, then))
 
     def _own_moves(self, span: int, state: State) -> Iterator[Step]:
         at, read = state
@@ -179,7 +289,7 @@ class Team:
         for robot, (places, place) in enumerate(zip(self.followed, at, strict=True)):
             yield self.claim.table.letter_of(places.letters[place]), (at, read | 1 << robot)
             for target in places.following[place]:
-                changed = places.changed(place, target)
+                changed = places.letters[place] != places.letters[target] or {places.laps[place], places.laps[target]} == {1, 2}
                 if span in self._when[robot][target] and (not changed or read >> robot & 1):
                     yield None, ((*at[:robot], target, *at[robot + 1 :]), read & ~(1 << robot) if changed else read)
 
@@ -198,8 +308,7 @@ class Team:
         return everyone and all(place in places.final for places, place in zip(self.followed, state[0], strict=True))
 
 
-def _bounded(options: Sequence[Sequence[_T]], most: int) -> Iterator[tuple[_T, ...]]:
+def _bounded(options: Sequence[Sequence[_T]], what: str) -> Iterator[tuple[_T, ...]]:
     """Return all ways to choose one of each, which have to be few."""
-    few = math.prod(map(len, options)) <= most
-    require(few, "not covered by the kernel: too many robots may change their letters at one instant")
+    few(math.prod(map(len, options)), what)
     return product(*options)

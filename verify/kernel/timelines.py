@@ -7,7 +7,7 @@ where visits are compared: prefix and three laps, times going on, of which the f
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from functools import cached_property
 from itertools import groupby, pairwise
@@ -15,12 +15,15 @@ from operator import itemgetter
 from typing import NamedTuple
 
 from .flights import Path, Segment
-from .statement import ZERO, Statement, Visit, Wait, at_least, require
-from .trees import Cell, Evidence, Rules, leaves
+from .limits import kept
+from .statement import ZERO, Limit, Statement, Visit, Wait, at_least, require
+from .trees import Cell, Evidence, leaves
 from .zones import Hoop, along, opening, region
 
 LAPS = 3
 Window = tuple[Fraction, Fraction]
+Leaf = tuple[Fraction, Fraction, str, Cell]
+"""From when to when, s, with which mark, and what is known there."""
 
 
 class Span(NamedTuple):
@@ -35,7 +38,7 @@ class Span(NamedTuple):
 
 
 Row = tuple[Span, ...]
-"""Spans over a whole flight, one after another. Between a `no` and a `must` there is another one, if only of an instant."""
+"""Spans over a whole flight, one after another."""
 
 
 class Timeline(NamedTuple):
@@ -65,20 +68,12 @@ class Stay(NamedTuple):
         return any(span.start <= start and stop <= span.stop for span in self.must)
 
 
-def settled(row: Sequence[Span]) -> Row:
-    """Join neighbours that are alike; make a `may` of an instant that differs from what is around it, and one between `no` and `must`."""
-    joined: list[Span] = []
-    for span in row:
-        start = joined.pop().start if joined and joined[-1].mark == span.mark else span.start
-        joined.append(Span(start, span.stop, span.mark))
+def joined(row: Iterable[Span]) -> Row:
+    """Join neighbours that are alike."""
     found: list[Span] = []
-    for start, stop, mark in joined:
-        mark = "may" if start == stop and len(joined) > 1 else mark
-        if found and {found[-1].mark, mark} == {"no", "must"}:
-            found.append(Span(start, start, "may"))
-        if found and found[-1].mark == mark:
-            start = found.pop().start
-        found.append(Span(start, stop, mark))
+    for span in row:
+        start = found.pop().start if found and found[-1].mark == span.mark else span.start
+        found.append(Span(start, span.stop, span.mark))
     return tuple(found)
 
 
@@ -101,6 +96,18 @@ def planned_stays(planned: Sequence[Visit], found: list[Stay]) -> tuple[list[Sta
     return found[:begins], found[begins:]
 
 
+def event(what: str, made: tuple[Stay, Sequence[Fraction], Fraction]) -> Fraction | None:
+    """Return when an event of a stay, with its actions, is surely over, or may first happen; never, where it lasts until all does, or none is there.
+
+    A region is entered for sure when the robot first must be in it, and left for sure when the stay is over; it may be entered when the stay
+    begins, and left after the first time in it for sure.
+    """
+    stay, acts, last = made
+    left, leaves = (time if time < last else None for time in (stay.stop, stay.must[0].stop))
+    over = {"entered": stay.must[0].start, "left": left, "acted": max(acts, default=None)}
+    return (over | {"enters": stay.start, "leaves": leaves, "acts": min(acts, default=None)})[what]
+
+
 class Course:
     """One robot's path, and what follows from it and the evidence."""
 
@@ -109,23 +116,23 @@ class Course:
         self.name, self.robot, self.lap = path.name, path.robot, path.lap
         self.end = path.segments[-1].stop
         self.length = ZERO if path.lap is None else self.end - path.lap
+        self._last = self.end + (LAPS - 1) * self.length
 
-    def along(self, key: str, rules: Rules) -> list[tuple[Fraction, str, Cell]]:
-        """Return the leaves of a tree along the path: when each begins, its mark, and what is known there."""
+    def _along(self, key: str, segments: Sequence[Segment], cells: Iterable[Cell]) -> list[Leaf]:
+        """Return the leaves of trees along segments of the path."""
         marks, found = self.evidence.marks(key), list[tuple[Fraction, str, Cell]]()
-        for segment, cell in zip(self.path.segments, along(self.path, rules), strict=True):
-            found += [(segment.time(start), mark, part) for start, mark, part in leaves(cell, marks)]
-        return found
+        for one, cell in zip(segments, cells, strict=True):
+            found += [(one.start + u * (one.stop - one.start), mark, part) for u, mark, part in leaves(cell, marks)]
+        stops = [*(start for start, *_ in found[1:]), segments[-1].stop]
+        return [(start, stop, mark, part) for (start, mark, part), stop in zip(found, stops, strict=True)]
 
     def row(self, kind: str, name: str) -> Row:
         """Return spans of a region: `inside` it at the margin, or of the `nominal` path."""
         rules = region(self.statement.regions[name], self.statement.margin if kind == "inside" else ZERO)
         marks = {"n": "no", "m": "must", "o": "out" if kind == "nominal" else "may"}
-        found = self.along(f"{kind}/{self.name}/{name}", rules)
-        stops = [*(start for start, *_ in found[1:]), self.end]
-        row = [(start, stop, mark) for (start, mark, _), stop in zip(found, stops, strict=True)]
+        row = [leaf[:3] for leaf in self._along(f"{kind}/{self.name}/{name}", self.path.segments, along(self.path, rules))]
         require(kind != "inside" or self._are_whole(row), f"it may leave {name} and come back in what is taken for one stay")
-        return settled([Span(start, stop, marks.get(mark, "may")) for start, stop, mark in row])
+        return joined(Span(start, stop, marks.get(mark, "may")) for start, stop, mark in row)
 
     def _are_whole(self, row: Sequence[tuple[Fraction, Fraction, str]]) -> bool:
         """Return whether it comes and goes once between spans surely outside, over a lap's seam too (Coq: `one_stay`, `comes_joined`)."""
@@ -144,25 +151,26 @@ class Course:
         for k in range(1, LAPS if self.lap is not None else 1):
             begin, later = self.lap or ZERO, k * self.length
             found += [Span(max(start, begin) + later, stop + later, mark) for start, stop, mark in row if stop > begin]
-        return settled(found)
+        return joined(found)
 
     @cached_property
-    def _stays(self) -> tuple[list[Stay], list[Stay]]:
-        return planned_stays(self.robot.visits, sorted(stays(self.rows)))
+    def _begun_and_stays(self) -> tuple[list[Stay], list[Stay]]:
+        begun, made = planned_stays(self.robot.visits, sorted(stays(self.rows)))
+        missed = [stay.region for stay in made if not stay.must]
+        require(not missed, f"a visit of {', '.join(missed)} may miss the region")
+        return begun, made
 
     @property
     def stays(self) -> list[Stay]:
         """A stay for each planned visit, held against it in order."""
-        missed = [stay.region for stay in self._stays[1] if not stay.must]
-        require(not missed, f"a visit of {', '.join(missed)} may miss the region")
-        return self._stays[1]
+        return self._begun_and_stays[1]
 
     @cached_property
     def flown(self) -> list[Stay]:
         """Stays of a lasso's prefix and laps."""
         first, found = self.stays, sorted(stays({name: self.unrolled(row) for name, row in self.rows.items()}))
         cycle = len(first) if self.robot.cycle_visit is None else self.robot.cycle_visit
-        found, wanted = found[len(self._stays[0]) :], [stay.region for stay in first]
+        found, wanted = found[len(self._begun_and_stays[0]) :], [stay.region for stay in first]
         alike = [stay.region for stay in found] == wanted + wanted[cycle:] * (LAPS - 1) and all(stay.must for stay in found)
         require(alike, "its laps begin with another visit than planned")
         return found
@@ -207,8 +215,7 @@ class Course:
 
     def passages(self) -> str:
         """Return all passages, which have to be the planned ones, in order, each while its visit must be in the region, and those of the sequence."""
-        hoops = [name for name, shape in self.statement.regions.items() if shape.ring]
-        every = sorted(one for name in hoops for one in self._passages(name))  # from when to when, s, which hoop, and which way
+        every = sorted(one for name, shape in self.statement.regions.items() if shape.ring for one in self._passages(name))
         shown = " ".join(hoop + way for _, _, hoop, way in every) or "none"
         wanted = [(number, visit) for number, visit in enumerate(self.robot.visits) if visit.direction]
         planned = [(hoop, way) for _, _, hoop, way in every] == [(visit.region, visit.direction) for _, visit in wanted]
@@ -227,19 +234,20 @@ class Course:
             require(alike, f"it passes {shown[:200]}, which is not the mission's sequence")
         return shown
 
-    def _passages(self, name: str) -> Iterator[tuple[Fraction, Fraction, str, str]]:
+    def _passages(
+        self, name: str
+    ) -> Iterator[tuple[Fraction, Fraction, str, str]]:  # from when to when, s, which hoop, which way
         shape = self.statement.regions[name]
-        hoop, rules = Hoop(shape), opening(shape, self.statement.margin, self.robot.radius)
-        every = self.along(f"openings/{self.name}/{name}", rules)
-        runs = [(mark, list(run)) for mark, run in groupby(every, key=itemgetter(1))]
-        stops = [*(run[0][0] for _, run in runs[1:]), self.end]
-        for (mark, run), stop in zip(runs, stops, strict=True):
+        hoop, rules = Hoop(shape), opening(shape, (self.statement.margin, self.robot.radius))
+        every = self._along(f"openings/{self.name}/{name}", self.path.segments, along(self.path, rules))
+        for mark, (first, *more) in groupby(every, key=itemgetter(2)):
             require(mark != "?", f"the path may be near the opening of {name} and not inside it")
             if mark in hoop.ways:
-                (low, _), (_, high) = (part.row(hoop.ways[mark]).ends() for _, _, part in (run[0], run[-1]))
-                far = self.statement.margin * hoop.high
-                require(low < -far <= far < high, f"the path may enter the opening of {name} without passing it")
-                yield run[0][0], stop, name, mark
+                last, far = [first, *more][-1], self.statement.margin * hoop.high
+                begin, end = first[3].row(hoop.ways[mark]), last[3].row(hoop.ways[mark])
+                passes = begin.numbers[0] < -far * begin.unit and far * end.unit < end.numbers[-1]
+                require(passes, f"the path may enter the opening of {name} without passing it")
+                yield first[0], last[1], name, mark
 
     # Ways to visits
 
@@ -250,66 +258,60 @@ class Course:
         region, once that one may have been left; without one, with the flight. Times in which it must be in either do not count, gaps between
         them do. After the last time surely in the region the nominal path's excursions count until it leaves for good.
         """
-        nominal = self.unrolled(self.row("nominal", self.stays[visit].region))
-        found = [window for number in {self._number(visit, lap) for lap in (0, 1)} for window in self._windows(number, nominal)]
+        nominal, found = self.unrolled(self.row("nominal", self.stays[visit].region)), list[Window]()
+        for number in {self._number(visit, lap) for lap in (0, 1)}:
+            stay = self.flown[number]
+            before = next((earlier.must for earlier in reversed(self.flown[:number]) if earlier.stop < stay.start), [])
+            begin, last = before[-1].stop if before else ZERO, stay.must[-1].stop
+            found.append((begin, stay.must[0].start))
+            found += [(a.stop, b.start) for must in (before, stay.must) for a, b in pairwise(must)]
+            left = [span for span in nominal if span.stop > last and span.start < stay.stop]
+            while left and left[-1].mark in ("no", "out"):
+                left.pop()
+            if out := [span for span in left if span.mark != "must"]:
+                found.append((max(out[0].start, last), min(left[-1].stop, stay.stop)))
         laps = [(k * self.length, (self.lap or ZERO) if k else ZERO) for k in range(LAPS if self.length else 1)]
         folded = [(max(low - later, begin), min(high - later, self.end)) for low, high in found for later, begin in laps]
         return [(low, high) for low, high in folded if low < high]
 
-    def _windows(self, number: int, nominal: Row) -> list[Window]:
-        stay = self.flown[number]
-        before = next((earlier.must for earlier in reversed(self.flown[:number]) if earlier.stop < stay.start), [])
-        begin, last = before[-1].stop if before else ZERO, stay.must[-1].stop
-        found = [(begin, stay.must[0].start), *((a.stop, b.start) for must in (before, stay.must) for a, b in pairwise(must))]
-        left = [span for span in nominal if span.stop > last and span.start < stay.stop]
-        while left and left[-1].mark in ("no", "out"):
-            left.pop()
-        if out := [span for span in left if span.mark != "must"]:
-            found.append((max(out[0].start, last), min(left[-1].stop, stay.stop)))
-        return found
+    def leg(self, visit: int, limit: tuple[Limit, Fraction]) -> str:
+        """Check trees of a limit on the way to a visit, which leave open only what is not on it."""
+        key, ways, name = f"legs/{limit[0]}/{self.name}/{visit}", self.windows(visit), self.robot.visits[visit].region
+        for start, stop, mark, _ in self._along(key, self.path.pieces, kept(self.path, limit)):
+            aside = mark != "?" or all(stop <= low or high <= start for low, high in ways)
+            require(aside, f"the proof's {key} leaves something open")
+        return f"{self.name}'s path keeps the {limit[0]} limit {float(limit[1])} on the way to visit {visit}, of {name}."
 
-    # Events. Of one before which another waits the latest time counts, of the one that waits the earliest. A region is entered for sure when the
-    # path first must be in it, and left for sure when the stay is over; it may be entered when the stay begins, and left after the first time in
-    # it for sure. A robot sets out for its first visit when its nominal path first leaves the start, and for a later one where it stands still for
-    # the last time before it leaves where it is or comes to where it goes.
-
-    def _over(self, time: Fraction) -> Fraction | None:
-        """Return when something is over, which is never where it lasts until the end of all laps."""
-        return time if time < self.end + (LAPS - 1) * self.length else None
-
-    def _acts(self, visit: int, lap: int) -> list[Fraction]:
-        return [deed.time + lap * self._in_lap(visit) * self.length for deed in self.robot.changes if deed.visit == visit]
+    # Waits. A robot sets out for its first visit when its nominal path first leaves the start, and for a later one where it stands still for the
+    # last time before it leaves where it is or comes to where it goes.
 
     def waits(self, wait: Wait, first: Course) -> str:
         """Check that an event of another robot is over before its own may happen, however their clocks differ: in the first lap, 0, and the second."""
         found: list[Fraction] = []
         for lap in (0, 1) if self._in_lap(wait.then[1]) else (0,):
-            if (due := self._due(wait.due, wait.then[1], lap)) is not None:
-                found.append(due - first._done(wait.done, wait.first[1], lap))
+            if (due := self._event(wait.due, wait.then[1], lap)) is not None:
+                done = first._event(wait.done, wait.first[1], lap)
+                require(done is not None, "what is waited for may never be over")
+                found.append(due - (done or ZERO))
         least = min(found, default=None)
         by = "which never happens" if least is None else f"by at least {at_least(least - self.statement.clock_error)} s"
         require(least is None or least > self.statement.clock_error, f"that is proved {by}, as clocks may differ")
         return f"{first.name} has {wait.done} at its visit {wait.first[1]} before {self.name} {wait.due} at its visit {wait.then[1]}, {by}."
 
-    def _done(self, what: str, visit: int, lap: int) -> Fraction:
-        stay, acts = self.flown[self._number(visit, lap)], self._acts(visit, lap)
-        over = {"entered": stay.must[0].start, "left": self._over(stay.stop), "acted": max(acts, default=None)}[what]
-        require(over is not None, "what is waited for may never be over")
-        return over or ZERO
-
-    def _due(self, what: str, visit: int, lap: int) -> Fraction | None:
+    def _event(self, what: str, visit: int, lap: int) -> Fraction | None:
         if what == "sets out":
             return self._sets_out(visit, lap)
-        stay, acts = self.flown[self._number(visit, lap)], self._acts(visit, lap)
-        return {"enters": stay.start, "leaves": self._over(stay.must[0].stop), "acts": min(acts, default=None)}[what]
+        later = lap * self._in_lap(visit) * self.length
+        acts = [deed.time + later for deed in self.robot.changes if deed.visit == visit]
+        return event(what, (self.flown[self._number(visit, lap)], acts, self._last))
 
     def _sets_out(self, visit: int, lap: int) -> Fraction | None:
         number = self._number(visit, lap)
         opens = visit == self.robot.cycle_visit  # a lap's first visit sets out from where it begins
         there, seam = self.flown[number].start, (self.lap or ZERO) + lap * self.length
-        before, moves = [*self._stays[0], *self.flown[:number]][-1:], self._first_motion(0)
+        before, moves = [*self._begun_and_stays[0], *self.flown[:number]][-1:], self._first_motion(0)
         require(all(stay.must for stay in before), "the stay in which it begins may miss the region")
-        left = self._over(before[0].must[0].stop) if before else None
+        left = event("leaves", (before[0], [], self._last)) if before else None
         if number == 0 and not (opens and moves is not None and moves < seam):
             return None if moves is None else min(moves, there, there if left is None else left)
         left = None if opens and before and before[0].stop <= seam else left

@@ -21,17 +21,16 @@ another, at any times and at one instant as well. Of a wait the second event com
 them are possible in one span.
 """
 
-from __future__ import annotations
-
+from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
+from graphlib import CycleError, TopologicalSorter
 from typing import Any, NamedTuple
 
-from .formulas import Owed, Tree, conjuncts, show
-from .places import Places, places_of
+from .formulas import Owed, conjuncts, show
 from .statement import ZERO, Statement, read, require
-from .team import At, Claim, Event, Step, Team
-from .timelines import Span, Timeline, planned_stays, stays
+from .team import At, Claim, Places, Step, Team, Wait, places_of
+from .timelines import Span, Stay, Timeline, event, joined, planned_stays, stays
 from .trees import Evidence
 
 _WRITTEN = tuple[
@@ -57,28 +56,25 @@ def check_formula(statement: Statement, timelines: Mapping[str, Timeline], evide
     Args:
         statement: Has the formula, and how words are read.
         timelines: One for each robot.
-        evidence: Has under `formula/0` and so on for each conjunct an invariant.
+        evidence: Has an invariant for each conjunct.
     """
-    for number, tree in enumerate(conjuncts(statement.formula)):
-        claim = flown(statement, timelines, tree)
-        check_invariant(*read_invariant(claim, evidence.get(f"formula/{number}", Any)))
+    for number, claim in enumerate(flown(statement, timelines)):
+        _check_invariant(*read_invariant(claim, evidence.get(f"formula/{number}", Any)))
     return f"Every word of the team satisfies {show(statement.formula)}."
 
 
 def check_ordered(statement: Statement, evidence: Evidence) -> str:
     """Check that planned words satisfy the formula in every order that keeps the waits."""
-    for number, tree in enumerate(conjuncts(statement.formula)):
-        check_invariant(*read_invariant(planned(statement, tree), evidence.get(f"ordered/{number}", Any)))
+    for number, claim in enumerate(planned(statement)):
+        _check_invariant(*read_invariant(claim, evidence.get(f"ordered/{number}", Any)))
     return "The planned words satisfy the formula in every order that keeps the waits."
 
 
-def read_invariant(
-    claim: Claim, data: Any
-) -> tuple[Team, list[int | None], list[list[Configuration]]]:  # of any type: JSON nests
+def read_invariant(claim: Claim, data: object) -> tuple[Team, list[int | None], list[list[Configuration]]]:
     """Read a team, what each level names, and the configurations of each span."""
     followed, more, owed, levels, sets, runs = read(_WRITTEN, data, "an invariant")
     require(len({*followed} & {*claim.robots}) == len(followed), "an invariant follows robots that there are not")
-    untils = {*levels} <= {None, *claim.table.untils()}
+    untils = {*levels} <= {None, *(2 * number for number, (sign, _) in enumerate(claim.table.nodes) if sign == "until")}
     known = all(part < 2 * len(claim.table.nodes) for one in owed for part in one)
     require(levels and untils and known, "an invariant names no untils, or parts that there are not")
     team = Team(claim, followed, frozenset(more))
@@ -94,20 +90,16 @@ def read_invariant(
     return team, list(levels), spans
 
 
-def check_invariant(team: Team, levels: Sequence[int | None], sets: Sequence[Sequence[Configuration]]) -> None:
-    """Check that configurations cover all that may come up, and that none ends well for the negation.
+def _check_invariant(team: Team, levels: Sequence[int | None], sets: Sequence[Sequence[Configuration]]) -> None:
+    """Check that configurations of each span cover all that may come up, and that none ends well for the negation.
 
-    Args:
-        team: The team.
-        levels: What each level names: an until of the table, or None, the lap; of finite flights there is one, the lap.
-        sets: Configurations of each span.
+    Levels name an until of the table, or None, the lap; of finite flights there is one, the lap.
     """
-    table, known = team.claim.table, list[dict[At, list[Configuration]]]()
+    table, known = team.claim.table, [defaultdict[At, list[Configuration]](list) for _ in sets]
     require(len(sets) == team.size, "the proof has another number of spans than the flight")
-    for here in sets:
-        known.append({})
+    for span, here in enumerate(sets):
         for one in here:
-            known[-1].setdefault(one.at, []).append(one)
+            known[span][one.at].append(one)
 
     def cover(span: int, level: int, owed: Owed, step: Step, *, lap: bool = False) -> None:
         """Refuse what a step makes of a configuration unless it is covered, on its own level only if the step may stay there."""
@@ -130,80 +122,68 @@ def check_invariant(team: Team, levels: Sequence[int | None], sets: Sequence[Seq
                 for step in steps:
                     cover(then, level, owed, step, lap=then <= span)
             else:
-                ends = team.may_end((at, seen)) and table.empty_word_keeps(owed)
-                require(not ends, "the flight may end with the formula broken")
+                breaks = team.may_end((at, seen)) and table.empty_word_keeps(owed)
+                require(not breaks, "the flight may end with the formula broken")
 
 
-def flown(statement: Statement, timelines: Mapping[str, Timeline], tree: Tree) -> Claim:
-    """Return a conjunct, and the team as it flies.
-
-    Args:
-        statement: Has the regions, and how words are read.
-        timelines: One for each robot; all flights, or first laps, end together.
-        tree: The conjunct.
-    """
+def flown(statement: Statement, timelines: Mapping[str, Timeline]) -> Iterator[Claim]:
+    """Yield each conjunct with the team as it flies, by a timeline for each robot; all flights, or first laps, end together."""
     line = next(iter(timelines.values()))
-    claim = Claim(statement, tree, lambda robot, names: places_of(timelines[robot], names))
-    claim.lap = None if line.cycle is None else (line.cycle, line.duration)
-    return claim
+    lap = None if line.cycle is None else (line.cycle, line.duration)
+    for tree in conjuncts(statement.formula):
+        yield Claim(statement, tree, lambda robot, names: places_of(timelines[robot], names), lap)
 
 
-def planned(statement: Statement, tree: Tree) -> Claim:
-    """Return a conjunct, and the team with its planned words; some flight has to keep their waits."""
-    words, at, goes = statement.words, dict.fromkeys(statement.words, 0), True
-    require(set(words) == set(statement.robots) and all(words.values()), "a robot has no planned word")
-    require(not statement.lasso, "planned words have laps")
-    waits = list(waits_between(statement))
-    while goes:
-        goes = False
-        for name, letter in at.items():
-            free = all(at[first] >= number for (first, number), then in waits if then == (name, letter + 1))
-            if free and letter + 1 < len(words[name]):
-                at[name], goes = letter + 1, True
-    require(all(at[name] + 1 == len(word) for name, word in words.items()), "robots wait for each other in a circle")
+def planned(statement: Statement) -> Iterator[Claim]:
+    """Yield each conjunct with the team and its planned words; some flight has to keep their waits."""
+    words = statement.words
+    fits = set(words) == set(statement.robots) and all(words.values()) and not statement.lasso
+    require(fits, "a robot has no planned word, or laps")
+    order = TopologicalSorter({(name, k): {(name, k - 1)} for name, word in words.items() for k in range(1, len(word))})
+    for first, then in (waits := list(waits_between(statement))):
+        order.add(then, first)
+    try:
+        order.prepare()
+    except CycleError:
+        require(False, "robots wait for each other in a circle")
 
     def find(robot: str, names: frozenset[str]) -> Places:
         letters = [letter & names for letter in words[robot]]
         size, following = len(letters), [[place + 1] for place in range(len(letters) - 1)]
         return Places(robot, [0] * size, letters, letters, [(ZERO, ZERO)] * size, [*following, []], [0], frozenset({size - 1}))
 
-    claim = Claim(statement, tree, find)
-    claim.waits = waits
-    return claim
+    for tree in conjuncts(statement.formula):
+        yield Claim(statement, tree, find, waits=waits)
 
 
-def waits_between(statement: Statement) -> Iterator[tuple[Event, Event]]:
+def waits_between(statement: Statement) -> Iterator[Wait]:
     """Yield the events that waits are between; not those that are over from the beginning, or never wait."""
     regions = frozenset(statement.regions)
     for (first, visit), (then, other), what_is_done, what_is_due in statement.waits:
-        enters, left, acts = _visits(statement, first)[visit]
-        done = {"entered": enters, "left": left, "acted": max(acts, default=enters)}[what_is_done]
-        its = _visits(statement, then)
-        enters, leaves, acts = its[other]
+        stay, acts = _visits(statement, first)[visit]
+        done = event(what_is_done, (stay, acts or [stay.start], Fraction(len(statement.words[first]))))
+        its, word, end = _visits(statement, then), statement.words[then], Fraction(len(statement.words[then]))
         if what_is_due == "sets out":  # whatever it comes to or leaves first after it has set out
-            shown = [letter & regions for letter in statement.words[then]]
-            changes = (number for number, inside in enumerate(shown) if inside != shown[0])
-            sets_out = its[other - 1][1] if other else next(changes, None)
-            due: int | None = enters if sets_out is None else min(enters, sets_out)
+            changes = (Fraction(k) for k, letter in enumerate(word) if letter & regions != word[0] & regions)
+            sets_out = event("leaves", (*its[other - 1], end)) if other else next(changes, None)
+            due = its[other][0].start if sets_out is None else min(its[other][0].start, sets_out)
         else:
-            due = {"enters": enters, "leaves": leaves, "acts": min(acts, default=None)}[what_is_due]
+            due = event(what_is_due, (*its[other], end))
         if due:
             require(done is not None, f"{then} waits until {first} has left where it stays")
         if due and done:
-            yield (first, done), (then, due)
+            yield (first, int(done)), (then, int(due))
 
 
-def _visits(statement: Statement, name: str) -> list[tuple[int, int | None, list[int]]]:
-    """Return of each planned visit, which the word has to show, the first letter in its region, the first one after it, and those of its actions."""
+def _visits(statement: Statement, name: str) -> list[tuple[Stay, list[Fraction]]]:
+    """Return of each planned visit, which the word has to show, its letters as a stay, and those that its actions make."""
     robot, word, regions = statement.robots[name], statement.words[name], frozenset(statement.regions)
     times = [Fraction(k) for k in range(len(word) + 1)]
     marks = {region: ["must" if region in letter else "no" for letter in word] for region in regions}
-    rows = {region: tuple(map(Span, times, times[1:], row)) for region, row in marks.items()}
+    rows = {region: joined(map(Span, times, times[1:], row)) for region, row in marks.items()}
     shown = sorted(stays(rows), key=lambda stay: (stay.start, 0 if stay.start else stay.stop, stay.region))
     _, made = planned_stays(robot.visits, shown)
-    changes = [k for k in range(1, len(word)) if word[k] - regions != word[k - 1] - regions]
+    changes = [times[k] for k in range(1, len(word)) if word[k] - regions != word[k - 1] - regions]
     seen = [deed.visit for deed in robot.changes if robot.states.get(deed.before) != robot.states.get(deed.after)]
     require(len(seen) == len(changes), f"the planned word of {name} does not show its actions")
-    acts = [[changes.pop(0) for _ in range(seen.count(number))] for number in range(len(made))]
-    ends = [None if stay.stop == len(word) else int(stay.stop) for stay in made]
-    return [(int(stay.start), left, own) for stay, left, own in zip(made, ends, acts, strict=True)]
+    return [(stay, [changes.pop(0) for _ in range(seen.count(number))]) for number, stay in enumerate(made)]

@@ -4,28 +4,27 @@ Each inequality is f(x) <= 0, by the weights of xx, xy, xz, yy, yz, zz, x, y, z 
 its square completed. Of a ball of radius d around x all points keep it where sqrt((x - c)'Q(x - c)) <= sqrt(B) - s d, and none does where it is
 above sqrt(B) + s d, s^2 being at least Q's greatest eigenvalue (Coq: `quadric_must`, `quadric_no`). A half-space n.x <= h moves by |n| d (Coq:
 `half_space_must`, `half_space_no`).
+
+Last, distances between robots, of all times that their clocks, which differ, may show at one moment.
 """
 
 from __future__ import annotations
 
 import operator
+from bisect import bisect_left, bisect_right
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from functools import lru_cache
+from typing import NamedTuple
 
 from .flights import Path
-from .polynomials import Polynomial, root
-from .statement import ZERO, Inequality, Shape, Vector, require
-from .trees import Atom, Cell, Rules
+from .statement import MOST, ZERO, Inequality, Shape, Statement, Vector, at_least, few, require
+from .trees import Atom, Bernstein, Cell, Polynomial, Rules, root, square
 
-MOST_SUMS = 64
-"""Sums of half-spaces that a proof may name for one part of an obstacle."""
-CORNERS = 32
-"""Directions between a rim's plane and its axis in which a path may be away from its edge."""
-MOST_CHOICES = 300
-"""Choices of one inequality of each part of a region."""
 Sums = tuple[tuple[tuple[int, int], ...], ...]
 """Sums of inequalities, of each their numbers and weights."""
+Solid = tuple[Shape, tuple[Shape, ...], tuple[Sums, ...]]
+"""An obstacle, its openings' hoops, and for each part sums of its half-spaces."""
 Terms = tuple[Fraction, ...]
 NOTHING: Vector = (ZERO, ZERO, ZERO)
 
@@ -35,7 +34,6 @@ def along(path: Path, rules: Rules) -> Iterator[Cell]:
     return (Cell(segment.sum, rules) for segment in path.segments)
 
 
-@lru_cache(maxsize=65536)
 def terms_of(one: Inequality, center: Vector) -> Terms:
     """Return the weights of an inequality around a centre."""
     q, linear = one.quadratic or (NOTHING,) * 3, one.linear or NOTHING
@@ -45,14 +43,13 @@ def terms_of(one: Inequality, center: Vector) -> Terms:
     return (xx, 2 * xy, 2 * xz, yy, 2 * yz, zz, *(linear[i] - 2 * pulled[i] for i in range(3)), rest)
 
 
-def pivots(terms: Sequence[Fraction], size: int = 4) -> list[Fraction]:
+def pivots(terms: Terms) -> list[Fraction]:
     """Return pivots of the symmetric matrix of a function of x, y, z and 1; none is below zero where it is nowhere below zero.
 
     Where one is zero, and more stands in its row, it is -1 here. (Coq: `elimination_semidefinite`)
     """
     xx, xy, xz, yy, yz, zz, x, y, z, one = (value / (1 if i in (0, 3, 5, 9) else 2) for i, value in enumerate(terms))
-    whole = [[xx, xy, xz, x], [xy, yy, yz, y], [xz, yz, zz, z], [x, y, z, one]]
-    rows, found = [row[:size] for row in whole[:size]], list[Fraction]()
+    rows, found = [[xx, xy, xz, x], [xy, yy, yz, y], [xz, yz, zz, z], [x, y, z, one]], list[Fraction]()
     while rows:
         pivot, *rest = rows[0]
         found.append(pivot if pivot or not any(rest) else Fraction(-1))
@@ -61,13 +58,13 @@ def pivots(terms: Sequence[Fraction], size: int = 4) -> list[Fraction]:
 
 
 def _scale(terms: Terms) -> Fraction:
-    """Return s such that s^2 is at least the greatest eigenvalue of a semidefinite form (Coq: `rest_grows`, `rows_grow`)."""
+    """Return s such that s^2 is at least the greatest eigenvalue of a semidefinite form, by row sums and halving (Coq: `rows_grow`, `rest_grows`)."""
     xx, xy, xz, yy, yz, zz = (abs(value) for value in terms[:6])
     low, high = max(xx, yy, zz), max(2 * xx + xy + xz, xy + 2 * yy + yz, xz + yz + 2 * zz) / 2
-    for _ in range(32 if low < high else 0):
+    for _ in range(32):
         middle = (low + high) / 2
-        rest = [middle * (i in (0, 3, 5)) - value for i, value in enumerate(terms)]
-        low, high = (low, middle) if min(pivots(rest, 3)) >= 0 else (middle, high)
+        rest = [middle * (i in (0, 3, 5)) - value for i, value in enumerate(terms[:6])]
+        low, high = (low, middle) if min(pivots((*rest, *[ZERO] * 4))) >= 0 else (middle, high)
     return root(high)[1]
 
 
@@ -118,15 +115,15 @@ def choices(parts: Sequence[Sequence[Terms]]) -> list[frozenset[Terms]]:
     """
     found = [frozenset[Terms]()]
     for part in parts:
-        more = [one | {face} for one in found for face in part if not any(meet(face, other) for other in one)]
+        more = [one | {face} for one in found for face in part if not any(_meet(face, other) for other in one)]
         found = [one for one in dict.fromkeys(more) if not any(other < one for other in more)]
-        if len(found) > MOST_CHOICES:
+        if len(found) > MOST["choices of faces"]:
             return []
     return found
 
 
-def meet(one: Terms, other: Terms) -> bool:
-    """Return whether each point keeps one of two inequalities: some sum of their functions is nowhere above zero (Coq: `faces_meet`)."""
+def _meet(one: Terms, other: Terms) -> bool:
+    """Return whether each point keeps one of two inequalities: some sum of their functions is nowhere above zero."""
     weight = next((-a / b for a, b in zip(one, other, strict=True) if b), ZERO)
     *rest, last = (a + weight * b for a, b in zip(one, other, strict=True))
     return weight > 0 and not any(rest) and last <= 0
@@ -146,7 +143,7 @@ class Hoop:
         across = (b * b + c * c, -a * b, -a * c), (-a * b, a * a + c * c, -b * c), (-a * c, -b * c, a * a + b * b)
         self.high, self.along = root(self.square)[1], Polynomial.of(terms_of(Inequality(ZERO, (a, b, c)), shape.center))
         self.across = Polynomial.of(terms_of(Inequality(ZERO, None, across), shape.center))
-        self.ways = {"F": self.along, "R": -self.along}
+        self.ways = {"F": self.along, "R": Polynomial([-1]) * self.along}
 
     def within(self, length: Fraction) -> list[Atom]:
         """Return that a path is inside the opening by more than a length."""
@@ -163,18 +160,12 @@ class Hoop:
 
 
 @lru_cache(maxsize=4096)
-def opening(shape: Shape, margin: Fraction, radius: Fraction) -> Rules:
-    """Return the claims `n` that no point within the margin is in a hoop's opening, and `F` and `R` that a vehicle there is inside by its radius
-    and the margin; and that it flies on, forward or in reverse, or stays within the margin of the plane.
-
-    (Coq: `before_plane`, `behind_plane`, `beside_opening`, `inside_opening`)
-
-    Args:
-        shape: The hoop.
-        margin: m.
-        radius: Of the vehicle, m.
+def opening(shape: Shape, lengths: tuple[Fraction, Fraction]) -> Rules:
+    """Return the claims `n` that no point within a margin is in a hoop's opening, and `F` and `R` that a vehicle there is inside by its radius
+    and the margin; and that it flies on, forward or in reverse, or stays within the margin of the plane (Coq: `before_plane`, `behind_plane`,
+    `beside_opening`, `inside_opening`).
     """
-    hoop = Hoop(shape)
+    (margin, radius), hoop = lengths, Hoop(shape)
     inside = [(hoop.across, "<=", bound) for _, _, bound in hoop.within(margin + radius)]
     near = [("<=", margin * hoop.high), (">=", -margin * hoop.high)]
     ways = {way: [[inside, *([(p, "rises", ZERO), (p, *bound)] for bound in near)]] for way, p in hoop.ways.items()}
@@ -184,11 +175,11 @@ def opening(shape: Shape, margin: Fraction, radius: Fraction) -> Rules:
 @lru_cache(maxsize=4096)
 def rim(shape: Shape, length: Fraction) -> Rules:
     """Return the claim `n` that a path stays farther than a length from a hoop's rim: in its plane by one side of a right triangle,
-    along the axis by the other, of which the length is the longest (Coq: `rim_clear`).
+    along the axis by the other, of which the length is the longest, in some of 32 directions (Coq: `rim_clear`).
     """
     hoop, ways = Hoop(shape), list[list[list[Atom]]]()
     wide = hoop.ring.rim
-    for t in (Fraction(k, CORNERS) for k in range(CORNERS)):
+    for t in (Fraction(k, 32) for k in range(32)):
         aside, above = (1 - t * t) / (1 + t * t) * length, 2 * t / (1 + t * t) * length
         beside = [hoop.beside(wide + aside), *hoop.within(aside)]
         ways.append([beside, hoop.apart(wide / 2 + above)] if t else [beside])
@@ -196,23 +187,18 @@ def rim(shape: Shape, length: Fraction) -> Rules:
 
 
 @lru_cache(maxsize=4096)
-def obstacle(shape: Shape, hoops: tuple[Shape, ...], length: Fraction, sums: tuple[Sums, ...]) -> Rules:
+def obstacle(solid: Solid, length: Fraction) -> Rules:
     """Return the claim `n` that a path is farther than a length from all that is solid of an obstacle.
 
-    Of each part one inequality, or one sum of half-spaces, is broken by the length (Coq: `quadric_no`, `farkas_ball`), or all within the
-    length is in an opening.
-
-    Args:
-        shape: The obstacle.
-        hoops: Hoops that lead through the parts that hold their centres.
-        length: m.
-        sums: For each part sums of its half-spaces, which all points of the part keep (Coq: `farkas_keeps`).
+    Of each part one inequality is broken by the length, or one sum of half-spaces, which all its points keep (Coq: `quadric_no`, `farkas_keeps`,
+    `farkas_ball`), or all within the length is in the opening of a hoop that leads through the part, which holds its centre.
     """
-    clauses = list[list[Atom]]()
+    (shape, hoops, sums), clauses = solid, list[list[Atom]]()
     require(len(sums) == len(shape.parts), "a proof sums half-spaces of other parts")
     for part, rows in zip(shape.parts, sums, strict=True):
         terms = [terms_of(one, shape.center) for one in part]
-        fits = len(rows) <= MOST_SUMS and not any(k >= len(part) or part[k].quadratic for row in rows for k, _ in row)
+        few(len(rows), "sums of half-spaces")
+        fits = all(k < len(part) and not part[k].quadratic for row in rows for k, _ in row)
         require(fits, "a proof sums half-spaces that there are not")
         summed = [tuple(sum((w * terms[k][i] for k, w in row), ZERO) for i in range(10)) for row in rows]
         clauses.append([asked(one, length)[1] for one in (*terms, *summed)])
@@ -224,9 +210,116 @@ def obstacle(shape: Shape, hoops: tuple[Shape, ...], length: Fraction, sums: tup
     return {"n": [clauses]}
 
 
-@lru_cache(maxsize=64)
 def workspace(corners: tuple[Vector, Vector], margin: Fraction) -> Rules:
     """Return the claim `m` that a path stays between the workspace's corners by the margin."""
     axes = [Polynomial([int(k == axis + 6) for k in range(10)]) for axis in range(3)]
     every = zip(axes, *corners, strict=True)
     return {"m": [[[wall] for axis, low, high in every for wall in ((axis, ">=", low + margin), (axis, "<=", high - margin))]]}
+
+
+BITS = 40
+Box = Sequence[tuple[int, int]]
+"""Along x, y and z from where to where, m, over 2^40."""
+
+
+class Flown(NamedTuple):
+    """A part of a path that takes time: from when to when, its places along x, y and z, and a box around them."""
+
+    start: Fraction
+    stop: Fraction
+    places: Sequence[Bernstein]
+    box: Box
+
+    def halves(self) -> list[Flown]:
+        """Return both halves."""
+        middle = (self.start + self.stop) / 2
+        times, places = ((self.start, middle), (middle, self.stop)), zip(*(row.halves() for row in self.places), strict=True)
+        return [Flown(*when, where, self.box) for when, where in zip(times, places, strict=True)]
+
+
+class Flight:
+    """One robot's path as distances are measured: a metre in z may count more than one across. Lengths are `unit` times as long here.
+
+    Its robot is within `loose` of a place that the path has then: it may be within the margin of any place of a step.
+    """
+
+    def __init__(self, statement: Statement, path: Path) -> None:
+        weight = Fraction(1) if statement.separation_z is None else statement.separation / statement.separation_z
+        self.weight, self.unit, self.path, self.rows = weight, weight.denominator, path, list[Flown]()
+        steps = [square([axis.derivative() for axis in one.axes]) for one in path.segments if one.start == one.stop]
+        step, self.stretch = root(max((one.at(0) for one in steps), default=ZERO))[1], max(Fraction(1), weight)
+        self.radius, self.loose = self.stretch * path.robot.radius, self.stretch * (statement.margin + step)
+        for one in (one for one in path.segments if one.start < one.stop):
+            every = zip(one.axes, (self.unit, self.unit, weight.numerator), strict=False)
+            places = [one.bernstein(axis * Polynomial([times]), 7) for axis, times in every]  # of one degree, as pieces are
+            box = [((row.lowest << BITS) // row.unit, -((-row.highest << BITS) // row.unit)) for row in places]
+            self.rows.append(Flown(one.start, one.stop, places, box))
+        axes = zip(*(one.box for one in self.rows), strict=True)
+        self.box = [(min(low for low, _ in axis), max(high for _, high in axis)) for axis in axes]
+
+    def around(self, error: Fraction) -> list[Flown]:
+        """Return the segments, those of a lap's beginning once more behind its end if clocks differ."""
+        lap, end = self.path.lap, self.rows[-1].stop
+        again = [one for one in self.rows if lap is not None and error and lap <= one.start <= lap + error]
+        later = end - (lap or ZERO)
+        return self.rows + [one._replace(start=one.start + later, stop=one.stop + later) for one in again]
+
+
+class Pair:
+    """Two robots, and how far apart their paths must be, m (Coq: `apart_moved`, `stretched_grows`)."""
+
+    def __init__(self, separation: Fraction, one: Flight, other: Flight) -> None:
+        self.flights, self.least = (one, other), max(separation, one.radius + other.radius) + one.loose + other.loose
+        self._square = (self.least * one.unit) ** 2
+        self.apart = f"{at_least(self.least)} m"
+        self.apart += f", a metre in z counted as {float(one.weight):.4g}," if one.weight != 1 else ""
+
+    def parts(self, error: Fraction) -> Iterator[Two]:
+        """Yield the claims that they are far enough apart at times of theirs that differ by at most an error, s, where boxes do not part them.
+
+        Of segments that clocks show together at one instant alone, their neighbours are looked at: a robot may be anywhere on a step.
+        """
+        one, other = self.flights
+        if self._are_far(one.box, other.box):
+            return
+        its = other.around(error)
+        starts, stops = [b.start for b in its], [b.stop for b in its]
+        for a in (a for a in one.around(error) if not self._are_far(a.box, other.box)):
+            for b in its[bisect_right(stops, a.start - error) : bisect_left(starts, a.stop + error)]:
+                if not self._are_far(a.box, b.box):
+                    yield Two(a, b, error, self._square)
+
+    def _are_far(self, box: Box, other: Box) -> bool:
+        gaps = [max(0, low - d, c - high) for (low, high), (c, d) in zip(box, other, strict=True)]
+        return sum(gap * gap for gap in gaps) * self._square.denominator >= self._square.numerator << 2 * BITS
+
+
+class Two(NamedTuple):
+    """A part of one path and a part of another, each with its own times.
+
+    `k`: no two clocks show these times at one moment. `m`: a plane across the way from middle to middle parts them by what is asked (Coq: `plane_parts`).
+    """
+
+    one: Flown
+    other: Flown
+    error: Fraction
+    square: Fraction
+
+    def holds(self, mark: str) -> bool:
+        """Return whether a mark is so."""
+        if mark == "k":
+            return max(self.one.start - self.other.stop, self.other.start - self.one.stop) > self.error
+        unit = max(row.unit for row in (*self.one.places, *self.other.places))  # of powers of two, times one number
+        mine, its = ([[n * (unit // row.unit) for n in row.numbers] for row in one.places] for one in (self.one, self.other))
+        x, y, z = ((sum(a) - sum(b)) * 4096 // unit for a, b in zip(mine, its, strict=True))  # any would do
+        near, far = ([x * a + y * b + z * c for a, b, c in zip(*rows, strict=True)] for rows in (mine, its))
+        gap, least = min(near) - max(far), self.square * (x * x + y * y + z * z)
+        return mark == "m" and gap > 0 and gap * gap * least.denominator >= least.numerator * unit * unit
+
+    def halves(self) -> tuple[Two, Two]:
+        """Return both halves of the part that lasts longer."""
+        if self.one.stop - self.one.start >= self.other.stop - self.other.start:
+            first, second = (self._replace(one=half) for half in self.one.halves())
+        else:
+            first, second = (self._replace(other=half) for half in self.other.halves())
+        return first, second

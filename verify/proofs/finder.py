@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
@@ -13,15 +13,15 @@ from verify.data.files.trajectory_csv import write_csv
 from verify.data.plan import Plan
 from verify.data.trajectory import Trajectory
 from verify.kernel.checking import Check, Owed
-from verify.kernel.distances import Two
-from verify.kernel.flights import Path, read_team
-from verify.kernel.statement import Refused, read_statement
-from verify.kernel.timelines import Course
+from verify.kernel.flights import Path, Segment, read_team
+from verify.kernel.limits import kept
+from verify.kernel.statement import Limit, Refused, read_statement
+from verify.kernel.timelines import Course, Window
 from verify.kernel.trees import Cell, Evidence, Part, Rules
-from verify.kernel.zones import along, opening
+from verify.kernel.zones import Two, along, opening
 from verify.proofs.half_space_sums import half_space_sums
 from verify.proofs.proposed_roots import FlownPieces, FlownSegments, parted_roots
-from verify.proofs.search import STYLES, proof_text, run_lengths, starts_of, trees_of
+from verify.proofs.search import STYLES, OnTheWay, proof_text, run_lengths, starts_of, trees_of
 from verify.proofs.statement import statement_of
 from verify.proofs.words import find_formula, find_ordered
 
@@ -90,18 +90,20 @@ class _Found(Course):
         self.segments, self.pieces = segments, pieces
         self._sought: dict[str, list[str]] = {}
 
-    def along(self, key: str, rules: Rules) -> list[tuple[Fraction, str, Any]]:
-        """Return when each leaf of a region's trees begins, and its mark; they are sought."""
-        kind = key.partition("/")[0]
+    def _along(self, key: str, segments: Sequence[Segment], cells: Iterable[Cell]) -> list[tuple[Fraction, Fraction, str, Any]]:
+        """Return the leaves of a region's trees; they are sought."""
+        kind, rules = key.partition("/")[0], next(iter(cells)).rules
         if key not in self._sought:
             trees = self.segments.region_trees(self.name, rules) if self.statement.margin and kind == "inside" else ["?"]
             told = not any("?" in tree for tree in trees)
             self._sought[key] = trees if told else self._exactly(kind, rules, trees)
-        found: list[tuple[Fraction, str, None]] = []
-        for segment, tree in zip(self.path.segments, self._sought[key], strict=True):
+        found: list[tuple[Fraction, str]] = []
+        for segment, tree in zip(segments, self._sought[key], strict=True):
             if not found or tree != found[-1][1]:
-                found += [(segment.time(start) if start else segment.start, mark, None) for start, mark in starts_of(tree)]
-        return found
+                length = segment.stop - segment.start
+                found += [(segment.start + start * length if start else segment.start, mark) for start, mark in starts_of(tree)]
+        stops = [*(start for start, _ in found[1:]), segments[-1].stop]
+        return [(start, stop, mark, None) for (start, mark), stop in zip(found, stops, strict=True)]
 
     def _exactly(self, kind: str, rules: Rules, known: Sequence[str] = ()) -> list[str]:
         roots = self.segments.roots(self.name, rules, "n" if kind == "openings" else "nm")
@@ -112,13 +114,21 @@ class _Found(Course):
         """Return marks of regions and openings."""
         with suppress(Refused):
             self.rows  # noqa: B018  # which are sought
+        for number, visit in enumerate(self.robot.visits):
+            for limit in self.robot.legs.get(visit.region, {}).items():
+                with suppress(Refused):
+                    self._sought[f"legs/{limit[0]}/{self.name}/{number}"] = self._leg(limit, self.windows(number))
         for name, shape in self.statement.regions.items():
-            if name in self.robot.limits.legs:
-                self.row("nominal", name)
             if shape.ring:
-                rules = opening(shape, self.statement.margin, self.robot.radius)
+                rules = opening(shape, (self.statement.margin, self.robot.radius))
                 self._sought[f"openings/{self.name}/{name}"] = self._exactly("openings", rules)
         return {key: run_lengths(trees) for key, trees in self._sought.items()}
+
+    def _leg(self, limit: tuple[Limit, Fraction], ways: Sequence[Window]) -> list[str]:
+        """Return trees of a limit on the way to a visit, open beside it."""
+        whole = zip(self.path.pieces, kept(self.path, limit), strict=True)
+        trees = trees_of("legs", [OnTheWay(cell, piece.start, piece.stop, ways) for piece, cell in whole])
+        return [tree.replace("k", "?") for tree in trees]
 
     def roots(self, key: str, first: Part) -> list[str]:
         """Return marks that parts of trees, of which this is the first, surely have, or nothing."""
@@ -126,7 +136,8 @@ class _Found(Course):
         if kind in ("workspace", "rims", "obstacles") and isinstance(first, Cell):
             return self.segments.roots(self.name, first.rules, STYLES[kind].marks)
         if kind == "limits" and len(names) == 2:
-            return self.pieces.roots(self.name, names[0], float(getattr(self.robot.limits, names[0])))
+            limit = next(value for one, value in self.robot.limits.items() if one == names[0])
+            return self.pieces.roots(self.name, names[0], float(limit))
         return self.pieces.turning(self.name) if kind == "turning" else []
 
 

@@ -15,10 +15,9 @@ from verify.data.errors import BadInput, NotCertified
 from verify.data.plan import Plan
 from verify.data.trajectory import Trajectory
 from verify.kernel import VERSION
-from verify.kernel.__main__ import check_folder
+from verify.kernel.__main__ import check_folder, summary
 from verify.kernel.checking import Checked
-from verify.kernel.report import summary
-from verify.kernel.statement import Refused
+from verify.kernel.statement import FORMAT, Refused
 from verify.proofs.finder import prove
 from verify.proofs.search import PROOF_FILE
 from verify.proofs.statement import STATEMENT_FILE, statement_of
@@ -115,7 +114,7 @@ def recheck_proof(folder: str | Path, plan: Plan, certificate: Certificate) -> P
 
     Raises:
         NotCertified: The statement is not the one that this certificate proves.
-        BadInput: The proof cannot be read.
+        BadInput: The proof cannot be read, or has another format.
     """
     path = Path(folder) / STATEMENT_FILE
     if not path.exists() and not (Path(folder) / PROOF_FILE).exists():
@@ -124,6 +123,8 @@ def recheck_proof(folder: str | Path, plan: Plan, certificate: Certificate) -> P
         written = path.read_text(encoding="utf-8")
     except (OSError, ValueError) as error:
         raise BadInput(f"{path} cannot be read: {error}.") from None
+    if not written.startswith(f'{{"format":{FORMAT},'):
+        raise BadInput(f"{path} is no statement of format {FORMAT}; certify the flight again.")
     if written != statement_of(plan, certificate):
         raise NotCertified(f"{path} was changed: it is not the statement that the certificate proves.")
     return check_proof(folder)

@@ -17,12 +17,11 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from verify.kernel.distances import Flown, Two
 from verify.kernel.flights import GRAVITY, Path, Segment
 from verify.kernel.limits import Interval, rates_and_thrusts
-from verify.kernel.polynomials import Polynomial
 from verify.kernel.statement import Robot
-from verify.kernel.trees import Atom, Rules
+from verify.kernel.trees import Atom, Polynomial, Rules
+from verify.kernel.zones import Flown, Two
 from verify.proofs.search import EDGE
 
 Floats = NDArray[np.float64]
@@ -320,7 +319,7 @@ class FlownPieces:
         if name == "thrust_max":
             kept &= self._is_above(-thrust, -(limit**2))
         if name in ("thrust_min", "tilt", "body_rate"):
-            kept &= self._is_above(thrust, float(robot.limits.thrust_min) ** 2)
+            kept &= self._is_above(thrust, float(robot.limits["thrust_min"]) ** 2)
         if name == "tilt":
             upright = _times(f[:, 2], f[:, 2]) - size * math.cos(limit) ** 2
             kept &= self._is_above(f[:, 2], 0.0) & self._is_above(upright, 0.0)
@@ -335,7 +334,7 @@ class FlownPieces:
     def turning(self, of: str) -> list[str]:
         """Return `m` for each piece of a robot on which yaw rate and rotors surely keep their limits, else nothing."""
         robot = self._robots[of]
-        limits = robot.limits.rotor_thrust_min, robot.limits.rotor_thrust_max, robot.limits.yaw_rate
+        limits = tuple(robot.limits[name] for name in ("rotor_thrust_min", "rotor_thrust_max", "yaw_rate"))
         alike = robot.mass, robot.arm, robot.inertia, robot.torque_to_thrust, limits
         if alike not in self._turning:
             self._turning[alike] = self._turns(robot)
@@ -351,8 +350,8 @@ class FlownPieces:
             rate, *thrusts = rates_and_thrusts(robot, cast("Sequence[Interval]", given))
         limits, kept = robot.limits, np.ones(len(j), bool)
         for one, low, high in [
-            (rate, -limits.yaw_rate, limits.yaw_rate),
-            *((one, limits.rotor_thrust_min, limits.rotor_thrust_max) for one in thrusts),
+            (rate, -limits["yaw_rate"], limits["yaw_rate"]),
+            *((one, limits["rotor_thrust_min"], limits["rotor_thrust_max"]) for one in thrusts),
         ]:
             range_: Any = one
             room = _ROOM + 1e-6 * (abs(range_.low) + abs(range_.high))

@@ -5,9 +5,12 @@ from __future__ import annotations
 import itertools
 import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any, NamedTuple
 
+from verify.kernel.statement import Refused
 from verify.kernel.trees import FORMAT, Cell, Part
 
 PROOF_FILE = "proof.json"
@@ -29,6 +32,7 @@ STYLES: Mapping[str, Style] = {
     "obstacles": Style("n", 14),
     "workspace": Style("m", 24),
     "limits": Style("m", 24),
+    "legs": Style("km", 40),
     "turning": Style("m", 16),
     "apart": Style("km", 28),
 }
@@ -40,6 +44,34 @@ NEAR = 8
 """Halvings from which on a path inside an opening's cylinder counts as near the opening."""
 
 _FROM = {**dict.fromkeys("yio", EDGE), **dict.fromkeys("FR", NEAR)}
+
+
+@dataclass(frozen=True, slots=True)
+class OnTheWay:
+    """Knowledge of a part of a piece, of which only what is on the way to a visit counts.
+
+    Attributes:
+        cell: What is known.
+        start: When it begins, s.
+        stop: When it ends, s.
+        ways: Times that count, s.
+    """
+
+    cell: Cell
+    start: Fraction
+    stop: Fraction
+    ways: Sequence[tuple[Fraction, Fraction]]
+
+    def holds(self, mark: str) -> bool:
+        """Return whether a mark is so; of `k`, whether none of the part counts."""
+        if mark == "k":
+            return all(self.stop <= low or high <= self.start for low, high in self.ways)
+        return self.cell.holds(mark)
+
+    def halves(self) -> tuple[OnTheWay, OnTheWay]:
+        """Return both halves."""
+        middle, (first, second) = (self.start + self.stop) / 2, self.cell.halves()
+        return replace(self, cell=first, stop=middle), replace(self, cell=second, start=middle)
 
 
 def trees_of(kind: str, parts: Sequence[Part], roots: Sequence[str] = ()) -> list[str]:
@@ -85,8 +117,9 @@ def _mark(style: Style, part: Part, depth: int, before: str) -> str:
     """Return what holds on a part, `?` where no half can tell more, or nothing; a passage goes on in the way in which it began."""
     for mark in style.marks.replace("FR", "RF") if before == "R" else style.marks:
         sought = depth >= _FROM.get(mark, 0) or (mark in "FR" and _is_near(part))
-        if sought and part.holds(mark):
-            return mark
+        with suppress(Refused):  # a divisor may be zero
+            if sought and part.holds(mark):
+                return mark
     hopeless = style.open and isinstance(part, Cell) and _is_hopeless(part)
     return ("y" if "y" in style.marks else "?") if hopeless else ""
 

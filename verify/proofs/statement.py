@@ -22,8 +22,7 @@ from verify.proofs.formula_tree import formula_tree
 STATEMENT_FILE = "statement.json"
 
 _LIMITS = (
-    "speed", "acceleration", "thrust_min", "thrust_max", "rotor_thrust_min", "rotor_thrust_max", "tilt", "body_rate", "yaw_rate",
-    "endurance", "pieces",
+    "speed", "acceleration", "thrust_max", "thrust_min", "tilt", "body_rate", "yaw_rate", "rotor_thrust_max", "rotor_thrust_min",
 )  # fmt: skip
 
 Table = dict[str, Any]  # of any type: JSON nests
@@ -107,7 +106,10 @@ def _robot(plan: Plan, certificate: Certificate, name: str) -> Table:
         "arm": vehicle.arm,
         "inertia": list(vehicle.inertia),
         "torque_to_thrust": vehicle.torque_to_thrust,
-        "limits": {**{key: getattr(limits, key) for key in _LIMITS}, "legs": legs},
+        "limits": {key: getattr(limits, key) for key in _LIMITS},
+        "legs": legs,
+        "endurance": limits.endurance,
+        "pieces": limits.pieces,
         "start": list(agent.start),
         "yaw": agent.yaw,
         "end": None if agent.end is None else list(agent.end),

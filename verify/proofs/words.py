@@ -13,7 +13,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
-from verify.kernel.formulas import Owed, conjuncts
+from verify.kernel.formulas import Owed
 from verify.kernel.statement import Refused, Statement
 from verify.kernel.team import Claim, Step, Team
 from verify.kernel.timelines import Timeline
@@ -32,19 +32,13 @@ FOLLOWED = 3
 def find_formula(
     statement: Statement, timelines: Mapping[str, Timeline]
 ) -> dict[str, str | list[Any]]:  # of any type: JSON nests
-    """Return evidence for each conjunct of a formula for which some is found.
-
-    Args:
-        statement: Has the formula.
-        timelines: One for each robot.
-    """
-    trees = conjuncts(statement.formula)
-    return _found("formula", (flown(statement, timelines, tree) for tree in trees))
+    """Return evidence for each conjunct of a formula for which some is found, by a timeline for each robot."""
+    return _found("formula", flown(statement, timelines))
 
 
 def find_ordered(statement: Statement) -> dict[str, str | list[Any]]:  # of any type: JSON nests
     """Return evidence for each conjunct that planned words satisfy it under their waits, as far as some is found."""
-    return _found("ordered", (planned(statement, tree) for tree in conjuncts(statement.formula)) if statement.words else ())
+    return _found("ordered", planned(statement) if statement.words else ())
 
 
 def _found(key: str, claims: Iterable[Claim]) -> dict[str, str | list[Any]]:

@@ -206,11 +206,11 @@ class _Stated:
         limits = {
             "speed": self.speed(drone), "acceleration": self._rate("limits.acceleration", drone), "thrust_min": 1 / _UNASKED,
             "thrust_max": _UNASKED, "rotor_thrust_min": 0.0, "rotor_thrust_max": _UNASKED, "tilt": _UPRIGHT, "body_rate": _UNASKED,
-            "yaw_rate": _UNASKED, "endurance": None, "pieces": None, "legs": {},
+            "yaw_rate": _UNASKED,
         }  # fmt: skip
         return {
             "radius": max(float(self.asked.radii[drone]), 1 / _UNASKED), "mass": 1.0, "arm": 1.0, "inertia": [1.0, 1.0, 1.0], "torque_to_thrust": 1.0,
-            "limits": limits,
+            "limits": limits, "legs": {}, "endurance": None, "pieces": None,
             "start": self.rounded.paths[name].coefficients[0, :3, 0].tolist(), "yaw": 0.0, "end": None,
             "edges": None, "vertex": "", "closed": [],
             "initial": "as at the start", "states": {"as at the start": sorted(letter)}, "actions": [],

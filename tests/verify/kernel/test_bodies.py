@@ -8,10 +8,9 @@ import pytest
 from verify.data.shapes.covers import covers
 from verify.data.shapes.inequalities import Inequality as Stored
 from verify.kernel.flights import Segment
-from verify.kernel.polynomials import Polynomial
 from verify.kernel.statement import Inequality, Shape
-from verify.kernel.trees import Cell
-from verify.kernel.zones import asked, choices, meet, region, terms_of
+from verify.kernel.trees import Cell, Polynomial
+from verify.kernel.zones import _meet, asked, choices, region, terms_of
 
 ORIGIN = (Fraction(0), Fraction(0), Fraction(0))
 
@@ -65,9 +64,9 @@ def test_faces_meet_where_every_point_keeps_one_of_them():
     one = terms_of(Inequality(Fraction(1), (Fraction(2), Fraction(0), Fraction(0))), ORIGIN)
     for x, bound, met in ((-1, 0, True), (-4, -2, True), (-4, -3, False), (1, 5, False), (0, 5, False)):
         other = terms_of(Inequality(Fraction(bound), (Fraction(x), Fraction(0), Fraction(0))), ORIGIN)
-        assert meet(one, other) == meet(other, one) == met
+        assert _meet(one, other) == _meet(other, one) == met
     ball = Inequality(Fraction(1), None, tuple(tuple(Fraction(i == k) for k in range(3)) for i in range(3)))
-    assert not meet(terms_of(ball, ORIGIN), terms_of(ball, ORIGIN))
+    assert not _meet(terms_of(ball, ORIGIN), terms_of(ball, ORIGIN))
 
 
 def test_a_path_through_a_face_is_inside_and_one_through_a_gap_is_not():

@@ -50,12 +50,12 @@ agents: {{r0: {{start: [-1, -1, 1]}}}}
 """,
 }
 FALSE = {
-    "legs": [("limits.legs.speed", lambda table: table["robots"]["r0"]["limits"]["legs"]["b"].update(speed=0.1)),
-             ("limits.legs.acceleration", lambda table: table["robots"]["r0"]["limits"]["legs"]["a"].update(acceleration=0.01)),
-             ("limits.endurance", lambda table: table["robots"]["r0"]["limits"].update(endurance=12.0))],
+    "legs": [("limits.legs.speed", lambda table: table["robots"]["r0"]["legs"]["b"].update(speed=0.1)),
+             ("limits.legs.acceleration", lambda table: table["robots"]["r0"]["legs"]["a"].update(acceleration=0.01)),
+             ("limits.endurance", lambda table: table["robots"]["r0"].update(endurance=12.0))],
     "laps of a team": [("separation", lambda table: table.update(separation_z=0.05)),
                        ("visits", lambda table: table["robots"]["r0"].update(cycle_visit=0 if table["robots"]["r0"]["cycle_visit"] else 1)),
-                       ("limits.endurance", lambda table: table["robots"]["r0"]["limits"].update(endurance=12.0))],
+                       ("limits.endurance", lambda table: table["robots"]["r0"].update(endurance=12.0))],
     "openings": [("obstacles", lambda table: table["obstacles"]["wall"].update(openings=[])),
                  ("obstacles", lambda table: table["regions"]["w"]["ring"].update(opening=0.1))],
     "unions": [("visits", lambda table: table["regions"]["room"]["parts"].pop(0)), ("formula", lambda table: table.update(margin=0.35))],

@@ -11,11 +11,10 @@ from types import SimpleNamespace
 from typing import Any
 
 from tests.helpers.few import few_of
-from verify.kernel.distances import Flight, Pair
 from verify.kernel.flights import Path, Segment
-from verify.kernel.polynomials import Polynomial
 from verify.kernel.statement import Refused
-from verify.kernel.trees import Evidence
+from verify.kernel.trees import Evidence, Polynomial
+from verify.kernel.zones import Flight, Pair
 from verify.proofs.search import run_lengths, trees_of
 
 STATEMENT: Any = SimpleNamespace(separation=Fraction(3, 8), separation_z=None, margin=Fraction(0))

@@ -11,8 +11,8 @@ import pytest
 
 from verify.kernel.flights import Path, Segment, Team
 from verify.kernel.limits import PI, check_continuity, check_endurance, check_parts
-from verify.kernel.polynomials import Polynomial
 from verify.kernel.statement import Refused
+from verify.kernel.trees import Polynomial
 
 ZERO = Fraction(0)
 JUMPS = (Fraction(1, 10_000), Fraction(1, 1_000), Fraction(1, 100), Fraction(1, 10))
@@ -27,8 +27,7 @@ def near(value: Fraction, above: bool) -> Fraction:
 
 
 def robot(**more: Any) -> Any:
-    limits = SimpleNamespace(endurance=Fraction(100), pieces=2)
-    usual = {"start": (ZERO,) * 3, "yaw": ZERO, "end": None, "cycle": None, "cuts": (), "limits": limits}
+    usual = {"start": (ZERO,) * 3, "yaw": ZERO, "end": None, "cycle": None, "cuts": (), "endurance": Fraction(100), "pieces": 2}
     return SimpleNamespace(**{**usual, **more})
 
 
@@ -170,7 +169,6 @@ def test_all_robots_are_cut_at_one_instant() -> None:
 def test_laps_and_pauses_count_as_time_in_the_air(cuts: tuple[int, ...], cycle: int | None, repeat: int, seconds: int) -> None:
     """Parts begin with the flight, and with each cut, in each lap; a pause lies between two of them."""
     for more, accepted in ((0, True), (-LITTLE, False)):
-        limits = SimpleNamespace(endurance=Fraction(seconds) + more, pieces=None)
-        own = robot(cuts=cuts, cycle=cycle, limits=limits)
+        own = robot(cuts=cuts, cycle=cycle, endurance=Fraction(seconds) + more, pieces=None)
         still = path(own, piece(ZERO), piece(Fraction(1)), piece(Fraction(2)))
         assert says_yes(check_endurance, team(still, repeat=repeat), still) == accepted

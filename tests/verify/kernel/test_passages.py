@@ -6,10 +6,9 @@ from types import SimpleNamespace
 import pytest
 
 from verify.kernel.flights import Path, Segment
-from verify.kernel.polynomials import Polynomial
 from verify.kernel.statement import Refused, Ring, Shape
 from verify.kernel.timelines import Course
-from verify.kernel.trees import Evidence
+from verify.kernel.trees import Evidence, Polynomial
 
 NOWHERE = Polynomial.of([Fraction(0)])
 

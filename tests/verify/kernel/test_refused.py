@@ -84,7 +84,7 @@ FALSE = [
     ({"robots__quad0__limits__rotor_thrust_max": 0.081}, {"limits.rotor_thrust_max"}),
     ({"robots__quad0__limits__rotor_thrust_min": 0.0809}, {"limits.rotor_thrust_min"}),
     ({"robots__quad0__torque_to_thrust": 1e-9}, {"limits.rotor_thrust_max"}),
-    ({"robots__quad0__limits__endurance": 12.0}, {"limits.endurance"}),
+    ({"robots__quad0__endurance": 12.0}, {"limits.endurance"}),
     ({"robots__quad0__start": [1.001, -0.5, 0.8]}, {"continuity"}),
     ({"robots__quad0__yaw": 0.01}, {"continuity"}),
     ({"robots__quad0__end": [0.0, 0.0, 1.0]}, {"continuity"}),
