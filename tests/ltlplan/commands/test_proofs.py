@@ -16,7 +16,8 @@ from tests.helpers.flights import legs, plan_of, small_mission
 from tests.helpers.recordings import gates
 from tests.verify.test_run_folder import write_folder
 from verify import certify, recheck
-from verify.data import BadInput, NotCertified
+from verify.certificate import Certificate
+from verify.data import BadInput, NotCertified, Plan, Trajectory
 from verify.data.files.trajectory_csv import load_csv
 from verify.data.plan import Visit
 from verify.data.sections import Action
@@ -27,12 +28,17 @@ runner = CliRunner()
 TANK = "robot: {initial: dry, states: {dry: [], wet: [wet]}, actions: [{from: dry, to: wet, at: a}]}"
 
 
-@pytest.fixture
-def folder(tmp_path: Path) -> Path:
+@pytest.fixture(scope="module")
+def made() -> tuple[Plan, dict[str, Trajectory], Certificate]:
     mission = small_mission("F a & F wet", margin=0.02, extra=TANK)
     fill = Action.model_validate({"from": "dry", "to": "wet", "at": "a"})
     plan, team = plan_of(mission, {"r0": [Visit(region="a", actions=(fill,))]}), {"r0": legs([[0, 0, 1], [1, 0, 1]])}
-    return write_folder(tmp_path / "out", plan, team, certify(plan, team))
+    return plan, team, certify(plan, team)
+
+
+@pytest.fixture
+def folder(made: tuple[Plan, dict[str, Trajectory], Certificate], tmp_path: Path) -> Path:
+    return write_folder(tmp_path / "out", *made)
 
 
 def test_certify_replaces_its_own_certificate_and_no_other(folder: Path) -> None:

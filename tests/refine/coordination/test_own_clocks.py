@@ -20,7 +20,7 @@ from refine.coordination.passing_orders import Orders, Stuck, Zone, passing_orde
 from refine.coordination.spacing import spacing_for
 from refine.feedback import feedback_of
 from refine.single_robot.flight import robot_flight
-from refine.single_robot.task import Problem, RefinementOptions, RobotFlight, unheard
+from refine.single_robot.task import Pace, Problem, RefinementOptions, RobotFlight, unheard
 from tests.benchmarks.scale import swaps
 from tests.helpers.counted_halls import abreast, gathering, hall, longest_alone
 from tests.helpers.few import few_of, given_few
@@ -164,12 +164,12 @@ def test_robots_whose_ways_cross_pass_one_after_another_without_a_meeting() -> N
 
 
 @few_of(1, "wide", [2, 3])
-def test_a_show_in_a_ring_is_flown_all_at_once(wide: int) -> None:
+def test_a_show_in_a_ring_is_flown_all_at_once(wide: int, pace: Pace) -> None:
     """Robots in rows come into a ring above their stage together, and then back: every robot waits for all others there."""
     places = [(1.2 * (k % wide) - 1.2, 0.9 * (k // wide) - 0.9) for k in range(wide * wide)]
     agents = ", ".join(f"q{k}: {{start: [{x:.2f}, {y:.2f}, 0.7]}}" for k, (x, y) in enumerate(places))
     mission = ltlplan.parse_mission(_SHOW.format(agents=agents))
-    plan = ltlplan.plan(mission)
+    plan = ltlplan.plan(mission, pace=pace)
     assert all([visit.region for visit in robot.visits] == ["stage", "ring", "stage"] for robot in plan.robots.values())
     team = refine(plan)
     assert verify.judge(plan, team, largest=False).holds

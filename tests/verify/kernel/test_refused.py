@@ -17,7 +17,7 @@ from verify import judge
 from verify.data.errors import LtlplanError
 from verify.data.trajectory import Trajectory
 from verify.kernel.statement import Refused
-from verify.proofs.finder import prove
+from verify.proofs.finder import Proof, prove
 from verify.proofs.statement import statement_of
 
 MISSIONS = (
@@ -27,13 +27,14 @@ MISSIONS = (
 
 
 @pytest.fixture(scope="module")
-def proved(shipped_run):
-    """A shipped mission's plan, flight, certificate and proof."""
+def proved(shipped_run, shipped_folder):
+    """A shipped mission's plan, flight, certificate and proof, as its run wrote it."""
 
     @functools.cache
     def of(name):
-        run = shipped_run(name)
-        return run.plan, run.team, run.certificate, prove(run.plan, run.team, run.certificate)
+        run, folder = shipped_run(name), shipped_folder(name)
+        proof = Proof(*((folder / file).read_text(encoding="utf-8") for file in ("statement.json", "proof.json")))
+        return run.plan, run.team, run.certificate, proof
 
     return of
 
