@@ -69,14 +69,6 @@ def test_the_missions_pace_is_the_default_and_agents_may_have_their_own() -> Non
     assert_holds(own, team)
 
 
-def test_the_same_plan_gives_the_same_bytes() -> None:
-    plan = sequence_plan()
-    first = refine(plan, pace=1)
-    time_optimised.forget()
-    ipopt_engine.forget()
-    assert refine(plan, pace=1) == first
-
-
 def test_what_is_remembered_of_a_flight_names_no_other_robot(monkeypatch: pytest.MonkeyPatch) -> None:
     def lost(task: Task, *_: object, **__: object) -> least_time.Guess:
         raise Infeasible(f"{task.name}: no points.")
@@ -428,3 +420,12 @@ def test_a_team_is_slowed_where_it_strays_and_nowhere_else() -> None:
     slower = slowed_at(laps, [Dip(1.0, 1.25)])
     assert lasts(slower) == pytest.approx(1.25 * lasts(laps), rel=1e-3)
     assert_holds(patrol_plan(), slower)
+
+
+def test_the_same_plan_gives_the_same_bytes() -> None:
+    """It comes last, as the tests before take what is remembered of each other's flights."""
+    plan = sequence_plan()
+    first = refine(plan, pace=1)
+    time_optimised.forget()
+    ipopt_engine.forget()
+    assert refine(plan, pace=1) == first

@@ -43,9 +43,10 @@ def test_pi_is_below_pi_by_less_than_it_says() -> None:
     assert 0 < PI_60 - PI < Fraction(1, 10**39)
 
 
-def test_intervals_hold_cosines_and_sines_and_are_narrow() -> None:
+@pytest.mark.parametrize("number", [60, pytest.param(200, marks=pytest.mark.slow)])
+def test_intervals_hold_cosines_and_sines_and_are_narrow(number: int) -> None:
     rng = Random(1)
-    for _ in range(200):
+    for _ in range(number):
         angle = Fraction(rng.uniform(-1, 1) * 10 ** rng.randrange(0, 6))
         width = Fraction(rng.choice([0, 0, 1, 1 << 20, 1 << 40]), 1 << 44)
         angles = Interval.of(angle)

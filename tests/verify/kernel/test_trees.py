@@ -61,7 +61,7 @@ def is_proved(coefficients, depth=30):
     return True
 
 
-@pytest.mark.parametrize("number", [120, pytest.param(1000, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("number", [60, pytest.param(1000, marks=pytest.mark.slow)])
 def test_a_proof_is_found_only_where_sturm_agrees(number):
     rng, proved = random.Random(1), 0
     for _ in range(number):
