@@ -17,7 +17,7 @@ import numpy as np
 from ltlplan.allocation import Allocation, Context, Known, Leg, PlanningMethod
 from ltlplan.logic.budget import Budget
 from ltlplan.systems.objective import is_counted_by_legs, objective_text
-from ltlplan.systems.touching_points import is_large, routes_may_touch
+from ltlplan.systems.touching_points import is_large, words_touch
 from verify.data import BadInput, Infeasible, Mission, Plan, RobotPlan
 from verify.data.choices import PLANNING_METHODS
 from verify.data.language.counting import first_count
@@ -162,8 +162,8 @@ def _by_straight_legs(mission: Mission, allocation: Allocation) -> tuple[str, ..
         return ()
     lasso = mission.spec.trace == "infinite"
     laps = f" of all {mission.spec.repeat} laps" if lasso and mission.spec.repeat > 1 else ""
-    large = routes_may_touch(mission) and any(is_large(mission, name) for name in mission.regions)
-    ends = ", and to where large regions are touched," if large else ""
+    large = words_touch(mission) and any(is_large(mission, name) for name in mission.regions)
+    ends = ", and to where regions are touched," if large else ""
     how = "is the cheapest" if allocation.complete else "is not sure to be the cheapest; that costs at least"
     return (
         f"By straight legs between middles{laps}{ends} the {'word' if lasso else 'assignment'} {how}: {allocation.lower_bound:.3f}.",

@@ -32,8 +32,8 @@ _LONGER, _ASIDE = 1.15, 0.3
 """A way that keeps more than it must may be so many times as long, and so many m longer."""
 _HEIGHTS = 6
 """Different heights at which ways may turn on upright edges, at most."""
-_REMEMBERED = 24
-"""Free spaces that are kept."""
+_REMEMBERED, _WAYS = 24, 4096
+"""Free spaces that are kept, and ways of each."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,6 +66,7 @@ class FreeSpace:
     _rows: dict[Place, Floats] = field(default_factory=dict, init=False, repr=False)
     _free: dict[Place, bool] = field(default_factory=dict, init=False, repr=False)
     _lengths: dict[Place, dict[Place, float]] = field(default_factory=dict, init=False, repr=False)
+    _ways: dict[tuple[object, ...], Floats | None] = field(default_factory=dict, init=False, repr=False)
 
     @classmethod
     def of(cls, mission: Mission, radius: float | None = None) -> FreeSpace:
@@ -120,6 +121,16 @@ class FreeSpace:
         Returns:
             Both ends and the points at which it turns, m. Shape (points, 3).
         """
+        key = (start.tobytes(), end.tobytes(), frozenset(permitted), slack)
+        if key not in self._ways:
+            if len(self._ways) >= _WAYS:
+                self._ways.clear()
+            self._ways[key] = self._way(start, end, permitted, slack)
+        found = self._ways[key]
+        return None if found is None else found.copy()
+
+    def _way(self, start: Floats, end: Floats, permitted: Collection[str], slack: float) -> Floats | None:
+        """Return a way that was not asked for yet."""
         near = self.roadmap().way(start, end, permitted, room=ROOM)
         if near is None or slack == 0.0:
             return near

@@ -22,7 +22,7 @@ from operator import itemgetter
 
 import numpy as np
 
-from ltlplan.allocation import Allocation, Context, Itinerary, Leg
+from ltlplan.allocation import Allocation, Context, Itinerary, Known, Leg
 from ltlplan.logic.budget import DEFAULT_BUDGET, Budget, TooLarge
 from ltlplan.paths.costs import Sampling, WeightedCost, cost_of, evaluate, plan_cost, team_cost
 from ltlplan.paths.improvement import RAMPS, improved_path, own_draws, with_ramped_times
@@ -38,7 +38,7 @@ from ltlplan.search.relevant_places import signed_nodes
 from ltlplan.systems.gaps import gap_of, least_metres
 from ltlplan.systems.objective import BOUNDED, is_counted_by_legs, terms_of
 from ltlplan.systems.robot_systems import Systems, weighted_metres
-from ltlplan.systems.touching_points import DEEP, is_large, routes_may_touch
+from ltlplan.systems.touching_points import distance_to_touch, is_large, touching_depth, words_touch
 from ltlplan.systems.transition_systems import Cost
 from verify.data import Infeasible, Mission, RobotPlan, Unsatisfiable
 from verify.data.arrays import Floats
@@ -48,6 +48,8 @@ _PRICED = 24  # allocations along which paths are laid, about
 _IMPROVED = 4  # of these, the cheapest ones, whose paths are improved
 _BRANCHES = 30  # sets of legs without which some are looked for
 _TOUCHING = 16  # sets of legs without which some are looked for that cost less where they touch regions
+_WORTH = 0.03  # share of a price that an assignment with more visits saves at the least
+_SMOOTH = 1e-3  # share by which a path that is smooth may be longer than its straight legs
 _FEW = 6  # robots up to which each is tried alone, and all without each
 _FAR = 1e5  # in place of infinite costs
 _SAMPLES = 64
@@ -108,7 +110,7 @@ def _planned_together(mission: Mission, context: Context, by_metres: Allocation)
 
 def _touched(mission: Mission) -> frozenset[str]:
     """Return the regions that routes touch before their middles, among those that the formula may gain by visiting."""
-    if not routes_may_touch(mission):
+    if not words_touch(mission):
         return frozenset()
     wanted = {node.name for node, gains in signed_nodes(mission.formula) if gains and node.operator == "name"}
     return frozenset(name for name in wanted.intersection(mission.regions) if is_large(mission, name))
@@ -125,7 +127,7 @@ def _priced_where_touched(mission: Mission, context: Context, by_metres: Allocat
     most, touched = max(2, _TOUCHING // len(mission.agents)), _touched(mission)
 
     def solve(shut: _Shut) -> Iterator[tuple[float, Allocation]]:
-        found = shut.cheapest(mission, legs, metre, whole=True)
+        found = shut.cheapest(mission, legs, metre, context.known)
         if found is not None:
             yield found.lower_bound or 0.0, found
 
@@ -133,15 +135,22 @@ def _priced_where_touched(mission: Mission, context: Context, by_metres: Allocat
     with contextlib.suppress(TooLarge):
         for bound, _, _, found in spaces:
             if len(spaces.searched) == most:  # cheaper ones may be missing
-                price, best = min((price, best), (prices.of(found), found), key=itemgetter(0))
+                price, best = _cheaper((price, best), (prices.of(found), found))
                 break
             if not least and touched.isdisjoint(visit.region for does in found.robots.values() for visit in does.visits):
                 return by_metres  # nothing that touches is cheaper
-            least, complete = max(least, bound), price <= bound + TIES
+            least, complete = max(least, bound), price <= (1.0 + _SMOOTH) * bound + TIES
             if complete:
                 break
-            price, best = min((price, best), (prices.of(found), found), key=itemgetter(0))
+            price, best = _cheaper((price, best), (prices.of(found), found))
     return replace(best, cost=price, lower_bound=min(least, price), complete=complete)
+
+
+def _cheaper(best: tuple[float, Allocation], other: tuple[float, Allocation]) -> tuple[float, Allocation]:
+    """Return the cheaper one of two allocations with their prices; one with more visits only where it is worth them."""
+    visits = [sum(len(does.visits) for does in found.robots.values()) for _, found in (best, other)]
+    least = (1.0 - _WORTH) * best[0] if visits[1] > visits[0] else best[0]
+    return other if other[0] < least else best
 
 
 def _without_a_leg(mission: Mission, shut: _Shut, found: Allocation) -> Iterator[_Shut]:
@@ -149,15 +158,25 @@ def _without_a_leg(mission: Mission, shut: _Shut, found: Allocation) -> Iterator
 
 
 def _legs_between_edges(mission: Mission) -> Cost:
-    """Return a lower bound on the cost of each leg, where large regions are touched and others come to in their middles."""
-    straight, rates, touched = Systems(mission), weighted_metres(mission), _touched(mission)
+    """Return a lower bound on the cost of each leg, where regions are touched and others come to in their middles.
 
-    def metres(start: Point | str, region: str) -> float:
-        return gap_of(mission, start, region, dict.fromkeys(touched, mission.margin + DEEP))
+    It is straight from edge to edge, and among obstacles no less than the way between middles without what lies between these and edges.
+    """
+    straight, rates, regions = Systems(mission), weighted_metres(mission), mission.all_regions
+    depths = {name: touching_depth(mission, name) for name in _touched(mission)}
+    reach = {name: float(np.linalg.norm(np.array(regions[name].half_lengths) - deep)) for name, deep in depths.items()}
 
     def leg(robot: str, start: Point | str, region: str) -> float:
         whole = straight.leg(robot, start, region)
-        return min(whole, rates[robot] * metres(start, region)) if math.isfinite(whole) and start != region else whole
+        if not math.isfinite(whole) or start == region:
+            return whole
+        metres = gap_of(mission, start, region, depths)
+        if region in depths and not isinstance(start, str):
+            metres = distance_to_touch(mission, start, region)
+        if mission.obstacles:
+            inside = sum(reach.get(place, 0.0) for place in (start, region) if isinstance(place, str))
+            metres = max(metres, straight.metres(robot, whole) - inside)
+        return min(whole, rates[robot] * metres)
 
     return leg
 
@@ -233,16 +252,19 @@ class _Shut:
     def forbids(self, leg: Leg) -> bool:
         return leg in self.legs or leg[0] in self.grounded
 
-    def cheapest(self, mission: Mission, cost: Cost, metre: Mapping[str, float], *, whole: bool = False) -> Allocation | None:
-        """Return the assignment that costs least without what is shut; None where there is none, or the search is too large: `whole` raises then."""
+    def cheapest(
+        self, mission: Mission, cost: Cost, metre: Mapping[str, float], known: Known | None = None
+    ) -> Allocation | None:
+        """Return the assignment that costs least without what is shut; None where there is none, or the search is too large: with bounds that are `known` this raises."""
 
         def dear(robot: str, start: Point | str, region: str) -> float:
             return cost(robot, start, region) + (SHUT if self.forbids((robot, start, region)) else 0.0)
 
         try:
-            found = assign(mission, cost=dear, metre=metre)
+            whole = known or Known()
+            found = assign(mission, cost=dear, metre=metre, budget=whole.budget, capacities=whole.capacities)
         except (TooLarge, Infeasible, Unsatisfiable) as error:
-            if whole and isinstance(error, TooLarge):
+            if known and isinstance(error, TooLarge):
                 raise
             return None
         return None if any(map(self.forbids, found.legs(mission))) else found

@@ -20,14 +20,19 @@ Floats = NDArray[np.float64]
 
 _WIDER = (0.25, 0.1, 0.0)
 """m beyond what robots keep that places to meet at lie apart, where there is so much room: others fly between."""
-_How = Literal["middle", "apart", "packed"]
-"""From the middle outwards, as far out as can be, or by trying."""
+_How = Literal["as planned", "near", "middle", "apart", "packed"]
+"""At the planned points or near them, from the middle outwards, as far out as can be, or by trying."""
 _HOW: tuple[_How, ...] = ("middle", "apart", "packed")
 _ATTEMPTS: tuple[tuple[float, _How], ...] = (
     *itertools.product(_WIDER, ("middle", "apart")),
     *itertools.product(_WIDER, ("packed",)),
 )
 """Places found by trying lie as the search met them: robots cross each other on their ways there more often."""
+_NEAREST: tuple[tuple[float, _How], ...] = (
+    (_WIDER[1], "as planned"),
+    *((wider, "near" if how == "middle" else how) for wider, how in _ATTEMPTS),
+)
+"""Places where ways are to be short."""
 
 
 def moved_apart(plan: Plan, distance: float, z_scale: float) -> Plan:
@@ -107,13 +112,14 @@ def _moved_apart(plan: Plan, distance: float, z_scale: float) -> tuple[Plan, lis
 def moved_to_meet(plan: Plan, distance: float, z_scale: float, *, nearest: bool = False) -> Plan:
     """Return the plan with each robot's visits of a region made at a place of its own, where the region has as many places.
 
-    Robots take places from the region's middle outwards; where that leaves some without one, as far from each other as they can.
+    Robots take places from the region's middle outwards, or near where they are planned; where that leaves some without one, as far from each
+    other as they can.
 
     Args:
         plan: Whose robots meet.
         distance: m that robots keep.
         z_scale: Distances in z count this many times.
-        nearest: Whether robots then exchange these places so that their ways through all regions are short.
+        nearest: Whether robots take places near the planned ones, and then exchange them so that their ways through all regions are short.
 
     Raises:
         Infeasible: More robots are to end in a region than it was found to have places for.
@@ -134,7 +140,7 @@ def moved_to_meet(plan: Plan, distance: float, z_scale: float, *, nearest: bool 
         nearby = _visits_within(mission, region, moved)
         if not guests or len({*guests, *nearby}) < 2:
             continue
-        for wider, how in _ATTEMPTS:
+        for wider, how in _NEAREST if nearest else _ATTEMPTS:
             kept = distance + wider, z_scale
             places = _own_places(plan, region, guests, kept, how=how, nearby=nearby)
             if places is not None:
@@ -243,7 +249,10 @@ def _own_places(
         places = free(name)
         if not len(places):
             return None
-        away = np.linalg.norm(places - middle, axis=1)
+        planned = np.array(plan.robots[name].waypoints[guests[name]].position)
+        away = np.linalg.norm(places - (planned if how in ("as planned", "near") else middle), axis=1)
+        if how == "as planned" and away.min() > 0.0:
+            return None
         if how == "apart" and taken:  # next to those who are there already, and as far out as can be
             away = np.sum([place.signed_distance(places) for place in taken], axis=0)
         chosen = places[int(np.argmax(away) if how == "apart" and not taken else np.argmin(away))]

@@ -8,7 +8,7 @@ gone through in turn until no exchange shortens any ways.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +25,8 @@ _FORBIDDEN = 1e9
 _ROUNDS = 20
 _ENOUGH = 1e-9
 """m^2 that a round has to save."""
+_STRAIGHT = 1e-6
+"""m by which a way is longer by a point on it that leads straight on, at the most."""
 
 
 def exchange(plan: Plan, moved: Mapping[str, list[Waypoint]], regions: Mapping[str, Visits]) -> None:
@@ -79,7 +81,7 @@ def _squares(points: list[Waypoint]) -> float:
 
 
 def without_gates(plan: Plan) -> Plan:
-    """Return the plan without the points just outside a region that only lead straight to its middle.
+    """Return the plan without the points that only lead straight on: just outside a region to the place of a visit, and between two others.
 
     Args:
         plan: Its visits are about to be made at other places; laps, which begin at such points, keep theirs.
@@ -92,13 +94,28 @@ def without_gates(plan: Plan) -> Plan:
 
 def _without_gates(plan: Plan, robot: RobotPlan) -> RobotPlan:
     regions, points = plan.mission.regions, robot.waypoints
+    kept = _turning(points)
     gates = {
         index
-        for index, (before, gate, visit) in enumerate(zip(points[:-2], points[1:-1], points[2:], strict=True), start=1)
-        if (gate.role, visit.role) == ("via", "centre")
-        and gate.visit == visit.visit
-        and movable(plan.mission, robot, visit)
-        and regions[visit.region or ""].level(np.array(before.position)) > 1.0  # else it leaves the region there
+        for before, index, visit in zip(kept[:-2], kept[1:-1], kept[2:], strict=True)
+        if (points[index].role, points[visit].role) == ("via", "centre")
+        and points[index].visit == points[visit].visit
+        and movable(plan.mission, robot, points[visit])
+        and regions[points[visit].region or ""].level(np.array(points[before].position))
+        > 1.0  # else it leaves the region there
     }
-    kept = [index for index in range(len(points)) if index not in gates]
+    kept = [index for index in kept if index not in gates]
     return robot.model_copy(update={"waypoints": tuple(points[i] for i in kept), "times": tuple(robot.times[i] for i in kept)})
+
+
+def _turning(points: Sequence[Waypoint]) -> list[int]:
+    """Return the indices of points without those that belong to no region and lie on a straight line between their neighbours."""
+    places, kept, number = [np.array(point.position) for point in points], list(range(len(points))), 1
+    while number < len(kept) - 1:
+        before, here, after = (places[index] for index in kept[number - 1 : number + 2])
+        longer = np.linalg.norm(here - before) + np.linalg.norm(after - here) - np.linalg.norm(after - before)
+        if longer < _STRAIGHT and points[kept[number]].role == "via" and points[kept[number]].region is None:
+            del kept[number]
+        else:
+            number += 1
+    return kept

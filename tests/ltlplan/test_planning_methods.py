@@ -10,6 +10,7 @@ import pytest
 import ltlplan
 import verify
 from ltlplan.allocation import Allocation, Context
+from ltlplan.paths.k_best_words import exact as exact_by_paths
 from ltlplan.pipeline import certified_team
 from ltlplan.search.exact import exact
 from tests.helpers.packages import install
@@ -83,7 +84,7 @@ def test_a_method_may_be_given_as_a_function(mission: Mission):
 
     def watched(asked: Mission, context: Context) -> Allocation:
         seen.append(context)
-        return exact(asked, context)
+        return exact_by_paths(asked, context)
 
     made = ltlplan.plan(mission, method=watched, seed=4)
     assert made.method == "watched"

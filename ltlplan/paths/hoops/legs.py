@@ -21,7 +21,7 @@ from ltlplan.paths.hoops.passage_ends import PassageEnds, passage_ends
 from ltlplan.paths.hoops.stops import Side, Stop, before_opening, holds, hoop_axes, primitives_between
 from ltlplan.search.memoization import memoized
 from ltlplan.systems.region_labels import apart
-from ltlplan.systems.touching_points import is_large, routes_may_touch, touching_points
+from ltlplan.systems.touching_points import is_large, routes_may_touch, touching_route
 from verify.data import BadInput, Mission, Visit
 from verify.data.arrays import Floats
 from verify.data.plan import Role
@@ -135,7 +135,21 @@ class Legs:
             name if self._touches(names, k) else middle for k, (name, middle) in enumerate(zip(names, middles, strict=True))
         ]
         ends = [] if self.end is None else [self.end]
-        return list(touching_points(self.mission, [self.start, *places, *ends])[1 : len(names) + 1])
+        return list(touching_route(self.mission, [self.start, *places, *ends], self._turns)[1 : len(names) + 1])
+
+    def _turns(self, number: int, start: Floats, end: Floats) -> list[Floats]:
+        """Return the points at which a leg turns on its way around what it may not enter; none of legs from and to hoops.
+
+        Args:
+            number: Index of the visit that it leads to, or of the way to the end.
+            start: m. Shape (3,).
+            end: m. Shape (3,).
+        """
+        if any(visit.region in self.mission.hoops for visit in self.visits[max(number - 1, 0) : number + 1]):
+            return []
+        leaves, reaches = self.where.touching(start) if number == 0 else self.where.holding(start), self.where.holding(end)
+        points = avoid(self.mission, self.where, start, end, leaves | reaches, leaves & reaches)
+        return [point.position for point in points]
 
     def _touches(self, names: Sequence[str], k: int) -> bool:
         """Tell whether a visit may be made anywhere in its region: it is large, begun on the way, and not left to be visited again at once."""

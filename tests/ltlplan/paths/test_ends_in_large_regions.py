@@ -1,4 +1,4 @@
-"""Routes touch large regions where that is shortest, and are priced so."""
+"""Routes touch regions where that is shortest, and are priced so."""
 
 from __future__ import annotations
 
@@ -15,10 +15,11 @@ from refine.single_robot.task import Pace
 from tests.helpers.few import few_of
 from tests.helpers.rooms_and_rests import fields_or_spots
 from verify import judge
+from verify.data import mission_to_yaml, parse_mission
 
 FIELD, SPOT = ((3.0, 0.0), (5.0, 2.0)), ((-1.5, 0.0), (0.4, 0.4))
-DEEP = 0.25
-"""m; how deep in a region flights end, the margin of 5 cm included."""
+DEEP, SHALLOW = 0.185, 0.095
+"""m; how deep in a field and in a spot flights end: the margin of 5 cm, and 30 % of what that leaves of the least radius."""
 
 
 def away(box: tuple[tuple[float, float], tuple[float, float]], less: float) -> float:
@@ -50,14 +51,28 @@ def test_of_random_fields_the_one_that_begins_nearest_is_flown_to(seed: int, pac
     assert judge(made, refine(made, pace=pace), largest=False).holds
 
 
-def test_small_regions_are_flown_to_as_before() -> None:
-    mission = fields_or_spots({"field": FIELD, "spot": SPOT})
-    assert is_large(mission, "field")
-    assert not is_large(mission, "spot")
+def test_small_regions_are_touched_less_deep_and_the_smallest_in_their_middles() -> None:
+    mission = fields_or_spots({"field": FIELD, "spot": SPOT, "dot": ((0.0, -2.0), (0.14, 0.14))})
+    assert [is_large(mission, name) for name in ("field", "spot", "dot")] == [True, True, False]
     start, above = np.array([0.0, 0.0, 1.0]), np.array([0.0, 3.0, 1.4])
-    assert touching_points(mission, [start, "field"])[1] == pytest.approx([0.75, 0.0, 1.0], abs=1e-5)
-    assert touching_points(mission, [above, "field"])[1] == pytest.approx([0.75, 0.75, 1.25], abs=1e-3)
-    assert ltlplan.plan(fields_or_spots({"spot": SPOT})).robots["q"].waypoints[-1].position == pytest.approx((-1.5, 0.0, 1.0))
+    near, side, top = 0.5 + DEEP, 1.0 - DEEP, 1.5 - DEEP
+    assert touching_points(mission, [start, "field"])[1] == pytest.approx([near, 0.0, 1.0], abs=1e-5)
+    assert touching_points(mission, [above, "field"])[1] == pytest.approx([near, side, top], abs=1e-3)
+    for box, end in ((SPOT, -1.3 - SHALLOW), (((-1.5, 0.0), (0.14, 0.14)), -1.5)):
+        made = ltlplan.plan(fields_or_spots({"spot": box}))
+        assert made.robots["q"].waypoints[-1].position == pytest.approx((end, 0.0, 1.0), abs=1e-5)
+
+
+def test_a_route_around_a_wall_touches_the_region_where_the_way_is_shortest() -> None:
+    field = fields_or_spots({"field": ((3.0, 2.0), (1.0, 1.0))})
+    mission = parse_mission(mission_to_yaml(field) + "obstacles: {wall: {center: [1.5, 0, 1], size: [0.2, 3, 4]}}\n")
+    made = ltlplan.plan(mission)
+    corner, nearest = np.array([1.4, 1.5]), np.array([2.5, 1.5]) + mission.margin  # the wall's edge itself is flown around
+    least = float(np.linalg.norm(corner) + np.linalg.norm(nearest - corner))
+    assert least <= made.cost <= 1.12 * least
+    x, y, _ = made.robots["q"].waypoints[-1].position
+    assert (x, y) == pytest.approx((2.5 + DEEP, 1.5 + DEEP), abs=0.15)
+    assert judge(made, refine(made), largest=False).holds
 
 
 FIELDS = {

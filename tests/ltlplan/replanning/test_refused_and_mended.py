@@ -26,6 +26,7 @@ limits: {speed: 0.8, endurance: 32}
 workspace: {min: [-4, -4, 0.2], max: [4, 4, 2]}
 """
 )
+NEARER = SITES.replace("a: {start: [-2.5, 0, 1]}", "a: {start: [-1.2, 0, 1]}")
 
 # Schillinger et al. 2018, second mission, as two robots read it by themselves
 DELIVERIES = (
@@ -77,9 +78,9 @@ def test_a_faster_plan_is_tried_where_endurance_is_short() -> None:
 
 
 def test_endurance_counts_flights_at_their_pace() -> None:
-    """Alone b would fly 35 s at nominal speed, 23 s at the limit and 30 s at seven tenths of that."""
-    enough, faster = parse_mission(SITES.replace("endurance: 32", "endurance: 45")), parse_mission(SITES)
-    without = parse_mission(SITES.replace(", endurance: 32", ""))
+    """To three sites a would fly 37 s at nominal speed, 21 s at the limit and 30 s at seven tenths of that."""
+    enough, faster = parse_mission(NEARER.replace("endurance: 32", "endurance: 43")), parse_mission(SITES)
+    without = parse_mission(NEARER.replace(", endurance: 32", ""))
     assert ltlplan.plan(enough).words == ltlplan.plan(without).words
     assert ltlplan.plan(enough, pace="nominal").words != ltlplan.plan(without).words
     assert not any("Planned at" in note for made in (ltlplan.plan(enough), ltlplan.plan(faster)) for note in made.notes)
@@ -93,8 +94,8 @@ def test_endurance_counts_flights_at_their_pace() -> None:
 
 @pytest.mark.slow
 def test_a_flight_whose_nominal_times_outlast_the_endurance_is_certified_at_its_pace() -> None:
-    made = ltlplan.plan(parse_mission(SITES.replace("endurance: 32", "endurance: 45")))
-    assert max(robot.times[-1] for robot in made.robots.values()) > 34.0
+    made = ltlplan.plan(parse_mission(NEARER.replace("endurance: 32", "endurance: 43")))
+    assert max(robot.times[-1] for robot in made.robots.values()) > 32.0
     found = certified_team(made)
     assert (found.certificate.holds, found.rounds) == (True, 1)
     assert found.plan.words == made.words

@@ -68,7 +68,7 @@ def test_the_kernel_says_which_bounds_it_does_not_cover() -> None:
 
 def test_deadlines_decide_who_does_what() -> None:
     mission = room(
-        "F[0,2.6] dock & F[0,2.6] shelf",
+        "F[0,1.4] dock & F[0,1.4] shelf",
         more=", team: joint",
         agents="  quad1: {start: [0.4, 1.6, 1.0]}",
         planner="planner: {pace: 1}",

@@ -143,7 +143,7 @@ def test_endurance_makes_robots_share(method, team):
     )
     alone = make_plan(parse_mission(text))
     assert [len(robot.visits) for robot in alone.robots.values()] == [2, 0]
-    shared = make_plan(parse_mission(text.replace("limits: {speed: 1.0}", "limits: {speed: 1.0, endurance: 18.0}")))
+    shared = make_plan(parse_mission(text.replace("limits: {speed: 1.0}", "limits: {speed: 1.0, endurance: 16.0}")))
     assert [len(robot.visits) for robot in shared.robots.values()] == [1, 1]
     assert all(robot.times[-1] <= 7.0 for robot in shared.robots.values())
     with pytest.raises(Infeasible, match="endurance of 13 s leaves 2 s for the flight"):
