@@ -49,8 +49,8 @@ class Expectation:
             return ""
         if self.why == EXACT:
             return f"{(self.low + self.high) / 2:.{digits}f}"
-        if math.isinf(self.high):
-            return f"at least {self.low:.{digits}f}"
+        if self.why == TIMED:
+            return f"below {self.high:g}" if self.low <= 0.0 else f"{self.low:g} to {self.high:g}"
         return f"{self.low:.{digits}f} to {self.high:.{digits}f}"
 
 

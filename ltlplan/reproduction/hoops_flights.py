@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
+from itertools import groupby
 
 import numpy as np
 
@@ -180,11 +181,12 @@ def primitives_drawn() -> Findings:
 
     mission, nominal = load_mission("hoops-sequence"), nominal_path("hoops-sequence")
     found = segments(mission, nominal)
+    kinds = [(kind, len(list(own))) for kind, own in groupby(found, key=lambda each: each.kind)]
     timed = sum(each.time(mission.planner.speed) for each in found)
     chart = primitives_figure(mission, nominal)
     return Findings(
         (
-            Quantity("primitives along the path", " ".join(each.kind for each in found), paper="S_CURVE, STRAIGHT, U_TURN, TURN"),
+            Quantity("primitives along the path", ", ".join(f"{count} {kind}" for kind, count in kinds), paper="S_CURVE, STRAIGHT, U_TURN, TURN"),
             Quantity("sum of their lengths", sum(each.length for each in found), "m"),
             Quantity("sum of their times at the nominal speed", timed, "s"),
             holds("the path's times are these, and at most 2 s more at its ends", -1e-6 <= nominal.times[-1] - timed <= 2.0),

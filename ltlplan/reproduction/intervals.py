@@ -69,7 +69,7 @@ INTERVALS: Mapping[str, Mapping[str, Expectation]] = {
     },
     "2019-fig-3": {
         "primitives along the path": text(
-            "STRAIGHT STRAIGHT STRAIGHT S_CURVE STRAIGHT STRAIGHT TURN STRAIGHT STRAIGHT U_TURN STRAIGHT U_TURN STRAIGHT STRAIGHT STRAIGHT STRAIGHT"
+            "3 STRAIGHT, 1 S_CURVE, 2 STRAIGHT, 1 TURN, 2 STRAIGHT, 1 U_TURN, 1 STRAIGHT, 1 U_TURN, 4 STRAIGHT"
         ),
         "sum of their lengths": exact(8.75),
         "sum of their times at the nominal speed": exact(19.45),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+import re
 from collections.abc import Sequence
 
 from flight.figures import Figure
@@ -36,6 +37,11 @@ def reproduction_html(reruns: Sequence[Rerun]) -> str:
     )
 
 
+def _words(text: str) -> str:
+    """Return a sentence as markup, what stands in backquotes as code."""
+    return re.sub(r"`([^`]*)`", r"<code>\1</code>", html.escape(text))
+
+
 def _contents(reruns: Sequence[Rerun]) -> str:
     links = "".join(
         f'<li><a href="#{each.element.id}">{html.escape(each.element.title)}</a>{"" if each.fine else " (not as expected)"}</li>'
@@ -47,12 +53,12 @@ def _contents(reruns: Sequence[Rerun]) -> str:
 def _element(each: Rerun, figures: dict[str, Figure]) -> str:
     """Return an element's part of the page, and add its pictures to the page's figures."""
     element = each.element
-    parts = [f'<h3 id="{element.id}">{html.escape(element.title)}</h3><p>{html.escape(element.says)}</p>']
+    parts = [f'<h3 id="{element.id}">{html.escape(element.title)}</h3><p>{_words(element.says)}</p>']
     if element.differs:
-        parts.append(f"<p><strong>Differs:</strong> {html.escape(element.differs)}</p>")
+        parts.append(f"<p><strong>Differs:</strong> {_words(element.differs)}</p>")
     if each.fault:
         parts.append(warning(each.fault))
-    parts.append(table(HEADER, [row(judged) for judged in each.judged], numbers=(2, 3), verdict=4))
+    parts.append(table(HEADER, [row(judged) for judged in each.judged], numbers=(3,), verdict=4))
     for chart in each.findings.charts:
         name = f"figure{len(figures)}"
         chart.figure.layout.pop("title", None)  # the note has it
