@@ -113,7 +113,10 @@ def rerun(elements: Sequence[Element], *, workers: int, progress: Progress = sil
     over: set[int] = set()
 
     def tell() -> None:
-        progress(f"{len(found)} of {len(elements)} elements done; at {' and '.join(busy.values())}", len(found) / len(elements))
+        progress(
+            f"{len(found)} of {len(elements)} elements done; now {' and '.join(busy.values()) or 'the page'}",
+            len(found) / len(elements),
+        )
 
     def noting(index: int) -> Progress:
         def note(sentence: str, _share: float) -> None:
@@ -130,6 +133,7 @@ def rerun(elements: Sequence[Element], *, workers: int, progress: Progress = sil
                 found |= future.result()
                 over.add(futures[future])
                 busy.pop(futures[future], None)
+                tell()
         except BrokenProcessPool:
             raise BadInput("a process was ended by the system, perhaps for want of memory; run it again.") from None
     return tuple(Rerun(element, *found[element.id]) for element in elements)
