@@ -116,7 +116,10 @@ def _refined(candidate: Candidate, effort: Effort, refining: Progress) -> tuple[
     if plan.mission.timed_parts:  # between parts a team hovers for any time, which no bound in seconds allows
         team = refined(max_pieces=MAX_PIECES)
         longer = [name for name, path in team.items() if len(path) > (plan.mission.limits_of(name).pieces or MAX_PIECES)]
-        notes += [f"{longer[0]} flies more pieces than its vehicle holds; stream them (px4, ros2)."] if longer else []
+        why = (
+            "flies more pieces than its vehicle holds, and parts would pause for any time, which bounds in seconds do not allow"
+        )
+        notes += [f"{longer[0]} {why}; stream them (px4, ros2)."] if longer else []
         return with_flown_times(_with_notes(plan, *notes), team), team
     try:
         team = refined(too_long="rest")

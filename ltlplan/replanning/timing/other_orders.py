@@ -12,7 +12,7 @@ from ltlplan.paths.costs import for_mission
 from ltlplan.replanning.checked_plan import plan, plan_or_none
 from ltlplan.replanning.cuts import Candidate
 from ltlplan.replanning.refusal import Refusal
-from ltlplan.replanning.timing.plans_in_time import late_by_straight_ways, orders_in_time, plan_in_order
+from ltlplan.replanning.timing.plans_in_time import PLANNED, late_by_straight_ways, orders_in_time, plan_in_order
 from verify.data import LtlplanError, Mission, NotCertified, Plan
 from verify.data.language.formula import Formula
 from verify.data.plan import Waypoint
@@ -21,8 +21,6 @@ _ORDERS = 8
 """Plans with other visits that are refined, at most."""
 _NEARLY = 0.5
 """s; an order that is late by less is planned again for the least time."""
-_PLANNED = 20
-"""Orders that are planned in search of one, at most."""
 _OTHER_ORDER = "The visits are made in another order than the cheapest words make them, whose flight was not certified in time."
 
 
@@ -58,10 +56,10 @@ def in_another_order(refusal: Refusal) -> Candidate | None:
         if other is not None and _waypoints(other) != _waypoints(made):
             return _answered(refusal, other, _OTHER_ORDER, last)
     orders = orders_in_time(mission)
-    if last in orders:
+    if last is not None and last in orders:
         orders = orders[orders.index(last) + 1 :]
     known = {_stops(made), *(cut.plan for cut in tried.cuts)}
-    for order in orders[:_PLANNED]:
+    for order in orders[:PLANNED]:
         other = plan_in_order(mission, order, make)
         if other is not None and _stops(other) not in known and not late_by_straight_ways(other):
             return _answered(refusal, other, _OTHER_ORDER, order)

@@ -25,6 +25,8 @@ from verify.logic.explanation import show
 _STRAIGHT = "by straight ways, from rest at the greatest acceleration and speed"
 """How the bound on times is found."""
 
+PLANNED = 20
+"""Orders that are planned in search of one, at most."""
 _LISTED = 1000
 """Orders that are compared, at most."""
 
@@ -47,7 +49,7 @@ def plan_in_time(mission: Mission, make: MakePlan) -> Plan:
     made = planned_without_bounds(mission, make)
     if not (late := late_by_straight_ways(made)):
         return made
-    for order in orders_in_time(mission):
+    for order in orders_in_time(mission)[:PLANNED]:
         other = plan_in_order(mission, order, make)
         if other is not None and not late_by_straight_ways(other):
             return _noted(other, f"Planned in another order of visits than the cheapest: there {late}.")
