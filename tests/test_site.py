@@ -22,7 +22,7 @@ WALKS = [
     *sorted((DOCS / "tutorials").glob("*.md")),
     *sorted((DOCS / "how-to").glob("*.md")),
     DOCS / "index.md",
-    DOCS / "explanation" / "why-not-sampling.md",
+    *sorted((DOCS / "explanation").glob("*.md")),
 ]
 BLOCK = re.compile(r"^```(\w+)(?: (\S+))?\n(.*?)^```$", re.DOTALL | re.MULTILINE)
 EXTENDING = "extending.md"
