@@ -115,9 +115,9 @@ def _prefix(plan: Plan) -> Plan:
             }
         )
     meetings = tuple(m for m in plan.meetings if m.then[1] < (plan.robots[m.then[0]].cycle_visit or 0))
-    return plan.model_copy(
-        update={"mission": _silent(before_laps(plan.mission)), "robots": robots, "meetings": meetings, "precedences": ()}
-    )
+    changed = {"mission": _silent(before_laps(plan.mission)), "robots": robots, "meetings": meetings, "precedences": ()}
+    hovers = tuple(hover for hover in plan.hovers if hover.visit < (plan.robots[hover.robot].cycle_visit or 0))
+    return plan.model_copy(update={**changed, "hovers": hovers})
 
 
 def _lap(plan: Plan, rests: Mapping[str, Rest], yaws: Mapping[str, float]) -> Plan:
@@ -156,7 +156,13 @@ def _lap(plan: Plan, rests: Mapping[str, Rest], yaws: Mapping[str, float]) -> Pl
         for m in plan.meetings
         if m.then[1] >= (plan.robots[m.then[0]].cycle_visit or 0)
     )
-    return plan.model_copy(update={"mission": mission, "robots": robots, "meetings": meetings, "precedences": ()})
+    hovers = tuple(
+        hover.model_copy(update={"visit": hover.visit + shifts[hover.robot]})
+        for hover in plan.hovers
+        if hover.visit >= (plan.robots[hover.robot].cycle_visit or 0)
+    )
+    changed = {"mission": mission, "robots": robots, "meetings": meetings, "precedences": ()}
+    return plan.model_copy(update={**changed, "hovers": hovers})
 
 
 def _silent(mission: Mission) -> Mission:

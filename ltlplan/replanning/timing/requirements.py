@@ -92,7 +92,7 @@ class Requirements:
         self._flown = max(presence.end.moving for presence in flight.values())
         laps = [self.time(presence.lap) for presence in flight.values() if presence.lap is not None]
         self._lap = laps[0] if laps else None  # those of a team end together
-        self._end = Time(0.0, {self._variable(0.0, np.inf): 1.0})
+        self._end = Time(0.0, {self._variable(0.0, 4.0 * reach): 1.0})
         for end in ends:
             self._before(end, self._end)
         lasting = [self._choice() for _ in ends]
@@ -308,7 +308,7 @@ class Requirements:
         if begin is not end:
             self._covered(reached, span, window, guard, negated)
             return
-        then = Time(0.0, {self._variable(0.0, np.inf): 1.0})
+        then = Time(0.0, {self._variable(0.0, 4.0 * self._reach): 1.0})
         self._before(begin + after, then, guard)
         if within is not None:
             self._before(then, self._deadline(begin, within), guard)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import ltlplan
+import refine
 from flight.monitoring.timed_state import TimedState
 from ltlplan.pipeline import Certified, certified_team
 from ltlplan.report.summary import timing_sentences
@@ -16,6 +17,7 @@ from tests.ltlplan.replanning.test_times import room
 from verify.checked_claims import checked_certificate
 from verify.data import Infeasible, Mission, NotCertified, parse_formula
 from verify.data.files.mission_file import parse_mission
+from verify.data.plan import Hover
 from verify.testing.assertions import assert_satisfies
 
 INFINITE = ", trace: infinite, repeat: 2"
@@ -119,3 +121,21 @@ def test_a_monitor_leaves_laps_open_and_says_what_can_no_longer_be_met() -> None
     late = TimedState([parse_formula("G F[0,5] dock")])
     assert [late.see(time, letter) for time, letter in ((0.0, dock), (1.0, nothing), (5.9, nothing))] == ["open"] * 3
     assert late.see(6.2, nothing) == "violated"
+
+
+def test_hovers_of_a_plan_are_flown_in_the_part_of_a_team_s_laps_that_they_belong_to() -> None:
+    made = ltlplan.plan(room("F quad0.pit & G F quad0.dock & G F quad0.shelf", more=f", team: joint{INFINITE}", agents=ANOTHER))
+    robot = made.robots["quad0"]
+    assert robot.cycle_visit is not None
+    assert 0 < robot.cycle_visit < len(robot.visits)
+
+    def lasts(*hovers: Hover) -> tuple[float, float]:
+        path = refine.refine(made.model_copy(update={"hovers": hovers}))["quad0"]
+        assert path.cycle is not None
+        return float(path.knots[path.cycle]), path.duration - float(path.knots[path.cycle])
+
+    once, again = lasts()
+    before, _ = lasts(Hover(robot="quad0", visit=0, seconds=2.0))
+    _, within = lasts(Hover(robot="quad0", visit=len(robot.visits) - 1, seconds=2.0))
+    assert before > once + 1.9
+    assert within > again + 1.9

@@ -8,8 +8,9 @@ from fractions import Fraction
 
 import pytest
 
-from tests.helpers.timed_signals import drawn_formula, truth
+from tests.helpers.timed_signals import drawn_formula, drawn_signal, truth, truth_for_ever
 from verify.data.language.formula import Formula
+from verify.data.language.relaxation import relaxed
 from verify.model_checking.timeline import Change, Enclosure, Relations, Status, Timeline
 from verify.model_checking.timing.timed_verdict import RESOLUTION, TimedJudge
 
@@ -115,3 +116,15 @@ def test_what_is_lost_is_kept_by_no_continuation(seed: int) -> None:
                 signals[name] = [*row[:flown], *more]
             assert not truth(formula, signals, 1)[0], (str(formula), line, since)
     assert lost > 10
+
+
+def test_what_follows_for_words_of_laps_is_kept_by_all_that_keep_the_bounds() -> None:
+    rng, kept = random.Random(30), 0
+    for _ in range(1500):
+        prefix, lap = rng.randint(0, 4), rng.randint(1, 4)
+        signals = {name: drawn_signal(rng, prefix + lap, closed=True)[:-1] for name in NAMES}
+        formula = drawn_formula(rng, NAMES, rng.randint(1, 4))
+        if formula.timed and truth_for_ever(formula, signals, 2 * lap)[0]:
+            kept += 1
+            assert truth_for_ever(relaxed(formula), signals, 2 * lap)[0], (str(formula), signals, lap)
+    assert kept > 300
