@@ -113,15 +113,21 @@ class Refusal:
             hint = f"Flown as fast as all limits allow, which took {lasts:.4g} s; plan more robots, or vehicles of longer endurance."
             return NotCertified(f"Not certified. {' '.join(self._too_long)} {hint}", self.witnesses)
         if self.reason == "no flight":
-            said = f"Not certified after {self.tried.rounds} rounds of refinement. {self.why} {self.relaxation.sentence}"
+            said = f"Not certified after {self.tried.rounds} rounds of refinement. {self.why} {self._relief}"
             return NotCertified(said.rstrip(), self.witnesses)
         if self.reason == "times":
-            said = (
-                f"Not certified: no times of these words keep what is bounded in seconds. {self.why} {self.relaxation.sentence}"
-            )
+            said = f"Not certified: no times of these words keep what is bounded in seconds. {self.why} {self._relief}"
             return NotCertified(said.rstrip(), self.witnesses)
         no_waits = "Whatever robots wait for, these words do not satisfy the formula."
         return NotCertified(f"Not certified. {self.why} {no_waits}", self.witnesses)
+
+    @property
+    def _relief(self) -> str:
+        """Sentences on what would have to be given up for these words to be in time; empty where bounds in seconds are not all that was refused."""
+        paces = {pace for name in self.plan.mission.agents if (pace := self.plan.mission.pace_of(name)) != 1.0}
+        slow = " and ".join(sorted(str(pace) for pace in paces))
+        faster = f"`planner.pace` is {slow}; a greater one, up to 1, flies faster." if slow and self.relaxation.late else ""
+        return f"{self.relaxation.sentence} {faster}".strip()
 
     @cached_property
     def relaxation(self) -> Relaxation:

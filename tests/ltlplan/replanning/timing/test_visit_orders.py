@@ -185,3 +185,8 @@ def test_a_flight_that_is_late_in_all_orders_is_refused_with_what_would_have_to_
     assert "By straight ways they come to `F[0,1.2] shelf` at 0.9" in said
     assert "Without `F[0,1.2] shelf` the others may be kept." in said
     assert "were refined, too, and not certified" in said
+
+
+def test_a_late_flight_at_a_low_pace_is_told_of_greater_ones() -> None:
+    with pytest.raises(NotCertified, match=r"`planner.pace` is 0.3; a greater one, up to 1, flies faster."):
+        certified_team(ltlplan.plan(room("F[0,1.2] dock", planner="planner: {pace: 0.3}")))
