@@ -96,7 +96,7 @@ class Formula:
 
     @property
     def _own(self) -> tuple[object, ...]:
-        """What it says by itself."""
+        """The formula without its arguments."""
         return self.operator, len(self.arguments), self.name, self.robot, self.bound, self.window
 
     @property
