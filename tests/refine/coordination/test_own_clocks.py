@@ -116,7 +116,7 @@ def test_robots_that_are_counted_wait_only_for_what_is_in_their_way(pace: str) -
 def test_where_fastest_paths_find_no_own_clocks_those_of_the_plans_own_times_are_hurried(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    plan = ltlplan.plan(hall(4, "F(count(a) >= 2) & F(count(b) >= 1) & G(count(b) <= 1) & F all(home)", "0.7"))
+    plan = ltlplan.plan(hall(4, "F(count(a) >= 2) & F(count(b) >= 1) & G(count(b) <= 1)", "0.7"))
     nominal = refine(plan, pace="nominal")
 
     def at_nominal_pace(problem: Problem, robots: dict[str, RobotFlight]) -> Together | None:
