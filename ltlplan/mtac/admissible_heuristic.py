@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Callable, Collection, Hashable, Iterator, Mapping
+from collections.abc import Callable, Hashable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,7 +17,6 @@ from ltlplan.mtac.agent_moves import AgentState, World
 from ltlplan.mtac.decomposable_task import Reader, States
 from ltlplan.search.label_setting import distances
 from ltlplan.search.memoization import memoized
-from verify.data import Letter
 from verify.data.shapes.inequalities import Point
 
 Metric = Callable[[str, Point, str], float]
@@ -52,12 +51,6 @@ class AdmissibleHeuristic:
         """Prepare a heuristic; bounds are computed when they are asked for."""
         self._world, self._reader, self._starts, self._metric = team.world, team.reader, team.starts, team.metric
         self._tables: dict[frozenset[str], dict[_Node, float]] = {}
-
-    def read(self, states: States, letters: Collection[Letter]) -> States:
-        """Return the states after letters."""
-        for letter in letters:
-            states = frozenset(self._reader.successor(s, letter) for s in states)
-        return states
 
     def accepts(self, states: States) -> bool:
         """Tell whether all states accept."""
@@ -128,22 +121,22 @@ class AdmissibleHeuristic:
         if len(node) == 1:
             (states,) = node
             for where, legs in starts:
-                begun = self.read(states, [world.letter(where)])
+                begun = self._reader.read(states, [world.letter(where)])
                 for move in world.moves(where, first=True):
-                    after = self.read(begun, move.shown)
+                    after = self._reader.read(begun, move.shown)
                     if DEAD not in after:
                         acts_where_it_hovers = move.in_place and move.end.place is None
                         yield (after, move.key), 0.0 if acts_where_it_hovers else legs[move.visit.region], False
             return
         states, key = node
         where, leaving = world.reached(key)
-        over = (states,) if leaving is None else (states, self.read(states, [leaving]))
+        over = (states,) if leaving is None else (states, self._reader.read(states, [leaving]))
         if self.accepts(over[0]) or self.accepts(over[-1]):
             yield node, 0.0, True
         for rest in over:
             if starts and DEAD not in rest and self._reader.in_decomposition_set(rest):
                 yield (rest,), 0.0, False
         for move in world.moves(where):
-            after = self.read(states, move.shown)
+            after = self._reader.read(states, move.shown)
             if DEAD not in after and (move.key != key or after != states):
                 yield (after, move.key), self.leg(None, where.position, move.visit.region, where.kind), False

@@ -58,8 +58,7 @@ class AgentState:
 
     def log(self) -> VisitLog:
         """Return a log of visits that begins where the robot is."""
-        log = VisitLog()
-        log.enter(self.inside)
+        log = VisitLog([self.inside])
         if self.inside:
             log.stop(self.vertex if self.vertex in self.inside else min(self.inside))
         return log
@@ -332,10 +331,6 @@ class RobotTask:
         log = self._log()
         word = Word((world.letter(self.where), *self.ahead)).compressed()
         return Itinerary(log.visits, word, stops=log.stops)
-
-    def then(self, move: Move, leaves: bool) -> RobotTask:
-        """Return the task with one more visit."""
-        return replace(self, moves=(*self.moves, move), leaves=leaves)
 
     def _log(self) -> VisitLog:
         log = self.where.log()

@@ -157,7 +157,7 @@ class BeamSearch:
             leaves: Whether it flies out of that region.
         """
         left = task.moves[-1].left
-        return self.heuristic.read(states, [left]) if leaves and left is not None else states
+        return self.reader.read(states, [left]) if leaves and left is not None else states
 
     def next_beam(self, beam: Sequence[BeamNode], bound: float) -> list[BeamNode]:
         """Return the best neighbours of some walks, their paths optimised (lines 6 to 19)."""
@@ -203,7 +203,7 @@ class BeamSearch:
             tasks = {**tasks, robot: replace(tasks[robot], leaves=choices[0])}
         for other in sorted(self.everybody - set(one.order)):
             where = self.starts[other]
-            begun = self.heuristic.read(states, [self.world.letter(where)])
+            begun = self.reader.read(states, [self.world.letter(where)])
             handed = replace(one, order=(*one.order, other), tasks={**tasks, other: RobotTask(where)}, passed=frozenset())
             yield from self.continued(handed, begun, other, RobotTask(where), first=True)
 
@@ -222,11 +222,12 @@ class BeamSearch:
         where = task.end
         free = self.everybody - set(one.order)
         for move in self.world.moves(where, first=first):
-            after = self.heuristic.read(states, move.shown)
+            after = self.reader.read(states, move.shown)
             node = (after, move.key)
             if DEAD in after or node in one.passed:
                 continue
-            longer = task.then(move, leaves=move.visit.region in self.mission.hoops and move.left is not None)
+            leaves = move.visit.region in self.mission.hoops and move.left is not None
+            longer = replace(task, moves=(*task.moves, move), leaves=leaves)
             rest = self.heuristic.bound(after, move.end, free)
             if not math.isfinite(rest):
                 continue

@@ -5,7 +5,7 @@ Where a task may be divided, whether words hold in every order, and which letter
 
 from __future__ import annotations
 
-from collections.abc import Container, Hashable, Mapping, Sequence
+from collections.abc import Container, Hashable, Iterable, Mapping, Sequence
 from functools import cached_property
 from typing import Any, Protocol
 
@@ -69,6 +69,12 @@ class Reader:
     def successor(self, state: Any, letter: Letter) -> Any:  # of any type: each automaton has states of its own
         """Return the state after a letter, or `DEAD`."""
         return DEAD if state == DEAD else self._automaton.successor(state, letter)
+
+    def read(self, states: States, letters: Iterable[Letter]) -> States:
+        """Return the states after letters."""
+        for letter in letters:
+            states = frozenset(self.successor(state, letter) for state in states)
+        return states
 
     def team_letter(self, held: Mapping[str, Letter]) -> Letter:
         """Return what a team shows whose robots hold some letters: their union, and what holds of single robots and of numbers.

@@ -91,7 +91,8 @@ def make_way(team: PilotedTeam, waiting: Sequence[str], now: float, tried: set[t
         now: Flight time, s.
         tried: Robots that were led around others, and where (m), so that none is led around in circles; grows.
     """
-    able = [n for n in waiting if _may_turn(team, n, now)]
+    resting = [n for n in waiting if team.rests(team.pilots[n], now)]
+    able = [n for n in resting if (p := team.pilots[n]).moves and not (p.entered or p.shown or p.detour)]
     for name in able:
         sentence = _around(team, name, now, tried)
         if sentence is not None:
@@ -101,11 +102,6 @@ def make_way(team: PilotedTeam, waiting: Sequence[str], now: float, tried: set[t
             if _steps_aside(team, other, name, now):
                 return f"At {now:.2f} s {other} steps aside for {name}."
     return None
-
-
-def _may_turn(team: PilotedTeam, name: str, now: float) -> bool:
-    pilot = team.pilots[name]
-    return team.rests(pilot, now) and not (pilot.entered or pilot.shown or pilot.detour or not pilot.moves)
 
 
 def _around(team: PilotedTeam, name: str, now: float, tried: set[tuple[str, Point]]) -> str | None:

@@ -8,11 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import reduce
 from typing import Literal
 
 from ltlplan.logic.automaton import DEAD
 from ltlplan.mtac.decomposable_task import Reader
-from ltlplan.online_mtac.possible_states import after_events, at_start
+from ltlplan.online_mtac.possible_states import at_start
 from verify.data import BadInput, Formula, Letter, Mission, NotCertified, Unsatisfiable
 from verify.data.events import changed
 from verify.data.language.counting import negated
@@ -93,9 +94,7 @@ def formula_left(
         shown: Every change of a letter: (s, {robot: letter}).
         reading: The mission's team reading.
     """
-    belief = at_start(_Telling(reader, formula), first, reading=reading)
-    for _, events in shown:
-        belief = after_events(belief, events)
+    belief = at_start(_Telling(reader, formula), first, (events for _, events in shown), reading=reading)
     held = frozenset(belief.held.values())
     found: dict[str, Formula] = {}
     for told, unread in belief.pairs:
@@ -104,17 +103,12 @@ def formula_left(
             again = [letter for letter in read if reader.successor(told.state, letter) != told.state]
             rest = _anew(told.formula, again) if again else told.formula
             found[str(rest)] = rest
-    left = TRUE
-    for text in sorted(found):
-        left = _and(left, found[text])
-    return left
+    return reduce(_and, (found[text] for text in sorted(found)), TRUE)
 
 
 def progressed(formula: Formula, letters: Iterable[Letter]) -> Formula:
     """Return what must hold of the rest of a trace, which is never empty, after letters were read (no X in the formula)."""
-    for letter in letters:
-        formula = _after(formula, letter)
-    return formula
+    return reduce(_after, letters, formula)
 
 
 def _after(node: Formula, letter: Letter) -> Formula:
@@ -195,10 +189,7 @@ def _joined(operator: Literal["&", "|"], one: Formula, other: Formula, *, neutra
     parts.pop(neutral, None)
     if ruling in parts:
         return ruling
-    joined = neutral
-    for part in parts:
-        joined = part if joined == neutral else Formula(operator, (joined, part))
-    return joined
+    return reduce(lambda left, right: Formula(operator, (left, right)), parts) if parts else neutral
 
 
 def _parts(operator: str, formula: Formula) -> tuple[Formula, ...]:

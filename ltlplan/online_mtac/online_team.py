@@ -37,7 +37,6 @@ from ltlplan.online_mtac.task_switching import Handover, better_hands, may_chang
 from ltlplan.online_mtac.team_in_flight import PERIOD, Desired
 from ltlplan.search.lawler import Partition
 from verify.data import Infeasible, Mission, Unsatisfiable
-from verify.data.arrays import Floats
 from verify.data.events import HoopMoves, RobotJoins, WorldEvent
 from verify.data.shapes.inequalities import Point
 
@@ -144,8 +143,8 @@ class OnlineTeam(PilotedTeam):
         paths = min(MOST_PATHS, PATHS // max(len(searching), 1))
         for name, pilot in self.pilots.items():
             if self.holding is None and name in searching:
-                others = self._standing_still(name)
-                pilot.way.search(now, self.rng, paths, others, self.distance)
+                still = [p.way.course.new[-1] for n, p in self.pilots.items() if n != name and p.way.arrived]
+                pilot.way.search(now, self.rng, paths, np.array(still).reshape(-1, 3), self.distance)
             pilot.way.clock = pilot.way.clock.after(PERIOD, going[name]) if not pilot.way.arrived else pilot.way.clock
         self._give_up_if_stuck(now)
         self.steps += 1
@@ -246,11 +245,6 @@ class OnlineTeam(PilotedTeam):
             self._moved_at = now
         elif now - self._moved_at > STUCK:
             self.give_up(f"For {STUCK:.0f} s {', '.join(waiting)} had no way past the others; the robots hold their positions.")
-
-    def _standing_still(self, name: str) -> Floats:
-        """Positions of the other robots that have nothing left to fly. Shape (n, 3)."""
-        still = [p.way.course.new[-1] for n, p in self.pilots.items() if n != name and p.way.arrived]
-        return np.array(still).reshape(-1, 3)
 
     # -- who does what -------------------------------------------------------------------------------------
 

@@ -16,8 +16,10 @@ the flown word satisfies the formula once all have finished. This steers; the ve
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import reduce
 
 from ltlplan.mtac.decomposable_task import Accepting, State, union_of
 from verify.data.language.word import Letter
@@ -78,10 +80,7 @@ class Belief:
             return self.after(robot, letter)
         pairs: set[Pair] = set()
         for order in itertools.permutations(events):
-            belief = self
-            for robot in order:
-                belief = belief.after(robot, events[robot])
-            pairs |= belief.pairs
+            pairs |= reduce(lambda belief, robot: belief.after(robot, events[robot]), order, self).pairs
         if self.reading == "joint":
             pairs |= self.at_once(events).pairs
         return replace(self, held={**self.held, **events}, pairs=frozenset(pairs))
@@ -104,15 +103,19 @@ class Belief:
         return replace(self, held=held, pairs=_closure(self.automaton, [(s, left | unread) for s, left in pairs], held))
 
 
-def at_start(automaton: Accepting, held: Mapping[str, Letter], *, reading: TeamReading) -> Belief:
-    """Return the belief at take-off, each robot in its first letter.
+def at_start(
+    automaton: Accepting, held: Mapping[str, Letter], shown: Iterable[Mapping[str, Letter]] = (), *, reading: TeamReading
+) -> Belief:
+    """Return the belief at take-off, each robot in its first letter, or after changes that were seen since.
 
     Args:
-        automaton: Deterministic, of the formula on finite traces.
+        automaton: Of the formula.
         held: Each robot's first letter.
+        shown: Letters that changed at one time, one time after another.
         reading: The mission's team reading.
     """
-    return Belief(automaton, reading, {}, frozenset({(automaton.initial, frozenset())})).at_once(held)
+    begun = Belief(automaton, reading, {}, frozenset({(automaton.initial, frozenset())})).at_once(held)
+    return reduce(after_events, shown, begun)
 
 
 def admits(belief: Belief, chains: Ahead, rest: Ahead) -> bool:
@@ -128,10 +131,7 @@ def admits(belief: Belief, chains: Ahead, rest: Ahead) -> bool:
     """
     robots = [robot for robot, letters in chains.items() if letters]
     lengths = [len(chains[robot]) for robot in robots]
-    size = 1
-    for length in lengths:
-        size *= length + 1
-    if size > MAX_GRID:
+    if math.prod(length + 1 for length in lengths) > MAX_GRID:
         return False
     reached: dict[tuple[int, ...], Belief] = {(0,) * len(robots): belief}
     # places in the grid in an order in which every place comes after those that lead to it

@@ -108,9 +108,7 @@ def may_change(world: World, reader: Reader, belief: Belief, pilots: Mapping[str
     tasks = handover.tasks(world, pilots)
     if not tasks:
         return False
-    states = belief.settled
-    for letter in RobotTask(giver.where, tasks[handover.giver].moves).ahead:
-        states = frozenset(reader.successor(state, letter) for state in states)
+    states = reader.read(belief.settled, RobotTask(giver.where, tasks[handover.giver].moves).ahead)
     if not reader.in_decomposition_set(states, begun=belief.settled):
         return False
     ahead = {name: pilot.ahead for name, pilot in pilots.items()}

@@ -202,9 +202,8 @@ class TeamInFlight(ABC, Generic[Robot]):
             self.pilots[event.robot] = self._pilot(self.mission, self.world, event.robot, where)
             self.first_letters = {**self.first_letters, event.robot: self.world.letter(where)}
         # the whole flown word counts: the new automaton reads it from its beginning
-        self.belief = at_start(self.reader, self.first_letters, reading=self.mission.spec.team)
-        for _, events in self.shown:
-            self.belief = after_events(self.belief, events)
+        flown = (events for _, events in self.shown)
+        self.belief = at_start(self.reader, self.first_letters, flown, reading=self.mission.spec.team)
         # no matter how: that is known at once, whatever else turns out when what is left is shared
         lost = ", and what was flown cannot be completed to satisfy what is asked now" if DEAD in self.belief.states else ""
         self.hold(f"at {now:.2f} s {event}{lost}")

@@ -192,7 +192,7 @@ def words_without(
     asked = asking(made.mission, frozenset(parts))
 
     regions = [frozenset(_legs_into(made.mission, entered)) for entered in _doubtful(made, witnesses)]
-    legs = [frozenset({leg}) for leg in sorted(_legs(made), key=str)]
+    legs = [frozenset({leg}) for leg in sorted({leg for name in made.robots for leg in legs_of(made, name)}, key=str)]
     for several in (regions, legs):
         spaces = (shut | those for those in several if those)
         found = plans_without(asked, spaces, searches=_SHUT)
@@ -202,10 +202,6 @@ def words_without(
 
 
 _WHY = "Cheaper words that keep these soft parts were given up for others, as no flight of theirs that was tried keeps them."
-
-
-def _legs(made: Plan) -> frozenset[Leg]:
-    return frozenset[Leg]().union(*(legs_of(made, name) for name in made.robots))
 
 
 def asked_again(made: Plan, held: Collection[int]) -> Iterator[frozenset[int]]:

@@ -21,11 +21,8 @@ def itinerary(system: TransitionSystem, path: tuple[int, ...]) -> Itinerary:
 
 def path_cost(system: TransitionSystem, path: tuple[int, ...]) -> float:
     """Return the sum of the costs along a path; a letter that is read once more where the robot is costs nothing."""
-    total = 0.0
-    for source, target in itertools.pairwise(path):
-        if source != target:
-            total += min(cost for node, cost in system.edges[source] if node == target)
-    return total
+    steps = (step for step in itertools.pairwise(path) if step[0] != step[1])
+    return sum((min(cost for node, cost in system.edges[source] if node == target) for source, target in steps), 0.0)
 
 
 def word_along(system: TransitionSystem, path: tuple[int, ...]) -> Word:

@@ -12,7 +12,7 @@ import itertools
 import math
 from collections.abc import Callable, Hashable, Iterable, Iterator
 from dataclasses import dataclass
-from typing import Generic, Literal, TypeVar
+from typing import Generic, Literal, Self, TypeVar
 
 Key = TypeVar("Key", bound=Hashable)  # and ordered, where ties are broken by keys
 
@@ -89,6 +89,12 @@ class BestFirst(Generic[Key]):
                         else:
                             push(heap, (bound, tie(), target))
 
+    def walked(self) -> Self:
+        """Return the search when it has come to its end."""
+        for _ in self:
+            pass
+        return self
+
     def path(self, key: Key) -> list[Key]:
         """Return the path from a start to a key that was reached."""
         keys = [key]
@@ -99,10 +105,7 @@ class BestFirst(Generic[Key]):
 
 def distances(starts: Iterable[Key], successors: Callable[[Key], Iterable[tuple[Key, float]]]) -> dict[Key, float]:
     """Return the least cost from any of some keys to each that can be reached."""
-    search = BestFirst(starts, successors, ties="first")
-    for _ in search:
-        pass
-    return search.costs
+    return BestFirst(starts, successors, ties="first").walked().costs
 
 
 Costs = tuple[float, ...]

@@ -53,7 +53,13 @@ def open_wall(mission: Mission, words: Mapping[str, Word]) -> OpenWall | None:
         for other in _others(words[name], found):
             part = breaks({**words, name: other})
             if part is not None:
-                return _refusal(mission, name, found[0], other, part)
+                _, left, entered = found[0]
+                return OpenWall(
+                    f"`{part}` cannot be kept for sure: it does not hold where {name} shows, for instance, {other}. "
+                    f"{wall_sentence(left, entered, mission.margin)}",
+                    name,
+                    (left, entered),
+                )
     return None
 
 
@@ -106,14 +112,3 @@ def _keep(mission: Mission, automata: Sequence[Automaton], words: Mapping[str, W
     if mission.spec.trace == "infinite":
         return all(automaton.accepts(word) for automaton in automata for word in words.values())
     return hold_in_every_order(automata, [word.prefix for word in words.values()], joint=mission.spec.team == "joint")
-
-
-def _refusal(mission: Mission, robot: str, crossing: Crossing, shown: Word, part: str) -> OpenWall:
-    """Return the error that says which wall, what may be shown there, and what would mend it."""
-    _, left, entered = crossing
-    return OpenWall(
-        f"`{part}` cannot be kept for sure: it does not hold where {robot} shows, for instance, {shown}. "
-        f"{wall_sentence(left, entered, mission.margin)}",
-        robot,
-        (left, entered),
-    )

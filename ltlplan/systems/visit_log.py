@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 
 from verify.data import Visit
 from verify.data.sections import Action
@@ -15,8 +16,12 @@ class VisitLog:
     the checker lists stays, and those that are never left by name.
     """
 
-    def __init__(self) -> None:
-        """Begin a log; `enter` tells it where the robot begins."""
+    def __init__(self, way: Iterable[frozenset[str]] = ()) -> None:
+        """Begin a log; the first regions that it takes note of are where the robot begins.
+
+        Args:
+            way: Regions that hold the robot one after another.
+        """
         self._visits: list[Visit] = []
         self._stops: list[int] = []
         self._current: dict[str, int] = {}
@@ -25,6 +30,8 @@ class VisitLog:
         """How many visits begin at the start."""
         self._left: dict[int, int] = {}
         """For each of those that is over, how many were before it."""
+        for regions in way:
+            self.enter(regions)
 
     def enter(self, regions: frozenset[str]) -> tuple[str, ...]:
         """Take note of the regions that hold the robot now; return those that are new."""

@@ -160,7 +160,4 @@ class CountedCourses:
     @memoized
     def _ways(self, robot: int, at: int) -> BestFirst[int]:
         """Return the cheapest ways from a node, searched to their end."""
-        found = BestFirst([at], self.systems[robot].edges.__getitem__)
-        for _ in found:
-            pass
-        return found
+        return BestFirst([at], self.systems[robot].edges.__getitem__).walked()

@@ -161,10 +161,11 @@ def _outside_bodies(
 
 def _above_zero_outside(points: Floats, body: ConvexBody) -> list[Floats]:
     """Return functions of which one is above zero outside of a body. Shape (nodes, 3) to (nodes,) each."""
-    faces = [*np.einsum("na,fa->fn", points, body.normals) - body.distances[:, None]]
-    for matrix, centre, root in zip(body.matrices, body.centres, body.roots, strict=True):
-        faces.append(np.einsum("na,ab,nb->n", points - centre, matrix, points - centre) - root**2)
-    return faces
+    round_faces = (
+        np.einsum("na,ab,nb->n", points - centre, matrix, points - centre) - root**2
+        for matrix, centre, root in zip(body.matrices, body.centres, body.roots, strict=True)
+    )
+    return [*np.einsum("na,fa->fn", points, body.normals) - body.distances[:, None], *round_faces]
 
 
 def _refuted(claims: Floats) -> list[tuple[int, float]]:

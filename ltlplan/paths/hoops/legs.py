@@ -84,7 +84,9 @@ class Legs:
         last = len(sides) - 1
         comes_to_rest = cycle_visit is None or cycle_visit == len(sides)
         if cycle is not None:
-            stops += self._back_to(last, sides[last], stops[cycle])
+            first = stops[cycle]
+            around = frozenset[str]() if first.region is None else self._around(first.region, first.position)
+            stops += self._on_to(last, sides[last], replace(first, permitted=around))
         elif self.end is not None and cycle_visit is None:
             stops += self._to_end(last, sides[last] if sides else None)
         elif comes_to_rest and sides and sides[last] is None and not self.inside_last:
@@ -182,11 +184,6 @@ class Legs:
                 problem = problem or error
         assert problem is not None
         raise problem
-
-    def _back_to(self, i: int, left: Side, first: Stop) -> list[Stop]:
-        """Return the leg that closes a lasso: from visit i to the stop at which the cycle began."""
-        around = frozenset[str]() if first.region is None else self._around(first.region, first.position)
-        return self._on_to(i, left, replace(first, permitted=around))
 
     def _outside(self, origin: Stop, name: str, visit: int, ahead: Floats) -> Stop:
         """Return a point just outside a region that is left for good, or visited again at once: straight ahead, or where that is not clear to a side.

@@ -126,6 +126,7 @@ class ConjunctBounds(Generic[Node]):
 
     Attributes:
         tree: Lower bounds on the cost to show what must still be shown.
+        rest: Of each conjunct what is left from each node; None where nothing is known of it.
     """
 
     def __init__(self, graphs: Sequence[ConjunctGraph[Node] | None], masks: Sequence[int], reduced: ReducedGraph) -> None:
@@ -138,8 +139,8 @@ class ConjunctBounds(Generic[Node]):
         self._prices = [{} if graph is None else _least_prices(graph, masks, shares) for graph in graphs]
         letters = {letter for label in reduced.label for letter in label}
         self._shown = reduce(or_, (masks[letter] for letter in letters), 0)
-        self._rest = [None if graph is None else self.to(index, graph.goals) for index, graph in enumerate(graphs)]
-        self._shown = reduce(or_, (needed for rest in self._rest if rest is not None for needed in rest[1].values()), 0)
+        self.rest = [None if graph is None else self.to(index, graph.goals) for index, graph in enumerate(graphs)]
+        self._shown = reduce(or_, (needed for rest in self.rest if rest is not None for needed in rest[1].values()), 0)
         self.tree = SpanningTreeBound(
             reduced, {bit: {letter for letter in letters if masks[letter] & bit} for bit in single_bits(self._shown)}
         )
@@ -151,7 +152,7 @@ class ConjunctBounds(Generic[Node]):
             nodes: Where each conjunct is.
         """
         total, missing = 0.0, 0
-        for node, rest in zip(nodes, self._rest, strict=True):
+        for node, rest in zip(nodes, self.rest, strict=True):
             if rest is not None:
                 total += rest[0].get(node, UNREACHABLE)
                 missing |= rest[1].get(node, 0)
@@ -164,12 +165,8 @@ class ConjunctBounds(Generic[Node]):
             index: Which one.
             node: Where it is.
         """
-        rest = self._rest[index]
+        rest = self.rest[index]
         return 0.0 if rest is None else rest[0].get(node, UNREACHABLE)
-
-    def knows(self, index: int) -> bool:
-        """Tell whether anything is known of a conjunct, by index."""
-        return self._rest[index] is not None
 
     @memoized
     def to(self, index: int, goals: frozenset[Node]) -> To[Node]:

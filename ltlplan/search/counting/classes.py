@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from operator import sub
+from operator import mul, sub
 
 from ltlplan.search.counting.counting_propositions import Marks, Sums
 
@@ -114,8 +114,4 @@ class Classes:
         Args:
             numbers: How many rest in each class.
         """
-        total = [0] * len(self.resting[0])
-        for marks, count in zip(self.resting, numbers, strict=True):
-            if count:
-                total = [t + count * m for t, m in zip(total, marks, strict=True)]
-        return tuple(total)
+        return tuple(sum(map(mul, numbers, column)) for column in zip(*self.resting, strict=True))

@@ -103,10 +103,7 @@ def _waits(
     systems: Sequence[TransitionSystem], plan: CountedPlan, handovers: Iterable[tuple[Turn, list[Turn]]]
 ) -> Iterator[Meeting | Precedence]:
     def visits(robot: int, length: int) -> int:
-        log = VisitLog()
-        for node in plan.paths[robot][:length]:
-            log.enter(systems[robot].nodes[node].regions)
-        return len(log.visits)
+        return len(VisitLog(systems[robot].nodes[node].regions for node in plan.paths[robot][:length]).visits)
 
     for (robot, before, after), others in handovers:
         setting_out, path = visits(robot, before), plan.paths[robot]
@@ -145,9 +142,7 @@ def _needed(plan: CountedPlan, pairs: Iterable[tuple[int, int]]) -> Iterator[tup
 
 def _acting_visit(system: TransitionSystem, path: Sequence[int], step: int) -> int:
     """Return the visit in which a robot acts by a step of its path."""
-    log = VisitLog()
-    for node in path[:step]:
-        log.enter(system.nodes[node].regions)
+    log = VisitLog(system.nodes[node].regions for node in path[:step])
     change = system.nodes[path[step - 1]].internal, system.nodes[path[step]].internal
     regions = system.nodes[path[step]].regions
     visit = log.current(next(a.at for a in system.actions if (a.source, a.target) == change and a.at in regions))

@@ -119,11 +119,11 @@ class TeamClasses:
             found: list[ClassMove] = []
             for move in () if self._last[number] else self.robots[robot].of(node):
                 key = self._way(robot, move)
-                marks = move.shown or (self._marks(robot, move.target),)
+                marks = move.shown or (self.robots[robot].marks[move.target],)
                 cost = costs.get((number, key), move.cost)
                 found.append(ClassMove(number, self._class(robot, move.target, last=move.last), marks, cost, key))
             moves.append(found)
-        resting = [self._marks(robot, node) for robot, node in self.member]
+        resting = [self.robots[robot].marks[node] for robot, node in self.member]
         ends = [self.robots[robot].ends(node) for robot, node in self.member]
         within = {
             region: frozenset(
@@ -136,9 +136,6 @@ class TeamClasses:
         names = (self.systems[robot].robot for robot, _ in self.member)
         owners = tuple(name if name in self.marks.named else "" for name in names)
         return Classes(self.marks, tuple(resting), tuple(ends), tuple(map(tuple, moves)), begin, owners, crowds)
-
-    def _marks(self, robot: int, node: int) -> Sums:
-        return self.robots[robot].marks[node]
 
     def cost(self, course: Course) -> float:
         """Return what a course costs with the robots that begin it.

@@ -105,7 +105,13 @@ def cycles_below(
     if best is None:
         if ended or below < math.inf:
             return Below(None, least)
-        raise searches.too_large(len(each))
+        hint = (
+            f"Laps are planned over the product of all {len(each)} robots, which is for small teams: ask for fewer robots or regions, for "
+            "fewer parts that happen once (`F a` doubles the states, `G F a` does not), for a finite trace, or one mission a robot."
+        )
+        raise TooLarge(
+            "The infinite trace's product of robots and automata has", searches.expanded, "states", searches.most_places, hint
+        )
     system, prefix, cycle = best
     one_at_a_time = Course(system.initial, moves_along(system, prefix), moves_along(system, cycle))
     course = staged(system, readers, one_at_a_time, joint=joint)
@@ -197,7 +203,7 @@ class _Searches:
 
     def __init__(self, mission: Mission, budget: Budget, effort: Effort) -> None:
         self._mission, self._effort = mission, effort
-        self._places = budget.lasso if effort.hasty else min(MOST_PLACES, budget.lasso)
+        self.most_places = budget.lasso if effort.hasty else min(MOST_PLACES, budget.lasso)
         self._most = min(MOST_WAYS, budget.states) if effort.hasty else min(MOST_WAYS, budget.states // 50)
         self.expanded = 0
 
@@ -213,21 +219,13 @@ class _Searches:
                 break
         return answer
 
-    def too_large(self, robots: int) -> TooLarge:
-        """Return the error that says for what cycles are planned."""
-        hint = (
-            f"Laps are planned over the product of all {robots} robots, which is for small teams: ask for fewer robots or regions, for "
-            "fewer parts that happen once (`F a` doubles the states, `G F a` does not), for a finite trace, or one mission a robot."
-        )
-        return TooLarge("The infinite trace's product of robots and automata has", self.expanded, "states", self._places, hint)
-
     def _below(self, system: TeamSystem, readers: Sequence[Reader], below: float) -> _Answer | None:
         """Return what was found below a limit; None where there are too many places."""
         mission, robots = self._mission, len(system.systems)
         begins = [may_begin(mission, own) for own in system.systems]
         accounts = range(robots) if mission.planner.objective == "longest" else (0,) * robots
         try:
-            places = CyclePlaces(system, readers, begins, Limits(self._places, below, accounts))
+            places = CyclePlaces(system, readers, begins, Limits(self.most_places, below, accounts))
         except TooLarge:
             return None
         homes = zip(places.homes, places.nodes, strict=True)

@@ -103,10 +103,7 @@ class CycleEffects:
 
     def __init__(self, followers: Followers, at: Iterable[Masks]) -> None:
         self._followers = followers
-        every = [0] * len(followers.readers)
-        for masks in at:
-            every = [a | b for a, b in zip(every, masks, strict=True)]
-        self._domain = [list(bits(mask)) for mask in every]
+        self._domain = [list(bits(reduce(or_, masks))) for masks in zip(*at, strict=True)]
         self._effects = Numbers([tuple(tuple((1 << s, 0) for s in own) for own in self._domain)])
 
     @memoized

@@ -43,11 +43,6 @@ class Limits:
     below: float
     accounts: Sequence[int]
 
-    @property
-    def number(self) -> int:
-        """Number of accounts."""
-        return max(self.accounts) + 1
-
 
 class CyclePlaces:
     """Places of a team before its cycles and in them.
@@ -135,7 +130,7 @@ class CyclePlaces:
 
     def _is_near(self, nodes: Nodes) -> bool:
         """Tell whether all accounts can pay for the way there."""
-        paid = [0.0] * self.limits.number
+        paid = [0.0] * (max(self.limits.accounts) + 1)
         for account, away, node in zip(self.limits.accounts, self._away, nodes, strict=True):
             paid[account] += away.get(node, math.inf)
         return max(paid) < self.limits.below

@@ -255,9 +255,7 @@ class _Product:
 
         first = tuple(automaton.initial for automaton in automata)
         begin = [self._number(system.initial, state) for state in self._read_letter(first, system.labels[system.initial])]
-        self._search = BestFirst(begin, onwards)
-        for _ in self._search:  # every place is walked over
-            pass
+        self._search = BestFirst(begin, onwards).walked()
         size = len(self._places)
         self.there = np.array([self._search.costs[number] for number in range(size)])
         self.graph = csr_matrix((np.array(costs), (np.array(sources), np.array(targets))), shape=(size, size))

@@ -160,7 +160,7 @@ class CycleReading(PaidApart):
 
     def nothing_paid(self) -> Costs:
         """Return no cost for any account."""
-        return (0.0,) * self._places.limits.number
+        return (0.0,) * (max(self._accounts) + 1)
 
     def pay(self, label: Label[int], cost: float, who: object) -> Iterator[tuple[Costs, object]]:
         """Yield what each account has paid after a step.

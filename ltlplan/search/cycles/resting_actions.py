@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from functools import reduce
+from collections.abc import Iterable
 
 from ltlplan.systems.transition_systems import TransitionSystem
-from verify.data.language.formula import TRUE, Formula, Operator
+from verify.data import Formula, parse_formula
+from verify.data.language.formula import TRUE
 
 
 def acts_at_rest(system: TransitionSystem, cycle: Iterable[int]) -> bool:
@@ -26,15 +26,15 @@ def comes_anew(system: TransitionSystem) -> Formula:
     Args:
         system: What the robot can do.
     """
-    asked: list[Formula] = []
+    asked: list[str] = []
     for region in sorted({action.at for action in system.actions}):
         if changing := _to_and_fro(system, region):
             beside = {name for label in system.labels if region in label for name in label} - {region}
             beside &= {name for node in system.nodes for name in node.regions}
-            moves = [_all("&", [_of(("G", "F"), s), _of(("G", "F", "!"), s)]) for s in sorted(beside)]
-            settled = [_all("|", [_of(("F", "G"), p), _of(("F", "G", "!"), p)]) for p in sorted(changing)]
-            asked.append(_all("|", [_of(("G", "F", "!"), region), *moves, _all("&", settled)]))
-    return _all("&", asked) if asked else TRUE
+            moves = [f"(G F {name} & G F !{name})" for name in sorted(beside)]
+            settled = " & ".join(f"(F G {name} | F G !{name})" for name in sorted(changing))
+            asked.append(" | ".join([f"G F !{region}", *moves, f"({settled})"]))
+    return parse_formula(" & ".join(f"({each})" for each in asked)) if asked else TRUE
 
 
 def _to_and_fro(system: TransitionSystem, region: str) -> set[str]:
@@ -51,15 +51,3 @@ def _to_and_fro(system: TransitionSystem, region: str) -> set[str]:
         if len(labels) > 1:
             changing |= frozenset[str]().union(*labels) - frozenset[str].intersection(*labels)
     return changing
-
-
-def _of(operators: Sequence[Operator], name: str) -> Formula:
-    """Return a proposition under some operators, the first one outermost."""
-    formula = Formula("name", (), name)
-    for operator in reversed(operators):
-        formula = Formula(operator, (formula,))
-    return formula
-
-
-def _all(operator: Operator, parts: Iterable[Formula]) -> Formula:
-    return reduce(lambda one, other: Formula(operator, (one, other)), parts)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, reduce
 
 from ltlplan.logic.automaton import DEAD
 from ltlplan.logic.budget import Budget, TooLarge
@@ -18,7 +18,7 @@ from ltlplan.systems.robot_systems import Systems
 from ltlplan.systems.transition_systems import TransitionSystem
 from verify.data import Formula, Infeasible, Letter, Mission
 from verify.data.language.counting import written_out
-from verify.data.language.formula import FREE
+from verify.data.language.formula import FREE, TRUE
 from verify.data.language.free import in_no_region
 from verify.data.sections import Robot
 
@@ -46,10 +46,7 @@ def satisfiable(parts: Sequence[Formula], letters: Sequence[Letter]) -> bool:
 
 def all_of(parts: Sequence[Formula]) -> Formula:
     """Return the conjunction of requirements."""
-    formula = parts[0] if parts else Formula("true")
-    for part in parts[1:]:
-        formula = Formula("&", (formula, part))
-    return formula
+    return reduce(lambda left, right: Formula("&", (left, right)), parts) if parts else TRUE
 
 
 def eventually(name: str) -> Formula:

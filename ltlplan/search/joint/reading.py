@@ -147,7 +147,7 @@ class JointReading(SequentialReading[Progress]):
         self._orders = [
             (place, _Orders(words, index, joint.bounds))
             for place, (index, words) in enumerate(zip(tracked, self._words, strict=True))
-            if joint.repeats and joint.bounds.knows(index)
+            if joint.repeats and joint.bounds.rest[index] is not None
         ]
         initial = tuple(part.initial for part in self._parts)
         super().__init__(joint.graph, joint.bounds.tree, (0, initial, _NOT_YET, 0, (), ((),) * len(tracked)), objective)
@@ -269,9 +269,7 @@ class _Orders(OrderBounds[int, Seen]):
 
     @staticmethod
     def _union(held: Sequence[int], words: Sequence[int], others: int) -> int:
-        for word in words:
-            others |= held[word]
-        return others
+        return reduce(or_, (held[word] for word in words), others)
 
 
 def _backwards(part: JointConjunct, masks: Sequence[int]) -> ConjunctGraph[Seen] | None:

@@ -79,11 +79,8 @@ def _chain(plan: Plan, name: str, robot: RobotPlan) -> TransitionSystem | None:
         Node(place="", flying=not letter & regions, internal=_state(own), regions=letter & regions, entered="")
         for letter, own in zip(letters, internal, strict=True)
     )
-    log = VisitLog()
-    for node in nodes:
-        log.enter(node.regions)
     last = len(letters) - 1
-    if [visit.region for visit in log.visits] != [visit.region for visit in robot.visits]:
+    if [visit.region for visit in VisitLog(node.regions for node in nodes).visits] != [visit.region for visit in robot.visits]:
         return None
     edges = tuple(((index + 1, 1.0),) if index < last else () for index in range(len(letters)))
     system = TransitionSystem(letters, edges, final={last: 0.0}, nodes=nodes, robot=name, actions=tuple(actions))

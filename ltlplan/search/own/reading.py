@@ -141,7 +141,7 @@ class OwnReading(SequentialReading[Progress]):
         self._orders = [
             (place, _Orders(part, index, own.bounds))
             for place, index in enumerate(tracked)
-            if isinstance(part := own.task.parts[index], Deterministic) and own.bounds.knows(index)
+            if isinstance(part := own.task.parts[index], Deterministic) and own.bounds.rest[index] is not None
         ]
         self._monoid, self._check = TransitionMonoid(own.task, tracked), OrderCheck(own.task, tracked)
         super().__init__(own.graph, own.bounds.tree, (own.task.initial, self._monoid.identity, ()), objective)

@@ -1,6 +1,7 @@
 """Tasks that change hands in flight: only in the decomposition set of the automaton's present states, and the formula holds."""
 
 import math
+from dataclasses import replace
 
 import pytest
 
@@ -29,7 +30,7 @@ def done_by(team, robot, *regions):
     tasks = {name: RobotTask(pilot.where) for name, pilot in team.pilots.items()}
     for region in regions:
         move = next(move for move in team.world.moves(tasks[robot].end) if move.visit.region == region)
-        tasks[robot] = tasks[robot].then(move, leaves=False)
+        tasks[robot] = replace(tasks[robot], moves=(*tasks[robot].moves, move), leaves=False)
     return tasks
 
 
