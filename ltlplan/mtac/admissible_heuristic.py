@@ -129,7 +129,7 @@ class AdmissibleHeuristic:
                         yield (after, move.key), 0.0 if acts_where_it_hovers else legs[move.visit.region], False
             return
         states, key = node
-        where, leaving = world.reached(key)
+        where, leaving = world.known[key]
         over = (states,) if leaving is None else (states, self._reader.read(states, [leaving]))
         if self.accepts(over[0]) or self.accepts(over[-1]):
             yield node, 0.0, True

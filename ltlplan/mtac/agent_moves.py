@@ -102,6 +102,7 @@ class World:
     Attributes:
         mission: Regions, environment, internal states.
         graph: Where robots can rest, and the ways between.
+        known: By the key of a move the state at its end, and the letter once that place is left (see `Move.left`).
     """
 
     def __init__(self, mission: Mission) -> None:
@@ -110,7 +111,7 @@ class World:
             mission.alike_as(robot): mission.seen_by(robot) for robot in mission.agents
         }  # as each kind of robot sees it
         self._moves: dict[Hashable, tuple[Move, ...]] = {}
-        self._known: dict[Key, tuple[AgentState, Letter | None]] = {}
+        self.known: dict[Key, tuple[AgentState, Letter | None]] = {}
 
     @memoized
     def graph_of(self, kind: str) -> RegionGraph:
@@ -177,10 +178,6 @@ class World:
         point = self.graph_of(kind).standing(self.graph.layout.at(position), vertex)
         inside = frozenset(point.location.inside)
         return AgentState(position, inside, point.place if inside else point.entered, internal, kind=kind)
-
-    def reached(self, key: Key) -> tuple[AgentState, Letter | None]:
-        """Return the state at the end of a move with this key, and the letter once that place is left (see `Move.left`)."""
-        return self._known[key]
 
     def left(self, where: AgentState) -> Letter | None:
         """Return the letter of a robot that has left the regions where it hovers; None where it is not clear what it would be in."""
@@ -278,7 +275,7 @@ class World:
         in_place: bool = False,
     ) -> Move:
         key, left = there.key, self.left(there)
-        self._known[key] = (there, left)
+        self.known[key] = (there, left)
         shown = letters if departs is None else (departs, *letters)
         return Move(visit, letters, in_place, departs, regions, there, left, key, shown)
 

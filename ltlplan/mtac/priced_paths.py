@@ -5,15 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Hashable
 
-from numpy.random import Generator
-
 from ltlplan.allocation import Itinerary
 from ltlplan.paths.costs import cost_of
 from ltlplan.paths.cross_entropy.cross_entropy import Improvement
 from ltlplan.paths.flight_times import require_endurance
 from ltlplan.paths.hoops import route_itinerary
 from ltlplan.paths.improvement import improved_path, own_draws, searched_cost, with_ramped_times
-from verify.data import Infeasible, Mission, RobotPlan, Word
+from verify.data import Infeasible, Mission, RobotPlan
 
 
 class PricedPaths:
@@ -46,7 +44,7 @@ class PricedPaths:
             try:
                 nominal = with_ramped_times(route_itinerary(self._mission, robot, what), cost_of(self._mission, robot))
                 require_endurance(self._mission, robot, nominal)
-                cost = searched_cost(self._mission, robot, nominal, self._draws(robot, what.word))
+                cost = searched_cost(self._mission, robot, nominal, own_draws(self._seed, robot, what.word))
             except Infeasible:
                 return math.inf
             self.tried[robot, key] = nominal, cost
@@ -60,8 +58,4 @@ class PricedPaths:
             does: What it does.
         """
         nominal = route_itinerary(self._mission, robot, does)
-        return improved_path(self._mission, robot, nominal, lambda: self._draws(robot, does.word))
-
-    def _draws(self, robot: str, word: Word) -> Generator:
-        """Return a source that depends on nothing but the seed, the robot and what it does."""
-        return own_draws(self._seed, robot, word)
+        return improved_path(self._mission, robot, nominal, lambda: own_draws(self._seed, robot, does.word))

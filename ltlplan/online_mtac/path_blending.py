@@ -124,8 +124,7 @@ class GlidingPath:
             result[0] = self.new
             return result
         weights = glide(now - self.since)
-        change = self.new - self.old
-        result[:] = weights[:, None, None] * change
+        result[:] = weights[:, None, None] * (self.new - self.old)
         result[0] += self.old
         return result
 

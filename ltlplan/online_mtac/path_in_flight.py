@@ -141,8 +141,7 @@ class CourseInFlight:
         costs = self.cost(flown)
         valid = self._problem.keeps.keeps(flown.axes(0))
         if len(obstacles):
-            near = self._too_near(flown.axes(0), obstacles, separation)
-            costs = np.where(near, np.inf, costs)
+            costs = np.where(self._too_near(flown.axes(0), obstacles, separation), np.inf, costs)
         told = valid & np.isfinite(costs)
         self._state = cross_entropy.tell_all(self._state, drawn, costs[:paths], told[:paths], settings=self.settings)
         best = int(np.argmin(np.where(told[: paths + 1], costs[: paths + 1], np.inf)))

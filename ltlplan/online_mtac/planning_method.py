@@ -73,8 +73,7 @@ def online_mtac_e(mission: Mission, context: Context) -> Allocation:
         now = step * PERIOD
         if step % 50 == 0:
             say(f"flying online in simulated time, {now:.0f} s", min(0.9, 0.05 + now / 60.0))
-        positions = {name: track.points[-1] for name, track in flown.items()}
-        desired = team.step(now, positions)
+        desired = team.step(now, {name: track.points[-1] for name, track in flown.items()})
         switched += desired.switched
         if desired.holding is not None:
             raise Infeasible(f"Online MTAC-E came to no end: {desired.holding}")
@@ -103,8 +102,7 @@ class _Flown:
     def see(self, pilot: Pilot, mission: Mission) -> None:
         """Take note of where the robot is seen, and of what it has done there."""
         where, begins = pilot.where, self.internal is None
-        new = self.log.enter(where.inside)
-        self.entered += [len(self.points) - 1] * len(new)
+        self.entered += [len(self.points) - 1] * len(self.log.enter(where.inside))
         if begins and where.inside:
             self.log.stop(where.vertex)
         for region in pilot.arrivals[self.arrivals :]:

@@ -29,7 +29,7 @@ from ltlplan.paths.improvement import RAMPS, improved_path, own_draws, with_ramp
 from ltlplan.paths.nominal import lay_path
 from ltlplan.paths.sampling.least_snap_spline import LeastSnapSpline
 from ltlplan.paths.team_laps import lay_laps
-from ltlplan.search.exact import SHUT, assign
+from ltlplan.search.exact import assign, shutting
 from ltlplan.search.exact import exact as exact_by_legs
 from ltlplan.search.lawler import Partition
 from ltlplan.search.memoization import memoized
@@ -104,8 +104,7 @@ def _planned_together(mission: Mission, context: Context, by_metres: Allocation)
     said = [*_said(mission, len({_key(each) for each in found}), bounded=prices.bounded)]
     if prices.bounded and bound is None:
         said[1:] = ["No bound on costs is known."]
-    notes = (*best.notes, *said)
-    return replace(best, lower_bound=bound, complete=False, notes=notes)
+    return replace(best, lower_bound=bound, complete=False, notes=(*best.notes, *said))
 
 
 def _touched(mission: Mission) -> frozenset[str]:
@@ -256,12 +255,8 @@ class _Shut:
         self, mission: Mission, cost: Cost, metre: Mapping[str, float], known: Known | None = None
     ) -> Allocation | None:
         """Return the assignment that costs least without what is shut; None where there is none, or the search is too large: with bounds that are `known` this raises."""
-
-        def dear(robot: str, start: Point | str, region: str) -> float:
-            return cost(robot, start, region) + (SHUT if self.forbids((robot, start, region)) else 0.0)
-
         try:
-            whole = known or Known()
+            whole, dear = known or Known(), shutting(cost, self.forbids)
             found = assign(mission, cost=dear, metre=metre, budget=whole.budget, capacities=whole.capacities)
         except (TooLarge, Infeasible, Unsatisfiable) as error:
             if known and isinstance(error, TooLarge):

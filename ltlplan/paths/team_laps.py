@@ -29,8 +29,7 @@ def lay_laps(mission: Mission, name: str, does: Itinerary) -> tuple[RobotPlan, t
     once, notes = lay_path(before, name, Itinerary(does.visits[:begins], reached))
     once = without_swings(before, name, once)
     if stays:
-        plan = then_hovering(once)
-        return plan.model_copy(update={"word": word}), notes
+        return then_hovering(once).model_copy(update={"word": word}), notes
     rest = rest_after(mission, name, then_hovering(once))
     here = sorted(reached.letters[-1] & mission.all_regions.keys())
     visits = (*(Visit(region=region) for region in here), *does.visits[begins:])

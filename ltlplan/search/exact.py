@@ -170,7 +170,7 @@ def under_precedences(mission: Mission, context: Context) -> Allocation:
 
 def _assigned(mission: Mission, context: Context, *, ordered: bool = False) -> Allocation:
     """Return the cheapest allocation without the legs that are blocked, if there is one, within what is known."""
-    known, cost = context.known, _avoiding(mission, context.blocked) if context.blocked else None
+    known, cost = context.known, shutting(Systems(mission).leg, context.blocked.__contains__) if context.blocked else None
     found = assign(mission, cost=cost, budget=known.budget, capacities=known.capacities, ordered=ordered)
     return found if cost is None else in_units_of(mission, found)
 
@@ -188,10 +188,15 @@ def without_legs(shut: frozenset[Leg]) -> PlanningMethod:
     return shut_out
 
 
-def _avoiding(mission: Mission, blocked: frozenset[Leg]) -> Cost:
-    straight = Systems(mission)
+def shutting(cost: Cost, is_shut: Callable[[Leg], bool]) -> Cost:
+    """Return a cost of legs by which some are dearer than any plan.
 
-    def cost(robot: str, start: Point | str, region: str) -> float:
-        return straight.leg(robot, start, region) + (SHUT if (robot, start, region) in blocked else 0.0)
+    Args:
+        cost: Of all legs.
+        is_shut: Tells whether plans are to do without a leg.
+    """
 
-    return cost
+    def dear(robot: str, start: Point | str, region: str) -> float:
+        return cost(robot, start, region) + (SHUT if is_shut((robot, start, region)) else 0.0)
+
+    return dear

@@ -201,6 +201,5 @@ def least_highest(
             continue
         explored += 1
         if explored > most or (candidates is not None and tried > candidates):
-            stopped = "states" if explored > most else "candidates"
-            return Found(bound, tried, explored, search.reached, stopped)
+            return Found(bound, tried, explored, search.reached, "states" if explored > most else "candidates")
     return Found(UNREACHABLE, tried, explored, search.reached)

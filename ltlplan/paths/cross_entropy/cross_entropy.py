@@ -25,7 +25,6 @@ from ltlplan.paths.sampling.least_snap_spline import LeastSnapSpline
 from ltlplan.paths.sampling.path_problem import PathProblem, path_problem
 from verify.data import Mission, RobotPlan
 from verify.data.arrays import Floats
-from verify.data.progress import Progress
 from verify.data.trajectory import PIECES
 
 SPREAD = 0.06
@@ -81,7 +80,6 @@ def minimise(
     *,
     rng: np.random.Generator,
     others: Sequence[Search] = (),
-    progress: Progress | None = None,
     watch: Callable[[int, Floats, Floats], bool | None] | None = None,
 ) -> tuple[Search, tuple[float, ...]]:
     """Run a search to its target or its last round.
@@ -91,7 +89,6 @@ def minimise(
         search: Where to begin, with its options.
         rng: Source of every draw.
         others: Where populations beside the first one begin, if the options ask for several.
-        progress: Told a sentence and the share of rounds done.
         watch: Told the number, candidates and costs of each round; the search ends where it says True.
 
     Returns:
@@ -112,14 +109,12 @@ def minimise(
         enough = watch is not None and watch(
             index, np.concatenate([candidates for candidates, _ in seen]), np.concatenate([costs for _, costs in seen])
         )
-        if progress is not None:
-            progress(f"round {index + 1}: best cost {history[-1]:.4g}", (index + 1) / options.rounds)
         if enough:
             break
     return state.best, tuple(history)
 
 
-# ten parameters: four say what is searched, the rest are settings of the search that a caller names one at a time
+# nine parameters: four say what is searched, the rest are settings of the search that a caller names one at a time
 def improve(
     mission: Mission,
     robot: str,
@@ -130,7 +125,6 @@ def improve(
     cost: Cost | None = None,
     points: int | None = None,
     spread: float = SPREAD,
-    progress: Progress | None = None,
     watch: Watch | None = None,
 ) -> Improvement:
     """Make one robot's nominal path cheaper by cross-entropy; its word, passages and ends stay.
@@ -144,7 +138,6 @@ def improve(
         cost: Named terms or any function of sampled paths; by default the robot's or the planner's own.
         points: n, how many points of the path are moved; by default one every 0.35 m, at most 20.
         spread: Initial standard deviation of each coordinate, m.
-        progress: Told a sentence and the share done.
         watch: Told of each round, for pictures.
 
     Returns:
@@ -182,7 +175,7 @@ def improve(
         shortlist.append((float(costs[first]), candidates[first].copy()))
         return shortlist[-1][0] <= chosen.target and judged(len(shortlist) - 1).cost <= chosen.target
 
-    _, history = minimise(problem.costs, search, rng=rng, others=others, progress=progress, watch=look)
+    _, history = minimise(problem.costs, search, rng=rng, others=others, watch=look)
     cheapest_first = range(len(shortlist))[:-_SHORTLIST:-1]
     found = next((better for index in cheapest_first if (better := judged(index)).cost < nominal), plan)
     return Improvement(found, nominal, tuple(min(h, nominal) for h in history), tuple(kept))

@@ -247,9 +247,7 @@ class PathProblem:
 
     def _costs(self, candidates: Floats) -> Floats:
         paths = self.paths(candidates)
-        counts = self.keeps.keeps(paths.axes(0))
-        values = evaluate(self.cost, paths)
-        return np.where(counts, values, np.inf)
+        return np.where(self.keeps.keeps(paths.axes(0)), evaluate(self.cost, paths), np.inf)
 
 
 def path_problem(

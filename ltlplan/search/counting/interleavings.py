@@ -116,8 +116,9 @@ def _in_one_order(
 
 def _further(kinds: Sequence[tuple[Sums, ...]], progress: _Progress) -> Iterator[tuple[_Progress, tuple[Sums, ...]]]:
     """Yield what can follow when some robots, one at least, go on by one letter at one instant, with the marks that each kind makes then."""
-    options = map(_options, kinds, progress)
-    for chosen in itertools.islice(itertools.product(*options), 1, None):  # the first one is that nobody does
+    for chosen in itertools.islice(
+        itertools.product(*map(_options, kinds, progress)), 1, None
+    ):  # the first one is that nobody does
         after, shown = zip(*chosen, strict=True)
         yield after, shown
 

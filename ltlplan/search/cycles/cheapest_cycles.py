@@ -94,8 +94,7 @@ def cycles_below(
     readers, joint = team_readers(mission, asked, budget), mission.spec.team == "joint"
     limit, best, ended, least = below, None, False, None
     for flying in _flying(len(each)):
-        some = [own if robot in flying else staying(own) for robot, own in enumerate(each)]
-        system = TeamSystem(some)
+        system = TeamSystem([own if robot in flying else staying(own) for robot, own in enumerate(each)])
         answer = searches.within_reach(system, readers, limit)
         ended = answer is not None and answer.found.stopped is None and (bool(answer.found.states) or answer.below == limit)
         if answer is not None and len(each) == 1 and not effort.hasty:

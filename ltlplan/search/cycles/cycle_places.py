@@ -75,7 +75,6 @@ class CyclePlaces:
         self._plain = [reader for reader in readers if reader.closes]
         self._staying = [reader for reader in readers if isinstance(reader, LetterReader) and reader.stays]
         self.followers = Followers([reader for reader in readers if reader not in (*self._plain, *self._staying)])
-        self.nodes: list[Nodes] = []
         self.steps: list[list[Step]] = []
         self._walk_nodes()
         self.marks, self.everything = self._marks()
@@ -106,30 +105,24 @@ class CyclePlaces:
         return self._system.letter(self.nodes[at], mover)
 
     def _walk_nodes(self) -> None:
-        numbers: dict[Nodes, int | None] = {}
-
-        def number_of(nodes: Nodes) -> int | None:
-            if nodes not in numbers:
-                letter = self._system.letter(nodes, NOBODY)
-                allowed = all(any(True for _ in reader.successors(reader.initial, letter)) for reader in self._plain)
-                allowed = allowed and self._is_near(nodes)
-                numbers[nodes] = len(self.nodes) if allowed else None
-                if allowed:
-                    self._check(len(self.nodes) + 1)
-                    self.nodes.append(nodes)
-            return numbers[nodes]
-
-        number_of(self._system.initial)
+        numbers = Numbers([self._system.initial] if self._is_allowed(self._system.initial) else [])
+        self.nodes = numbers.known
         for nodes in self.nodes:  # grows while it is walked
             least: dict[int, tuple[int, float]] = {}
             for robot, cost, after in self._system.moves(nodes):
-                target = number_of(after) if after != nodes else None
-                if target is not None and (target not in least or cost < least[target][1]):
-                    least[target] = robot, cost
+                if after != nodes and self._is_allowed(after):
+                    target = numbers[after]
+                    if target not in least or cost < least[target][1]:
+                        least[target] = robot, cost
+            self._check(len(numbers))
             self.steps.append([(robot, cost, target) for target, (robot, cost) in least.items()])
 
-    def _is_near(self, nodes: Nodes) -> bool:
-        """Tell whether all accounts can pay for the way there."""
+    @memoized
+    def _is_allowed(self, nodes: Nodes) -> bool:
+        """Tell whether no conjunct is lost where robots are, and all accounts can pay for the way there."""
+        letter = self._system.letter(nodes, NOBODY)
+        if not all(any(True for _ in reader.successors(reader.initial, letter)) for reader in self._plain):
+            return False
         paid = [0.0] * (max(self.limits.accounts) + 1)
         for account, away, node in zip(self.limits.accounts, self._away, nodes, strict=True):
             paid[account] += away.get(node, math.inf)

@@ -119,8 +119,7 @@ def _every_order(system: TeamSystem, readers: Sequence[Reader], course: Course, 
     begun = read(tuple(reader.initial for reader in readers), system.letter(course.begin, NOBODY))
     if begun is None:
         return False
-    nobody = (0,) * len(course.begin)
-    places: Numbers[_Place] = Numbers([(0, nobody, course.begin, NOBODY, begun)])
+    places: Numbers[_Place] = Numbers([(0, (0,) * len(course.begin), course.begin, NOBODY, begun)])
     edges: list[list[int]] = []
     for stage, done, nodes, mover, states in places.known:  # grows while it is walked
         found: list[int] = []

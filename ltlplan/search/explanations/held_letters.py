@@ -62,8 +62,7 @@ def held_letter(
         f"A single interleaving satisfies it ({_shown(systems, path)}), but no precedences make every one do so: a letter that is held "
         f"may be read at any time, again and again. {systems[robot].robot}'s letter {letter} breaks `{owned[broken.part][0]}` there."
     ]
-    spec = mission.spec.model_copy(update={"team": "joint"})
-    if possible(mission.model_copy(update={"spec": spec})):
+    if possible(mission.model_copy(update={"spec": mission.spec.model_copy(update={"team": "joint"})})):
         reasons.append("Under `team: joint`, where the letters of all robots are read together, a plan exists.")
     return reasons
 

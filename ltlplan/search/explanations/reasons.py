@@ -246,5 +246,4 @@ def _needed_by(inquiry: Inquiry, part: Formula) -> list[str]:
 
 
 def _sentence(steps: list[str]) -> str:
-    text = steps[0] if len(steps) == 1 else f"{', '.join(steps[:-1])}, and {steps[-1]}"
-    return text + "."
+    return (steps[0] if len(steps) == 1 else f"{', '.join(steps[:-1])}, and {steps[-1]}") + "."

@@ -79,8 +79,7 @@ class JointTask(TeamTask):
         """
         ends = {mask & part.mask for mask in self.first}
         for label, system in zip(self.graph.team.label, self.graph.team.systems, strict=True):
-            final = range(len(label)) if system.final is None else system.final
-            ends |= {self.masks[label[node]] & part.mask for node in final}
+            ends |= {self.masks[own] & part.mask for node, own in enumerate(label) if system.ending(node) is not None}
         found = {0}
         for end in ends:
             found |= {end | other for other in found}

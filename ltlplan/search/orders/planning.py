@@ -165,10 +165,8 @@ class OrderedTeam:
 def _leaving_after_actions(system: TransitionSystem) -> TransitionSystem:
     """Return the system without ends in regions where it acts: an action is over for sure when its region is left."""
     acting = {action.at for action in system.actions}
-    if not acting:
-        return system
-    ends = dict.fromkeys(range(len(system.labels)), 0.0) if system.final is None else system.final
-    return replace(system, final={n: cost for n, cost in ends.items() if acting.isdisjoint(system.nodes[n].regions)})
+    ends = {n: end for n in range(len(system.labels)) if (end := system.ending(n)) is not None}
+    return replace(system, final={n: end for n, end in ends.items() if not acting & system.nodes[n].regions})
 
 
 def words_and_order(
@@ -220,11 +218,8 @@ def alike_merged(
             elif system.labels[target] != system.labels[node] and not is_idle(shown[node]):
                 lower(here, here + 1, 0.0)
                 lower(here + 1, here, 0.0)
-    ends: dict[int, float] | None = None
-    if system.final is not None:
-        ends = {}
-        for node in reached.keys() & system.final.keys():
-            ends |= {number[shown[node]] + twin: 0.0 for twin in (0, 1)}
+    ending = (number[shown[node]] for node in reached if system.ending(node) is not None)
+    ends = {at + twin: 0.0 for at in ending for twin in (0, 1)}
     labels = tuple(frozenset({f"{i}"}) for i in range(2 * len(order)))
     merged = replace(
         system,
