@@ -19,7 +19,7 @@ from ltlplan.mtac.agent_moves import AgentState, Move, RobotTask, World
 from ltlplan.online_mtac.cross_entropy import OnlineSettings
 from ltlplan.online_mtac.path_in_flight import CourseInFlight
 from ltlplan.online_mtac.possible_states import can_finish
-from ltlplan.online_mtac.team_in_flight import TeamInFlight
+from ltlplan.online_mtac.team_in_flight import LocatedRobot, TeamInFlight
 from ltlplan.paths.hoops import route_itinerary
 from verify.data import Letter, Mission, RobotPlan, Word
 from verify.data.language.counting import require_plain
@@ -45,7 +45,7 @@ _LEAST = 0.02
 """m; radius of the smallest body that is led around."""
 
 
-class Pilot:
+class Pilot(LocatedRobot):
     """One robot in flight. It changes as it flies; `online_team.OnlineTeam` drives it.
 
     Attributes:

@@ -10,7 +10,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import Generic, Protocol, TypeVar
+from typing import Generic, TypeVar
 
 import numpy as np
 
@@ -53,14 +53,20 @@ class Desired:
     switched: tuple[str, ...] = ()
 
 
-class Located(Protocol):
-    """A robot in the air whose place is known."""
+@dataclass(slots=True, eq=False)
+class LocatedRobot:
+    """A robot of which no more than its place is known. It changes as the robot flies.
+
+    Attributes:
+        name: The robot.
+        where: Where it is in A = E x R, as it was last seen.
+    """
 
     name: str
     where: AgentState
 
 
-Robot = TypeVar("Robot", bound=Located)
+Robot = TypeVar("Robot", bound=LocatedRobot)
 
 
 class TeamInFlight(ABC, Generic[Robot]):
@@ -253,16 +259,3 @@ class TeamInFlight(ABC, Generic[Robot]):
         return self.mission.agents[pilot.name].model_copy(
             update={"start": where.position, "internal": where.internal, "visited": been}
         )
-
-
-@dataclass(slots=True)
-class LocatedRobot:
-    """A robot of which no more than its place is known. It changes as the robot flies.
-
-    Attributes:
-        name: The robot.
-        where: Where it is in A = E x R, as it was last seen.
-    """
-
-    name: str
-    where: AgentState

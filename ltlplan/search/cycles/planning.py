@@ -22,7 +22,6 @@ from ltlplan.search.itineraries import lasso_itinerary
 from ltlplan.search.problem import TIES, NoWords, Problem
 from ltlplan.systems.transition_systems import TransitionSystem
 from verify.data import Formula, Infeasible, Unsatisfiable
-from verify.data.plan import Meeting
 
 _NOT_RULED_OUT = "A cheaper lap was not ruled out."
 _BEGUN_LATER = "A lap begins with a visit, so part of one is flown before the first lap; a cheaper plan was not ruled out."
@@ -55,12 +54,12 @@ def plan(problem: Problem) -> Allocation:
             ) from None
     if found is None:
         raise NoWords(lambda: _no_cycles(problem))
-    if problem.several and found.least is None:
-        found = found.at_least(least_of_all_cycles(problem.mission, problem.each, asked, problem.budget, found.cost))
-    notes = (*found.notes, *(() if found.proved else (found.gap,)), *problem.systems.unclear())
-    return Allocation(
-        robots=found.robots, cost=found.cost, lower_bound=found.least, complete=found.proved, notes=notes, meetings=found.waits
-    )
+    if problem.several and found.plan.lower_bound is None:
+        found = found.at_least(least_of_all_cycles(problem.mission, problem.each, asked, problem.budget, found.plan.cost))
+    least = found.plan.lower_bound
+    proved = least is not None and found.plan.cost <= least + 2 * TIES
+    notes = (*found.plan.notes, *(() if proved else (found.gap,)), *problem.systems.unclear())
+    return replace(found.plan, complete=proved, notes=notes)
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,31 +67,20 @@ class _Flown:
     """Cycles as they are flown.
 
     Attributes:
-        robots: What each robot does.
-        waits: Who waits for whom.
-        cost: What they pay, in sum or the highest of them, as is asked.
-        notes: How they were found.
+        plan: What each robot does, who waits for whom, what they pay, and what no cycles cost less than, where that is known.
         gap: What is said where cheaper cycles are not ruled out.
         exact: Whether no cycles of robots that fly one at a time are cheaper.
-        least: No cycles cost less; None where that is not known.
     """
 
-    robots: dict[str, Itinerary]
-    waits: tuple[Meeting, ...]
-    cost: float
-    notes: tuple[str, ...]
+    plan: Allocation
     gap: str
     exact: bool
-    least: float | None
-
-    @property
-    def proved(self) -> bool:
-        """Return whether it is proved that no cycles are cheaper."""
-        return self.least is not None and self.cost <= self.least + 2 * TIES
 
     def at_least(self, bound: float | None) -> _Flown:
         """Return these cycles with another lower bound, where it is known and higher."""
-        return self if bound is None else replace(self, least=max(bound, self.least or 0.0))
+        if bound is None:
+            return self
+        return replace(self, plan=replace(self.plan, lower_bound=max(bound, self.plan.lower_bound or 0.0)))
 
 
 def _cheapest(problem: Problem, asked: Formula) -> _Flown | None:
@@ -136,14 +124,14 @@ def _by_parts(problem: Problem, asked: Formula) -> _Flown | None:
 
 def _searched(problem: Problem, asked: Formula, best: _Flown | None, effort: Effort, gap: str) -> _Flown | None:
     """Search the product of all robots, of which one flies while the others rest, for cheaper cycles than are known."""
-    below = math.inf if best is None else best.cost - TIES
+    below = math.inf if best is None else best.plan.cost - TIES
     found = cycles_below(problem.mission, problem.each, asked, problem.budget, below, effort)
     if found.cycles is not None:
         note = (
             f"A search went on with {found.cycles.reached:,} ways over the team's product, in which one robot flies at a time."
         )
         flown = _flown(problem, found.cycles, note, gap)
-        best = flown if best is None or flown.cost < best.cost else best
+        best = flown if best is None or flown.plan.cost < best.plan.cost else best
     return best and best.at_least(found.least)
 
 
@@ -156,7 +144,10 @@ def _flown(problem: Problem, found: TeamCycles, note: str, gap: str) -> _Flown:
     if waits:
         notes.append("Robots wait for each other within each lap, as the formula asks.")
     cost = (max if problem.longest else sum)(robot.cost for robot in robots.values())
-    return _Flown(robots, tuple(waits), cost, tuple(notes), gap if found.exact else _NOT_RULED_OUT, found.exact, found.least)
+    plan = Allocation(
+        robots=robots, cost=cost, lower_bound=found.least, complete=False, notes=tuple(notes), meetings=tuple(waits)
+    )
+    return _Flown(plan, gap if found.exact else _NOT_RULED_OUT, found.exact)
 
 
 def _flown_alone(problem: Problem, found: TeamCycles) -> Itinerary:

@@ -81,9 +81,15 @@ class Formula:
     robot: str = ""
     bound: tuple[Comparison, int] | None = None
     window: Window | None = None
+    _hash: int | None = field(default=None, init=False, repr=False)
 
     def __hash__(self) -> int:
-        return self.rebuilt(lambda node, parts: hash((node._own, parts)))
+        if self._hash is None:
+            object.__setattr__(self, "_hash", self.rebuilt(lambda node, parts: hash((node._own, parts))))
+        return self._hash or 0
+
+    def __reduce__(self) -> tuple[object, ...]:  # hashes of other processes are others
+        return Formula, (self.operator, self.arguments, self.name, self.position, self.robot, self.bound, self.window)
 
     def __eq__(self, other: object) -> bool:
         pairs: list[tuple[object, object]] = [(self, other)]
