@@ -9,6 +9,8 @@ EQUIVALENT: dict[str, str] = {
     "_cosine_and_sine: 10 -> 9": "two parts in 9^39 for each turn instead of 10^39: wider by less than an interval can tell",
     "Polynomial.stretched: 0 -> 1": "a polynomial without coefficients, or with one, is written over a greater power of two",
     "flights: 4096 -> 4095": "only how long a flight may be at the most, by one piece",
+    "Course.windows: self.length -> not self.length": "ways of a later lap are those of the first: what a seam cuts off, the way from before it holds",
+    "_cosine_and_sine: 0 -> 1 #2": "one end moves by 2^-64, less than by what the angle was widened",
     "timelines: 3 -> 4": "one lap more is looked at, which repeats the one before",
     "choices: _meet(face, other) -> _meet(other, face)": "whether two inequalities meet does not depend on which is named first",
 }

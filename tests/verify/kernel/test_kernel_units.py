@@ -19,11 +19,11 @@ from tests.helpers.random_teams import random_formula
 from tests.helpers.timelines import mission
 from verify.kernel.flights import HEADER, LARGEST, MOST_PIECES, Path, Segment, read_team
 from verify.kernel.formulas import Table, _least
-from verify.kernel.statement import Inequality, Refused, Ring, Shape
+from verify.kernel.statement import Inequality, Refused, Ring, Shape, Wait
 from verify.kernel.team import check_transitions
 from verify.kernel.timelines import Course, Span, Stay, Timeline, joined
 from verify.kernel.trees import Cell, Evidence, Polynomial, root
-from verify.kernel.words import check_formula
+from verify.kernel.words import check_formula, waits_between
 from verify.kernel.zones import Flight, Flown, Pair, Two, asked, opening, rim, terms_of
 from verify.proofs.formula_tree import tree_of
 
@@ -176,6 +176,17 @@ def test_a_quadric_moves_by_as_much_as_its_form_stretches() -> None:
         _, (_, _, outside) = asked(terms_of(Inequality(Fraction(1), None, quadratic), (ZERO,) * 3), Fraction(1))
         grown, wanted = math.sqrt(outside + 1) - 1, math.sqrt(np.linalg.eigvalsh(form / 16).max())
         assert wanted * (1 - 1e-12) <= grown <= wanted * (1 + 1e-6)
+
+
+def test_a_robot_sets_out_when_its_word_first_leaves_where_it_begins() -> None:
+    words = {"q0": (frozenset[str](), frozenset("a")), "q1": (frozenset("c"), frozenset[str](), frozenset("b"))}
+    robots = {
+        name: SimpleNamespace(visits=(SimpleNamespace(region=region),), changes=(), states={})
+        for name, region in (("q0", "a"), ("q1", "b"))
+    }
+    wait = Wait(("q0", 0), ("q1", 0), "entered", "sets out")
+    statement: Any = SimpleNamespace(regions=dict.fromkeys("abc"), words=words, robots=robots, waits=(wait,))
+    assert list(waits_between(statement)) == [(("q0", 1), ("q1", 1))]
 
 
 def test_distances_are_of_segments_that_share_some_time() -> None:

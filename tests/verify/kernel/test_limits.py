@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from verify.kernel.flights import GRAVITY, Path, Segment
-from verify.kernel.limits import PI, Interval, kept, rates_and_thrusts
+from verify.kernel.limits import PI, Interval, Turning, kept, rates_and_thrusts
 from verify.kernel.statement import Refused
 from verify.kernel.timelines import Course
 from verify.kernel.trees import Evidence, Polynomial
@@ -138,6 +138,15 @@ def test_rates_and_thrusts_are_those_of_the_body() -> None:
         sure = [float(Fraction(one.low + one.high, 2 * ONE)) for one in found]
         assert sure[0] == pytest.approx(wanted[0], abs=2e-4), "to the grid of angles"
         assert sorted(sure[1:]) == pytest.approx(sorted(wanted[1:]), rel=1e-4, abs=1e-4)
+
+
+@pytest.mark.parametrize(("least", "most", "accepted"), [(0.07, 0.077, True), (0.07, 0.074, False), (0.072, 0.077, False)])
+def test_each_rotor_keeps_its_limits(least: float, most: float, accepted: bool) -> None:
+    """While a heading turns faster, two rotors push more than their share of the weight, 0.0735 N, and two less, by 0.0025 N."""
+    limits = {"rotor_thrust_min": Fraction(least), "rotor_thrust_max": Fraction(most), "yaw_rate": Fraction(3)}
+    axes = [Polynomial.of(list(map(Fraction, row))) for row in (*[[0] * 5] * 3, [0, 0, 1, 0, 0])]
+    piece = Segment(Fraction(0), Fraction(1), axes)
+    assert Turning(SimpleNamespace(**vars(ROBOT), limits=limits), piece).holds("m") == accepted  # type: ignore[arg-type]
 
 
 # Limits of a constant motion, held just within and just beyond

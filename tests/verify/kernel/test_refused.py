@@ -106,6 +106,7 @@ FALSE = [
     ({"formula": ["always", ["not", ["name", "smoke"]]]}, {"formula"}),
     ({"formula": ["eventually", ["and", ["name", "smoke"], ["name", "loc1"]]]}, {"formula"}),
     ({"joint": True, "formula": ["always", ["implies", ["name", "loc1"], ["name", "carrying"]]]}, {"formula"}),
+    ({"timed": ["F[0,5] loc1"]}, {"timing"}),
 ]  # fmt: skip
 
 
@@ -118,6 +119,7 @@ def test_what_is_false_is_refused(proved, changes, wanted):
 
 UNREADABLE = [
     {"margin": -0.1}, {"margin": "0.1"}, {"margin": 1e12}, {"margin": True}, {"order": ["quad0"]}, {"robots": {}},
+    {"robots__quad0__limits": lambda limits: {name: limit for name, limit in limits.items() if name != "tilt"}}, {"robots__quad0__limits__thrust_min": 0},
     {"format": 1}, {"repeat": 0}, {"lasso": True}, {"robots__quad0__cycle": 3}, {"robots__quad0__mass": 0}, {"robots__quad0__more": 1},
     {"regions__smoke__parts": []}, {"regions__smoke__parts__0": []}, {"robots__quad0__visits__0__region": "nowhere"},
     {"robots__quad0__visits__0__direction": "L"}, {"robots__quad0__initial": "flying"}, {"robots__quad0__changes__0__visit": 7},
