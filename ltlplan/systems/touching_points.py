@@ -127,7 +127,10 @@ def touching_points(mission: Mission, places: Sequence[Floats | str]) -> Floats:
     bodies = {k: _touched_part(mission, str(places[k])) for k in regions}
     legs = np.diff(np.eye(len(points)), axis=0)
     inverse = np.linalg.inv(legs.T @ legs + np.eye(len(points)))
-    own, along = points.copy(), legs @ points
+    own = points.copy()
+    for k, body in () if mission.obstacles else bodies.items():  # of points as good as each other those that come first
+        own[k] = points[k] + _projected(body, own[max(k - 1, 0)] - points[k])
+    along = legs @ own
     step = max(float(np.linalg.norm(along, axis=1).mean()) / 2.0, _STILL)
     own_price, along_price = np.zeros_like(own), np.zeros_like(along)
     for _ in range(_ROUNDS if regions else 0):

@@ -30,7 +30,8 @@ _ATTEMPTS: tuple[tuple[float, _How], ...] = (
 """Places found by trying lie as the search met them: robots cross each other on their ways there more often."""
 _NEAREST: tuple[tuple[float, _How], ...] = (
     (_WIDER[1], "as planned"),
-    *((wider, "near" if how == "middle" else how) for wider, how in _ATTEMPTS),
+    *((wider, "near") for wider in (2.0 * _WIDER[0], *_WIDER)),
+    *_ATTEMPTS,
 )
 """Places where ways are to be short."""
 

@@ -56,7 +56,8 @@ def moved_outside(
     before, point = (np.array(each.position) for each in leg)
     body, middle = mission.regions[region], np.array(mission.regions[region].center)
     ways = np.concatenate([[point - middle, before - middle], _AROUND])
-    ways = ways[np.linalg.norm(ways, axis=1) > 0.0]
+    far = np.linalg.norm(ways, axis=1)
+    ways = ways[far > 0.0] * (body.outer_radius / far[far > 0.0, None])
     edges = _at_level(body, float(body.level(point)), ways)
     lengths = np.linalg.norm(edges, axis=1)
     places = middle + np.concatenate([edges * (1.0 + further / lengths)[:, None] for further in _FURTHER])
