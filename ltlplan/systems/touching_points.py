@@ -8,7 +8,9 @@ route is laid anew from there, as long as that makes it shorter. Regions with no
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
 
 import numpy as np
 
@@ -39,9 +41,22 @@ Way = Callable[[int, Floats, Floats], Sequence[Floats]]
 """From a leg's number and its ends, in m, to the points at which it turns between them; raises Infeasible where it is blocked."""
 
 
+_TO_MIDDLES: ContextVar[bool] = ContextVar("to_middles", default=False)
+
+
+@contextmanager
+def to_middles() -> Iterator[None]:
+    """Lay routes to the middles of regions: near an edge a robot is in the region for sure for a short time only, which bounds in seconds ask for."""
+    token = _TO_MIDDLES.set(True)
+    try:
+        yield
+    finally:
+        _TO_MIDDLES.reset(token)
+
+
 def routes_may_touch(mission: Mission) -> bool:
-    """Tell whether routes may be laid so: those of finite traces."""
-    return mission.spec.trace == "finite"
+    """Tell whether routes may be laid so: those of finite traces without bounds in seconds."""
+    return mission.spec.trace == "finite" and not mission.timed_parts and not _TO_MIDDLES.get()
 
 
 def words_touch(mission: Mission) -> bool:
