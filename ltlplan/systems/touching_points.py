@@ -8,7 +8,7 @@ route is laid anew from there, as long as that makes it shorter. Regions with no
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 
@@ -45,7 +45,7 @@ _TO_MIDDLES: ContextVar[bool] = ContextVar("to_middles", default=False)
 
 
 @contextmanager
-def to_middles() -> Iterator[None]:
+def to_middles() -> Generator[None, None, None]:
     """Lay routes to the middles of regions: near an edge a robot is in the region for sure for a short time only, which bounds in seconds ask for."""
     token = _TO_MIDDLES.set(True)
     try:
