@@ -33,3 +33,9 @@ def test_back_and_forth_is_not_one_passage(marks):
     """It comes through at 0.07, goes back at 0.5 and comes again at 0.93: by Chebyshev's polynomial."""
     with pytest.raises(Refused):
         passed([-1, 18, -48, 32], marks)
+
+
+@pytest.mark.parametrize(("coefficients", "marks"), [([-1, 1], "snFF"), ([0, 1], "Fn")])
+def test_who_stays_in_an_opening_or_begins_there_does_not_pass_it(coefficients, marks):
+    with pytest.raises(Refused, match="without passing"):
+        passed(coefficients, marks)
