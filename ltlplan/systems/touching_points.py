@@ -8,9 +8,7 @@ route is laid anew from there, as long as that makes it shorter. Regions with no
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Generator, Sequence
-from contextlib import contextmanager
-from contextvars import ContextVar
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -41,22 +39,12 @@ Way = Callable[[int, Floats, Floats], Sequence[Floats]]
 """From a leg's number and its ends, in m, to the points at which it turns between them; raises Infeasible where it is blocked."""
 
 
-_TO_MIDDLES: ContextVar[bool] = ContextVar("to_middles", default=False)
-
-
-@contextmanager
-def to_middles() -> Generator[None, None, None]:
-    """Lay routes to the middles of regions: near an edge a robot is in the region for sure for a short time only, which bounds in seconds ask for."""
-    token = _TO_MIDDLES.set(True)
-    try:
-        yield
-    finally:
-        _TO_MIDDLES.reset(token)
-
-
 def routes_may_touch(mission: Mission) -> bool:
-    """Tell whether routes may be laid so: those of finite traces without bounds in seconds."""
-    return mission.spec.trace == "finite" and not mission.timed_parts and not _TO_MIDDLES.get()
+    """Tell whether routes may be laid so: those of finite traces without bounds in seconds, unless middles are asked for.
+
+    Near an edge a robot is in the region for sure for a short time only, which bounds in seconds ask for.
+    """
+    return mission.spec.trace == "finite" and mission.planner.visits == "near" and not mission.timed_parts
 
 
 def words_touch(mission: Mission) -> bool:

@@ -244,6 +244,11 @@ class Planner(Value):
         "greatest that is allowed, and 1 where it is left out, where the formula has bounds in seconds",
     )
     directions: Literal["nearest", "cheapest"] = Field(default="nearest", description="how sides of hoops are chosen")
+    visits: Literal["near", "middle"] = Field(
+        default="near",
+        description="where large regions are visited: as near as the way leads by, a little inside, or in their middles, as "
+        "it is where the formula has bounds in seconds",
+    )
     samples: Annotated[int, Field(strict=True, ge=2, le=100_000)] = Field(
         default=50, description="cross-entropy: paths a round"
     )

@@ -17,7 +17,6 @@ from ltlplan.replanning.timing.timetable import listed_delays, without_one
 from ltlplan.replanning.timing.visit_orders import Orders, Routes, likely_travel, planned_routes
 from ltlplan.systems.due_visits import DueVisit, due_visits
 from ltlplan.systems.gaps import Travel, straight_travel
-from ltlplan.systems.touching_points import to_middles
 from verify.data import BadInput, Infeasible, Mission, Plan, Unsatisfiable
 from verify.data.language.formula import TRUE, Formula
 from verify.data.language.relaxation import relaxed, tightened, without_idle_bounds
@@ -78,8 +77,8 @@ def planned_without_bounds(mission: Mission, make: MakePlan, order: Formula = TR
 def _planned_as(formula: Formula, order: Formula, make: MakePlan, mission: Mission) -> Plan:
     """Return a mission's plan for a formula without bounds in seconds, which says nothing of the costs of the mission's own."""
     asked = formula if order == TRUE else Formula("&", (formula, order))
-    with to_middles():
-        made = for_mission(make(mission.asking(str(asked))), mission)
+    to_middles = mission.planner.model_copy(update={"visits": "middle"})  # where a robot is in for longest
+    made = for_mission(make(mission.asking(str(asked)).changed(planner=to_middles)), mission)
     note = f"Planned as `{asked}`, bounds in seconds left out; what is said of costs is said of that."
     return made.model_copy(update={"notes": (note, *made.notes), "complete": False, "lower_bound": None})
 
