@@ -268,7 +268,19 @@ def assert_bounds_contradict_no_words(seed: int, count: int) -> None:
         unbounded = _replaced(formula, None)
         timed = _judged(_replaced(formula, (Fraction(0), None)), timeline, slack=False)
         words = judge_formula(_mission(str(unbounded)), {"r": timeline}, Relations())[0]
-        assert timed.outcome in ("undecided", words.outcome), (str(unbounded), timeline)
+        if len({change.time for change in timeline.changes}) == len(timeline.changes):
+            assert timed.outcome in ("undecided", words.outcome), (str(unbounded), timeline)
+        else:  # words are read in every order of changes at one instant: what holds for all times may fail for words, not the other way round
+            assert (timed.outcome, words.outcome) != ("fails", "holds"), (str(unbounded), timeline)
+
+
+@pytest.mark.xfail(strict=True, reason="words are read in every order of changes at one instant, though regions are closed")
+def test_one_region_is_entered_at_the_instant_at_which_another_is_left() -> None:
+    instant = Enclosure(Fraction(1), Fraction(1))
+    changes = (Change(instant, "b", "must"), Change(instant, "c", "no"))
+    timeline = Timeline("r", {"a": "must", "b": "no", "c": "must"}, changes, Fraction(2))
+    assert _judged(parse_formula("(c U[0,inf] b) R[0,inf] c"), timeline, slack=False).outcome == "holds"
+    assert judge_formula(_mission("(c U b) R c"), {"r": timeline}, Relations())[0].outcome == "holds"
 
 
 def _replaced(node: Formula, window: tuple[Fraction, None] | None) -> Formula:
