@@ -17,7 +17,6 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from ltlplan.allocation import Leg
 from verify.data import LtlplanError, Mission, Plan, Trajectory, Witness
-from verify.data.language.formula import Formula
 from verify.data.obstruction import Obstruction
 
 if TYPE_CHECKING:
@@ -65,7 +64,7 @@ class Cut:
         parts: Soft parts, by index, that the first plan to lose one of them was meant to keep.
         pace: Share of the fastest flight at which the next one is flown, where its times are chosen.
         plan: Digest of the refused plan; empty where it may come again.
-        order: Order of visits in which the next plan makes them, as a formula; None where they are not chosen.
+        order: Order of visits in which the next plan makes them, as a formula; empty where they are not chosen.
         late: By how much the refused words miss deadlines in all, s; infinite where that is not known.
         obstruction: What stood in the way of its flight, where refinement says it.
     """
@@ -81,7 +80,7 @@ class Cut:
     parts: tuple[int, ...] = ()
     pace: float | None = None
     plan: str = ""
-    order: Formula | None = None
+    order: str = ""
     late: float = math.inf
     obstruction: Obstruction | None = None
 

@@ -14,7 +14,7 @@ from ltlplan.replanning.cuts import Candidate
 from ltlplan.replanning.refusal import Refusal
 from ltlplan.replanning.timing.plans_in_time import PLANNED, late_by_straight_ways, orders_in_time, plan_in_order
 from verify.data import LtlplanError, Mission, NotCertified, Plan
-from verify.data.language.formula import Formula
+from verify.data.language.formula_reader import parse_formula
 from verify.data.plan import Waypoint
 
 _ORDERS = 8
@@ -50,19 +50,20 @@ def in_another_order(refusal: Refusal) -> Candidate | None:
     before = tried.since("visits")
     if refusal.holds or not mission.timed_parts or len(before) >= _ORDERS or mission.spec.trace == "infinite":
         return None
-    make, last = partial(plan, method=made.method), before[-1].order if before else None
-    if last is not None and refusal.relaxation.total < _NEARLY and [cut.order for cut in before].count(last) == 1:
-        other = plan_in_order(_quick(mission), last, make)
+    make, last = partial(plan, method=made.method), before[-1].order if before else ""
+    if last and refusal.relaxation.total < _NEARLY and [cut.order for cut in before].count(last) == 1:
+        other = plan_in_order(_quick(mission), parse_formula(last), make)
         if other is not None and _waypoints(other) != _waypoints(made):
             return _answered(refusal, other, _OTHER_ORDER, last)
     orders = orders_in_time(mission)
-    if last is not None and last in orders:
-        orders = orders[orders.index(last) + 1 :]
+    written = [str(order) for order in orders]
+    if last in written:
+        orders = orders[written.index(last) + 1 :]
     known = {_stops(made), *(cut.plan for cut in tried.cuts)}
     for order in orders[:PLANNED]:
         other = plan_in_order(mission, order, make)
         if other is not None and _stops(other) not in known and not late_by_straight_ways(other):
-            return _answered(refusal, other, _OTHER_ORDER, order)
+            return _answered(refusal, other, _OTHER_ORDER, str(order))
     return None
 
 
@@ -71,7 +72,7 @@ def _quick(mission: Mission) -> Mission:
     return mission.changed(planner=mission.planner.model_copy(update={"objective": "longest", "cost": {"time": 1.0}}))
 
 
-def _answered(refusal: Refusal, other: Plan, note: str, order: Formula | None = None) -> Candidate | None:
+def _answered(refusal: Refusal, other: Plan, note: str, order: str = "") -> Candidate | None:
     """Return the candidate of other visits, at the mission's own costs."""
     made, mission = refusal.plan, refusal.plan.mission
     other = for_mission(other, mission)

@@ -16,7 +16,7 @@ def test_all_engines_are_named_with_their_versions() -> None:
     assert found["ltlplan"] == metadata.version("ltlplan")
     assert found["numpy"] == metadata.version("numpy")
     assert found["python"] == f"{sys.version_info.major}.{sys.version_info.minor}"
-    shown_only = {"rich", "typer"}
+    shown_only = {"packaging", "rich", "typer"}
     required = {
         line.split(";")[0].split("<")[0].split(">")[0] for line in metadata.requires("ltlplan") or () if "extra ==" not in line
     }

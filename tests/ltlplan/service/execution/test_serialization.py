@@ -121,7 +121,7 @@ def test_a_candidate_with_everything_in_it_comes_back() -> None:
     team = {"r0": Trajectory([1.0, 2.0], np.ones((2, 4, 8)), cycle=1, cuts=(1,))}
     certified = Certified(plan, team, None, 2)  # type: ignore[arg-type]  # the certificate is looked at elsewhere
     cut = Cut(
-        "legs", "why", 3, True, True, (witness,), legs, ("a", 2), (0, 4), 0.8, "digest", Obstruction("no", ("r0",), "here", ("a",), ("b",))
+        "legs", "why", 3, True, True, (witness,), legs, ("a", 2), (0, 4), 0.8, "digest", "F(a & F b)", 0.5, Obstruction("no", ("r0",), "here", ("a",), ("b",))
     )  # fmt: skip
     candidate = Candidate(plan, (cut,), 1, certified)
     for value in (cut, candidate):
