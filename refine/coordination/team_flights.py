@@ -312,11 +312,12 @@ MEANS = (
 
 def _sooner(problem: Problem, alone: dict[str, RobotFlight], departing: Together) -> Together:
     """Return a team that departs one after the other, or that swerves or waits in flight where it would take much longer than its longest flight."""
-    late = arrival(departing) / _longest(alone)
-    if late <= _SOON or problem.plan.meetings or len(alone) > _FEW:
+    late, few = arrival(departing) / _longest(alone), len(alone) <= _FEW
+    if late <= (_SOON if few else _LATE) or problem.plan.meetings:
         return departing
-    others = on_own_clocks(problem, alone), avoid_jointly(problem, alone) if late > _LATE else None
-    return min((departing, *(team for team in others if isinstance(team, tuple))), key=arrival)
+    swerving = avoid_jointly(problem, alone) if late > _LATE and few else None  # many have tried that before
+    teams = [team for team in (on_own_clocks(problem, alone), swerving) if isinstance(team, tuple)]
+    return min((departing, *teams), key=arrival)
 
 
 def _longest(alone: dict[str, RobotFlight]) -> float:
