@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from gallery.building import DRAWN, RESULTS, build_all, changes
+from gallery.building import ANY, RESULTS, build_all, changes
 from gallery.entries import ENTRIES, NUMBERS
 from gallery.pages import INDEX, index_page
 
@@ -21,7 +21,7 @@ def main(
     processes: Annotated[int, typer.Option("--processes", min=1, help="Entries that are built at once.")] = 2,
     accept: Annotated[bool, typer.Option("--accept", help="Write what was found down as the new results.")] = False,
 ) -> None:
-    """Build the gallery; exit code 1 where words, verdicts or claims changed, or a number did by more than sampling explains."""
+    """Build the gallery; exit code 1 where words, verdicts or claims changed; costs and durations are only listed."""
     names = tuple(entry.name for entry in ENTRIES if not only or entry.name in only or NUMBERS[entry.name] in only)
     known = json.loads(RESULTS.read_text(encoding="utf-8")) if RESULTS.exists() else {}
     found = build_all(names, out, processes)
@@ -35,7 +35,7 @@ def main(
         RESULTS.write_text(json.dumps(listed, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
         if len(listed) == len(ENTRIES):
             INDEX.write_text(index_page(listed), encoding="utf-8")
-    elif changes(known, found, DRAWN):
+    elif changes(known, found, ANY):
         raise typer.Exit(1)
 
 

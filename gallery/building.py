@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import shlex
 import shutil
@@ -24,8 +25,8 @@ ROOT = HERE.parent
 RESULTS = HERE / "results.json"
 WITHIN = 1e-6
 """Relative difference of a number that counts as none: last digits differ between processors."""
-DRAWN = 0.05
-"""Relative difference of a number that is listed and accepted: paths found by sampling differ between processors."""
+ANY = math.inf
+"""Relative difference of a number that is listed and accepted: costs and durations that are found by optimisation differ between processors."""
 KERNELS = {"OMP_NUM_THREADS": "1", "OPENBLAS_CORETYPE": "Haswell", "NPY_DISABLE_CPU_FEATURES": "X86_V4 AVX512_ICL AVX512_SPR"}
 """Kernels of linear algebra that every x86-64 processor of the last ten years has: others round otherwise."""
 MOST_BYTES = 2_000_000
