@@ -13,5 +13,8 @@ EQUIVALENT: dict[str, str] = {
     "_cosine_and_sine: 0 -> 1 #2": "one end moves by 2^-64, less than by what the angle was widened",
     "timelines: 3 -> 4": "one lap more is looked at, which repeats the one before",
     "choices: _meet(face, other) -> _meet(other, face)": "whether two inequalities meet does not depend on which is named first",
+    "statement: 64 -> 63 #2": "only how much the kernel looks at, by one",
+    "_cosine_and_sine: 2 -> 1 #1": "the angle is less another number of full turns, which changes neither sine nor cosine, and what Taylor's sums leave out is still added",
+    "_scale: 32 -> 33": "one halving more: the bound is still one, and lower by less than 2^-32 of itself",
 }
 """By the fault's name."""

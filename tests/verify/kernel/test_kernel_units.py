@@ -13,18 +13,21 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.helpers.kernel_words import kernel_statement
+from tests.helpers.kernel_words import kernel_statement, proof_of
 from tests.helpers.plain_team_words import holds
 from tests.helpers.random_teams import random_formula
 from tests.helpers.timelines import mission
+from verify.data.files.mission_file import parse_mission
 from verify.kernel.flights import HEADER, LARGEST, MOST_PIECES, Path, Segment, read_team
 from verify.kernel.formulas import Table, _least
-from verify.kernel.statement import Inequality, Refused, Ring, Shape, Wait
+from verify.kernel.statement import Inequality, Refused, Ring, Shape, Wait, read_json
 from verify.kernel.team import check_transitions
 from verify.kernel.timelines import Course, Span, Stay, Timeline, joined
 from verify.kernel.trees import Cell, Evidence, Polynomial, root
 from verify.kernel.words import check_formula, waits_between
-from verify.kernel.zones import Flight, Flown, Pair, Two, asked, opening, rim, terms_of
+from verify.kernel.zones import Flight, Flown, Pair, Two, _scale, asked, opening, rim, terms_of
+from verify.model_checking import timeline as judge
+from verify.proofs import words as words_search
 from verify.proofs.formula_tree import tree_of
 
 ZERO = Fraction(0)
@@ -288,3 +291,46 @@ def test_no_clocks_show_times_that_differ_by_more_than_the_error(begin: str, apa
     parts = Flown(ZERO, Fraction(1), [], []), Flown(Fraction(begin), Fraction(3), [], [])
     for one, other in (parts, parts[::-1]):
         assert Two(one, other, Fraction(1, 4), ZERO).holds("k") == apart
+
+
+def test_a_lap_that_never_keeps_its_promise_is_refused_at_one_level_for_all() -> None:
+    """As by a search that gives all configurations one level: what is put off for ever would be covered by itself."""
+
+    def one_level(laps: words_search._Laps) -> tuple[list[int | None], list[list[words_search.Configuration]]]:
+        sets: list[list[words_search.Configuration]] = [[] for _ in range(laps.team.size)]
+        for span, one in laps.order:
+            sets[span].append(one._replace(level=0))
+        return [None], sets
+
+    mission = parse_mission(
+        "format: 1\nname: lap\nspec: {formula: G F a, trace: infinite}\nregions: {a: {center: [0, 0, 1], radii: [0.3, 0.3, 0.3]}}\n"
+        "agents: {r0: {start: [1, 0, 1]}}\nvehicle: crazyflie-2.1\nworkspace: {min: [-2, -2, 0.1], max: [2, 2, 3]}\nmargin: 0.05\n"
+    )
+    line = judge.Timeline("r0", {"a": "no"}, (), Fraction(2), cycle=Fraction(1))
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(words_search._Laps, "_levels", one_level)
+        statement, own, evidence = proof_of(mission, {"r0": line})
+    assert evidence
+    with pytest.raises(Refused, match="leaves out"):
+        check_formula(statement, own, Evidence(evidence))
+
+
+def test_json_with_a_key_twice_is_refused() -> None:
+    assert read_json('{"a": 1, "b": {"a": 2}}', "proof.json") == {"a": 1, "b": {"a": 2}}
+    with pytest.raises(Refused, match=r"proof\.json has a key twice"):
+        read_json('{"a": {"b": 1, "b": 2}}', "proof.json")
+
+
+def test_the_scale_of_a_quadric_is_its_greatest_eigenvalue_from_above() -> None:
+    dice = Random(3)
+    drawn = [[[Fraction(dice.randint(-8, 8), 4) for _ in range(3)] for _ in range(3)] for _ in range(40)]
+    for rows in (
+        [[1, 0, 0], [0, 1, 0], [0, 0, 3]],
+        [[3, 0, 0], [0, 1, 0], [0, 0, 1]],
+        [[1, 0, 0], [0, 3, 0], [0, 0, 1]],
+        *drawn,
+    ):
+        square = [[sum((Fraction(a) * b for a, b in zip(one, other, strict=True)), ZERO) for other in rows] for one in rows]
+        terms = tuple(square[i][j] * (1 if i == j else 2) for i in range(3) for j in range(i, 3))
+        greatest = float(np.linalg.eigvalsh(np.array(square, dtype=float)).max())
+        assert greatest * (1 - 1e-12) <= float(_scale((*terms, *[ZERO] * 4))) ** 2 <= greatest * (1 + 1e-6)
