@@ -8,17 +8,20 @@ from __future__ import annotations
 import importlib
 import inspect
 import re
+import sys
 from pathlib import Path
 from typing import Any
 
 from mkdocs.structure.files import File, Files
 from typer.testing import CliRunner
 
-from gallery.entries import ENTRIES, NUMBERS
-from gallery.pages import accepted, entry_page
-from ltlplan.cli import COMMANDS, app
-
 DOCS = Path(__file__).resolve().parents[1] / "docs"
+sys.path.insert(0, str(DOCS.parent))  # the builder is started by its own script, which does not look there
+
+from gallery.entries import ENTRIES, NUMBERS  # noqa: E402
+from gallery.pages import accepted, entry_page  # noqa: E402
+from ltlplan.cli import COMMANDS, app  # noqa: E402
+
 GALLERY = DOCS.parent / "out" / "gallery"
 """Where `python -m gallery` puts the pages that play; the site has those that are there."""
 PACKAGES = {
