@@ -35,6 +35,7 @@ from verify.data.language.formula_reader import parse_formula
 from verify.model_checking.timeline import Change, Enclosure, Relations, Timeline
 from verify.model_checking.timing.timed_verdict import TimedJudge
 
+_ROUNDS = itertools.count()
 Pair = tuple[float, float]
 """A figure of the peer, and ours."""
 
@@ -60,7 +61,8 @@ class Row:
 
 def spot() -> Pair:
     """Translate ten requirements on finite words to one automaton: s."""
-    text = " & ".join(f"(!b{k} U a{k})" for k in range(3 if is_smallest() else 5))
+    number = next(_ROUNDS)  # names that no round before had: answers are kept
+    text = " & ".join(f"(!b{number}_{k} U a{number}_{k})" for k in range(3 if is_smallest() else 5))
     engine, begun = spot_engine.engine(), time.process_time()
     finite = engine.from_ltlf(text)
     engine.translate(finite, "deterministic")
