@@ -22,7 +22,11 @@ def main(
     accept: Annotated[bool, typer.Option("--accept", help="Write what was found down as the new results.")] = False,
 ) -> None:
     """Build the gallery; exit code 1 where words, verdicts or claims changed; costs and durations are only listed."""
-    names = tuple(entry.name for entry in ENTRIES if not only or entry.name in only or NUMBERS[entry.name] in only)
+    known_by = {text: entry.name for entry in ENTRIES for text in (entry.name, NUMBERS[entry.name])}
+    if unknown := [text for text in only or () if text not in known_by]:
+        raise typer.BadParameter(f"no entry is called {', '.join(unknown)}; there are {', '.join(known_by)}.")
+    chosen = {known_by[text] for text in only or known_by}
+    names = tuple(entry.name for entry in ENTRIES if entry.name in chosen)
     known = json.loads(RESULTS.read_text(encoding="utf-8")) if RESULTS.exists() else {}
     found = build_all(names, out, processes)
     changed = changes(known, found)

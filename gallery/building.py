@@ -1,4 +1,4 @@
-"""How the gallery is built: each entry's commands in a folder of its own, what they print, and what changed since."""
+"""Building of the gallery: each entry's commands in a folder of its own, what they print, and what changed since."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the gallery shows, in its order."""
+"""Entries of the gallery, in their order."""
 
 from __future__ import annotations
 

@@ -59,6 +59,8 @@ def entry_page(entry: Entry, found: Found, built: Path) -> str:
     ]
     lines += [answer(found), ""]
     lines += [f"* `{robot}` reads {_word(word)}" for robot, word in _words(found).items()]
+    if (built / "seconds.json").exists():
+        lines += ["", f"It took {json.loads((built / 'seconds.json').read_text())} s when this page was built."]
     if (built / "page.html").exists():
         address = f"../{built.name}/page.html"
         lines += [

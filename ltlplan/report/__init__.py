@@ -2,7 +2,7 @@
 
 Begin with `summary`, the words, and `brief`, those that fit a screen; then `run_page`, the page of a run, from its answer down to its notes. `campaign`, `online` and
 `pictures` (with `hoop_figures`, the 2019 paper's) are the other pages, `audit_report` that of flights that others planned; all are put together by `page`, which carries everything inside itself (`inline`), with `player`
-for the scene that plays, `charts`, `over_time` and `bars` for what lasts, and `history` (with bounds in seconds, `timed_history`) for what a sampled flight says over time, of which `to_do` is what is left.
+for the scene that plays, `charts`, `over_time` and `bars` for what lasts, and `history` for what a sampled flight says over time.
 `audit_report`, `rehearsal` and `recorded_page` are pages of audits, rehearsals and recorded flights. `replay` makes a flight ready to be played,
 `views` draws it from above and from two sides, and `crowds` lightens scenes of many robots.
 """

@@ -11,9 +11,9 @@ from flight.figures import Figure
 from flight.pictures import MANY, robot_colour
 from flight.shapes import Floats
 from ltlplan.report.bars import Bar, bars_html
-from ltlplan.report.history import LetterInterval, ReadLetter, truth_intervals
+from ltlplan.report.history.bounds import timed_bars, timed_truth
+from ltlplan.report.history.letters import LetterInterval, ReadLetter, truth_intervals
 from ltlplan.report.over_time import MARK, Line, over_time, stacked
-from ltlplan.report.timed_history import timed_bars, timed_truth
 from verify.data import GRAVITY
 
 if TYPE_CHECKING:

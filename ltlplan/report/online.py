@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING
 from flight.pictures import MANY, scene
 from ltlplan.report.charts import shown_chart, truth_chart
 from ltlplan.report.crowds import CROWD, lightened
-from ltlplan.report.history import LetterInterval, team_readings
+from ltlplan.report.history.letters import LetterInterval, team_readings
+from ltlplan.report.history.to_do import still_to_do
 from ltlplan.report.page import listed, page_html, section, warning
 from ltlplan.report.player import Playing, player_data, player_section
-from ltlplan.report.to_do import still_to_do
 
 if TYPE_CHECKING:
     from ltlplan.online.online_flight import OnlineFlight

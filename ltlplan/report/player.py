@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from flight.pictures import Floats, robot_colour
-from ltlplan.report.history import LetterInterval
+from ltlplan.report.history.letters import LetterInterval
 from ltlplan.report.page import figure_place
 from verify.data.language.word import show_letter
 

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING
 
 from flight.pictures import sample_paths
 from flight.shapes import Floats
-from ltlplan.report.history import LetterInterval, ReadLetter, letter_intervals, team_readings
+from ltlplan.report.history.letters import LetterInterval, ReadLetter, letter_intervals, team_readings
+from ltlplan.report.history.to_do import still_to_do
 from ltlplan.report.player import Playing, Todo
 from ltlplan.report.summary import visits_text
-from ltlplan.report.to_do import still_to_do
 
 if TYPE_CHECKING:
     from verify import Certificate

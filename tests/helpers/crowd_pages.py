@@ -4,7 +4,7 @@ import numpy as np
 
 from flight.pictures import scene
 from ltlplan.report.crowds import CROWD, lightened
-from ltlplan.report.history import LetterInterval
+from ltlplan.report.history.letters import LetterInterval
 from ltlplan.report.page import page_html
 from ltlplan.report.player import Playing, player_data, player_section
 from verify.data import Mission, parse_mission

@@ -9,10 +9,10 @@ import pytest
 import ltlplan
 from ltlplan.pipeline import Certified, certified_team
 from ltlplan.report.charts import label_chart, truth_chart
-from ltlplan.report.history import LetterInterval
+from ltlplan.report.history.bounds import serving, timed_bars, timed_stands, timed_truth
+from ltlplan.report.history.letters import LetterInterval
+from ltlplan.report.history.to_do import still_to_do
 from ltlplan.report.replay import replay_of
-from ltlplan.report.timed_history import serving, timed_bars, timed_stands, timed_truth
-from ltlplan.report.to_do import still_to_do
 from ltlplan.systems.due_visits import due_visits
 from tests.helpers.timed_rooms import room
 from verify.data import parse_formula

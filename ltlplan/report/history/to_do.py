@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ltlplan.report.history import ReadLetter
-from ltlplan.report.timed_history import Letters, timed_stands, times_of_bounds
+from ltlplan.report.history.bounds import Letters, timed_stands, times_of_bounds
+from ltlplan.report.history.letters import ReadLetter
 from verify.data import Letter, Mission
 from verify.logic.normal_form import normal_form
 from verify.logic.progression import REFUTED, SETTLED, Automaton

@@ -12,7 +12,7 @@ from fractions import Fraction
 
 from flight.monitoring.timed_state import TimedState
 from ltlplan.report.bars import Bar
-from ltlplan.report.history import LetterInterval
+from ltlplan.report.history.letters import LetterInterval
 from ltlplan.systems.due_visits import DueVisit, due_visits
 from ltlplan.systems.gaps import straight_travel
 from verify import Certificate
