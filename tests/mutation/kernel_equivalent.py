@@ -15,6 +15,7 @@ EQUIVALENT: dict[str, str] = {
     "choices: _meet(face, other) -> _meet(other, face)": "whether two inequalities meet does not depend on which is named first",
     "statement: 64 -> 63 #2": "only how much the kernel looks at, by one",
     "_cosine_and_sine: 2 -> 1 #1": "the angle is less another number of full turns, which changes neither sine nor cosine, and what Taylor's sums leave out is still added",
+    "_scale: 2 -> 1 #3": "halving begins at twice the bound, and ends above it all the same",
     "_scale: 32 -> 33": "one halving more: the bound is still one, and lower by less than 2^-32 of itself",
 }
 """By the fault's name."""

@@ -18,6 +18,7 @@ from tests.helpers.plain_team_words import holds
 from tests.helpers.random_teams import random_formula
 from tests.helpers.timelines import mission
 from verify.data.files.mission_file import parse_mission
+from verify.kernel.checking import Check, Checked, Owed
 from verify.kernel.flights import HEADER, LARGEST, MOST_PIECES, Path, Segment, read_team
 from verify.kernel.formulas import Table, _least
 from verify.kernel.statement import Inequality, Refused, Ring, Shape, Wait, read_json
@@ -334,3 +335,33 @@ def test_the_scale_of_a_quadric_is_its_greatest_eigenvalue_from_above() -> None:
         terms = tuple(square[i][j] * (1 if i == j else 2) for i in range(3) for j in range(i, 3))
         greatest = float(np.linalg.eigvalsh(np.array(square, dtype=float)).max())
         assert greatest * (1 - 1e-12) <= float(_scale((*terms, *[ZERO] * 4))) ** 2 <= greatest * (1 + 1e-6)
+
+
+def course_of(lap: Fraction | None) -> Course:
+    """Return a course of 8 s along nothing in particular."""
+    segments = [Segment(ZERO, Fraction(8), [Polynomial.of([ZERO])] * 3)]
+    robot = SimpleNamespace(cycle_visit=None)
+    return Course(SimpleNamespace(regions={}), Path("r", robot, segments, segments, lap), Evidence({}))  # type: ignore[arg-type]
+
+
+def test_ways_to_a_visit_last_until_its_path_has_left_for_good() -> None:
+    """Up to the first time surely in the region, and again from the last one on while the nominal path is at the edge."""
+    course = course_of(None)
+    spans = [(0, 2, "no"), (2, 3, "may"), (3, 4, "must"), (4, 5, "may"), (5, 8, "no")]
+    stay = Stay(Fraction(2), Fraction(6), "a", [Span(Fraction(3), Fraction(4), "must")])
+    course.__dict__.update(
+        row=lambda _kind, _name: tuple(Span(Fraction(a), Fraction(b), mark) for a, b, mark in spans),
+        flown=[stay], _begun_and_stays=([], [stay]),
+    )  # fmt: skip
+    assert course.windows(0) == [(0, 3), (4, 5)]
+
+
+def test_what_is_waited_for_may_last_until_the_last_lap_that_is_looked_at_ends() -> None:
+    assert course_of(None)._last == 8
+    assert course_of(Fraction(3))._last == 8 + 2 * 5
+
+
+def test_a_fault_of_the_kernels_own_proves_nothing_of_the_claim_that_it_names() -> None:
+    check = SimpleNamespace(_proved=set(), evidence=None)
+    told = Check._judge(check, Owed("formula", ("r0",), lambda: 1 // 0))  # type: ignore[arg-type]
+    assert told == Checked("formula", ("r0",), "", "the kernel cannot follow it: ZeroDivisionError")
