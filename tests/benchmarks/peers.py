@@ -181,6 +181,7 @@ ROWS = (
 )
 PUBLISHED = (
     ("STLCCP, STL-GCS, CT-STL", "planning of bounded formulas", "need Gurobi or Mosek", "see docs/time.md for the problems that both plan"),
+    ("crazyflow", "simulation of many Crazyflies", "needs JAX and MuJoCo", "not compared"),
     ("FASTER, EGO-Planner", "replanning in flight", "need a compiler and ROS", "no formulas; limits at control points"),
 )  # fmt: skip
 
