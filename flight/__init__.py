@@ -15,10 +15,12 @@ from verify.data.loading import loaded_at_first_use
 TYPE_CHECKING = False  # type checkers take it for True
 if TYPE_CHECKING:
     from flight.campaigns import Campaign, Proportion, campaign
+    from flight.certificate_checks import require_tube
     from flight.comparison import Comparison, compare
     from flight.conditions import Conditions, conditions_of
     from flight.control.controller import Controller
     from flight.exports import Exported, ExportTarget, Product, Request, export, formats, quantised, upload, with_hovers
+    from flight.exports.crazyflies.crazyswarm import crazyswarm2_robots
     from flight.flights import fly
     from flight.logs.import_options import RecordingOptions
     from flight.logs.importers import read_flown, read_recording
@@ -59,6 +61,7 @@ __all__ = [
     "campaign",
     "compare",
     "conditions_of",
+    "crazyswarm2_robots",
     "export",
     "fly",
     "formats",
@@ -67,6 +70,7 @@ __all__ = [
     "read_log",
     "read_recording",
     "rehearse",
+    "require_tube",
     "shipped_airframes",
     "upload",
     "with_hovers",
@@ -78,6 +82,7 @@ if not TYPE_CHECKING:  # which know all names from above, so that a misspelt one
         __name__,
         {
             "flight.campaigns": ("Campaign", "Proportion", "campaign"),
+            "flight.certificate_checks": ("require_tube",),
             "flight.comparison": ("Comparison", "compare"),
             "flight.conditions": ("Conditions", "conditions_of"),
             "flight.control.controller": ("Controller",),
@@ -92,6 +97,7 @@ if not TYPE_CHECKING:  # which know all names from above, so that a misspelt one
                 "upload",
                 "with_hovers",
             ),
+            "flight.exports.crazyflies.crazyswarm": ("crazyswarm2_robots",),
             "flight.flights": ("fly",),
             "flight.logs.log": ("Event", "FlightLog"),
             "flight.logs.importers": ("read_flown", "read_recording"),

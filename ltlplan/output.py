@@ -32,10 +32,11 @@ _EXPORT = "crazyswarm2"
 
 def run_files(mission: Mission) -> tuple[str, ...]:
     """Return what `write_run` writes for a mission, so that its folder can be looked at before minutes of work."""
-    from flight.exports.crazyflies.crazyswarm import file_names, flown_robots
+    import flight
+    from flight.exports.crazyflies.crazyswarm import file_names
 
     tables = tuple(f"{name}.csv" for name in mission.agents)
-    robots = flown_robots(mission)
+    robots = flight.crazyswarm2_robots(mission)
     beside = (f"{PROOF_FOLDER}/{name}" for name in (*PROOF_FILES, *tables))
     exported = tuple(f"{_EXPORT}/{name}" for name in (*file_names(robots), *beside)) if robots else ()
     return (*LOG_FILES, *tables, PROOF, *PROOF_FILES, "report.html", *exported)
@@ -50,7 +51,6 @@ def write_run(result: Result, target: Path) -> Result:
     where something does not hold, the simulated flight in its tube for instance.
     """
     import flight
-    from flight.exports.crazyflies.crazyswarm import flown_robots
     from flight.logs.large_logs import run_csv
     from ltlplan.report.run_page import report_html
     from ltlplan.report.summary import shortfall
@@ -62,7 +62,7 @@ def write_run(result: Result, target: Path) -> Result:
     def write(folder: Path) -> None:
         write_plan_files(result.plan, folder)
         write_trajectories(result.plan, result.team, folder)
-        robots = () if shortfall(result) else flown_robots(result.mission)
+        robots = () if shortfall(result) else flight.crazyswarm2_robots(result.mission)
         if robots and not any(_too_long(result.mission, name, result.team[name]) for name in robots):
             flight.export(
                 result.team, result.certificate, folder / _EXPORT, format="crazyswarm2", robots=robots, flight=result.log,

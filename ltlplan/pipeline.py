@@ -176,16 +176,15 @@ def run(
         BadInput: There is no such mission, its file is at fault, or its margin is 0, which leaves no tube to fly in.
         LtlplanError: Any of the stages refused; the class says which and the message why.
     """
-    from flight.certificate_checks import require_tube
-    from flight.conditions import conditions_of
+    import flight
     from flight.storage.folders import check_folder
     from ltlplan import output
     from ltlplan.following import followed
 
     mission = with_pace(as_mission(mission), pace)
     files = () if out is None else output.run_files(mission)
-    require_tube(mission.margin)
-    conditions = conditions_of(mission)  # whom nobody knows would not be found before the flight
+    flight.require_tube(mission.margin)
+    conditions = flight.conditions_of(mission)  # whom nobody knows would not be found before the flight
     target = None if out is None else check_folder(out, files)
     made = plan(mission, seed=seed, progress=part_of(progress, 0.0, 0.25), workers=workers)
     done = certified_team(made, progress=part_of(progress, 0.25, 0.7))

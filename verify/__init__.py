@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from verify.third_party.audit_requirements import AuditLimits
     from verify.third_party.auditing import Audit, audit
     from verify.trace_checking.ordered_verdict import check_ordered
+    from verify.trace_checking.planned_order import check_planned_order
     from verify.trace_checking.team_verdict import check_team
     from verify.trace_checking.word_verdict import check_word
 
@@ -55,6 +56,7 @@ __all__ = [
     "certify",
     "check_flight",
     "check_ordered",
+    "check_planned_order",
     "check_proof",
     "check_recording",
     "check_samples",
@@ -85,6 +87,7 @@ if not TYPE_CHECKING:  # which know all names from above, so that a misspelt one
             "verify.proofs.proof_folder": ("ProofVerdict", "check_proof"),
             "verify.run_folder": ("recheck",),
             "verify.trace_checking.ordered_verdict": ("check_ordered",),
+            "verify.trace_checking.planned_order": ("check_planned_order",),
             "verify.trace_checking.team_verdict": ("check_team",),
             "verify.trace_checking.word_verdict": ("check_word",),
         },

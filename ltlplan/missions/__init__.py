@@ -9,8 +9,7 @@ import os
 from importlib import resources
 from pathlib import Path
 
-from verify.data import BadInput, Mission, load_mission_file, parse_mission
-from verify.data.errors import did_you_mean
+from verify.data import BadInput, Mission, did_you_mean, load_mission_file, parse_mission
 
 
 def shipped_missions() -> tuple[str, ...]:

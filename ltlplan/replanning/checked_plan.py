@@ -135,8 +135,7 @@ def plan(
         NotCertified: The sequence, or the words of a method of another package, break the formula.
         InternalError: The words of one of our methods fail in the checker.
     """
-    from verify import check_team, check_word
-    from verify.trace_checking.planned_order import check_planned_order
+    import verify
 
     mission = with_pace(as_mission(mission), pace)
     if mission.soft_parts and mission.passages is None:
@@ -151,16 +150,13 @@ def plan(
     words = made.words
     if mission.spec.trace == "infinite" and len(words) > 1:
         return made  # its words are laps that begin together, which the certificate proves of the flight
-    if mission.spec.trace == "infinite":
-        (word,) = words.values()
-        verdict = check_word(mission.formula, word.prefix, word.cycle)
-    elif made.precedences or made.meetings:
-        verdict = check_planned_order(made)
+    if made.precedences or made.meetings:
+        verdict = verify.check_planned_order(made)
         if verdict.outcome == "undecided":
             doubt = f"That the words hold when robots wait for each other so is proved of the flight alone: {verdict.sentence}"
             made = made.model_copy(update={"notes": (*made.notes, doubt)})
     else:
-        verdict = check_team(mission.formula, words, team=mission.spec.team).sequential
+        verdict = verify.check_team(mission.formula, words, team=mission.spec.team).sequential
     if verdict.outcome == "fails" and made.method == SEQUENCE:
         raise NotCertified(f"The sequence breaks the formula: {verdict.sentence}")
     if verdict.outcome == "fails" and (method is None or isinstance(method, str)) and made.method in PLANNING_METHODS.built_in:

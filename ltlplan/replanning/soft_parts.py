@@ -167,15 +167,14 @@ def kept_by_plan(mission: Mission, made: Plan) -> Parts:
         mission: Whose parts.
         made: A plan for it, of a finite trace where robots are several.
     """
-    from verify import check_team
-    from verify.trace_checking.planned_order import check_planned_order
+    import verify
 
     hard = mission.asking(mission.spec.formula).formula
-    waits = made.meetings or (made.precedences and not check_team(hard, made.words, team=mission.spec.team).sequential)
+    waits = made.meetings or (made.precedences and not verify.check_team(hard, made.words, team=mission.spec.team).sequential)
     if not waits:
         return kept_by_words(mission, made.words)
     asked = (mission.asking(part.formula) for part in mission.soft_parts)
-    return frozenset(i for i, part in enumerate(asked) if check_planned_order(made.model_copy(update={"mission": part})))
+    return frozenset(i for i, part in enumerate(asked) if verify.check_planned_order(made.model_copy(update={"mission": part})))
 
 
 def kept_by_words(mission: Mission, words: Mapping[str, Word]) -> Parts:
@@ -187,19 +186,11 @@ def kept_by_words(mission: Mission, words: Mapping[str, Word]) -> Parts:
         mission: Whose parts.
         words: One for each robot.
     """
-    from verify import check_team, check_word
+    import verify
 
-    found: set[int] = set()
-    for index, part in enumerate(mission.soft_parts):
-        formula = mission.asking(part.formula).formula
-        if mission.spec.trace == "infinite":
-            (word,) = words.values()
-            holds = check_word(formula, word.prefix, word.cycle)
-        else:
-            holds = check_team(formula, words, team=mission.spec.team).sequential
-        if holds:
-            found.add(index)
-    return frozenset(found)
+    asked = (mission.asking(part.formula).formula for part in mission.soft_parts)
+    team = mission.spec.team
+    return frozenset(i for i, formula in enumerate(asked) if verify.check_team(formula, words, team=team).sequential)
 
 
 def part_text(part: SoftPart) -> str:

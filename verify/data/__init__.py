@@ -22,6 +22,7 @@ if TYPE_CHECKING:
         MissingEngine,
         NotCertified,
         Unsatisfiable,
+        did_you_mean,
     )
     from verify.data.files.mission_file import load_mission_file, mission_to_yaml, parse_mission
     from verify.data.language.formula import Formula
@@ -65,6 +66,7 @@ __all__ = [
     "check_mission",
     "check_plan",
     "check_trajectories",
+    "did_you_mean",
     "load_mission_file",
     "load_plan",
     "load_vehicle",
@@ -88,6 +90,7 @@ if not TYPE_CHECKING:  # which know all names from above, so that a misspelt one
                 "MissingEngine",
                 "NotCertified",
                 "Unsatisfiable",
+                "did_you_mean",
             ),
             "verify.data.language.formula": ("Formula",),
             "verify.data.language.formula_error": ("FormulaError",),

@@ -160,7 +160,7 @@ CRAZYSWARM2 = ExportTarget(
 )
 
 
-def flown_robots(mission: Mission) -> tuple[str, ...]:
+def crazyswarm2_robots(mission: Mission) -> tuple[str, ...]:
     """Return the robots that crazyswarm2 flies by the controllers of their profiles: of a mixed team among the Crazyflies.
 
     Args:
@@ -176,7 +176,7 @@ def left_out(mission: Mission) -> str:
     Args:
         mission: Says what they fly.
     """
-    flown = flown_robots(mission)
+    flown = crazyswarm2_robots(mission)
     others = [name for name in crazyflies(mission, mission.agents) if name not in flown]
     if not others:
         return ""
