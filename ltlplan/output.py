@@ -136,7 +136,7 @@ def write_rehearsal(plan: Plan, found: Rehearsal, folder: Path) -> None:
 
 def write_plan_files(plan: Plan, folder: Path) -> None:
     """Write `mission.yaml` and `plan.json`."""
-    _write(plan_files(plan), folder)
+    write_texts(plan_files(plan), folder)
 
 
 def plan_files(plan: Plan) -> dict[str, str]:
@@ -152,7 +152,7 @@ def write_trajectories(plan: Plan, team: Mapping[str, Trajectory], folder: Path)
         team: A trajectory for each robot.
         folder: Where; it exists.
     """
-    _write(trajectory_files(plan, team), folder)
+    write_texts(trajectory_files(plan, team), folder)
 
 
 def trajectory_files(plan: Plan, team: Mapping[str, Trajectory]) -> dict[str, str]:
@@ -160,7 +160,13 @@ def trajectory_files(plan: Plan, team: Mapping[str, Trajectory]) -> dict[str, st
     return {f"{name}.csv": write_csv(trajectory, plan.mission.spec.repeat) for name, trajectory in team.items()}
 
 
-def _write(texts: Mapping[str, str], folder: Path) -> None:
+def write_texts(texts: Mapping[str, str], folder: Path) -> None:
+    """Write files.
+
+    Args:
+        texts: By name.
+        folder: Where; it exists.
+    """
     for name, text in texts.items():
         (folder / name).write_text(text, encoding="utf-8")
 

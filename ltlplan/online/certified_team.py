@@ -22,12 +22,12 @@ from fractions import Fraction
 import numpy as np
 
 from ltlplan.online.segment_planning import Found, Left, WholeFlight, find_piece, piece_of, require_proved, with_endurance_left
-from ltlplan.online.segmented_flight import TeamInPieces, exact_step, point_of
+from ltlplan.online.segmented_flight import TeamInPieces, exact_step
 from ltlplan.online_mtac.path_blending import ORDERS
 from ltlplan.online_mtac.team_in_flight import Desired
 from ltlplan.pipeline import Certified
 from verify.data import LtlplanError, Mission, NotCertified
-from verify.data.shapes.inequalities import Point
+from verify.data.shapes.inequalities import Point, point_of
 from verify.flight_segments import Piece
 
 _FORESEEN = 0.04

@@ -34,12 +34,12 @@ from ltlplan.online.event_queue import TOO_LATE, Told
 from ltlplan.online.executors import Answer, way_up
 from ltlplan.online.flight_session import InAir, result_of
 from ltlplan.online.leaving import Leaving
-from ltlplan.online.segmented_flight import point_of
 from ltlplan.online.standby import Lookout, Standby
 from ltlplan.transfers import Place, Solo
 from verify.data import LtlplanError, Mission
 from verify.data.events import HoopMoves, ObstacleAppears, RobotJoins, RobotLeaves, WorldEvent
 from verify.data.sections import Agent
+from verify.data.shapes.inequalities import point_of
 from verify.flight_segments import Piece
 
 PATIENCE = 5.0

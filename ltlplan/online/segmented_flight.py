@@ -21,7 +21,7 @@ from ltlplan.online_mtac.team_in_flight import PERIOD, LocatedRobot, TeamInFligh
 from verify.data import Mission, Trajectory
 from verify.data.events import WorldEvent
 from verify.data.sections import Action, Agent
-from verify.data.shapes.inequalities import Point
+from verify.data.shapes.inequalities import Point, point_of
 from verify.flight_segments import Piece
 from verify.model_checking.timeline import InternalChange
 
@@ -237,9 +237,3 @@ def _hovering(position: Point, agent: Agent) -> Trajectory:
     still = np.zeros((1, 4, 8))
     still[0, :3, 0], still[0, 3, 0] = position, agent.yaw
     return Trajectory([1.0], still.astype(np.float32))
-
-
-def point_of(values: Floats) -> Point:
-    """Return three numbers as a point, m."""
-    x, y, z = (float(value) for value in values)
-    return (x, y, z)

@@ -42,18 +42,24 @@ class Conflict(BadInput):
     status = 409
 
 
-class TooManyRequests(BadInput):
-    """Too many requests, or too many that wait.
+class _TryLater(BadInput):
+    """Request that may be repeated.
 
     Attributes:
         seconds: After so many seconds it is worth another try.
     """
 
-    status = 429
+    seconds = 1.0
 
-    def __init__(self, message: str, seconds: float = 1.0) -> None:
+    def __init__(self, message: str, seconds: float | None = None) -> None:
         super().__init__(message)
-        self.seconds = seconds
+        self.seconds = self.seconds if seconds is None else seconds
+
+
+class TooManyRequests(_TryLater):
+    """Too many requests, or too many that wait."""
+
+    status = 429
 
 
 class BodyTooLarge(BadInput):
@@ -98,18 +104,10 @@ class WrongHost(BadInput):
     status = 421
 
 
-class Busy(BadInput):
-    """The service cannot take more at the moment.
+class Busy(_TryLater):
+    """The service cannot take more at the moment."""
 
-    Attributes:
-        seconds: After so many seconds it is worth another try.
-    """
-
-    status = 503
-
-    def __init__(self, message: str, seconds: float = 2.0) -> None:
-        super().__init__(message)
-        self.seconds = seconds
+    status, seconds = 503, 2.0
 
 
 class Unreachable(BadInput):

@@ -9,10 +9,10 @@ import hashlib
 import json
 from collections.abc import Mapping
 from functools import cached_property
-from typing import Annotated, Any, Literal, Self
+from typing import Any, Literal, Self
 
 import numpy as np
-from pydantic import AfterValidator, Field
+from pydantic import Field
 
 from verify.data.errors import BadInput
 from verify.data.frame import Frame
@@ -43,27 +43,13 @@ from verify.data.sections import (
 )
 from verify.data.shapes.obstacle import Obstacle
 from verify.data.shapes.region import Hoop, Region
-from verify.data.storage.file_names import MAX_LENGTH, name_fault
+from verify.data.storage.file_names import MissionName
 from verify.data.validation.faults import Fault, MissionError, sound_sections
 from verify.data.validation.missions import broken_rules
 from verify.data.value import Remembered, Value, plain
 from verify.data.vehicle import CLIMB_AND_LANDING, NamedVehicle, NotNegative, Vehicle
 
 MISSION_FORMAT = 1
-
-
-def _name_of_files(value: str) -> str:
-    """Reject a mission's name that folders and pages could not have."""
-    if (fault := name_fault(value)) is not None:
-        raise ValueError(fault)
-    return value
-
-
-MissionName = Annotated[
-    str,
-    Field(min_length=1, max_length=MAX_LENGTH, pattern=r"^[A-Za-z0-9][A-Za-z0-9_. -]*$"),
-    AfterValidator(_name_of_files),
-]
 
 
 class Mission(Value):

@@ -22,6 +22,7 @@ from ltlplan.commands.support.links import (
 )
 from ltlplan.commands.support.live_view import View, interrupts_land
 from ltlplan.commands.support.simulation import Outcome, certified, simulating, written
+from ltlplan.output import write_texts
 from verify.data.progress import part_of
 
 if TYPE_CHECKING:
@@ -111,17 +112,6 @@ def keep_record(out: Path | None) -> None:
 def flown_over(kind: str, texts: Mapping[str, str]) -> dict[str, str]:
     """Return the files of a live flight, its record saying over which kind of link it was flown."""
     return {**texts, "live.json": json_text.dumps({"link": kind, **json_text.loads(texts["live.json"])}, indent=1) + "\n"}
-
-
-def write_texts(texts: Mapping[str, str], folder: Path) -> None:
-    """Write files of a live flight.
-
-    Args:
-        texts: By name.
-        folder: Where; it exists.
-    """
-    for name, text in texts.items():
-        (folder / name).write_text(text, encoding="utf-8")
 
 
 def _abort(kind: str, flown: tuple[Stage, ...]) -> str:

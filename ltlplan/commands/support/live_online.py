@@ -28,11 +28,11 @@ from ltlplan.commands.support.live_flight import (
     keep_record,
     refusal_of,
     worst_lines,
-    write_texts,
 )
 from ltlplan.commands.support.live_view import View, interrupts_land
 from ltlplan.commands.support.simulation import Outcome, simulating, written
 from ltlplan.online.event_sources.lines import parse_events
+from ltlplan.output import write_texts
 from verify.data import BadInput
 from verify.data.progress import part_of
 

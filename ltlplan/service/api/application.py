@@ -160,14 +160,21 @@ def _tell_errors(app: FastAPI) -> None:
         answer.headers.update(error.headers or {})
         return answer
 
-    async def tell_bug(request: Request, error: Exception) -> Response:
-        note_bug(error, method=request.method, path=request.url.path[:200])
-        return answer_of(request, error)
-
     app.add_exception_handler(LtlplanError, tell)
     app.add_exception_handler(RequestValidationError, tell_validation)
     app.add_exception_handler(HTTPException, tell_http)
-    app.add_exception_handler(Exception, tell_bug)
+    app.add_exception_handler(Exception, answer_bug)
+
+
+async def answer_bug(request: Request, error: Exception) -> Response:
+    """Answer what nobody expected, and note it.
+
+    Args:
+        request: Which was not answered.
+        error: The bug.
+    """
+    note_bug(error, method=request.method, path=request.url.path[:200])
+    return answer_of(request, error)
 
 
 def answer_of(request: Request, error: BaseException, status: int | None = None) -> Response:

@@ -11,9 +11,8 @@ from nicegui import app, ui
 from nicegui.element import Element
 
 from ltlplan.report.inline import package_text
-from ltlplan.service.api.application import answer_of
+from ltlplan.service.api.application import answer_bug, answer_of
 from ltlplan.service.event_inbox.names import NAME
-from ltlplan.service.log import note_bug
 from ltlplan.service.page.certificate_tab import trust_tab
 from ltlplan.service.page.downloads_tab import take_away_tab
 from ltlplan.service.page.elements import Flight, Words, box, button, say
@@ -108,10 +107,7 @@ def _put_errors() -> None:
         cause = error if isinstance(error, LtlplanError) else NotFound(f"There is no page {request.url.path[:100]}.")
         return answer_of(request, cause, 404)
 
-    @app.exception_handler(Exception)
-    async def bug(request: Request, error: Exception) -> Response:
-        note_bug(error, method=request.method, path=request.url.path[:200])
-        return answer_of(request, error)
+    app.exception_handler(Exception)(answer_bug)
 
 
 def _desk(service: Service, flight: str | None = None) -> Desk:

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import unicodedata
 from collections.abc import Iterable
+from typing import Annotated
+
+from pydantic import AfterValidator, Field
 
 MAX_LENGTH = 100
 
@@ -26,6 +29,20 @@ def name_fault(name: str) -> str | None:
     if name.partition(".")[0].rstrip().lower() in _DEVICES:
         return f"'{name}' is a device on Windows and cannot name a file there; choose another name."
     return None
+
+
+def _name_of_files(value: str) -> str:
+    """Reject a mission's name that folders and pages could not have."""
+    if (fault := name_fault(value)) is not None:
+        raise ValueError(fault)
+    return value
+
+
+MissionName = Annotated[
+    str,
+    Field(min_length=1, max_length=MAX_LENGTH, pattern=r"^[A-Za-z0-9][A-Za-z0-9_. -]*$"),
+    AfterValidator(_name_of_files),
+]
 
 
 def robot_name_fault(name: str, earlier: Iterable[str]) -> str | None:
