@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from refine.corridor.outside import flown_over, left_last, moved_outside, part_outside
+from refine.corridor.outside import ASIDE, comes_after, flown_over, left_last, moved_outside, part_outside
 from refine.corridor.packing import packed
 from refine.corridor.place_exchange import Visits, exchange, without_gates
 from refine.corridor.relocation import movable, moved_within, places_of
@@ -34,6 +34,8 @@ _NEAREST: tuple[tuple[float, _How], ...] = (
     *_ATTEMPTS,
 )
 """Places where ways are to be short."""
+_AROUND = 1.0
+"""m beyond a region's double size in which others' ways are looked at."""
 
 
 def moved_apart(plan: Plan, distance: float, z_scale: float) -> Plan:
@@ -82,7 +84,8 @@ def _moved_apart(plan: Plan, distance: float, z_scale: float) -> tuple[Plan, lis
     still = [name for name, robot in robots.items() if robot.still]
     firm = [name for name, robot in robots.items() if not movable(mission, robot, robot.waypoints[-1])]
     ends: dict[str, Ball] = {}
-    firm.sort(key=lambda name: left_last(mission, robots[name]) is not None)
+    later = {name: {other for other, _ in comes_after(plan, name, len(robot.visits) - 1)} for name, robot in robots.items()}
+    firm.sort(key=lambda name: (left_last(mission, robots[name]) is not None, len(later[name])))
     for name in dict.fromkeys((*still, *firm, *robots)):
         robot = robots[name]
         hovering = tuple(ends[other] for other in ends if other in still)
@@ -95,16 +98,17 @@ def _moved_apart(plan: Plan, distance: float, z_scale: float) -> tuple[Plan, lis
                 waypoints[index] = other or waypoint
                 if other is None and index == len(waypoints) - 1 and waypoint.region is not None:
                     stuck.append(waypoint.region)
-            elif meets and index == len(waypoints) - 1 and (left := left_last(mission, robot)) is not None:
-                leg = waypoints[index - 1], waypoint
-                near = np.array(mission.regions[left].center), 2.0 * mission.regions[left].outer_radius
-                ways = [
-                    at
+            elif index == len(waypoints) - 1 and (left := left_last(mission, robot)) is not None:
+                near = np.array(mission.regions[left].center), 2.0 * mission.regions[left].outer_radius + _AROUND
+                ways = {
+                    other: flown_over(flown, (distance, z_scale), near)
                     for other, flown in robots.items()
-                    if other != name
-                    for at in flown_over(flown, (distance, z_scale), near)
-                ]
-                waypoints[index] = moved_outside(mission, name, left, leg, tuple(ends.values()), ways) or waypoint
+                    if other != name and name not in later[other]
+                }
+                blocks = (at for other in later[name] for at in ways[other])
+                if meets or any(at.signed_distance(np.array(waypoint.position)) <= ASIDE for at in blocks):
+                    leg, flown = (waypoints[index - 1], waypoint), list(itertools.chain(*ways.values()))
+                    waypoints[index] = moved_outside(mission, name, left, leg, tuple(ends.values()), flown) or waypoint
         robots[name] = robot.model_copy(update={"waypoints": tuple(waypoints)})
         ends[name] = keep_out(name, np.array(waypoints[-1].position), distance, z_scale)
     return plan.model_copy(update={"robots": {name: robots[name] for name in plan.robots}}), stuck
@@ -138,6 +142,8 @@ def moved_to_meet(plan: Plan, distance: float, z_scale: float, *, nearest: bool 
             for name, robot in plan.robots.items()
         }
         guests = {name: found[0] for name, found in visits.items() if found}
+        if _one_after_another(plan, region, guests):
+            continue
         nearby = _visits_within(mission, region, moved)
         if not guests or len({*guests, *nearby}) < 2:
             continue
@@ -161,6 +167,16 @@ def moved_to_meet(plan: Plan, distance: float, z_scale: float, *, nearest: bool 
         part_outside(plan, region, moved, (distance, z_scale))
     robots = {name: robot.model_copy(update={"waypoints": tuple(moved[name])}) for name, robot in plan.robots.items()}
     return plan.model_copy(update={"robots": robots})
+
+
+def _one_after_another(plan: Plan, region: str, guests: Collection[str]) -> bool:
+    """Tell whether of any two robots that visit a region one leaves it before the other one enters it."""
+    own = {name: [i for i, visit in enumerate(plan.robots[name].visits) if visit.region == region] for name in guests}
+    after = {name: comes_after(plan, name, visits[-1]) for name, visits in own.items()}
+    return all(
+        (other, own[other][0]) in after[name] or (name, own[name][0]) in after[other]
+        for name, other in itertools.combinations(own, 2)
+    )
 
 
 def _shared_places(

@@ -17,9 +17,15 @@ Floats = NDArray[np.float64]
 
 _AROUND = np.array([way for way in itertools.product((-1.0, 0.0, 1.0), repeat=3) if any(way)])
 """Ways out of a region."""
-_FURTHER = (0.0, 0.1, 0.2, 0.3, 0.4)
+_FURTHER = (0.0, 0.1, 0.2, 0.3, 0.4, 0.6, 0.8)
 """m beyond the distance at which a leg ends outside: a robot that hovers beside a small region is in the way of who comes into it."""
 _HALVINGS = 40
+ASIDE = 0.15
+"""m beyond what robots keep from others' straight ways, which smooth ones leave."""
+_IN_THE_WAY = 10.0
+"""m that a place may lie farther for each m that it lies farther from others' ways."""
+_ON_A_LEG = 8
+"""Places on a leg that are kept clear of obstacles."""
 _STEP = 0.1
 """m between places on a leg that are kept clear."""
 
@@ -38,12 +44,31 @@ def left_last(mission: Mission, robot: RobotPlan) -> str | None:
     return last.region if left and last.region in mission.regions else None
 
 
+def comes_after(plan: Plan, name: str, visit: int) -> frozenset[tuple[str, int]]:
+    """Return the visits that other robots enter only when a robot has left one of its own, or later.
+
+    Args:
+        plan: Its precedences.
+        name: The robot.
+        visit: Which of its visits.
+    """
+    found, new = set[tuple[str, int]](), [(name, visit)]
+    while new:
+        at = new.pop()
+        then = [wait.then for wait in plan.precedences if wait.first == at and (wait.done, wait.due) == ("left", "enters")]
+        onwards = [(at[0], at[1] + 1)] if at[1] + 1 < len(plan.robots[at[0]].visits) else []
+        more = [each for each in (*then, *onwards) if each not in found]
+        found.update(more)
+        new += more
+    return frozenset(each for each in found if each[0] != name)
+
+
 def moved_outside(
     mission: Mission, name: str, region: str, leg: tuple[Waypoint, Waypoint], taken: Sequence[Ball], flown: Sequence[Ball] = ()
 ) -> Waypoint | None:
     """Return the last point of a leg out of a region as far outside in another direction, or further, not taken and near; None where there is none.
 
-    Places on the ways of others are taken only where there are no more.
+    Places near the ways of others are taken only where there are no more.
 
     Args:
         mission: Gives regions, rings, obstacles, margin and workspace.
@@ -67,11 +92,16 @@ def moved_outside(
     solid = [other for which, other in bodies.regions.items() if which != region]
     for each in (*taken, *solid, *bodies.rings.values(), *bodies.solids):
         free &= each.signed_distance(places) > 0.0
+    legs = before + np.linspace(0.0, 1.0, _ON_A_LEG)[:, None, None] * (places - before)
+    for each in bodies.solids:
+        free &= each.signed_distance(legs.reshape(-1, 3)).reshape(_ON_A_LEG, -1).min(axis=0) > 0.0
     if not free.any():
         return None
-    beside = free & np.all([each.signed_distance(places) > 0.0 for each in flown] or [free], axis=0)
-    free = beside if beside.any() else free
-    nearest = np.argmin(np.where(free, np.linalg.norm(places - before, axis=1), np.inf))
+    nearest = np.where(free, np.linalg.norm(places - before, axis=1), np.inf)
+    if flown:
+        room = np.min([each.signed_distance(places) for each in flown], axis=0)
+        nearest += _IN_THE_WAY * np.maximum(ASIDE - room, 0.0)
+    nearest = np.argmin(nearest)
     return leg[1].model_copy(update={"position": tuple(places[int(nearest)].tolist())})
 
 

@@ -5,9 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from refine.corridor.outside import moved_outside
+from refine.corridor.outside import comes_after, moved_outside
 from refine.obstacles.keep_out_bodies import keep_out
-from verify.data import Waypoint, parse_mission
+from tests.helpers.plans_by_hand import straight
+from verify.data import Plan, Waypoint, parse_mission
+from verify.data.plan import Precedence
 
 MISSION = """format: 1
 name: outside
@@ -33,3 +35,12 @@ def test_other_places_lie_no_nearer_to_a_long_region(shape: str, way: tuple[floa
     assert other is not None
     assert np.linalg.norm(np.array(other.position) - end) >= 0.4
     assert body.level(np.array(other.position)) >= body.level(end) - 1e-6
+
+
+def test_who_comes_after_whom_follows_precedences_and_own_visits() -> None:
+    mission = parse_mission(MISSION.replace("SHAPE", "radii: [0.4, 0.4, 0.2]").replace("{q:", "{p: {start: [1, 1, 1]}, q:"))
+    robot = straight((-1.0, 0.0, 1.0), (0.0, 0.0, 1.0), (1.0, 0.0, 1.0), visits={1: "a", 2: "a"})
+    waits = (Precedence(first=("p", 0), then=("q", 0)), Precedence(first=("q", 1), then=("p", 1), done="entered"))
+    plan = Plan(mission=mission, robots={"p": robot, "q": robot}, precedences=waits)
+    assert comes_after(plan, "p", 0) == {("q", 0), ("q", 1)}
+    assert comes_after(plan, "p", 1) == comes_after(plan, "q", 0) == set()  # to have entered is not to have left
