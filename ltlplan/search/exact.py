@@ -35,7 +35,6 @@ def assign(
     budget: Budget = DEFAULT_BUDGET,
     capacities: Mapping[str, int] = MappingProxyType({}),
     explained: bool = True,
-    ordered: bool = False,
 ) -> Allocation:
     """Share a mission among its robots at the smallest cost.
 
@@ -47,7 +46,6 @@ def assign(
         budget: Bounds on the search.
         capacities: Robots that regions hold, where refinement found no places for more; kept by formulas that count.
         explained: Whether it is found out why there is no plan, which takes many more searches.
-        ordered: Whether words are to hold under precedences, also where dearer or other words hold in every order.
 
     Raises:
         Unsatisfiable: No words that these robots can fly satisfy the formula; the message says which parts of it cannot
@@ -56,15 +54,20 @@ def assign(
         TooLarge: A budget was used up before an answer was found.
     """
     problem = Problem(mission, budget, cost, metre, capacities, _cheapest, _no_plan)
+    return _first_planned(problem, _tries(problem), explained=explained)
+
+
+def _first_planned(problem: Problem, tries: Sequence[Callable[[Problem], Allocation]], *, explained: bool = True) -> Allocation:
+    """Return what the first try plans that has words; where none has, the first one says why."""
     nothing: NoWords | None = None
-    for plan in (_under_precedences,) if ordered else _tries(problem):
+    for plan in tries:
         try:
             found = plan(problem)
         except NoWords as error:
             nothing = nothing or error
             continue
-        require_endurance(mission, problem.systems, found.robots)
-        return in_units_of(mission, found) if cost is None else found
+        require_endurance(problem.mission, problem.systems, found.robots)
+        return in_units_of(problem.mission, found) if problem.cost is None else found
     assert nothing is not None  # something is tried
     raise (nothing.why() if explained else nothing) from None
 
@@ -171,7 +174,8 @@ def under_precedences(mission: Mission, context: Context) -> Allocation:
 def _assigned(mission: Mission, context: Context, *, ordered: bool = False) -> Allocation:
     """Return the cheapest allocation without the legs that are blocked, if there is one, within what is known."""
     known, cost = context.known, shutting(Systems(mission).leg, context.blocked.__contains__) if context.blocked else None
-    found = assign(mission, cost=cost, budget=known.budget, capacities=known.capacities, ordered=ordered)
+    problem = Problem(mission, known.budget, cost, None, known.capacities, _cheapest, _no_plan)
+    found = _first_planned(problem, (_under_precedences,) if ordered else _tries(problem))
     return found if cost is None else in_units_of(mission, found)
 
 

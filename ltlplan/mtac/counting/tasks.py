@@ -140,7 +140,9 @@ class _Counted:
     def _planned(self, parts: Sequence[Formula], states: int) -> CountedPlan | None:
         automata: list[Automaton] = [conjunct_automaton(part) for part in parts]
         with suppress(TooLarge):
-            return plan_counts(self.systems, self._alike, automata, self._atoms, Budget(states=states), rooms=self._rooms)
+            return plan_counts(
+                self.systems, self._alike, Marks(automata, self._atoms), Budget(states=states), rooms=self._rooms
+            )
         return None
 
     def price(self, robot: int, path: tuple[int, ...]) -> float:

@@ -8,6 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from ltlplan.logic.budget import Budget, TooLarge
 from ltlplan.logic.conjunction import conjunct_automata, conjuncts
 from ltlplan.search.counting.capacities import Room, most_that_show
+from ltlplan.search.counting.counting_propositions import Marks
 from ltlplan.search.counting.planning import plan_counts
 from ltlplan.search.explanations.inquiry import all_of
 from ltlplan.search.explanations.unsatisfiable_cores import NoPlan
@@ -65,7 +66,7 @@ def _possible(
     formula = all_of(parts)
     try:
         automata = conjunct_automata(formula, "finite")
-        return plan_counts(systems, kinds, automata, atoms(formula), Budget(states=_STATES), rooms=rooms) is not None
+        return plan_counts(systems, kinds, Marks(automata, atoms(formula)), Budget(states=_STATES), rooms=rooms) is not None
     except TooLarge:
         return True  # not known to be impossible
 

@@ -30,6 +30,7 @@ class Marks:
         levels: For each proposition, by bit, its mark and the least sum that makes it true.
         initial: The states of all conjuncts before the first letter.
         named: The robots that the formula names.
+        atoms: The formula's propositions that are no plain names.
     """
 
     def __init__(
@@ -42,6 +43,7 @@ class Marks:
             atoms: The formula's propositions that are no plain names.
             between: For texts of what is counted, how few and how many robots there is room for to show it: other counts are never true.
         """
+        self._automata, self.atoms = automata, atoms
         asked = sorted({name for automaton in automata for name in automaton.propositions})
         numbers = Numbers[tuple[str, Formula]]()  # of whose alone, and what its letter must satisfy
         self.levels: list[tuple[int, int]] = []
@@ -58,6 +60,14 @@ class Marks:
         self.conjuncts = tuple(ConjunctMarks(part, self.levels, [robot for robot, _ in self._marks]) for part in self.parts)
         self.initial = tuple(part.initial for part in self.parts)
         self.named = frozenset(robot for robot, _ in self._marks if robot)
+
+    def where(self, between: Mapping[str, tuple[int, int]]) -> Marks:
+        """Return the same propositions where counts that there is no room for are never true.
+
+        Args:
+            between: For texts of what is counted, how few and how many robots there is room for to show it.
+        """
+        return Marks(self._automata, self.atoms, between)
 
     def of(self, robot: str, letter: Letter) -> Sums:
         """Return the marks that one robot's letter makes, each 0 or 1."""

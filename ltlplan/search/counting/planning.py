@@ -9,7 +9,6 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
-from ltlplan.logic.automaton import Automaton
 from ltlplan.logic.budget import Budget, TooLarge
 from ltlplan.search.bounds.goal_cover import GoalCover
 from ltlplan.search.counting.capacities import most_that_show
@@ -21,7 +20,6 @@ from ltlplan.search.counting.symmetry_classes import CountedTeam, Rooms, TeamCla
 from ltlplan.search.team_reading import UNREACHABLE, least_highest, least_sum
 from ltlplan.systems.transition_systems import TransitionSystem
 from verify.data import Formula
-from verify.data.language.counting import Atom
 
 _TIES = 1e-6  # m
 _STATES_STAYING = 8_000
@@ -124,12 +122,10 @@ class CourseSearch:
         return Searched(best, bound, reading.reached)
 
 
-# seven parameters: as many as a search of words has, and what small regions hold
 def plan_counts(
     systems: Sequence[TransitionSystem],
     kinds: Sequence[str],
-    automata: Sequence[Automaton],
-    atoms: dict[str, Atom],
+    marks: Marks,
     budget: Budget,
     *,
     rooms: Mapping[str, int] | None = None,
@@ -143,8 +139,7 @@ def plan_counts(
     Args:
         systems: One for each robot.
         kinds: For each robot a key that robots have in common which can do the same.
-        automata: One for each conjunct; their propositions are names and the texts of `atoms`.
-        atoms: The formula's propositions of the whole team.
+        marks: What the formula sees.
         budget: Bounds on the search.
         rooms: The number of robots that each small region holds; other regions hold all.
         longest: Whether the highest cost of a robot counts, not the sum.
@@ -155,7 +150,7 @@ def plan_counts(
     small = rooms or {}
 
     def planned(within: Rooms = _ANYWHERE, states: int = budget.states, *, skips: bool = False) -> CountedPlan | None:
-        team = CountedTeam(tuple(systems), tuple(kinds), Marks(automata, atoms), within, skips, longest)
+        team = CountedTeam(tuple(systems), tuple(kinds), marks, within, skips, longest)
         return _Planning(team, min(budget.states, states), small if skips else None).cheapest()
 
     anywhere = None
@@ -164,7 +159,7 @@ def plan_counts(
         if anywhere is None or not small or paths_are_free(systems, anywhere, small):
             return anywhere
     if small:
-        roomy = CountedTeam(tuple(systems), tuple(kinds), roomy_marks(systems, automata, atoms, small), _ANYWHERE, skips=True)
+        roomy = CountedTeam(tuple(systems), tuple(kinds), roomy_marks(systems, marks, small), _ANYWHERE, skips=True)
         teams = (TeamClasses(roomy, stays=stays).made() for stays in (False, True))
         if not any(CourseSearch(team).may_exist(budget.states) for team in teams):
             return None  # even if robots could rest anywhere
@@ -176,23 +171,20 @@ def plan_counts(
     return planned() if anywhere is None else anywhere
 
 
-def roomy_marks(
-    systems: Sequence[TransitionSystem], automata: Sequence[Automaton], atoms: dict[str, Atom], rooms: Mapping[str, int]
-) -> Marks:
+def roomy_marks(systems: Sequence[TransitionSystem], marks: Marks, rooms: Mapping[str, int]) -> Marks:
     """Return the propositions of a team where counts for which small regions have no room are never true.
 
     Args:
         systems: One for each robot.
-        automata: One for each conjunct.
-        atoms: The formula's propositions of the whole team.
+        marks: What the formula sees where there is room for all.
         rooms: The number of robots that each small region holds; other regions hold all.
     """
     between: dict[str, tuple[int, int]] = {}  # of what is counted, how few and how many robots show it at once
-    for counted in (atom.counted for atom in atoms.values() if not atom.robot):
+    for counted in (atom.counted for atom in marks.atoms.values() if not atom.robot):
         shown, not_shown = (most_that_show(asked, systems, rooms) for asked in (counted, Formula("!", (counted,))))
         few = 0 if not_shown is None else max(0, len(systems) - not_shown[0])
         between[str(counted)] = few, len(systems) if shown is None else shown[0]
-    return Marks(automata, atoms, between)
+    return marks.where(between)
 
 
 class _Planning:

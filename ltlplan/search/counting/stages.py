@@ -38,7 +38,8 @@ def plan_stages(problem: Problem) -> Allocation:
     """
     mission, each = problem.mission, problem.each
     kinds, rooms = list(interchangeable(mission).values()), small_rooms(mission, each, problem.capacities)
-    found = plan_counts(each, kinds, problem.automata, problem.known, problem.budget, rooms=rooms, longest=problem.longest)
+    asked = Marks(problem.automata, problem.known)
+    found = plan_counts(each, kinds, asked, problem.budget, rooms=rooms, longest=problem.longest)
     if found is None:
         from ltlplan.search.counting.conflicting_conjuncts import no_counted_plan
         from ltlplan.search.explanations.relaxation import relaxed
@@ -46,7 +47,7 @@ def plan_stages(problem: Problem) -> Allocation:
         raise NoWords(lambda: relaxed(problem, no_counted_plan(mission, each, kinds, problem.asked, rooms)))
     try:
         crowded = may_crowd(each, found, rooms)
-        marks = None if crowded or problem.asked.uses_next() else Marks(problem.automata, problem.known)
+        marks = None if crowded or problem.asked.uses_next() else asked
         waits, precedences = waits_of(each, found, marks)
     except HoversOutside:  # but flights may be timed so that nobody has to, or it waits there
         with contextlib.suppress(TooLarge, Infeasible):

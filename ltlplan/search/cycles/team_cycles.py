@@ -121,10 +121,10 @@ def _every_order(system: TeamSystem, readers: Sequence[Reader], course: Course, 
         return False
     places: Numbers[_Place] = Numbers([(0, (0,) * len(course.begin), course.begin, NOBODY, begun)])
     edges: list[list[int]] = []
-    for stage, done, nodes, mover, states in places.known:  # grows while it is walked
+    for place in places.known:  # grows while it is walked
         found: list[int] = []
-        for after in _following(stages, stage, done, nodes, mover, first, joint=joint):
-            to, far, now, who = after
+        stage, _, nodes, mover, states = place
+        for to, far, now, who in _following(stages, first, place, joint=joint):
             if (now, who) != (nodes, mover):
                 further = read(states, system.letter(now, who))
             else:  # nobody moves: the next stage begins, or the next cycle, in each of which all are read, those that rest, too
@@ -152,18 +152,11 @@ def _ways(stage: Stage, robots: int) -> tuple[tuple[int, ...], ...]:
     return tuple(tuple(node for move in stage if move.robot == robot for node in move.way[1:]) for robot in range(robots))
 
 
-# seven parameters: a place of the search, taken apart, and what it moves in
 def _following(
-    stages: Sequence[tuple[tuple[int, ...], ...]],
-    stage: int,
-    done: tuple[int, ...],
-    nodes: Nodes,
-    mover: int,
-    first: int,
-    *,
-    joint: bool,
+    stages: Sequence[tuple[tuple[int, ...], ...]], first: int, place: _Place, *, joint: bool
 ) -> Iterator[tuple[int, tuple[int, ...], Nodes, int]]:
     """Yield what can come next: a robot goes on, several at one instant, or the next stage begins."""
+    stage, done, nodes, mover, _ = place
     if stage == len(stages):  # a cycle in which nobody moves
         yield stage, done, nodes, mover
         return

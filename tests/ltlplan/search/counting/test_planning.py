@@ -51,7 +51,7 @@ def planned(formula):
     mission, each = systems()
     asked = written_out(formula, NAMES)
     kinds = [mission.alike_as(name) for name in NAMES]
-    return plan_counts(each, kinds, conjunct_automata(asked, "finite"), atoms(asked), Budget(states=4_000))
+    return plan_counts(each, kinds, Marks(conjunct_automata(asked, "finite"), atoms(asked)), Budget(states=4_000))
 
 
 def team_words(found):
