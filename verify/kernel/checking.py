@@ -5,7 +5,7 @@ A claim is checked where all that it says follows from the statement, the CSV fi
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from fractions import Fraction
-from functools import partial
+from functools import cache, partial
 from itertools import combinations
 from typing import NamedTuple
 
@@ -42,6 +42,7 @@ class Check:
 
     def __init__(self, statement: Statement, team: Team, evidence: Evidence) -> None:
         self.statement, self.team, self.evidence, self._proved = statement, team, evidence, set[str]()
+        self._obstacle = cache(self._solid)
         self.courses: Mapping[str, Course] = {name: Course(statement, path, evidence) for name, path in team.paths.items()}
 
     def claims(self) -> list[Checked]:
@@ -109,7 +110,7 @@ class Check:
             for limit in course.robot.legs.get(visit.region, {}).items():
                 yield Owed(f"limits.legs.{limit[0]}", of, partial(course.leg, number, limit))
 
-    def _obstacle(self, name: str, length: Fraction) -> Rules:
+    def _solid(self, name: str, length: Fraction) -> Rules:
         shape, sums = self.statement.obstacles[name], self.evidence.get(f"sums/{name}", tuple[Sums, ...] | None)
         hoops = tuple(self.statement.regions[one] for one in shape.openings or ())
         return obstacle((shape, hoops, sums or ((),) * len(shape.parts)), length)

@@ -46,7 +46,8 @@ class Segment:
 
     def ends(self, order: int = 0) -> tuple[list[Fraction], list[Fraction]]:
         """Return a derivative of all axes where it begins, and where it ends."""
-        return [row.at(0) for row in self.derivatives[order]], [row.at(self.length) for row in self.derivatives[order]]
+        rows = self.derivatives[order] if order else self.axes
+        return [row.at(0) for row in rows], [row.at(self.length) for row in rows]
 
     @cached_property
     def derivatives(self) -> list[Sequence[Polynomial]]:

@@ -10,12 +10,15 @@ import math
 import re
 from collections.abc import Mapping
 from fractions import Fraction
+from functools import cache
 from typing import Annotated, Any, Literal, NamedTuple, get_args, get_origin, get_type_hints
 
 FORMAT = 3
 LARGEST = 10**9
 """Numbers are no larger in size, so that a mission of absurd numbers costs no more than another one; whole ones are below 2^64."""
 ZERO = Fraction(0)
+_hints = cache(get_type_hints)
+"""Fields of a type and their types; to find them takes long."""
 MOST = {
     "parts of a formula": 20_000, "parts of a formula in one another": 400, "alternatives of what is left of a formula": 500,
     "regions open at one time": 6, "states of a transition system": 100_000, "ways to go on at one instant": 20_000,
@@ -204,21 +207,16 @@ def read(kind: Any, value: Any, where: str) -> Any:
         where: Where it stands.
     """
     origin, args = get_origin(kind), get_args(kind)
-    if kind is Any:
-        return value
     if type(None) in args:
         return None if value is None else read(args[0], value, where)
     if origin is Annotated:
         found = read(args[0], value, where)
         require(found > 0 or (found == 0 and args[1] != "positive"), f"{where} is not allowed to be {float(found):g}.")
         return found
-    if kind is int and type(value) is int and 0 <= value < 1 << 64:
-        return value
     if kind is Fraction and (type(value) is int or isinstance(value, Fraction)) and abs(value) <= LARGEST:
         return Fraction(value)
-    if kind in (str, bool) and type(value) is kind and len(str(value)) < 1000:
-        return value
-    if origin is Literal and value in args:
+    plain = kind == Any or (kind in (str, bool) and type(value) is kind and len(str(value)) < 1000)
+    if plain or (origin is Literal and value in args) or (kind is int and type(value) is int and 0 <= value < 1 << 64):
         return value
     if origin in (tuple, frozenset) and isinstance(value, list):
         kinds: list[Any] = [args[0]] * len(value) if args[1:] in ((), (...,)) else list(args)
@@ -227,7 +225,7 @@ def read(kind: Any, value: Any, where: str) -> Any:
     if origin is collections.abc.Mapping and isinstance(value, dict):
         return {read(args[0], key, where): read(args[1], entry, f"{where}, {key[:60]}") for key, entry in value.items()}
     if hasattr(kind, "_fields") and isinstance(value, dict):
-        hints = get_type_hints(kind, include_extras=True)
+        hints = _hints(kind, include_extras=True)
         for key in {*hints} ^ {*value}:
             optional = key in hints and type(None) in get_args(hints[key])
             require(optional, f"{where} has no {key[:60]}, or should have none.")

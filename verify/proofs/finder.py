@@ -20,10 +20,14 @@ from verify.kernel.timelines import Course, Window
 from verify.kernel.trees import Cell, Evidence, Part, Rules
 from verify.kernel.zones import Two, along, opening
 from verify.proofs.half_space_sums import half_space_sums
-from verify.proofs.proposed_roots import FlownPieces, FlownSegments, parted_roots
+from verify.proofs.proposed_limits import FlownPieces
+from verify.proofs.proposed_roots import FlownSegments, parted_trees
 from verify.proofs.search import STYLES, OnTheWay, proof_text, run_lengths, starts_of, trees_of
 from verify.proofs.statement import statement_of
 from verify.proofs.words import find_formula, find_ordered
+
+_HALVINGS = 6
+"""Of a segment beside what it stays clear of, in floats; then the search goes on exactly."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,7 +110,7 @@ class _Found(Course):
         return [(start, stop, mark, None) for (start, mark), stop in zip(found, stops, strict=True)]
 
     def _exactly(self, kind: str, rules: Rules, known: Sequence[str] = ()) -> list[str]:
-        roots = self.segments.roots(self.name, rules, "n" if kind == "openings" else "nm")
+        roots = self.segments.trees(self.name, rules, "n" if kind == "openings" else "nm")
         trees = ["" if "?" in tree else tree for tree in known] if len(known) == len(roots) else roots
         return trees_of(kind, list(along(self.path, rules)), trees)
 
@@ -131,10 +135,10 @@ class _Found(Course):
         return [tree.replace("k", "?") for tree in trees]
 
     def roots(self, key: str, first: Part) -> list[str]:
-        """Return marks that parts of trees, of which this is the first, surely have, or nothing."""
+        """Return marks of parts, of which this is the first, as far as floats tell them, else nothing."""
         kind, *names = key.split("/")
         if kind in ("workspace", "rims", "obstacles") and isinstance(first, Cell):
-            return self.segments.roots(self.name, first.rules, STYLES[kind].marks)
+            return self.segments.trees(self.name, first.rules, STYLES[kind].marks, _HALVINGS)
         if kind == "limits" and len(names) == 2:
             limit = next(value for one, value in self.robot.limits.items() if one == names[0])
             return self.pieces.roots(self.name, names[0], float(limit))
@@ -149,7 +153,7 @@ def _trees(found: Mapping[str, _Found], owed: Owed, known: Mapping[str, Any]) ->
         every = [] if first is None else [first]
         if owed.name == "separation":
             every += parts
-            roots = parted_roots([part for part in every if isinstance(part, Two)])
+            roots = parted_trees([part for part in every if isinstance(part, Two)])
         else:
             roots = found[owed.robots[0]].roots(key, first) if first else []
         if not roots or not all(roots):

@@ -9,25 +9,24 @@ import functools
 import math
 import operator
 from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from fractions import Fraction
 from functools import cache
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from verify.kernel.flights import GRAVITY, Path, Segment
-from verify.kernel.limits import Interval, rates_and_thrusts
-from verify.kernel.statement import Robot
-from verify.kernel.trees import Atom, Polynomial, Rules
+from verify.kernel.flights import Path, Segment
+from verify.kernel.trees import Polynomial, Rules
 from verify.kernel.zones import Flown, Two
 from verify.proofs.search import EDGE
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
-_ROOM = 1e-9
+ROOM = 1e-9
 """Share of the numbers at hand by which a bound must be kept; roundings are far smaller."""
+
+_BOTH = 2 * EDGE
+"""Halvings of two segments, at the most."""
 
 
 @cache
@@ -36,11 +35,12 @@ def _matrix(degree: int) -> Floats:
     return np.array([[math.comb(i, k) / math.comb(degree, k) for i in range(degree + 1)] for k in range(degree + 1)])
 
 
-def _bernstein(powers: Floats) -> Floats:
+def bernstein(powers: Floats) -> Floats:
+    """Return Bernstein coefficients on [0, 1] of polynomials, in their last axis."""
     return powers @ _matrix(powers.shape[-1] - 1)
 
 
-def _times(one: Floats, other: Floats) -> Floats:
+def products(one: Floats, other: Floats) -> Floats:
     """Return products of polynomials, in their last axis."""
     found = np.zeros((*one.shape[:-1], one.shape[-1] + other.shape[-1] - 1))
     for k in range(one.shape[-1]):
@@ -48,11 +48,7 @@ def _times(one: Floats, other: Floats) -> Floats:
     return found
 
 
-def _square(vector: Floats) -> Floats:
-    return _times(vector, vector).sum(axis=-2)
-
-
-def _powers(segments: Sequence[Segment], axes: int) -> Floats:
+def powers_of(segments: Sequence[Segment], axes: int) -> Floats:
     """Return coefficients over u from 0 to 1. Shape (segments, axes, 8)."""
     found = np.zeros((len(segments), axes, 8))
     for row, segment in zip(found, segments, strict=True):
@@ -68,10 +64,6 @@ def _summed(weights: Floats, rows: Floats) -> Floats:
     return (weights @ rows.reshape(len(rows), -1)).reshape(len(weights), *rows.shape[1:])
 
 
-def _exceeds(low: Floats, bound: float, size: Floats) -> Flags:
-    return low > bound + _ROOM * (1 + abs(bound) + size)
-
-
 class FlownSegments:
     """All segments of a team's paths: Bernstein coefficients of x, y, z and 1, and of their products.
 
@@ -85,40 +77,53 @@ class FlownSegments:
         ends = np.cumsum([0, *(len(path.segments) for path in paths.values())])
         self.of = {name: slice(first, last) for name, first, last in zip(paths, ends, ends[1:], strict=False)}
         self._known: dict[tuple[Hashable, ...], tuple[Rules, list[str]]] = {}
-        places = _powers(segments, 3)
+        places = powers_of(segments, 3)
         ones = np.zeros((len(places), 1, 8))
         ones[:, 0, 0] = 1
         pairs = np.array([(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)])
-        self.lines = _bernstein(np.concatenate([places, ones], axis=1))
-        products = _times(places[:, pairs[:, 0]], places[:, pairs[:, 1]])
+        self.lines = bernstein(np.concatenate([places, ones], axis=1))
+        twos = products(places[:, pairs[:, 0]], places[:, pairs[:, 1]])
         raised = np.pad(np.concatenate([places, ones], axis=1), ((0, 0), (0, 0), (0, 7)))
-        squares = _bernstein(np.concatenate([products, raised], axis=1))
+        squares = bernstein(np.concatenate([twos, raised], axis=1))
         self._lines, self._squares = (np.moveaxis(rows, 0, -1).copy() for rows in (self.lines, squares))
 
-    def roots(self, name: str, rules: Rules, marks: str) -> list[str]:
-        """Return for each segment of a robot one of some marks that surely holds on all of it, or nothing.
+    def trees(self, name: str, rules: Rules, marks: str, depth: int = 0) -> list[str]:
+        """Return for each segment of a robot the marks of a tree, of some that surely hold, or nothing.
 
         Args:
             name: The robot's.
             rules: What marks claim.
             marks: The marks.
+            depth: Halvings at the most.
         """
         if (id(rules), marks) not in self._known:
-            self._known[id(rules), marks] = rules, self._roots(rules, marks)
+            self._known[id(rules), marks] = rules, self._trees(rules, marks, depth)
         return self._known[id(rules), marks][1][self.of[name]]
 
-    def _roots(self, rules: Rules, marks: str) -> list[str]:
+    def _trees(self, rules: Rules, marks: str, depth: int) -> list[str]:
         atoms = [atom for mark in marks for one in rules[mark] for clause in one for atom in clause]
-        holds = iter(self._hold(atoms))
-        found = np.full(len(self.lines), "", dtype="<U1")
-        for mark in marks:
-            for one in rules[mark]:
-                every = np.ones(len(found), bool)
-                for clause in one:
-                    some = [next(holds) for _ in clause]
-                    every &= np.logical_or.reduce(some) if some else False
-                found[every & (found == "")] = mark
-        return found.tolist()
+        numbers: dict[Hashable, int] = {}
+        index = [numbers.setdefault(form, len(numbers)) for form, _, _ in atoms]
+        forms, levels = _Forms(numbers, self._lines, self._squares), list[NDArray[np.str_]]()
+        bounds = np.array([float(bound) for _, _, bound in atoms]).reshape(-1, 1)
+        over = np.array([sign in (">", ">=") for _, sign, _ in atoms], bool).reshape(-1, 1)
+        for _ in range(depth + 1):
+            low, high = (edge[index] for edge in forms.extremes())
+            room = ROOM * (1 + abs(bounds) + np.maximum(abs(low), abs(high)))
+            holds = iter(np.where(over, low > bounds + room, high < bounds - room))
+            found = np.full(low.shape[1], "", dtype="<U1")
+            for mark in marks:
+                for one in rules[mark]:
+                    every = np.ones(len(found), bool)
+                    for clause in one:
+                        some = [next(holds) for _ in clause]
+                        every &= np.logical_or.reduce(some) if some else False
+                    found[every & (found == "")] = mark
+            levels.append(found)
+            if found.all():
+                break
+            forms.halve(found == "")
+        return ["" if "?" in tree else tree for tree in _joined(levels)]
 
     def region_trees(self, name: str, rules: Rules) -> list[str]:
         """Return for each segment of a robot the marks of its tree in a region at the margin, open where none can be told.
@@ -140,16 +145,10 @@ class FlownSegments:
         claims = [[[numbers[form] for form, _, _ in one] for one in way] for way in ways]
         inner = np.array([kept.get(form, -math.inf) for form in broken]).reshape(-1, 1)
         outer = np.array(list(broken.values())).reshape(-1, 1)
-        weights = np.array([_weights(form) for form in numbers]).reshape(-1, 10)
-        flat = ~weights[:, :6].any(axis=1)  # fewer coefficients do
-        order = np.argsort(np.concatenate([np.flatnonzero(flat), np.flatnonzero(~flat)]))
-        both = [_summed(weights[flat, 6:], self._lines), _summed(weights[~flat], self._squares)]
-        both = [rows for rows in both if len(rows)]
-        levels: list[NDArray[np.str_]] = []
+        forms, levels = _Forms(numbers, self._lines, self._squares), list[NDArray[np.str_]]()
         for level in range(depth + 1):
-            low = np.concatenate([rows.min(axis=1) for rows in both])[order]
-            high = np.concatenate([rows.max(axis=1) for rows in both])[order]
-            room = _ROOM * (1 + np.maximum(abs(low), abs(high)))
+            low, high = forms.extremes()
+            room = ROOM * (1 + np.maximum(abs(low), abs(high)))
             marks = np.full(low.shape[1], "", dtype="<U1")
             inside, never, within, beyond = high < inner - room, low > inner, high < outer - room, low > outer + room
             lost = _all(_any(never[one].all(axis=0) for one in way) for way in claims)
@@ -157,64 +156,98 @@ class FlownSegments:
             marks[_any(_all(inside[one].any(axis=0) for one in way) for way in claims)] = "m"
             marks[_all(beyond[part].any(axis=0) for part in parts)] = "n"
             if level == depth:
-                for mark, once in self._changes(both, order, room):
+                for mark, once in forms.changes(room):
                     marks[
                         _all(beyond[part].any(axis=0) | (within | once)[part].all(axis=0) for part in parts) & (marks == "")
                     ] = mark
             levels.append(marks)
-            open_ = marks == ""
-            if not open_.any():
+            if marks.all():
                 break
-            both = [_halves(rows[..., open_]) for rows in both]
-        found: list[str] = []
-        for marks in reversed(levels):
-            below = iter(found)
-            found = [mark or ("s" + one + next(below) if (one := next(below, "")) else "?") for mark in marks.tolist()]
-        return found
+            forms.halve(marks == "")
+        return _joined(levels)
 
-    @staticmethod
-    def _changes(both: Sequence[Floats], order: NDArray[np.intp], room: Floats) -> Iterator[tuple[str, Flags]]:
+
+class _Forms:
+    """Bernstein coefficients of some functions along parts of segments, whole ones at first."""
+
+    def __init__(self, forms: Iterable[Hashable], lines: Floats, squares: Floats) -> None:
+        weights = np.array([_weights(form) for form in forms]).reshape(-1, 10)
+        flat = ~weights[:, :6].any(axis=1)  # fewer coefficients do
+        self._order = np.argsort(np.concatenate([np.flatnonzero(flat), np.flatnonzero(~flat)]))
+        both = [_summed(weights[flat, 6:], lines), _summed(weights[~flat], squares)]
+        self._both = [rows for rows in both if len(rows)] or both[:1]
+
+    def extremes(self) -> tuple[Floats, Floats]:
+        """Return the least and the greatest coefficients. Shape of each (functions, parts)."""
+        low, high = (np.concatenate([edge(rows, axis=1) for rows in self._both]) for edge in (np.min, np.max))
+        return low[self._order], high[self._order]
+
+    def changes(self, room: Floats) -> Iterator[tuple[str, Flags]]:
         """Yield where functions surely fall, so that a path may come in, and where they rise, so that it may go out."""
-        steps = [np.diff(rows, axis=1) for rows in both]
-        yield "i", np.concatenate([step.max(axis=1) for step in steps])[order] < -room
-        yield "o", np.concatenate([step.min(axis=1) for step in steps])[order] > room
+        steps = [np.diff(rows, axis=1) for rows in self._both]
+        yield "i", np.concatenate([step.max(axis=1) for step in steps])[self._order] < -room
+        yield "o", np.concatenate([step.min(axis=1) for step in steps])[self._order] > room
 
-    def _hold(self, atoms: Sequence[Atom]) -> Flags:
-        """Return where atoms surely hold. Shape (atoms, segments)."""
-        numbers: dict[Hashable, int] = {}
-        index = [numbers.setdefault(form, len(numbers)) for form, _, _ in atoms]
-        weights = np.array([_weights(form) for form in numbers]).reshape(-1, 10)
-        round_ = weights[:, :6].any(axis=1)
-        low, high = np.empty((len(weights), len(self.lines))), np.empty((len(weights), len(self.lines)))
-        for chosen, rows in ((round_, self._squares), (~round_, self._lines)):
-            if chosen.any():
-                forms = _summed(weights[chosen, -len(rows) :], rows)
-                low[chosen], high[chosen] = forms.min(axis=1), forms.max(axis=1)
-        low, high = low[index], high[index]
-        bounds = np.array([float(bound) for _, _, bound in atoms]).reshape(-1, 1)
-        room = _ROOM * (1 + abs(bounds) + np.maximum(abs(low), abs(high)))
-        over = np.array([sign in (">", ">=") for _, sign, _ in atoms], bool).reshape(-1, 1)
-        return np.where(over, low > bounds + room, high < bounds - room)
+    def halve(self, open_: Flags) -> None:
+        """Take both halves of some parts in the stead of all, one after the other."""
+        self._both = [_halves(rows[..., open_]) for rows in self._both]
 
 
-def parted_roots(parts: Sequence[Two]) -> list[str]:
-    """Return `m` for each two segments that a plane across the way from middle to middle surely parts by what is asked, else nothing."""
+def parted_trees(parts: Sequence[Two]) -> list[str]:
+    """Return the marks of trees of two segments each, as the kernel halves and parts them; nothing where floats cannot tell.
+
+    Args:
+        parts: The two segments of each tree.
+    """
     if not parts:
         return []
-    known: dict[int, Floats] = {}
+    known: dict[int, tuple[Floats, Floats]] = {}
 
-    def places(one: Flown) -> Floats:
-        if id(one.places) not in known:
-            known[id(one.places)] = np.array([[n / row.unit for n in row.numbers] for row in one.places])
-        return known[id(one.places)]
+    def floats(one: Flown) -> tuple[Floats, Floats]:
+        if id(one) not in known:
+            times = [float(one.start), float(one.stop), float(one.stop - one.start)]
+            if times[2] != one.stop - one.start:  # which of two lasts longer, floats cannot tell
+                times[2] = math.nan
+            known[id(one)] = np.array([[n / row.unit for n in row.numbers] for row in one.places]), np.array(times)
+        return known[id(one)]
 
-    near, far = np.array([places(two.one) for two in parts]), np.array([places(two.other) for two in parts])
-    least = np.array([math.sqrt(two.square) for two in parts])
-    normals = (near - far).mean(axis=-1)
-    gaps = np.einsum("nk,nkd->nd", normals, near).min(axis=-1) - np.einsum("nk,nkd->nd", normals, far).max(axis=-1)
-    lengths = np.linalg.norm(normals, axis=-1)
-    parted = (gaps > (least * (1 + 1e-6) + 1e-6) * lengths) & (lengths > 0.01)
-    return ["m" if one else "" for one in parted.tolist()]
+    flown = [(floats(two.one), floats(two.other)) for two in parts]
+    places, times = (np.array([[one[k], other[k]] for one, other in flown]) for k in (0, 1))
+    asked = np.array([[math.sqrt(two.square), float(two.error)] for two in parts])
+    levels: list[NDArray[np.str_]] = []
+    for level in range(_BOTH + 1):
+        first, other = times[:, 0], times[:, 1]
+        beside = np.maximum(first[:, 0] - other[:, 1], other[:, 0] - first[:, 1]) > asked[:, 1] + ROOM * (1 + abs(first[:, 1]))
+        across = places.sum(axis=-1)
+        normals = np.floor((across[:, 0] - across[:, 1]) * 4096 + 1e-7)  # the kernel's own
+        near, far = (np.einsum("nd,ndk->nk", normals, places[:, k]) for k in (0, 1))
+        lengths = np.linalg.norm(normals, axis=-1)
+        parted = (near.min(axis=-1) - far.max(axis=-1) > (asked[:, 0] * (1 + 1e-6) + 1e-6) * lengths) & (lengths > 300)
+        marks = np.where(beside, "k", np.where(parted, "m", "" if level < _BOTH else "?"))
+        marks[(marks == "") & np.isnan(times[:, :, 2]).any(axis=1)] = "?"
+        levels.append(marks)
+        open_ = marks == ""
+        if not open_.any():
+            break
+        places, times, asked = places[open_], times[open_], np.repeat(asked[open_], 2, axis=0)
+        which = (times[:, 0, 2] < times[:, 1, 2]).astype(int)
+        rows = np.arange(len(which))
+        halves = (places[rows, which] @ _split(7).T).reshape(-1, 3, 2, 8)
+        middles = (times[rows, which, 0] + times[rows, which, 1]) / 2
+        times[rows, which, 2] /= 2
+        places, times = np.repeat(places, 2, axis=0), np.repeat(times, 2, axis=0)
+        for k, edge in ((0, 1), (1, 0)):
+            places[2 * rows + k, which], times[2 * rows + k, which, edge] = halves[:, :, k], middles
+    return ["" if "?" in tree else tree for tree in _joined(levels)]
+
+
+def _joined(levels: Sequence[NDArray[np.str_]]) -> list[str]:
+    """Return trees by the marks of each level, where an empty one is split; what is split at last is open."""
+    found: list[str] = []
+    for marks in reversed(levels):
+        below = iter(found)
+        found = [mark or ("s" + one + next(below) if (one := next(below, "")) else "?") for mark in marks.tolist()]
+    return found
 
 
 def _any(every: Iterable[Any]) -> Any:  # of arrays, or of what is so of all
@@ -242,122 +275,3 @@ def _halves(rows: Floats) -> Floats:
 def _weights(form: Hashable) -> list[float]:
     assert isinstance(form, Polynomial)
     return [n / (1 << form.shift) for n in form.numbers]
-
-
-@dataclass(slots=True)
-class _Ranges:
-    """Intervals in arrays, in the stead of the kernel's own; where a divisor may be zero, all numbers."""
-
-    low: Floats
-    high: Floats
-
-    @classmethod
-    def of(cls, value: Fraction) -> _Ranges:
-        return cls(np.array(float(value)), np.array(float(value)))
-
-    def __add__(self, other: _Ranges) -> _Ranges:
-        return _Ranges(self.low + other.low, self.high + other.high)
-
-    def __sub__(self, other: _Ranges) -> _Ranges:
-        return _Ranges(self.low - other.high, self.high - other.low)
-
-    def __neg__(self) -> _Ranges:
-        return _Ranges(-self.high, -self.low)
-
-    def __mul__(self, other: _Ranges) -> _Ranges:
-        products = [self.low * other.low, self.low * other.high, self.high * other.low, self.high * other.high]
-        return _Ranges(np.minimum.reduce(products), np.maximum.reduce(products))
-
-    def __truediv__(self, other: _Ranges) -> _Ranges:
-        apart = (other.low > 0) | (other.high < 0)
-        low, high = np.where(apart, other.low, 1), np.where(apart, other.high, 1)
-        found = self * _Ranges(1 / high, 1 / low)
-        return _Ranges(np.where(apart, found.low, -1e300), np.where(apart, found.high, 1e300))
-
-    def root(self) -> _Ranges:
-        return _Ranges(np.sqrt(np.maximum(self.low, 0)), np.sqrt(np.maximum(self.high, 0)))
-
-    def cosine_and_sine(self) -> tuple[_Ranges, _Ranges]:
-        middle, away = (self.low + self.high) / 2, (self.high - self.low) / 2 + 1e-4  # the kernel takes angles on a grid
-        cosine, sine = np.cos(middle), np.sin(middle)
-        return _Ranges(np.maximum(cosine - away, -1), np.minimum(cosine + away, 1)), _Ranges(
-            np.maximum(sine - away, -1), np.minimum(sine + away, 1)
-        )
-
-
-class FlownPieces:
-    """All pieces of a team's paths, and which limits they surely keep."""
-
-    def __init__(self, paths: Mapping[str, Path]) -> None:
-        pieces = [piece for path in paths.values() for piece in path.pieces]
-        ends = np.cumsum([0, *(len(path.pieces) for path in paths.values())])
-        self._of = {name: slice(first, last) for name, first, last in zip(paths, ends, ends[1:], strict=False)}
-        self._robots, self._turning = {name: path.robot for name, path in paths.items()}, dict[Hashable, list[str]]()
-        lengths = np.array([float(piece.length) for piece in pieces])[:, None, None]
-        self._derivatives = [_powers(pieces, 4)]
-        for _ in range(4):
-            before = self._derivatives[-1]
-            self._derivatives.append(before[..., 1:] * np.arange(1, before.shape[-1]) / lengths)
-        self._force = self._derivatives[2][:, :3].copy()
-        self._force[:, 2, 0] += float(GRAVITY)
-        self._size = _square(self._force)
-
-    def roots(self, of: str, name: str, limit: float) -> list[str]:
-        """Return `m` for each piece of a robot that surely keeps a limit, else nothing.
-
-        Args:
-            of: The robot's name.
-            name: The limit's.
-            limit: SI.
-        """
-        robot, own = self._robots[of], self._of[of]
-        f, size = self._force[own], self._size[own]
-        thrust = size * float(robot.mass) ** 2
-        kept = np.ones(len(f), bool)
-        if name in ("speed", "acceleration"):
-            kept &= self._is_above(-_square(self._derivatives[1 if name == "speed" else 2][own, :3]), -(limit**2))
-        if name == "thrust_max":
-            kept &= self._is_above(-thrust, -(limit**2))
-        if name in ("thrust_min", "tilt", "body_rate"):
-            kept &= self._is_above(thrust, float(robot.limits["thrust_min"]) ** 2)
-        if name == "tilt":
-            upright = _times(f[:, 2], f[:, 2]) - size * math.cos(limit) ** 2
-            kept &= self._is_above(f[:, 2], 0.0) & self._is_above(upright, 0.0)
-        if name == "body_rate":
-            j = self._derivatives[3][own]
-            rates = [_times(j[:, i], f[:, k]) - _times(j[:, k], f[:, i]) for i, k in ((1, 2), (2, 0), (0, 1))]
-            most, turned = _times(size, size) * limit**2, _square(np.stack(rates, axis=1))
-            most[:, : turned.shape[1]] -= turned
-            kept &= self._is_above(most, 0.0)
-        return ["m" if one else "" for one in kept]
-
-    def turning(self, of: str) -> list[str]:
-        """Return `m` for each piece of a robot on which yaw rate and rotors surely keep their limits, else nothing."""
-        robot = self._robots[of]
-        limits = tuple(robot.limits[name] for name in ("rotor_thrust_min", "rotor_thrust_max", "yaw_rate"))
-        alike = robot.mass, robot.arm, robot.inertia, robot.torque_to_thrust, limits
-        if alike not in self._turning:
-            self._turning[alike] = self._turns(robot)
-        return self._turning[alike][self._of[of]]
-
-    def _turns(self, robot: Robot) -> list[str]:
-        _, _, _, j, s = self._derivatives
-        rows = [*(self._force[:, k] for k in range(3)), *(j[:, k] for k in range(3)), *(s[:, k] for k in range(3))]
-        rows += [self._derivatives[order][:, 3] for order in range(3)]
-        rows += [self._size, np.sum([_times(self._force[:, k], j[:, k]) for k in range(3)], axis=0)]
-        given = [_Ranges(row.min(axis=-1), row.max(axis=-1)) for row in map(_bernstein, rows)]
-        with np.errstate(all="ignore"):
-            rate, *thrusts = rates_and_thrusts(robot, cast("Sequence[Interval]", given))
-        limits, kept = robot.limits, np.ones(len(j), bool)
-        for one, low, high in [
-            (rate, -limits["yaw_rate"], limits["yaw_rate"]),
-            *((one, limits["rotor_thrust_min"], limits["rotor_thrust_max"]) for one in thrusts),
-        ]:
-            range_: Any = one
-            room = _ROOM + 1e-6 * (abs(range_.low) + abs(range_.high))
-            kept &= (range_.low > float(low) + room) & (range_.high < float(high) - room)
-        return ["m" if one else "" for one in kept]
-
-    def _is_above(self, powers: Floats, bound: float) -> Flags:
-        rows = _bernstein(powers)
-        return _exceeds(rows.min(axis=-1), bound, abs(rows).max(axis=-1))
