@@ -123,10 +123,14 @@ def _priced_where_touched(mission: Mission, context: Context, by_metres: Allocat
     """
     prices, legs, metre = _Prices(mission), _legs_between_edges(mission), weighted_metres(mission)
     price, best, least, complete = prices.of(by_metres), by_metres, 0.0, False
-    most, touched = max(2, _TOUCHING // len(mission.agents)), _touched(mission)
+    many, budget, touched = len(mission.agents), context.known.budget, _touched(mission)
+    most = max(1, _TOUCHING // many)
+    known = replace(
+        context.known, budget=replace(budget, states=max(1, budget.states // many**2))
+    )  # each state has so many ways on
 
     def solve(shut: _Shut) -> Iterator[tuple[float, Allocation]]:
-        found = shut.cheapest(mission, legs, metre, context.known)
+        found = shut.cheapest(mission, legs, metre, known)
         if found is not None:
             yield found.lower_bound or 0.0, found
 
