@@ -28,6 +28,7 @@ from verify.data.mission import Mission
 from verify.data.plan import Plan
 from verify.data.sections import Agent
 from verify.data.trajectory import Trajectory
+from verify.data.validation.clocks import clock_error_of
 from verify.logic.verdict import Verdict
 from verify.model_checking.timeline import Change, Enclosure, InternalChange, Relations, Status, Timeline
 from verify.model_checking.transitions import judge_transitions
@@ -80,24 +81,55 @@ def judge_pieces(mission: Mission, pieces: Sequence[Piece]) -> list[Verdict]:
             no earlier piece hovered at its start.
 
     Returns:
-        The verdict on the formula, then one on the transitions of each robot.
+        The verdict on the formula, one on each part that is bounded in seconds, then one on the transitions of each robot.
 
     Raises:
         BadInput: There is no piece, pieces are not in order of time, or the mission's trace is infinite.
         InternalError: Our progression and Spot disagree: a bug of ours.
         MissingEngine: Spot is absent.
     """
+    timelines = timelines_of(mission, pieces)
+    if isinstance(timelines, Verdict):
+        return [timelines]
+    known = relations_of(pieces)
+    end = max(timeline.duration for timeline in timelines.values())
+    error = clock_error_of(mission, end) if mission.timed_parts else 0.0  # of the clock by which bounds are read
+    words = judge_formula(mission, timelines, known, clock_error=Fraction(error))
+    return [*words, *judge_transitions(mission, timelines, known)]
+
+
+@np.errstate(all="ignore")
+def timelines_of(mission: Mission, pieces: Sequence[Piece]) -> dict[str, Timeline] | Verdict:
+    """Return what each robot may show in a flight in pieces, put end to end; why that cannot be told, where letters change in no order.
+
+    Args:
+        mission: As for `judge_pieces`.
+        pieces: As for `judge_pieces`.
+
+    Raises:
+        BadInput: There is no piece, or pieces are not in order of time.
+    """
     if not pieces or any(b.since < a.since for a, b in itertools.pairwise(pieces)):
         raise BadInput("A flight has at least one piece, and its pieces are given in order of time.")
-    end = max(pieces[-1].end, pieces[-1].since)
-    timelines: dict[str, Timeline] = {}
+    end, timelines = max(pieces[-1].end, pieces[-1].since), dict[str, Timeline]()
     for robot, agent in mission.agents.items():
         joined = _joined(mission, robot, agent, pieces, end)
         if isinstance(joined, str):
-            return [Verdict("undecided", joined, robot=robot)]
+            return Verdict("undecided", joined, robot=robot)
         timelines[robot] = joined
-    known = _common(pieces)
-    return [*judge_formula(mission, timelines, known), *judge_transitions(mission, timelines, known)]
+    return timelines
+
+
+def relations_of(pieces: Sequence[Piece]) -> Relations:
+    """Return what is proved of the regions in every world of a flight.
+
+    Args:
+        pieces: Of the flight.
+    """
+    found = [relations(piece.mission) for piece in pieces]
+    return Relations(
+        frozenset.intersection(*(one.disjoint for one in found)), frozenset.intersection(*(one.nested for one in found))
+    )
 
 
 @np.errstate(all="ignore")
@@ -364,11 +396,3 @@ def _hover(agent: Agent) -> Trajectory:
     still = np.zeros((1, 4, 8))
     still[0, :3, 0], still[0, 3, 0] = agent.start, agent.yaw
     return Trajectory([1.0], still)
-
-
-def _common(pieces: Sequence[Piece]) -> Relations:
-    """Return what is proved of the regions in every world."""
-    found = [relations(piece.mission) for piece in pieces]
-    return Relations(
-        frozenset.intersection(*(one.disjoint for one in found)), frozenset.intersection(*(one.nested for one in found))
-    )

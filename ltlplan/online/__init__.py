@@ -7,6 +7,7 @@
 | `live_online_flight`, `flight_session` | that team over a link in real time: the flight from event to event, and its present state |
 | `stopping`, `segment_handover` | its stop after an event, and the start of the next segment |
 | `standby`, `joining`, `leaving` | robots that wait on the ground, join it and leave it |
+| `time_left`, `deadlines` | what is left of bounds in seconds; what can no longer be met |
 | `checked_events` | what can change in the world, checked before take-off |
 | `event_queue`, `segment_monitor`, `executors` | pending events, the segment's monitor, and executors of queries |
 | `event_sources` | sources of events: lines of files, of a ROS 2 topic |

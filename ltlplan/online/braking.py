@@ -197,7 +197,7 @@ def _other_stops(tried: dict[str, Trajectory], others: Mapping[str, Iterator[Tra
 def _stops(stop: Stop, around: _Surroundings, trajectory: Trajectory, ways: tuple[Way, ...]) -> Iterator[Trajectory]:
     """Yield ways to come to rest that look clear at sampled instants, soonest rest first; what is flown is one.
 
-    Those that end outside all regions come before those that end inside: from within a ring there is no easy way on.
+    Those that end outside all regions come before those that end inside: from within a ring there is no easy way on. A robot that hovers may stay.
     """
     mission, now = around.mission, around.now
     if now >= trajectory.duration:
@@ -216,13 +216,21 @@ def _stops(stop: Stop, around: _Surroundings, trajectory: Trajectory, ways: tupl
             _looks_gentle(mission.leg_limits_of(around.name).get(r), slowed) for r in _regions_ahead(ways, _slows(slowed))
         ):
             continue
-        if any(region.level(slowed.evaluate(slowed.duration)[:3]) <= 1 for region in mission.all_regions.values()):
+        if not _hovers(slowed, now) and any(
+            region.level(slowed.evaluate(slowed.duration)[:3]) <= 1 for region in mission.all_regions.values()
+        ):
             inside.append(slowed)
         else:
             yield slowed
     if not stop.braking:
         yield trajectory
     yield from inside
+
+
+def _hovers(trajectory: Trajectory, since: float) -> bool:
+    """Return whether a robot stays where it is from a time on, in s."""
+    points = trajectory.evaluate(np.linspace(since, trajectory.duration, 20))[:, :3]
+    return float(np.abs(points - points[0]).max()) < 1e-6
 
 
 def slow_down(trajectory: Trajectory, at: float, length: float) -> Trajectory | None:

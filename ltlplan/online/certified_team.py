@@ -23,6 +23,7 @@ import numpy as np
 
 from ltlplan.online.segment_planning import Found, Left, WholeFlight, find_piece, piece_of, require_proved, with_endurance_left
 from ltlplan.online.segmented_flight import TeamInPieces, exact_step
+from ltlplan.online.time_left import Flown, with_times_left
 from ltlplan.online_mtac.path_blending import ORDERS
 from ltlplan.online_mtac.team_in_flight import Desired
 from ltlplan.pipeline import Certified
@@ -59,6 +60,8 @@ class CertifiedTeam(TeamInPieces):
         self.seed = seed
         self.certified: Certified | None = None
         self.certificates: tuple[str, ...] = ()
+        self._left: Mission | None = None
+        self._counts_from: Fraction | None = None
         self.allocate()
 
     @property
@@ -100,8 +103,15 @@ class CertifiedTeam(TeamInPieces):
         """
         if self.lost is not None:
             raise NotCertified(self.lost)
-        left = with_endurance_left(self.left(), latest) if self.certificates else self.mission
-        return Left(left, self.seed, latest)
+        if not self.certificates:
+            return Left(self.mission, self.seed, latest)
+        self._left = None
+        left, self._counts_from = self.left(), None
+        if self.mission.timed_parts:
+            flown = Flown.of(self.mission, self.all_pieces, self._now, latest)
+            left, self._counts_from = with_times_left(left, self.mission, flown), flown.latest
+        self._left = with_endurance_left(left, latest)
+        return Left(self._left, self.seed, latest)
 
     def what_will_be_left(self, latest: Fraction) -> Left:
         """Return what will be left when everybody has come to rest, if until then is shown what nominal paths show.
@@ -170,6 +180,11 @@ class CertifiedTeam(TeamInPieces):
             error: Why.
         """
         self.holding = f"No certified pieces for what is left, so the robots hold their positions: {error}"
+        if self._left is not None and self._counts_from is not None:
+            since = float(self._counts_from)
+            self.holding += f" Times and bounds count from {since:.2f} s of the flight." + self.deadlines.refused(
+                self._left, since
+            )
 
     def step(self, now: float, positions: Mapping[str, Point]) -> Desired:
         """Go on along the certified trajectories, or hover at their ends."""
@@ -183,5 +198,6 @@ class CertifiedTeam(TeamInPieces):
             for order in range(ORDERS):
                 flat[order, :, j] = track.evaluate(time, order)
         self.steps += 1
-        satisfied = self.belief.accepts()
-        return Desired(flat, satisfied, satisfied and self.holding is None and self.ended, self.holding)
+        satisfied = self.satisfied
+        finished = satisfied and self.holding is None and self.ended
+        return Desired(flat, satisfied, finished, self.holding, self.deadlines.news())

@@ -135,7 +135,9 @@ class OnlineCourse:
         elif reason := air.watch.alarm():
             raise Alarm(reason)
         self.team.observe(air.now, air.positions())
-        satisfied = self.team.belief.accepts()
+        for sentence in self.team.deadlines.news():
+            air.note(sentence, None, "reaction")
+        satisfied = self.team.satisfied
         self.satisfied_at = None if not satisfied else air.now if self.satisfied_at is None else self.satisfied_at
         for leaving in air.leaving:
             leaving.go_on(air.link, air.record)

@@ -19,13 +19,12 @@ from flight.link.live_executive import LiveFlight
 from flight.link.phases import FLIGHT
 from flight.logs.log import Event, FlightLog
 from ltlplan.online.live_online_flight import OnlineCourse
-from ltlplan.online.observed_timelines import seen_timeline
+from ltlplan.online.observed_timelines import judged_words, seen_timeline
 from ltlplan.online.online_flight import LIVE, LIVE_NOT_ALL_CERTIFIED, OnlineFlight
 from verify.data import BadInput, Letter, Mission
 from verify.data.events import RobotJoins, RobotLeaves
 from verify.data.language.word import stutter_free
-from verify.model_checking.timeline import InternalChange, Relations
-from verify.model_checking.word_claims import judge_formula, judged_as_one
+from verify.model_checking.timeline import InternalChange
 
 Floats = NDArray[np.float64]
 
@@ -59,7 +58,7 @@ def flown_live(course: OnlineCourse, live: LiveFlight, *, planned_cost: float) -
         for j, name in enumerate(robots)
     }
     timelines = {name: seen_timeline(mission, name, times, letters[name], actions[name]) for name in robots}
-    verdict = judged_as_one(judge_formula(mission, timelines, Relations()))
+    verdict = judged_words(mission, timelines)
     lost = course.team.lost or (None if live.flown else live.reason)
     note = LIVE if lost is None else f"{LIVE_NOT_ALL_CERTIFIED} {lost}"
     unknown = np.full((len(times), len(robots)), np.nan)

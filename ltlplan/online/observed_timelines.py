@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
@@ -10,7 +11,9 @@ from numpy.typing import NDArray
 
 from flight.model.timing import STEP
 from verify.data import Letter, Mission
-from verify.model_checking.timeline import Change, Enclosure, InternalChange, Status, Timeline
+from verify.logic.verdict import Verdict
+from verify.model_checking.timeline import Change, Enclosure, InternalChange, Relations, Status, Timeline
+from verify.model_checking.word_claims import judge_formula, judged_as_one
 
 _GRAIN = Fraction(1, 10**9)
 
@@ -37,6 +40,18 @@ def seen_timeline(
     ]
     first = mission.initial_letter(robot)
     return Timeline(robot, initial, tuple(changes), on_grid(float(times[-1])), first, tuple(actions))
+
+
+def judged_words(mission: Mission, timelines: Mapping[str, Timeline]) -> Verdict:
+    """Return the verdict on what was seen of all robots: of the formula and of what it bounds in seconds.
+
+    Args:
+        mission: What is asked.
+        timelines: What was seen, by robot.
+    """
+    verdicts = judge_formula(mission, timelines, Relations())
+    found = judged_as_one(verdicts)
+    return replace(found, sentence=" ".join(verdict.sentence for verdict in verdicts)) if found else found
 
 
 def on_grid(seconds: float) -> Fraction:

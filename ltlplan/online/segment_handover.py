@@ -19,6 +19,8 @@ AHEAD = 0.06
 """s before its beginning at which a piece is started: three looks."""
 LATEST = 10.0
 """s after an answer is asked for at which its piece begins at the latest, as far as endurances are counted."""
+SOON = 4.0
+"""The same at first where the formula has bounds in seconds, s: they are planned so that any beginning until then is in time."""
 
 
 @dataclass
@@ -35,6 +37,7 @@ class WhatFollows:
     due: Watched | None = None
     refused_at: float | None = None
     _lead: float = LEAD
+    _within: float = SOON
     _left: Left | None = None
     _found: Found | None = None
     _whole: WholeFlight | None = None
@@ -46,7 +49,8 @@ class WhatFollows:
     def ask(self) -> None:
         """Ask for a certified flight of what will be left when all have come to rest."""
         try:
-            self._left = self.air.team.what_will_be_left(exact_instant(self.air.now + LATEST, ceil))
+            within = self._within if self.air.team.mission.timed_parts else LATEST
+            self._left = self.air.team.what_will_be_left(exact_instant(self.air.now + within, ceil))
         except LtlplanError as error:
             self.refuse(error)
             return
@@ -83,6 +87,7 @@ class WhatFollows:
         down = max((leaving.down or 0.0 for leaving in air.leaving), default=0.0) - air.began
         start = exact_instant(max(air.now + self._lead + AHEAD, float(air.present.end), down), ceil)
         if start > self._left.latest:
+            self._within *= 2
             self.ask()
             return
         self._whole = air.team.with_next(self._left, self._found, start)

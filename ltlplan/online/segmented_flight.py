@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ltlplan.online.braking import Stop, StoppingManoeuvre, Ways, come_to_rest
+from ltlplan.online.deadlines import Deadlines
 from ltlplan.online_mtac.team_in_flight import PERIOD, LocatedRobot, TeamInFlight
 from verify.data import Mission, Trajectory
 from verify.data.events import WorldEvent
@@ -35,6 +36,7 @@ class TeamInPieces(TeamInFlight[LocatedRobot]):
         pieces: What was flown before the present piece.
         present: What is flown now; None where nobody is in the air.
         lost: Why the flight is not certified in all its parts any more, or None.
+        deadlines: What is bounded in seconds.
     """
 
     def __init__(self, mission: Mission) -> None:
@@ -50,6 +52,7 @@ class TeamInPieces(TeamInFlight[LocatedRobot]):
         self.pieces: tuple[Piece, ...] = ()
         self.present: Piece | None = None
         self.lost: str | None = None
+        self.deadlines = Deadlines.of(mission, self.first_letters, self.shown)
         self._now = Fraction(0)
         self._acted: dict[str, int] = {}
         self._braking = False
@@ -77,6 +80,12 @@ class TeamInPieces(TeamInFlight[LocatedRobot]):
         if self.present is not None and self.holding is None:
             self._act()
         self._show(now, positions)
+        self.deadlines.see(now, self.belief.held, hovers=self.holding is not None)
+
+    @property
+    def satisfied(self) -> bool:
+        """True if what was shown so far satisfies the formula if nobody's letter changes any more."""
+        return self.belief.accepts() and self.deadlines.satisfied(ended=self.ended)
 
     @property
     def ended(self) -> bool:
@@ -98,6 +107,7 @@ class TeamInPieces(TeamInFlight[LocatedRobot]):
             since: Flight time from which it counts, exact, in s.
         """
         super().change(event, float(since))
+        self.deadlines = Deadlines.of(self.mission, self.first_letters, self.shown)
         self._close(since)
 
     def pause(self, why: str, since: Fraction) -> None:

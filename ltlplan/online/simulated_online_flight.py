@@ -9,7 +9,7 @@ changes seen at 100 Hz, not over all times.
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Unpack
 
@@ -26,20 +26,19 @@ from flight.model.timing import CONTROL_STEP, STEP, SUBSTEPS
 from ltlplan.online.certified_team import CertifiedTeam
 from ltlplan.online.checked_events import falls_on, in_order
 from ltlplan.online.event_queue import GIVE_UP
-from ltlplan.online.observed_timelines import on_grid, seen_timeline
+from ltlplan.online.observed_timelines import judged_words, on_grid, seen_timeline
 from ltlplan.online.online_flight import CERTIFIED, NOT_ALL_CERTIFIED, NOT_CERTIFIED, OnlineFlight
 from ltlplan.online_mtac.initial_allocation import NEEDS_WAITS
 from ltlplan.online_mtac.online_team import OnlineTeam
 from ltlplan.online_mtac.team_in_flight import PERIOD, Desired
 from ltlplan.planner import with_seed
-from verify.data import BadInput, InternalError, Letter, Mission, Unsatisfiable, check_mission
-from verify.data.events import ObstacleAppears, RobotJoins, RobotLeaves, WorldEvent
+from verify.data import BadInput, Formula, InternalError, Letter, Mission, Unsatisfiable, check_mission
+from verify.data.events import NewFormula, ObstacleAppears, RobotJoins, RobotLeaves, WorldEvent
 from verify.data.language.word import stutter_free
 from verify.data.progress import Progress
 from verify.data.sections import Robot
 from verify.data.shapes.inequalities import Point
-from verify.model_checking.timeline import InternalChange, Relations
-from verify.model_checking.word_claims import judge_formula, judged_as_one
+from verify.model_checking.timeline import InternalChange
 
 Floats = NDArray[np.float64]
 
@@ -100,6 +99,11 @@ def fly_online(
             "against nothing solid; fly among obstacles with `certified=True` (`ltlplan online MISSION --certified`), where each piece and "
             "each way of braking from it is proved clear of them before it is flown."
         )
+    if not certified and (timed := next(_timed_parts(mission, ordered), None)) is not None:
+        raise BadInput(
+            f"`{timed}` is bounded in seconds, and reassigning tasks in flight without certified segments plans no times; fly it with "
+            "`certified=True` (`ltlplan online MISSION --certified`)."
+        )
     try:
         if certified:
             team: Led = CertifiedTeam(mission, seed=used_seed)
@@ -113,6 +117,14 @@ def fly_online(
         raise
     loop = _Loop(mission, team, ordered)
     return loop.fly(used_seed, conditions, max_seconds, progress)
+
+
+def _timed_parts(mission: Mission, events: Iterable[WorldEvent]) -> Iterator[Formula]:
+    """Yield conjuncts that are bounded in seconds, of a mission and of formulas that come in flight."""
+    yield from mission.timed_parts
+    for event in events:
+        if isinstance(event, NewFormula):
+            yield from event.apply(mission).timed_parts
 
 
 @dataclass
@@ -135,6 +147,7 @@ class _Loop:
     happened: list[WorldEvent] = field(default_factory=list)
     satisfied_at: float | None = None
     held_since: float | None = None
+    holding: str | None = None
     refused: bool = False
     over: bool = False
 
@@ -199,12 +212,13 @@ class _Loop:
             self.said.append(Event(self.now, None, "formula", f"The formula is satisfied after {self.now:.2f} s."))
         if not desired.satisfied:
             self.satisfied_at = None
-        if desired.holding is None:
+        if desired.holding is None or (isinstance(self.team, CertifiedTeam) and not self.team.ended):
             self.held_since = None
         elif self.held_since is None:
             self.held_since = self.now
-        if desired.holding is not None and (not self.said or self.said[-1].sentence != desired.holding):
+        if desired.holding is not None and desired.holding != self.holding:
             self.said.append(Event(self.now, None, "reaction", desired.holding))
+        self.holding = desired.holding
         if desired.finished and not self.pending:
             self.over = True
 
@@ -272,7 +286,7 @@ class _Loop:
             name: seen_timeline(mission, name, times, [row[name] for row in self.letters], self.actions.get(name, ()))
             for name in mission.agents
         }
-        verdict = judged_as_one(judge_formula(mission, timelines, Relations()))
+        verdict = judged_words(mission, timelines)
         frames = np.minimum((np.array([e.step for e in self.entries]) // SUBSTEPS), len(self.desired) - 1)
         position = np.array([entry.position for entry in self.entries]).transpose(0, 2, 1)
         wanted = np.array(self.desired)[frames].transpose(0, 2, 1)

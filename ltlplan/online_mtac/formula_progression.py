@@ -59,7 +59,7 @@ def mission_left(
     first: Mapping[str, Letter],
     shown: Sequence[tuple[float, Mapping[str, Letter]]],
 ) -> Mission:
-    """Return what is left of a mission after letters were flown, as a mission of its own.
+    """Return what is left of a mission after letters were flown, as a mission of its own; conjuncts that are bounded in seconds are left out.
 
     Args:
         mission: What is asked of the whole.
@@ -71,7 +71,9 @@ def mission_left(
     Raises:
         Unsatisfiable: Nothing that comes can make the formula true.
     """
-    left = formula_left(mission.formula, reader, first, shown, reading=mission.spec.team)
+    untimed = [part for part in mission.bounded.conjuncts() if not part.timed]
+    asked = reduce(_and, untimed, TRUE) if mission.timed_parts else mission.formula
+    left = formula_left(asked, reader, first, shown, reading=mission.spec.team)
     if left == FALSE:
         raise Unsatisfiable("what was flown cannot be completed to satisfy the formula.")
     return changed(mission, agents=dict(agents), spec=mission.spec.model_copy(update={"formula": str(left)}))

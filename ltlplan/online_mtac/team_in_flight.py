@@ -93,12 +93,8 @@ class TeamInFlight(ABC, Generic[Robot]):
             pilot: Makes what leads one robot, from the mission, its world, the robot's name and where it is.
 
         Raises:
-            BadInput: The trace is infinite, the formula has bounds in seconds, or there is a sequence.
+            BadInput: The trace is infinite, or there is a sequence.
         """
-        if mission.timed_parts:
-            raise BadInput(
-                f"`{mission.timed_parts[0]}` is bounded in seconds; its times are chosen before the flight, by `ltlplan run`."
-            )
         if mission.spec.trace == "infinite":
             raise BadInput("online MTAC-E shares tasks that end; an infinite trace is flown from a plan, by `ltlplan run`.")
         if mission.sequence is not None:
@@ -244,7 +240,7 @@ class TeamInFlight(ABC, Generic[Robot]):
     # -- what is left --------------------------------------------------------------------------------------
 
     def left(self) -> Mission:
-        """Return what is left as a mission of its own, from where the robots hover.
+        """Return what is left as a mission of its own, from where the robots hover, but for conjuncts that are bounded in seconds.
 
         Raises:
             Unsatisfiable: Nothing that comes can make the formula true.

@@ -138,14 +138,10 @@ class NewFormula:
     formula: str
 
     def apply(self, mission: Mission) -> Mission:
-        """Return the mission with the new formula.
-
-        Raises:
-            ValueError: It is bounded in seconds, which is not supported in flight.
-        """
+        """Return the mission with the new formula; its bounds in seconds count from the flight's start."""
         asked = changed(mission, spec=mission.spec.model_copy(update={"formula": self.formula}))
-        if asked.timed_parts:
-            raise ValueError(f"`{asked.timed_parts[0]}` is bounded in seconds; no such formula is taken in flight.")
+        if asked.timed_parts and "pace" not in mission.planner.model_fields_set:  # as of a mission that is read
+            return changed(asked, planner=mission.planner.model_copy(update={"pace": 1.0}))
         return asked
 
     def __str__(self) -> str:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable
+from dataclasses import replace
 
 from ltlplan.paths.costs import for_mission
 from ltlplan.replanning.timing.returns import impossible_returns
@@ -29,6 +30,9 @@ PLANNED = 20
 """Orders that are planned in search of one, at most."""
 _LISTED = 1000
 """Orders that are compared, at most."""
+
+_TO = 0.01
+"""s to which the latest start is found."""
 
 MakePlan = Callable[[Mission], Plan]
 
@@ -150,6 +154,28 @@ def impossible_deadlines(mission: Mission) -> str:
     missed = [f"The least that is missed: {listed_delays(late)}."] if late else []
     enough = [part for part in parts if not Orders(tuple(v for v in visits if v.asked != part), travel).none_in_time]
     return " ".join([f"No order of visits keeps all deadlines: {_STRAIGHT}, each is late.", *missed, *without_one(enough)])
+
+
+def latest_start(mission: Mission) -> float | None:
+    """Return how much later a mission may begin until no order of visits can be in time, by straight ways, s; None where that is not known.
+
+    Args:
+        mission: Its formula is bounded in seconds; begun at once it may be in time.
+    """
+    visits, travel = due_visits(mission), straight_travel(mission)
+    ends = [visit.end for visit in visits if math.isfinite(visit.end)]
+
+    def late(seconds: float) -> bool:
+        later = (replace(visit, begin=max(visit.begin - seconds, 0.0), end=visit.end - seconds) for visit in visits)
+        return Orders(tuple(later), travel).none_in_time
+
+    if not ends or late(0.0):
+        return None
+    low, high = 0.0, max(ends) + 1.0
+    while high - low > _TO:
+        middle = (low + high) / 2
+        low, high = (low, middle) if late(middle) else (middle, high)
+    return low
 
 
 def _soonest(own: tuple[DueVisit, ...], travel: Travel) -> str:
