@@ -235,7 +235,7 @@ def make_export(
     certificate = recheck(Path(folder))
     plan, given = read_folder(Path(folder))
     if not force:
-        require_controllers(target, plan.mission, robots or given)
+        require_controllers(target, plan.mission, robots or given, options or {})
     if target.prepare is not None:
         say("fitting the paths to the format", 0.4)
     team = _prepared(target, given, plan.mission.spec.repeat, robots)
@@ -256,7 +256,7 @@ def make_export(
     if not force:
         conditions = conditions_of(plan.mission)
         log = fly(plan, team, certificate, seed=plan.seed, conditions=conditions, progress=part_of(say, 0.75, 1.0))
-        require_flight(log, certificate, plan.mission, robots or team, target)
+        require_flight(log, certificate, plan.mission, robots or team, target, options or {})
     return Export(files, certificate.digest(), product.notes)
 
 

@@ -7,7 +7,7 @@ group `ltlplan.controllers` of its entry points (docs/extending.md).
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import Protocol
+from typing import ClassVar, Protocol
 
 from flight.model.airframe import Airframe
 from flight.model.attitude import Floats
@@ -32,7 +32,15 @@ class ControlLoop(Protocol):
 
 
 class Controller(ABC):
-    """Controller that follows a plan: a value without state, a frozen dataclass at best, from which loops begin."""
+    """Controller that follows a plan: a value without state, a frozen dataclass at best, from which loops begin.
+
+    Attributes:
+        setpoints: How many set-points a second simulation gives it.
+        orders: The highest derivative of a planned position that it takes.
+    """
+
+    setpoints: ClassVar[float] = 50.0
+    orders: ClassVar[int] = 4
 
     @abstractmethod
     def begin(self, airframe: Airframe, flat: Floats) -> ControlLoop:
@@ -55,6 +63,7 @@ CONTROLLERS: Registry[Controller] = Registry(
         "mellinger": "flight.control.mellinger:MELLINGER",
         "pid": "flight.control.pid:PID",
         "lee": "flight.control.lee:LEE",
+        "px4": "flight.control.px4:PX4",
         "profile": "flight.onboard_simulation.commanded:PROFILE",
     },
     kind=Controller,

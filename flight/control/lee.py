@@ -36,6 +36,7 @@ from flight.model.airframe import Airframe
 from flight.model.attitude import Floats, cross
 from flight.model.timing import STEP
 from verify.data import GRAVITY
+from verify.data.autopilot import LeeGains
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +58,7 @@ class _Lee:
     traceable = True
 
     def __init__(self, airframe: Airframe, mass: float) -> None:
-        gains, vehicle = autopilot_of(airframe).lee, airframe.vehicle
+        gains, vehicle = autopilot_of(airframe).gains(LeeGains), airframe.vehicle
         self._mass, self._inertia = mass, column(gains.inertia)
         self._position, self._velocity, self._integral = (
             column(part) for part in (gains.position, gains.velocity, gains.integral)

@@ -37,6 +37,7 @@ from flight.model.airframe import Airframe
 from flight.model.attitude import Floats
 from flight.model.timing import STEP
 from verify.data import GRAVITY
+from verify.data.autopilot import MellingerGains
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,7 +65,7 @@ class _Mellinger:
     traceable = True
 
     def __init__(self, airframe: Airframe, mass: float, settled: bool) -> None:
-        gains = autopilot_of(airframe).mellinger
+        gains = autopilot_of(airframe).gains(MellingerGains)
         self._mass = mass
         self._position, self._velocity, self._integral, self._integral_limit = (
             column(part) for part in (gains.position, gains.velocity, gains.integral, gains.integral_limit)

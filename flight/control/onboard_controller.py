@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from abc import abstractmethod
 from dataclasses import dataclass
-from typing import NoReturn, Protocol, runtime_checkable
+from typing import ClassVar, NoReturn, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -96,6 +96,9 @@ class AimingLaws(Laws, Protocol):
 
 class OnBoardController(Controller):
     """A controller whose loop runs on board, faster than commands from the ground are sent."""
+
+    setpoints: ClassVar[float] = 100.0
+    orders: ClassVar[int] = 3
 
     def begin(self, airframe: Airframe, flat: Floats) -> NoReturn:
         """Reject to command from the ground.

@@ -6,6 +6,7 @@ It takes nothing from the plan but position and heading, so it lags behind by ha
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -28,6 +29,7 @@ from flight.control.profiles import autopilot_of
 from flight.model.airframe import Airframe
 from flight.model.attitude import Floats, euler
 from flight.model.timing import FRAME_STEPS, STEP
+from verify.data.autopilot import PidGains
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,6 +39,8 @@ class Pid(OnBoardController):
     Attributes:
         settled: Whether its sums begin as a long hover leaves them, and not at zero: what a vehicle weighs stands in them alone.
     """
+
+    orders: ClassVar[int] = 0
 
     settled: bool = True
 
@@ -57,7 +61,7 @@ class _Pid:
     traceable = False  # it computes with Euler angles
 
     def __init__(self, airframe: Airframe, settled: bool) -> None:
-        gains = autopilot_of(airframe).pid
+        gains = autopilot_of(airframe).gains(PidGains)
         self._gains = gains
         self._position, self._place, self._speeds = (
             column(part) for part in (gains.position, gains.position_integral, gains.speed_limit)

@@ -9,12 +9,13 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Mapping
+from typing import Any
 
-from flight.control.profiles import controller_name
+from flight.control.profiles import controller_name, controller_of
 from flight.exports.target import ExportTarget
 from flight.logs.log import FlightLog
 from verify.certificate import Certificate
-from verify.data import Mission, NotCertified
+from verify.data import Mission, NotCertified, Vehicle
 
 WARNING = (
     "WARNING: not rehearsed with this vehicle's controller: written without a simulated flight by it that stayed in its tube. "
@@ -22,13 +23,19 @@ WARNING = (
 )
 
 
-def require_controllers(target: ExportTarget, mission: Mission, robots: Iterable[str]) -> None:
-    """Reject a target whose vehicles do not run the controllers that the margins are meant for, so that no flight can stand for theirs.
+def require_controllers(
+    target: ExportTarget,
+    mission: Mission,
+    robots: Iterable[str],
+    options: Mapping[str, Any],  # of any type that the target reads
+) -> None:
+    """Reject a target whose vehicles do not fly what simulation flies: the controllers that the margins are meant for, on the same set-points.
 
     Args:
         target: The export target.
         mission: What the certificate is of.
         robots: Those that are written.
+        options: What the caller passed for the target.
 
     Raises:
         NotCertified: As said.
@@ -45,10 +52,32 @@ def require_controllers(target: ExportTarget, mission: Mission, robots: Iterable
                 f"the margin of {name} is meant for the controller '{own}', and vehicles of {target.name} run {runs}. Name one of these as "
                 "`controller` in the vehicle's profile, or write it with `--force` (`force=True`) and a warning."
             )
+        _require_setpoints(target, name, mission.vehicle_of(name), options)
+
+
+def _require_setpoints(target: ExportTarget, robot: str, vehicle: Vehicle, options: Mapping[str, Any]) -> None:
+    """Reject set-points that are not those of the simulated flight."""
+    name, controller = controller_name(vehicle), controller_of(vehicle)
+    if target.orders is not None and controller.orders > target.orders:
+        raise NotCertified(
+            f"{target.name}: the controller '{name}' of {robot} is flown in simulation with the path's derivatives up to order {controller.orders}, and "
+            f"set-points of {target.name} hold {target.orders}: no flight stands for theirs. Write it with `--force` (`force=True`) and a warning, or fly "
+            "vehicles with `controller: px4`."
+        )
+    if target.rate is not None and (rate := float(options.get("rate", target.rate))) != controller.setpoints:
+        raise NotCertified(
+            f"{target.name}: the controller '{name}' of {robot} is flown in simulation on {controller.setpoints:g} set-points a second, and the export has "
+            f"{rate:g}. Write it with `--rate {controller.setpoints:g}` (`rate={controller.setpoints:g}`), or with `--force` (`force=True`) and a warning."
+        )
 
 
 def require_flight(
-    log: FlightLog | None, cert: Certificate, mission: Mission, robots: Iterable[str], target: ExportTarget
+    log: FlightLog | None,
+    cert: Certificate,
+    mission: Mission,
+    robots: Iterable[str],
+    target: ExportTarget,
+    options: Mapping[str, Any],  # of any type that the target reads
 ) -> None:
     """Reject a flight that is not of this certificate, by controllers that the target's vehicles run, inside its tube.
 
@@ -58,12 +87,13 @@ def require_flight(
         mission: What the certificate is of.
         robots: Those that are written.
         target: What it is written for.
+        options: What the caller passed for the target.
 
     Raises:
         NotCertified: As said, with who strayed, by how much, and what would be right.
     """
     robots = tuple(robots)
-    require_controllers(target, mission, robots)
+    require_controllers(target, mission, robots, options)
     if log is None:
         raise NotCertified(
             "there is no simulated flight that stayed in its tube: fly it (`flight.fly` with conditions=flight.conditions_of(mission)) and "

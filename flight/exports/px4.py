@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from flight.control.profiles import autopilot_of_vehicle, controller_name
 from flight.exports.bundled_scripts import STREAM, about, batteries_said, climb_and_landing, scripts, written
 from flight.exports.crazyflies.inventory import read_inventory, system_ids
 from flight.exports.target import ExportTarget, Product, Request
@@ -48,7 +49,10 @@ def _product(request: Request) -> Product:
         f"{name}.tlog": _log(path, systems[name], rate, centre, duration, (f"certificate {request.digest}", request.warning))
         for name, path in request.flown.items()
     }
-    robots = {name: {"system": systems[name], "file": f"{name}.tlog"} for name in request.team}
+    robots = {
+        name: {"system": systems[name], "file": f"{name}.tlog", "controller": controller_name(request.mission.vehicle_of(name))}
+        for name in request.team
+    }
     data = about(request, PX4_ACCURACY, robots) | {
         "lasts": duration,
         "rate": rate,
@@ -68,11 +72,26 @@ def _product(request: Request) -> Product:
             "North is the mission's y, east its x; the local frame's origin is "
             f"({', '.join(f'{x:g}' for x in centre)}) m in the mission's frame.",
             "The certificate is of the path that the setpoints are samples of; what an autopilot does between them is its own.",
+            *_gains_said(request),
         ),
         (
             "the climb to the start before time 0, which is the pilot's",
             "the hold behind the last setpoint, and the landing, as said above",
         ),
+    )
+
+
+def _gains_said(request: Request) -> tuple[str, ...]:
+    """Return a note on the parameters that were simulated, for each table of them."""
+    tables: dict[str, list[str]] = {}
+    for name in request.team:
+        vehicle = request.mission.vehicle_of(name)
+        if controller_name(vehicle) == "px4":
+            tables.setdefault(autopilot_of_vehicle(vehicle).name, []).append(name)
+    return tuple(
+        f"{', '.join(names)} must fly with the parameters that were simulated, PX4's of the table '{table}' (docs/px4.md lists them): neither these files nor the "
+        "script set gains on board."
+        for table, names in tables.items()
     )
 
 
@@ -137,7 +156,10 @@ PX4 = ExportTarget(
     },
     voids=(
         "sending the setpoints at another rate, or late",
+        "other gains on board than those of the vehicle's autopilot table",
         "an estimator whose local frame is not the mission's (see the origin above)",
     ),
-    controllers=(),  # PX4's own position loop is not modelled
+    controllers=("px4",),
+    rate=RATE,
+    orders=2,
 )

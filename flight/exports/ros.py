@@ -116,4 +116,6 @@ ROS2 = ExportTarget(
     options={"rate": "points a second"},
     voids=("replaying the bag at another rate, or following it with a controller that interpolates differently",),
     controllers=(PROFILES,),  # a bag goes with no vehicle in particular
+    rate=RATE,
+    orders=2,
 )

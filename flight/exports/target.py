@@ -122,6 +122,8 @@ class ExportTarget:
         controllers: Names of the controllers that its vehicles run. Only a simulated flight by one of them opens an export. `profile`: the
             one that a vehicle's profile names, for formats that go with no vehicle in particular. Empty: none of them is modelled, so
             that an export is written with `force` or not at all.
+        rate: Set-points a second that it writes where the option `rate` says nothing; None where it writes whole polynomials.
+        orders: The highest derivative of a position in its set-points; None where it writes whole polynomials.
     """
 
     name: str
@@ -133,6 +135,8 @@ class ExportTarget:
     in_parts: bool = False
     join: Callable[[str, Trajectory, Trajectory], Trajectory | None] | None = None
     controllers: tuple[str, ...] = ()
+    rate: float | None = None
+    orders: int | None = None
 
     def runs(self, controller: str) -> bool:
         """Return whether its vehicles run a controller.

@@ -95,7 +95,7 @@ def export(
     target = EXPORT_TARGETS.resolve(format)
     product = make_product(team, cert, target, vehicle=vehicle, robots=robots, force=force, **options)
     if not force:
-        require_flight(flight, cert, certified_mission(cert), robots or team, target)
+        require_flight(flight, cert, certified_mission(cert), robots or team, target, options)
     written = write_files(out, {**product.files, **(beside or {})})
     note = Path(out) / NOTE
     files = (*(path for path in written if path != note), note)

@@ -10,6 +10,7 @@ import numpy as np
 
 from flight.certificate_checks import require_certificate
 from flight.control.controller import CONTROLLERS
+from flight.control.profiles import PROFILES, autopilot_of, controller_name
 from flight.model.airframe import DRAGS, Airframe, Drag, airframes_of
 from flight.model.attitude import Floats
 from flight.model.disturbances import Wind
@@ -38,7 +39,7 @@ class Combinations:
     """Combinations that a rehearsal flies.
 
     Attributes:
-        controllers: Names.
+        controllers: Names; None for `geometric` and those that the autopilots of all vehicles run.
         masses: Shares of the profile's mass that the vehicles weigh; controllers are told the profile's.
         latencies: s from a frame of motion capture to its use on board.
         winds: m/s, in every form that `Wind.parse` reads.
@@ -46,7 +47,7 @@ class Combinations:
             `most`). A team without such a vehicle is flown with the profile's alone.
     """
 
-    controllers: tuple[str, ...] = ("geometric", "mellinger", "pid", "lee")
+    controllers: tuple[str, ...] | None = None
     masses: tuple[float, ...] = (0.95, 1.0, 1.05)
     latencies: tuple[float, ...] = (0.005, 0.015, 0.025)
     winds: tuple[str, ...] = ("0", "0.2+0.1", "0.5+0.3")
@@ -60,10 +61,12 @@ class Combinations:
             ("winds", self.winds),
             ("drags", self.drags),
         ):
+            if values is None:
+                continue
             different = {Wind.parse(wind) for wind in self.winds} if values is self.winds else set(values)
             if not values or len(different) < len(values):
                 raise BadInput(f"a rehearsal needs at least one of its {what}, each once, not {values!r}.")
-        for name in self.controllers:
+        for name in self.controllers or ():
             CONTROLLERS.find(name)
         for drag in self.drags:
             if drag not in DRAGS:
@@ -75,9 +78,22 @@ class Combinations:
             if not (is_number(latency) and 0.0 <= latency <= 0.2):
                 raise BadInput(f"a latency of {latency!r} s cannot be flown; latencies are 0 to 0.2 s.")
 
+    def controllers_for(self, airframes: Sequence[Airframe]) -> tuple[str, ...]:
+        """Return the controllers that fly a team: those that are named, or `geometric` and those that all of its autopilots run.
+
+        Args:
+            airframes: Of the team.
+        """
+        if self.controllers is not None:
+            return self.controllers
+        run = [autopilot_of(airframe).controllers for airframe in airframes]
+        common = [name for name in run[0] if all(name in others for others in run)]
+        own = dict.fromkeys(controller_name(airframe.vehicle) for airframe in airframes)
+        return ("geometric", *common, *(() if set(own) <= {"geometric", *common} else (PROFILES,)))
+
 
 USUAL = Combinations()
-"""Four controllers, three masses, three latencies and three winds; of drags that are a guess three as well."""
+"""Every controller that all vehicles run, three masses, three latencies and three winds; of drags that are a guess three as well."""
 
 
 # as many parameters as `ltlplan rehearse` has choices, each by its keyword
@@ -165,7 +181,7 @@ def _teams(combinations: Combinations, airframes: Sequence[Airframe]) -> list[tu
     """Return each controller with each drag that its vehicles may have."""
     guessed = any(airframe.drag_range is not None for airframe in airframes)
     drags: tuple[Drag, ...] = combinations.drags if guessed else ("profile",)
-    return [(name, drag) for name in combinations.controllers for drag in drags]
+    return [(name, drag) for name in combinations.controllers_for(airframes) for drag in drags]
 
 
 def _flown(job: Job, parts: Sequence[tuple[str, Drag, range]], workers: int | Workers, say: Progress) -> list[Floats]:

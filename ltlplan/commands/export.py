@@ -56,7 +56,7 @@ def command(
     """Write the certified flight in a folder for a real vehicle, after proving its certificate again and flying it in simulation.
 
     The controllers of the vehicles' profiles fly it, in wind and noise; it must stay in its tube (exit code 5). Vehicles of the format must run
-    these controllers: PX4's is not modelled, so that px4 needs --force.
+    these controllers, on as many set-points a second as were simulated.
 
     The compressed format rounds to whole millimetres: its path is fitted to that grid, certified as it is then, and
     written with a certificate of its own. So are flights of one piece for crazyswarm2, whose loader needs a second.

@@ -42,7 +42,7 @@ def command(
 ) -> None:
     """Rehearse a certified mission: which controllers stay in the tube, with what mass, latency and wind.
 
-    Four controllers, three masses, three latencies and three winds unless options say otherwise; * marks flights that left the tube. Vehicles whose
+    Every controller that all vehicles run, three masses, three latencies and three winds unless options say otherwise; * marks flights that left the tube. Vehicles whose
     drag is a guess are flown with the ends of its range as well. Of a run's folder the report gets the table.
     """
     from flight import MotionCapture, rehearse
@@ -50,7 +50,7 @@ def command(
     from ltlplan.output import REHEARSAL_FILES, write_rehearsal
 
     combinations = Combinations(
-        tuple(controller or USUAL.controllers),
+        tuple(controller) if controller else None,
         tuple(mass or USUAL.masses),
         tuple(latency or USUAL.latencies),
         tuple(wind or USUAL.winds),

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from functools import cache
 from importlib import resources
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeVar
 
 from pydantic import BeforeValidator, Field, Strict
 from ruamel.yaml import YAML
@@ -74,6 +74,36 @@ class PidGains(Value):
     rate_change: Gains = Field(description="counts s^2/deg, of the measured rate")
 
 
+class Px4Gains(Value):
+    """Gains of PX4's cascade, thrust and moments as shares of what its allocation can give."""
+
+    position: Gains = Field(description="1/s")
+    velocity: Gains = Field(description="1/s")
+    velocity_integral: Gains = Field(description="1/s^2")
+    velocity_change: Gains = Field(description="of the measured velocity's derivative")
+    velocity_change_cutoff: _Number = Field(description="Hz, of that derivative's filter")
+    speed_limit: _Number = Field(description="m/s, along the ground")
+    climb_limit: _Number = Field(description="m/s")
+    descent_limit: _Number = Field(description="m/s")
+    tilt_limit: _Number = Field(description="deg", lt=90)
+    thrust_least: _Number = Field(description="share")
+    thrust_most: _Number = Field(description="share", le=1)
+    thrust_sideways: _Number = Field(description="share that is kept for the horizontal where thrust ends")
+    angle: Gains = Field(description="1/s")
+    yaw_weight: _Number = Field(description="share of the heading's error beside that of the tilt", le=1)
+    rate_limit: Gains = Field(description="deg/s")
+    rate: Gains = Field(description="s")
+    rate_integral: Gains = Field(description="no unit")
+    rate_integral_limit: Gains = Field(description="share")
+    rate_change: Gains = Field(description="s^2, of the measured rate's derivative")
+    gyro_cutoff: _Number = Field(description="Hz, of the rates' filter of order two", lt=250)
+    gyro_change_cutoff: _Number = Field(description="Hz, of the filter of their derivative")
+    yaw_cutoff: _Number = Field(description="Hz, of the filter of the moment about z")
+    mix: Gains = Field(description="share of a moment that each rotor's signal gets")
+    idle: _Gain = Field(description="share of the greatest rotor speed at no signal", lt=1)
+    thrust_curve: _Gain = Field(description="share of the square in what the autopilot takes the thrust of a signal for", le=1)
+
+
 class FilterNoise(Value):
     """Noise that the extended Kalman filter on board assumes."""
 
@@ -89,10 +119,35 @@ class Autopilot(Value):
     """Software on board of a vehicle: gains of each controller that it has, and of the estimator."""
 
     name: str = Field(description="name of the table", min_length=1)
-    mellinger: MellingerGains
-    lee: LeeGains
-    pid: PidGains
+    mellinger: MellingerGains | None = None
+    lee: LeeGains | None = None
+    pid: PidGains | None = None
+    px4: Px4Gains | None = None
     ekf: FilterNoise
+
+    @property
+    def controllers(self) -> tuple[str, ...]:
+        """Names of the controllers that it has gains for."""
+        return tuple(name for name in _CONTROLLERS.values() if getattr(self, name) is not None)
+
+    def gains(self, kind: type[_Kind]) -> _Kind:
+        """Return the gains of one controller.
+
+        Args:
+            kind: Of which one.
+
+        Raises:
+            BadInput: It has none; the message lists those that it has.
+        """
+        name = _CONTROLLERS[kind]
+        if not isinstance(found := getattr(self, name), kind):
+            has = ", ".join(self.controllers) or "none"
+            raise BadInput(f"the autopilot '{self.name}' does not run '{name}'. Controllers that it runs: {has}.")
+        return found
+
+
+_Kind = TypeVar("_Kind", MellingerGains, LeeGains, PidGains, Px4Gains)
+_CONTROLLERS: dict[type[Value], str] = {MellingerGains: "mellinger", LeeGains: "lee", PidGains: "pid", Px4Gains: "px4"}
 
 
 def shipped_autopilots() -> tuple[str, ...]:

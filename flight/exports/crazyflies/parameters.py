@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from flight.control.profiles import autopilot_of_vehicle, controller_name
 from verify.data import Vehicle
+from verify.data.autopilot import MellingerGains
 
 NUMBERS = {"pid": 1, "mellinger": 2, "lee": 5}
 """`stabilizer.controller` of each that the firmware has and simulation too. For any other Mellinger's is set, which crazyswarm2 takes for
@@ -24,7 +25,7 @@ def firmware_parameters(vehicle: Vehicle, mass: float | None = None) -> dict[str
     autopilot, flown = autopilot_of_vehicle(vehicle), vehicle.mass if mass is None else mass
     return {
         "stabilizer": {"estimator": KALMAN, "controller": NUMBERS.get(controller_name(vehicle), NUMBERS["mellinger"])},
-        "ctrlMel": {"mass": flown, "massThrust": autopilot.mellinger.thrust_to_pwm},
+        "ctrlMel": {"mass": flown, "massThrust": autopilot.gains(MellingerGains).thrust_to_pwm},
         "ctrlLee": {"mass": flown},
         "locSrv": {"extPosStdDev": autopilot.ekf.position_noise, "extQuatStdDev": autopilot.ekf.attitude_noise},
     }

@@ -89,6 +89,42 @@ def require_batteries(asked: Asked, mission: Mission) -> str:
     raise BadInput(f"{sentence}: give it one in the mission, or add --unchecked battery to fly without that check.")
 
 
+def flying_controllers(kind: str, mission: Mission, conditions: Conditions) -> dict[str, str]:
+    """Return the name of the controller that flies each robot over a kind of link.
+
+    Args:
+        kind: `simulated`, `crazyflie` or `mavlink`.
+        mission: Who flies.
+        conditions: What simulated robots fly in and with.
+    """
+    from flight.control.profiles import controller_name
+    from flight.exports.crazyflies.parameters import NUMBERS
+
+    found: dict[str, str] = {}
+    for name in mission.agents:
+        own = controller_name(vehicle := mission.vehicle_of(name))
+        on_board = {"simulated": conditions.follower(vehicle), "mavlink": "px4"}
+        found[name] = on_board.get(kind, own if own in NUMBERS else "mellinger")
+    return found
+
+
+def controllers_said(flown: Mapping[str, str], mission: Mission) -> str:
+    """Return a sentence on who flies, and on robots whose margin is meant for another controller.
+
+    Args:
+        flown: Name of the controller of each robot.
+        mission: Who flies.
+    """
+    from flight.control.profiles import controller_name
+
+    said = "Controllers: " + ", ".join(f"{name} {controller}" for name, controller in flown.items()) + "."
+    others = {name: own for name in flown if (own := controller_name(mission.vehicle_of(name))) != flown[name]}
+    if others:
+        meant = ", ".join(f"{name} for '{own}'" for name, own in others.items())
+        said += f" The margin is meant for another ({meant}), so that no simulated flight says that they keep to their paths."
+    return said
+
+
 def simulated_robots(mission: Mission, stand: dict[str, Place], conditions: Conditions, seed: int, *, real_time: bool) -> Link:
     """Put simulated robots into the laboratory, and speak to them in the mission's frame.
 

@@ -14,6 +14,8 @@ import typer
 from ltlplan.commands.support.links import (
     Asked,
     below_starts,
+    controllers_said,
+    flying_controllers,
     require_batteries,
     require_sense,
     simulated_robots,
@@ -72,7 +74,9 @@ def fly_over_link(source: str, out: Path | None, asked: Asked, said: Said, seed:
             flown = stages(plan, team, certificate, stand, progress=part_of(progress, 0.5, 0.9))
             progress("judging whether it can be broken off", 0.9)
             abort = _abort(asked.kind, flown)
+        controllers = flying_controllers(asked.kind, mission, conditions)
         if not json:
+            typer.echo(controllers_said(controllers, mission))
             typer.echo(abort)
             typer.echo(batteries, nl=bool(batteries))
         if link is None:
@@ -86,6 +90,7 @@ def fly_over_link(source: str, out: Path | None, asked: Asked, said: Said, seed:
     texts = flown_over(asked.kind, done.record.files(mission.frame))
     files = written(out, lambda folder: write_texts(texts, folder))
     outcome = _outcome(done, mission.name, link.failsafe, abort)
+    outcome.data["controllers"] = controllers
     replace(outcome, interrupted=heard.code(done)).show(files, as_json=json)
 
 

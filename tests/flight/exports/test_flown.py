@@ -49,7 +49,7 @@ def test_other_flights_are_refused_each_with_its_reason(flown, tmp_path):
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.parametrize("form", ["crazyswarm2", "crazyflie", "ros2"])
+@pytest.mark.parametrize("form", ["crazyswarm2", "crazyflie"])
 def test_without_a_flight_nothing_is_written(flown, tmp_path, form):
     _, team, cert, _ = flown
     with pytest.raises(NotCertified, match=r"no simulated flight that stayed in its tube.*force=True"):
@@ -59,18 +59,27 @@ def test_without_a_flight_nothing_is_written(flown, tmp_path, form):
 
 def test_a_flight_by_a_controller_that_the_vehicle_does_not_run_is_no_rehearsal(flown, tmp_path):
     _, team, cert, log = flown
-    with pytest.raises(NotCertified, match=r"px4: the controller of its vehicles is not modelled.*--force"):
+    with pytest.raises(NotCertified, match=r"meant for the controller 'mellinger', and vehicles of px4 run 'px4'.*--force"):
         flight.export(team, cert, tmp_path / "out", format="px4", flight=log)
     assert not (tmp_path / "out").exists()
 
 
 def test_every_shipped_target_says_which_controllers_its_vehicles_run():
-    """PX4's position loop is not modelled; a bag goes with no vehicle in particular; Crazyflies run what their firmware has."""
+    """A bag goes with no vehicle in particular; Crazyflies and PX4 run what their firmware has."""
     runs = {name: EXPORT_TARGETS.find(name).controllers for name in EXPORT_TARGETS.built_in}
     firmware = ("pid", "mellinger", "lee")
     assert runs == {
-        "crazyswarm2": firmware, "crazyflie": firmware, "crazyflie-compressed": firmware, "px4": (), "ros2": ("profile",)
+        "crazyswarm2": firmware, "crazyflie": firmware, "crazyflie-compressed": firmware, "px4": ("px4",), "ros2": ("profile",)
     }  # fmt: skip
+
+
+def test_set_points_that_say_less_than_simulation_flew_open_no_export(flown, tmp_path):
+    """A bag has no jerk, from which Mellinger's controller turns."""
+    _, team, cert, log = flown
+    with pytest.raises(
+        NotCertified, match=r"'mellinger' of r0.*derivatives up to order 3, and set-points of ros2 hold 2.*force=True"
+    ):
+        flight.export(team, cert, tmp_path / "out", format="ros2", flight=log)
 
 
 @pytest.mark.parametrize(

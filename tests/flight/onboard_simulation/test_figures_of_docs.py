@@ -14,6 +14,7 @@ import pytest
 
 import flight
 import ltlplan
+from flight.model.airframe import airframes_of
 from ltlplan.missions import shipped_missions
 from tests.helpers.firmware_flights import FIRMWARE, flown_here
 
@@ -66,7 +67,9 @@ def test_a_rehearsal_finds_what_the_page_says():
     (winds, *rows) = table_below("Rehearsals", "| | 5 ms |")
     done = run("firefighting")
     usual = flight.Combinations()
-    assert [name.strip("`") for name, *_ in rows] == list(usual.controllers)
+    assert [name.strip("`") for name, *_ in rows] == list(
+        usual.controllers_for(airframes_of(done.plan.mission, done.plan.mission.agents))
+    )
     assert winds[1:] == [f"{wind} m/s" if wind == "0" else wind for wind in usual.winds] * len(usual.latencies)
     asked = flight.Combinations(masses=(1.0,))
     found = flight.rehearse(done.plan, done.team, done.certificate, combinations=asked, seed=done.plan.seed)

@@ -22,7 +22,7 @@ from flight.onboard_simulation.rotor_plant import RotorPlant
 from tests.helpers.few import few_of
 from tests.helpers.stand_ins import hop, mission, rest_to_rest
 from verify.data import BadInput, load_vehicle, shipped_vehicles
-from verify.data.autopilot import load_autopilot, shipped_autopilots
+from verify.data.autopilot import MellingerGains, load_autopilot, shipped_autopilots
 
 KINDS = ("mellinger", "lee", "pid", "geometric")
 
@@ -159,8 +159,8 @@ def test_conditions_that_cannot_be_flown_are_refused(given, said):
 
 
 def test_autopilots_are_shipped_with_a_source_for_each_number():
-    assert set(shipped_autopilots()) == {"crazyflie-2", "crazyflie-2-thrust-upgrade", "crazyflie-brushless"}
-    assert load_autopilot("crazyflie-2").mellinger.mass == 0.029
+    assert set(shipped_autopilots()) == {"crazyflie-2", "crazyflie-2-thrust-upgrade", "crazyflie-brushless", "px4-x500"}
+    assert load_autopilot("crazyflie-2").gains(MellingerGains).mass == 0.029
     with pytest.raises(BadInput, match="Did you mean 'crazyflie-2'"):
         load_autopilot("crazyflie2")
 
@@ -213,7 +213,7 @@ def test_the_profiles_controller_is_the_one_that_it_names(short):
 def test_every_shipped_vehicle_names_a_controller_that_there_is(name):
     vehicle = load_vehicle(name)
     assert vehicle.controller is None or CONTROLLERS.knows(vehicle.controller)
-    if vehicle.autopilot is not None and vehicle.autopilot.name != "crazyflie-2":
+    if vehicle.autopilot is not None and vehicle.autopilot.mellinger is not None and vehicle.autopilot.name != "crazyflie-2":
         full = vehicle.autopilot.mellinger.thrust_to_pwm * 4 * vehicle.rotor_thrust_max
         assert full == pytest.approx(65535, rel=1e-4)  # one newton asked for is one newton given
 

@@ -214,12 +214,12 @@ def test_export_after_proving_again(folder: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_px4_is_written_anyway_only_as_its_controller_is_not_modelled(folder: Path, tmp_path: Path) -> None:
+def test_a_flight_of_crazyflies_is_written_for_px4_anyway_only(folder: Path, tmp_path: Path) -> None:
     out = tmp_path / "px4"
     refused = runner.invoke(app, ["export", str(folder), "--format", "px4", "--out", str(out)])
     assert isinstance(refused.exception, NotCertified)
     assert refused.exception.exit_code == 5
-    assert "the controller of its vehicles is not modelled" in str(refused.exception)
+    assert "meant for the controller 'mellinger', and vehicles of px4 run 'px4'" in str(refused.exception)
     assert not out.exists()
     assert "not rehearsed with this vehicle's controller" in ok(
         "export", str(folder), "--format", "px4", "--force", "--out", str(out)

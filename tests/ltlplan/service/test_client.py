@@ -242,8 +242,8 @@ def test_an_export_that_takes_long_is_followed(client: Client, done: Submitted, 
             return answer
 
     wire = Hasty(client.url, None, 60.0)
-    packed = exported(wire, done.id, "ros2", {"rate": 23.0})
+    packed = exported(wire, done.id, "ros2", {"rate": 23.0, "anyway": True})
     wire.close()
     assert answers[0] == 202
-    client.export(done, tmp_path / "out", "ros2", rate=23.0)
+    client.export(done, tmp_path / "out", "ros2", rate=23.0, force=True)
     assert all((tmp_path / "out" / name).read_bytes() == data for name, data in unpacked(packed).items())

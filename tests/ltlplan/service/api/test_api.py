@@ -171,11 +171,12 @@ def test_flights_are_written_for_vehicles(done: Submitted, http: httpx.Client) -
     names = [each["name"] for each in http.get("/api/exports").json()]
     assert names[:2] == ["crazyswarm2", "crazyflie"]
     assert_refused(http.get(f"/api/jobs/{done.id}/exports/px4", params={"rate": 20}), 422, "not-certified")
-    for form, asked in (("ros2", {"rate": 20}), ("px4", {"rate": 20, "anyway": True})):
+    assert_refused(http.get(f"/api/jobs/{done.id}/exports/ros2", params={"rate": 20}), 422, "not-certified")
+    for form, asked in (("crazyswarm2", {}), ("ros2", {"rate": 20, "anyway": True}), ("px4", {"rate": 20, "anyway": True})):
         packed = http.get(f"/api/jobs/{done.id}/exports/{form}", params=asked)
         with zipfile.ZipFile(io.BytesIO(packed.content)) as archive:
             note = archive.read("README.txt").decode()
-        assert ("not rehearsed with this vehicle's controller" in note) == (form == "px4")
+        assert ("not rehearsed with this vehicle's controller" in note) == (form != "crazyswarm2")
     told = assert_refused(http.get(f"/api/jobs/{done.id}/exports/px5"), 422, "bad-input")
     assert "Did you mean 'px4'?" in str(told["detail"])
     assert_refused(http.get(f"/api/jobs/{done.id}/exports/crazyflie", params={"vehicle": "other"}), 422, "not-certified")
@@ -185,18 +186,18 @@ def test_flights_are_written_for_vehicles(done: Submitted, http: httpx.Client) -
 
 def test_an_export_is_a_job_to_follow(done: Submitted, http: httpx.Client) -> None:
     asked = f"/api/jobs/{done.id}/exports/ros2"
-    accepted = http.post(asked, params={"rate": 17})
+    accepted = http.post(asked, params={"rate": 17, "anyway": True})
     assert accepted.status_code == 201
     job = accepted.json()
     assert (accepted.headers["location"], job["of"]) == (f"/api/jobs/{job['id']}", done.id)
-    at_once = http.get(asked, params={"rate": 17, "wait": 0})
+    at_once = http.get(asked, params={"rate": 17, "anyway": True, "wait": 0})
     if at_once.status_code == 202:  # it may be written by now
         assert at_once.json()["id"] == job["id"]
         assert at_once.headers["location"] == accepted.headers["location"]
     http.get(f"/api/jobs/{job['id']}/events")
     assert http.get(accepted.headers["location"]).json()["state"] == "done"
-    assert http.post(asked, params={"rate": 17}).status_code == 200
-    again = http.get(asked, params={"rate": 17})
+    assert http.post(asked, params={"rate": 17, "anyway": True}).status_code == 200
+    again = http.get(asked, params={"rate": 17, "anyway": True})
     assert again.headers["content-disposition"] == f'attachment; filename="{done.id}-ros2.zip"'
     assert again.content == http.get(f"/api/jobs/{job['id']}/files/ros2.zip").content
     assert job["id"] not in [each["id"] for each in http.get("/api/jobs").json()]
