@@ -225,6 +225,7 @@ def test_a_flight_that_no_slowing_keeps_in_its_tube_is_not_exported(tmp_path: Pa
 
 
 @few_of(1, ("seed", "robots", "paces"), [(1, 2, (0.7,)), *((seed, None, (0.7, 1.0)) for seed in range(12))])
+@pytest.mark.slow
 def test_flights_of_random_missions_keep_their_reserve_and_are_no_slower_than_planned(
     seed: int, robots: int | None, paces: tuple[float, ...]
 ) -> None:

@@ -52,6 +52,7 @@ def test_another_braking_is_flown_where_nobody_can_land_behind_the_first(certifi
     assert len(set(tried)) == 3
 
 
+@pytest.mark.slow
 def test_a_patrol_behind_which_nobody_lands_is_refused(certified, monkeypatch) -> None:
     plan, team, cert = certified
 

@@ -58,6 +58,7 @@ def test_a_pace_is_a_share_of_the_fastest_flight(make: Callable[[], Plan]) -> No
     assert lasts(fastest) < 0.6 * lasts(nominal)
 
 
+@pytest.mark.slow
 def test_the_missions_pace_is_the_default_and_agents_may_have_their_own() -> None:
     plan = fire_plan()
     assert lasts(refine(plan)) == pytest.approx(lasts(refine(plan, pace=0.7)))
@@ -243,6 +244,7 @@ def test_a_fast_flight_is_cut_into_parts_where_a_nominal_one_is() -> None:
     assert lasts(fastest) < lasts(nominal)
 
 
+@pytest.mark.slow
 def test_a_flight_in_parts_is_no_slower_than_its_nominal_times(monkeypatch: pytest.MonkeyPatch) -> None:
     text = LAPS + "agents: {q: {start: [0, 0, 1]}}\nlimits: {pieces: 6}\nspec: {formula: F (a & F (d & F b))}\n"
     plan, said = ltlplan.plan(ltlplan.parse_mission(text)), list[str]()
@@ -422,6 +424,7 @@ def test_a_team_is_slowed_where_it_strays_and_nowhere_else() -> None:
     assert_holds(patrol_plan(), slower)
 
 
+@pytest.mark.slow
 def test_the_same_plan_gives_the_same_bytes() -> None:
     """It comes last, as the tests before take what is remembered of each other's flights."""
     plan = sequence_plan()

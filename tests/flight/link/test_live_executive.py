@@ -51,6 +51,7 @@ def instants(flown: tuple[Stage, ...]) -> dict[str, float]:
     return {**found, "end": begin}
 
 
+@pytest.mark.slow
 def test_a_team_that_stands_the_wrong_way_round_flies_all_stages_and_lands(ready) -> None:
     mission, flown = ready
     link, looks = link_to(mission, noise=0.001), []

@@ -98,8 +98,10 @@ def test_of_a_patrols_recording_its_laps_are_judged(patrol) -> None:
     assert 0.0 <= last - stage.claimed["r0"].duration < 0.05, "braking is not part of it"
 
 
-@pytest.mark.parametrize(
-    ("name", "looks", "waits"), [("place", 100, 2.0), ("place", 10_000, PATIENCE), ("heading", 100, 2.0), ("pose", 10_000, 0.0)]
+@few_of(
+    1,
+    ("name", "looks", "waits"),
+    [("place", 100, 2.0), ("place", 10_000, PATIENCE), ("heading", 100, 2.0), ("pose", 10_000, 0.0)],
 )
 def test_robots_that_swing_come_to_rest_before_they_go_on(
     patrol, monkeypatch: pytest.MonkeyPatch, name: str, looks: int, waits: float

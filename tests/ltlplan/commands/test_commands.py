@@ -316,6 +316,7 @@ def test_events_that_cannot_be_read(event: str) -> None:
         ok("online", "firefighting", "--event", event)
 
 
+@pytest.mark.slow
 def test_compressed_exports_have_a_certificate_of_their_own(folder: Path, tmp_path: Path) -> None:
     out = tmp_path / "compressed"
     arguments = ["--upload", "quad0=radio://0/80/2M/E7E7E7E701", "--upload", "quad1=radio://0/80/2M/E7E7E7E702"]

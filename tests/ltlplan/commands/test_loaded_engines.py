@@ -7,6 +7,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 from tests.ltlplan.commands.test_commands import SMALL
 
 ENGINES = {
@@ -25,6 +27,7 @@ def loaded(*words: str, cwd: Path) -> set[str]:
     return set(done.stdout.splitlines()[-1].split())
 
 
+@pytest.mark.slow
 def test_run_makes_pages_without_plotlys_objects(tmp_path: Path) -> None:
     (tmp_path / "small.yaml").write_text(SMALL)
     modules = loaded("run", "small.yaml", "--out", "run", cwd=tmp_path)

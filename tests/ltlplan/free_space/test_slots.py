@@ -70,6 +70,7 @@ def test_paths_through_tight_slots_are_certified(seed: int) -> None:
     assert plan.mission.margin == MARGIN
 
 
+@pytest.mark.slow
 def test_a_slot_that_leaves_no_millimetre_is_named_with_its_width() -> None:
     with pytest.raises(Infeasible, match=r"it is 0\.243\d m wide between 'box\d' and 'box\d', and 0\.244\d m are needed"):
         ltlplan.plan(Slotted.random(np.random.default_rng(1), 0.2, 0.5, 3).mission())

@@ -117,6 +117,7 @@ def test_its_flight_is_certified(pace):
 
 
 @pytest.mark.parametrize("objective", ["sum", pytest.param("longest", marks=pytest.mark.slow)])
+@pytest.mark.slow
 def test_many_tasks_under_joint_are_put_into_a_course_in_which_nobody_moves(objective, monkeypatch):
     monkeypatch.setattr("ltlplan.mtac.counting.tasks._STATES_AT_ONCE", 1)
     mission = team("F a & F b & F c & F d & F e & F f & G !(a & b)", objective=objective, regions="abcdef")

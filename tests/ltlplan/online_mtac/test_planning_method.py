@@ -83,6 +83,7 @@ def test_the_same_seed_gives_the_same_bytes_and_another_one_other_paths(firefigh
     assert ltlplan.plan(firefighting, seed=4).robots != plan.robots
 
 
+@pytest.mark.slow
 def test_a_run_by_online_mtac_e_is_certified_and_flown(result: ltlplan.Result):
     assert result.certificate.holds
     assert result.log.satisfied

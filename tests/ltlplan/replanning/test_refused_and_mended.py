@@ -77,6 +77,7 @@ def test_a_faster_plan_is_tried_where_endurance_is_short() -> None:
     assert max(robot.times[-1] for robot in made.robots.values()) <= 21.0
 
 
+@pytest.mark.slow
 def test_endurance_counts_flights_at_their_pace() -> None:
     """To three sites a would fly 37 s at nominal speed, 21 s at the limit and 30 s at seven tenths of that."""
     enough, faster = parse_mission(NEARER.replace("endurance: 32", "endurance: 43")), parse_mission(SITES)

@@ -69,6 +69,7 @@ def test_returns_that_no_lap_can_make_are_refused_at_once() -> None:
         ltlplan.plan(room("G F[0,0.3] dock", more=INFINITE))
 
 
+@pytest.mark.slow
 def test_the_mission_of_the_page_keeps_its_dwells_and_responses_in_every_lap() -> None:
     certified, _ = dwelling()
     assert timing(certified) == ["holds", "holds"]
@@ -123,6 +124,7 @@ def test_a_monitor_leaves_laps_open_and_says_what_can_no_longer_be_met() -> None
     assert late.see(6.2, nothing) == "violated"
 
 
+@pytest.mark.slow
 def test_hovers_of_a_plan_are_flown_in_the_part_of_a_team_s_laps_that_they_belong_to() -> None:
     made = ltlplan.plan(room("F quad0.pit & G F quad0.dock & G F quad0.shelf", more=f", team: joint{INFINITE}", agents=ANOTHER))
     robot = made.robots["quad0"]

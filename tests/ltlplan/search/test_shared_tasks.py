@@ -92,6 +92,7 @@ def test_many_alike_robots_each_take_one_goal_and_none_can_take_less(robots: int
     assert found.lower_bound == pytest.approx(ahead, abs=1e-4)
 
 
+@pytest.mark.slow
 def test_more_tasks_than_robots_are_shared_within_the_bound_that_is_told() -> None:
     mission = grid(16)
     few = dict(list(mission.agents.items())[:10])

@@ -77,6 +77,7 @@ def test_another_way_is_taken_where_there_is_one(pace: float | str) -> None:
     assert certified_team(plan).certificate.holds
 
 
+@pytest.mark.slow
 def test_the_union_of_both_rooms_mends_it(pace: float | str) -> None:
     both = f"  house: {{union: [{HALL}, {BATH}]}}"
     assert certified_team(ltlplan.plan(rooms("F bath & G house", more=both), pace=pace)).certificate.holds

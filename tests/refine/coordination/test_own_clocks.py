@@ -113,6 +113,7 @@ def test_robots_that_are_counted_wait_only_for_what_is_in_their_way(pace: str) -
     assert max(flight.duration for flight in team.values()) <= 1.3 * longest_alone(plan)
 
 
+@pytest.mark.slow
 def test_where_fastest_paths_find_no_own_clocks_those_of_the_plans_own_times_are_hurried(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -74,6 +74,7 @@ def test_random_courses_are_certified_and_never_slower_than_stretching(seed: int
     np.testing.assert_allclose(path.nodes, points, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_retiming_keeps_the_path_and_beats_stretching() -> None:
     guess = stretched_guess(HOOP6, HOOP6_LIMITS)
     times = pace(guess, HOOP6_LIMITS)

@@ -62,6 +62,7 @@ def test_where_rests_are_missing_the_error_says_how_many_parts_would_do() -> Non
         split(Trajectory(flight().durations, flight().coefficients, cycle=3), 9)
 
 
+@pytest.mark.slow
 def test_a_flight_too_long_may_rest_on_the_way_and_be_split() -> None:
     plan = sequence_plan()
     with pytest.raises(DoesNotFit, match="Let it rest"):

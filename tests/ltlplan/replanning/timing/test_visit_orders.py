@@ -15,6 +15,7 @@ from ltlplan.replanning.timing.plans_in_time import late_by_straight_ways, order
 from ltlplan.replanning.timing.visit_orders import Orders, Stop
 from ltlplan.systems.due_visits import DueVisit, due_visits
 from ltlplan.systems.gaps import straight_travel
+from tests.helpers.few import few_of
 from tests.helpers.timed_rooms import room
 from verify.data import Infeasible, NotCertified, parse_formula
 from verify.data.language.formula import TRUE
@@ -56,7 +57,7 @@ def lateness(routes: dict[str, tuple[Stop, ...]], travel: dict[tuple[str | None,
     return sum(max(each, 0.0) for each in late.values())
 
 
-@pytest.mark.parametrize("seed", range(60))
+@few_of(20, "seed", range(60))
 def test_the_least_that_orders_miss_is_that_of_all_orders(seed: int) -> None:
     rng = random.Random(seed)
     robots, regions = ("r0", "r1")[: rng.choice([1, 2])], "abc"
@@ -145,11 +146,13 @@ def test_places_are_visited_again_where_windows_ask_for_it() -> None:
     assert [visit.region for visit in certified.plan.robots["quad0"].visits] == ["dock", "shelf", "dock"]
 
 
+@pytest.mark.slow
 def test_orders_that_leave_no_time_in_flight_are_given_up_for_others() -> None:
     certified = certified_team(ltlplan.plan(room("F[0,2.4] dock & F[0.94,2.4] pit & F[2.74,3.36] shelf")))
     assert certified.certificate.holds
 
 
+@pytest.mark.slow
 def test_a_second_robot_goes_where_one_would_be_late() -> None:
     apart = {**SECOND, "agents": "  quad1: {start: [0.4, 0.8, 1.0]}"}
     untimed = ltlplan.plan(room("F dock & F shelf", **apart))

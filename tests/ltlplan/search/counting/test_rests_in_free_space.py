@@ -40,6 +40,7 @@ def certified(mission: Mission, pace: Pace) -> tuple[float, float]:
 
 
 @few_of(1, "robots", [2, *(pytest.param(robots, marks=pytest.mark.slow) for robots in (3, 4, 5))])
+@pytest.mark.slow
 def test_an_unrelated_region_makes_a_shared_machine_no_dearer_and_no_slower(robots: int) -> None:
     paces: tuple[Pace, ...] = ("nominal", 0.7)
     for pace in paces:

@@ -136,6 +136,7 @@ def test_a_worker_that_dies_costs_its_own_work_only(machines: LocalCluster, clus
 
 
 @few_of(1, "address", ["tcp://127.0.0.1:9", "nowhere", "http://127.0.0.1:80", "tcp://127.0.0.1:port"])
+@pytest.mark.slow
 def test_a_scheduler_that_is_not_there_is_said(address: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(clusters, "_CONNECT", 0.5)
     with pytest.raises(ClusterError, match=rf"No Dask scheduler answers at {address} \(.*\); start one with `dask scheduler`"):
