@@ -77,31 +77,33 @@ def overloaded(function: Function) -> bool:
 
 
 @functools.cache
-def found(package: str) -> frozenset[str]:
-    """Return what lacks a section, as `module.function Section`."""
-    result = set()
+def read(package: str) -> tuple[frozenset[str], dict[str, list[str]]]:
+    """Return what lacks a section, as `module.function Section`, and what begins badly by the file; each file is parsed once."""
+    result, begun = set[str](), dict[str, list[str]]()
     for path in sorted((ROOT / package).rglob("*.py")):
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        begun[str(path.relative_to(ROOT))] = badly_begun(tree)
         parts = path.relative_to(ROOT).with_suffix("").parts
         if any(part.startswith("_") and part != "__init__" for part in parts):
             continue
         module = ".".join(part for part in parts if part != "__init__")
-        for name, function in public_functions(ast.parse(path.read_text(encoding="utf-8"))):
+        for name, function in public_functions(tree):
             if not overloaded(function):
                 missing = set(lacks(function))
                 if name == "command" and module.startswith("ltlplan.commands."):
                     missing.discard("Args")  # each option says in --help what it is
                 result |= {f"{module}.{name} {section}" for section in missing}
-    return frozenset(result)
+    return frozenset(result), begun
 
 
 @pytest.mark.parametrize("package", PACKAGES)
 def test_arguments_and_errors_are_said(package: str) -> None:
-    assert sorted(found(package) - LACKING[package]) == []
+    assert sorted(read(package)[0] - LACKING[package]) == []
 
 
 @pytest.mark.parametrize("package", PACKAGES)
 def test_what_is_said_by_now_is_off_the_list(package: str) -> None:
-    assert sorted(LACKING[package] - found(package)) == [], "take it off the list"
+    assert sorted(LACKING[package] - read(package)[0]) == [], "take it off the list"
 
 
 @pytest.mark.parametrize(
@@ -140,20 +142,18 @@ def docstrings(tree: ast.Module) -> Iterator[tuple[str, bool, str]]:
         todo += [(f"{name}.{each.name}", public and not hidden and not each.name.startswith("_"), each) for each in inner]
 
 
-def badly_begun(text: str) -> list[str]:
+def badly_begun(tree: ast.Module) -> list[str]:
     """Return the names of what begins its docstring with a clause, or, of functions, with a noun."""
     return [
         name
-        for name, called, docstring in docstrings(ast.parse(text))
+        for name, called, docstring in docstrings(tree)
         if CLAUSE.match(docstring) or (called and re.match(r"(The|A|An|True|Number|That)\b", docstring))
     ]
 
 
 @pytest.mark.parametrize("package", PACKAGES)
 def test_docstrings_begin_with_a_verb_or_a_noun(package: str) -> None:
-    paths = sorted((ROOT / package).rglob("*.py"))
-    begun = {str(path.relative_to(ROOT)): badly_begun(path.read_text(encoding="utf-8")) for path in paths}
-    assert {path: names for path, names in begun.items() if names} == {}
+    assert {path: names for path, names in read(package)[1].items() if names} == {}
 
 
 @pytest.mark.parametrize(
@@ -167,4 +167,4 @@ def test_docstrings_begin_with_a_verb_or_a_noun(package: str) -> None:
     ],
 )
 def test_bad_beginnings_are_seen(text: str, wanted: list[str]) -> None:
-    assert badly_begun(text) == wanted
+    assert badly_begun(ast.parse(text)) == wanted

@@ -14,7 +14,7 @@ from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 from decimal import Decimal
 from functools import partial
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
 from ltlplan.allocation import Allocation
 from ltlplan.logic.automaton import Automaton
@@ -26,9 +26,6 @@ from ltlplan.search.reduced_graph import ReducedGraph, Team, staying
 from ltlplan.search.sequential_reading import Objective, SequentialReading
 from ltlplan.search.team_reading import Found, least_highest, least_sum
 from ltlplan.systems.transition_systems import TransitionSystem
-
-if TYPE_CHECKING:
-    pass
 from verify.data import Unsatisfiable
 
 MANY = 10

@@ -28,12 +28,11 @@ _STEP = 1e-6
 _PACES = (1.0, 1.1, 1.25, 1.5, 1.75, 2.0, 2.5)
 
 
-def least_spin(path: Spline, *, rest_at_start: bool = True) -> Spline:
+def least_spin(path: Spline) -> Spline:
     """Return yaw with a small rate about the body's z axis, on the path's own pieces.
 
     Args:
         path: Three axes. Thrust must not vanish.
-        rest_at_start: Whether yaw starts with no rate, acceleration and jerk, as a hover needs.
 
     Returns:
         One axis, rad, unwrapped.
@@ -44,8 +43,7 @@ def least_spin(path: Spline, *, rest_at_start: bool = True) -> Spline:
     paces = (np.gradient(planned, axis=1) / (path.durations[:, None] * np.gradient(at))).ravel()
     planned = planned.ravel()
     free = np.ones((len(path) + 1, ORDER), dtype=bool)
-    if rest_at_start:
-        free[0, 1:] = False
+    free[0, 1:] = False  # at rest, as after a hover
     values, rates, _ = bases(path, at)
     slope = (_spin(motion, planned + _STEP, paces) - _spin(motion, planned - _STEP, paces)) / (2 * _STEP)
     states = fitted(path, values, planned, free, 1.0 + np.minimum(np.abs(slope), 100.0))
