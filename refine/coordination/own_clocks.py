@@ -148,18 +148,19 @@ def _ordered(
     robots: dict[str, RobotFlight],
     clear_of: dict[str, tuple[str, ...]],
     wider: Mapping[tuple[int, int], float] = MappingProxyType({}),
+    slack: float = GAP,
 ) -> _Team | None:
-    """Return the team with who passes first; None where robots are in each other's way too often."""
+    """Return the team with who passes first, waits kept by some slack, in s; None where robots are in each other's way too often."""
     lines = [_line(problem, robot) for robot in robots.values()]
     zones = zones_of(lines, problem.spacing.distance + _CLEARANCE, wider)
     if len(zones) > _MOST_ZONES:
         return None
-    return _Team(robots, clear_of, lines, passing_orders(lines, zones, _waits(problem, robots, lines)))
+    return _Team(robots, clear_of, lines, passing_orders(lines, zones, _waits(problem, robots, lines, slack)))
 
 
 def _timed(problem: Problem, team: _Team) -> Together | None:
     """Return the team on its paths; None where no clocks keep all waits and limits."""
-    robots, wider = team.robots, dict[tuple[int, int], float]()
+    robots, wider, slack = team.robots, dict[tuple[int, int], float](), GAP
     again: _Team | None = team
     for _ in range(_REPAIRS):
         if again is None or not isinstance(again.orders, Orders):
@@ -169,11 +170,12 @@ def _timed(problem: Problem, team: _Team) -> Together | None:
         if not isinstance(flown, DepartureConflict):
             return flown
         one, other = sorted(map(list(robots).index, flown.pair))
-        if one == other:
-            return None
-        short = max(problem.spacing.distance - flown.distance, 0.0) + _CLEARANCE
-        wider[one, other] = wider.get((one, other), 0.0) + short
-        again = _ordered(problem, robots, team.clear_of, wider)
+        if one == other:  # a wait is not kept
+            slack += GRID
+        else:
+            short = max(problem.spacing.distance - flown.distance, 0.0) + _CLEARANCE
+            wider[one, other] = wider.get((one, other), 0.0) + short
+        again = _ordered(problem, robots, team.clear_of, wider, slack)
     return None
 
 
@@ -198,19 +200,20 @@ def _at(path: Spline, times: Floats) -> Floats:
     return found
 
 
-def _waits(problem: Problem, robots: Mapping[str, RobotFlight], lines: Sequence[Line]) -> list[After]:
-    """Return the plan's waits and those of witnesses as differences of times."""
+def _waits(problem: Problem, robots: Mapping[str, RobotFlight], lines: Sequence[Line], slack: float) -> list[After]:
+    """Return the plan's waits and those of witnesses as differences of times, kept by some slack, s."""
     index = {name: number for number, name in enumerate(robots)}
     flights = {name: flight_of(problem.plan, robot) for name, robot in robots.items()}
-    late = max(GRID / 2, 2 * (problem.spacing.skew + STEP)) + GRID
+    late = max(GRID / 2, 2 * (problem.spacing.skew + STEP)) + slack
     found: list[After] = []
     for wait in problem.feedback.precedences:
         first, then = wait.first[0], wait.then[0]
-        over = flights[first].done(wait) - (GRID if isinstance(wait, Meeting) else 0.0)
+        arriving = GRID if isinstance(wait, Meeting) else 0.0
+        over = flights[first].done(wait) - arriving
         done = np.searchsorted(lines[index[first]].times, over - _ROUNDING)
         due = np.searchsorted(lines[index[then]].times, flights[then].due(wait) + _ROUNDING, side="right") - 1
         done = min(int(done), len(lines[index[first]].times) - 1)
-        found.append(After(index[first], np.array([done]), index[then], np.array([max(int(due), 0)]), late + GRID))
+        found.append(After(index[first], np.array([done]), index[then], np.array([max(int(due), 0)]), late + arriving))
     return found
 
 
