@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from flight import Conditions
     from flight.logs.log import FlightLog
     from refine.slowing import Dip
-    from verify.data import Plan
 
 Attempt = Callable[[Candidate], Flight | Conflict]
 
@@ -119,7 +118,7 @@ def _slower(flown: tuple[Certified, FlightLog], first: FlightLog) -> Certified |
         "margin are allowed, so the team flies more slowly there."
     )
     team = slowed_at(certified.team, _strays(log, certified.plan.mission.margin))
-    plan = _noted(with_flown_times(certified.plan, team, certified.team), said)
+    plan = with_flown_times(certified.plan, team, certified.team).noting(said)
     certificate = verify.judge(plan, team, margin=certified.certificate.margin)
     return replace(certified, plan=plan, team=team, certificate=certificate) if certificate.holds else None
 
@@ -132,7 +131,7 @@ def _planned(certified: Certified, attempt: Attempt, log: FlightLog) -> Certifie
         else "the flight is no shorter"
     )
     why = f"Slowed where it strays in simulation, {still}: the plan's own times are flown."
-    plan = _noted(with_expected_times(certified.plan, certified.team), why)
+    plan = with_expected_times(certified.plan, certified.team).noting(why)
     refused: list[Flight | Conflict] = []
     for candidate in candidates(Candidate(plan, (Cut("tracking", why, 0),)), refused):
         if candidate.plan.words != plan.words:
@@ -143,7 +142,3 @@ def _planned(certified: Certified, attempt: Attempt, log: FlightLog) -> Certifie
             return replace(certified, plan=found.plan, team=found.team, certificate=found.certificate, rounds=rounds)
         refused.append(found)
     return None
-
-
-def _noted(plan: Plan, sentence: str) -> Plan:
-    return plan.model_copy(update={"notes": tuple(dict.fromkeys((*plan.notes, sentence)))})

@@ -120,20 +120,15 @@ def _refined(candidate: Candidate, effort: Effort, refining: Progress) -> tuple[
             "flies more pieces than its vehicle holds, and parts would pause for any time, which bounds in seconds do not allow"
         )
         notes += [f"{longer[0]} {why}; stream them (px4, ros2)."] if longer else []
-        return with_flown_times(_with_notes(plan, *notes), team), team
+        return with_flown_times(plan.noting(*notes), team), team
     try:
         team = refined(too_long="rest")
-        return _with_parts(with_flown_times(_with_notes(plan, *notes), team), team), team
+        return _with_parts(with_flown_times(plan.noting(*notes), team), team), team
     except DoesNotFit as error:
         refining("leaving the flight whole, to be streamed", 0.0)
         notes = [f"The flight is longer than its vehicles hold, and no parts of it were found: stream it (px4, ros2). {error}"]
         team = refined(max_pieces=MAX_PIECES)
-        return with_flown_times(_with_notes(plan, *notes), team), team
-
-
-def _with_notes(made: Plan, *notes: str) -> Plan:
-    """Return a plan with more notes, each once."""
-    return made.model_copy(update={"notes": tuple(dict.fromkeys((*made.notes, *notes)))}) if notes else made
+        return with_flown_times(plan.noting(*notes), team), team
 
 
 def _with_parts(made: Plan, team: Mapping[str, Trajectory]) -> Plan:
@@ -150,7 +145,7 @@ def _with_parts(made: Plan, team: Mapping[str, Trajectory]) -> Plan:
         f"{name} flies {flown} pieces, and its vehicle holds {held}: the flight is uploaded in {parts[name]} parts{again}, one after another, "
         "while all robots rest."
     )
-    return _with_notes(made, said)
+    return made.noting(said)
 
 
 def run(

@@ -82,7 +82,7 @@ def _as_fast_as_may_be(refusal: Refusal) -> Candidate | None:
     if refusal.tried.pace is not None or all(mission.pace_of(name) == 1.0 for name in mission.agents):
         return None
     note = "Flown as fast as the limits allow: at the mission's pace the flight would outlast a vehicle's endurance."
-    return refusal.answered("pace", refusal.plan.model_copy(update={"notes": (*refusal.plan.notes, note)}))
+    return refusal.answered("pace", refusal.plan.noting(note))
 
 
 def _shared_by_nominal_times(refusal: Refusal) -> Candidate | None:
@@ -100,7 +100,7 @@ def _flown_at_nominal_times(refusal: Refusal) -> Candidate | None:
     if other is None:
         return None
     note = "No faster flight was certified: the plan's own times are flown."
-    return refusal.answered("tracking", other.model_copy(update={"notes": (*other.notes, note)}), anew=True)
+    return refusal.answered("tracking", other.noting(note), anew=True)
 
 
 def _at_nominal_times(made: Plan) -> Plan | None:

@@ -57,7 +57,7 @@ def planned_faster(mission: Mission, make: Callable[[Mission], Plan], refused: I
             least = min(least, error, key=_lasts)
             continue
         note = f"Planned at {how}, at which the flight would outlast a vehicle's endurance."
-        return for_mission(made.model_copy(update={"notes": (*made.notes, note)}), mission)
+        return for_mission(made.noting(note), mission)
     tried = (
         f"Faster flights, up to the limits on speed, were tried: the least time of the robot that flies longest is {_lasts(least):.4g} s, "
         f"against {witness.limit:.4g} s."
@@ -154,7 +154,7 @@ def plan(
         verdict = verify.check_planned_order(made)
         if verdict.outcome == "undecided":
             doubt = f"That the words hold when robots wait for each other so is proved of the flight alone: {verdict.sentence}"
-            made = made.model_copy(update={"notes": (*made.notes, doubt)})
+            made = made.noting(doubt)
     else:
         verdict = verify.check_team(mission.formula, words, team=mission.spec.team).sequential
     if verdict.outcome == "fails" and made.method == SEQUENCE:
@@ -163,8 +163,7 @@ def plan(
         raise InternalError(f"The planner's words fail in the checker: {verdict.sentence}")
     if verdict.outcome == "fails":
         raise NotCertified(f"The words of the planning method '{made.method}' break the formula: {verdict.sentence}")
-    vacuous = tuple(f"Holds only vacuously: {part}" for part in verdict.vacuous)
-    return made.model_copy(update={"notes": (*made.notes, *vacuous)}) if vacuous else made
+    return made.noting(*(f"Holds only vacuously: {part}" for part in verdict.vacuous))
 
 
 def _made(make: Callable[[Mission], Plan], mission: Mission) -> Plan:

@@ -95,7 +95,7 @@ def _first_flyable(others: Iterable[Candidate | None]) -> Candidate | None:
     first = _given_up(best)
     why = "" if first is None else first.why if first.obstruction is None else first.obstruction.what
     note = f"The words planned first were given up for others, as no flight of theirs was found. {why}".rstrip()
-    return replace(best, plan=best.plan.model_copy(update={"complete": False, "notes": (*best.plan.notes, note)}))
+    return replace(best, plan=best.plan.noting(note).model_copy(update={"complete": False}))
 
 
 def _held_letter(made: Plan) -> list[str]:

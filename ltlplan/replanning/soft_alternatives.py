@@ -126,7 +126,7 @@ def words_under_precedences(made: Plan) -> Plan | None:
         return None
     if not soft:
         why = "Words that hold in every order of the robots were given up: they hold under no precedences, as a flight asks."
-        return other.model_copy(update={"method": made.method, "notes": (*other.notes, why)})
+        return other.noting(why).model_copy(update={"method": made.method})
     if other.words == made.words and set(other.precedences) <= set(made.precedences):
         return None
     why = "Words that keep these soft parts in every order of the robots were given up for words that keep them under precedences, as a flight asks."

@@ -222,6 +222,10 @@ class Plan(Value):
         self._require_fields(fields)
         return check_plan(self.model_copy(update=fields))
 
+    def noting(self, *notes: str) -> Plan:
+        """Return the plan with more notes, each once."""
+        return self.model_copy(update={"notes": tuple(dict.fromkeys((*self.notes, *notes)))}) if notes else self
+
     @property
     def words(self) -> dict[str, Word]:
         """Each robot's word, in the mission's order."""

@@ -56,7 +56,7 @@ def plan_in_time(mission: Mission, make: MakePlan) -> Plan:
     for order in orders_in_time(mission)[:PLANNED]:
         other = plan_in_order(mission, order, make)
         if other is not None and not late_by_straight_ways(other):
-            return _noted(other, f"Planned in another order of visits than the cheapest: there {late}.")
+            return other.noting(f"Planned in another order of visits than the cheapest: there {late}.")
     return made
 
 
@@ -85,10 +85,6 @@ def _planned_as(formula: Formula, order: Formula, make: MakePlan, mission: Missi
     made = for_mission(make(mission.asking(str(asked)).changed(planner=to_middles)), mission)
     note = f"Planned as `{asked}`, bounds in seconds left out; what is said of costs is said of that."
     return made.model_copy(update={"notes": (note, *made.notes), "complete": False, "lower_bound": None})
-
-
-def _noted(made: Plan, note: str) -> Plan:
-    return made.model_copy(update={"notes": (*made.notes, note)})
 
 
 def plan_in_order(mission: Mission, order: Formula, make: MakePlan) -> Plan | None:
