@@ -38,6 +38,7 @@ def command(
     new_token: Annotated[
         str | None, typer.Option("--new-token", help="Make a token of this name, print it once, and end.")
     ] = None,
+    role: Annotated[str | None, typer.Option("--role", help="Role of the new token (default: pilot).")] = None,
     revoke_token: Annotated[
         str | None, typer.Option("--revoke-token", help="Take the token of this name away, and end.")
     ] = None,
@@ -47,6 +48,7 @@ def command(
     from ltlplan.commands.support.terminal import print_json
     from ltlplan.service.data_folder import default_data, make_private
     from ltlplan.service.database_url import database_url
+    from ltlplan.service.people.roles import role_of
     from ltlplan.service.security.tokens import Tokens
     from ltlplan.service.server import serve
     from ltlplan.service.settings import Settings
@@ -57,7 +59,7 @@ def command(
         tokens = Tokens(folder)
         if revoke_token is not None:
             tokens.revoke(revoke_token)
-        made = None if new_token is None else tokens.new(new_token)
+        made = None if new_token is None else tokens.new(new_token, role="" if role is None else role_of(role).name)
         if json:
             print_json({"token": made, "names": list(tokens.names())})
         elif made is not None:

@@ -15,8 +15,9 @@ from typing import TYPE_CHECKING, Any
 from ltlplan.recording_options import in_words
 from ltlplan.service.client_parts.flights_client import FlightsClient
 from ltlplan.service.client_parts.job_handle import Submitted
+from ltlplan.service.client_parts.people_client import PeopleClient
 from ltlplan.service.client_parts.transport import checked, job_of, segment, unpacked
-from ltlplan.service.models import Job, State
+from ltlplan.service.models import Job, State, Whose
 from ltlplan.service.queries import zipped
 from ltlplan.service.recordings import ENDINGS
 from verify.data import BadInput, Mission, Plan, mission_to_yaml, parse_mission
@@ -37,7 +38,7 @@ _RECORDING = 400_000_000
 _YAML = {"content-type": "application/yaml"}
 
 
-class Client(FlightsClient):
+class Client(FlightsClient, PeopleClient):
     """A service, by its address.
 
     Use it in a `with` statement, or call `close` at the end.
@@ -277,13 +278,16 @@ class Client(FlightsClient):
 
     # Jobs
 
-    def submit(self, mission: Asked, *, seed: int | None = None, pace: float | str | None = None) -> Submitted:
+    def submit(
+        self, mission: Asked, *, seed: int | None = None, pace: float | str | None = None, project: str | None = None
+    ) -> Submitted:
         """Submit a mission: when this returns, it will be done, whatever happens to the service meanwhile.
 
         Args:
             mission: What is asked: a mission, or the path or name that `ltlplan.load_mission` reads one by.
             seed: Source of every draw, instead of the mission's own.
             pace: Instead of `planner.pace`: a share of the fastest flight, above 0 up to 1, or "nominal".
+            project: Project to put it into; private until it is shared.
 
         Raises:
             MissionError: All faults of the mission.
@@ -293,33 +297,46 @@ class Client(FlightsClient):
             mission = self.load_mission(mission)
         if not isinstance(mission, Mission):  # pyright: ignore[reportUnnecessaryIsInstance]  # callers may not check
             raise BadInput(f"A mission is a Mission, a path, or the name of a shipped mission, not {type(mission).__name__}.")
-        return self.submit_text(mission_to_yaml(mission), seed=seed, pace=pace)
+        return self.submit_text(mission_to_yaml(mission), seed=seed, pace=pace, project=project)
 
-    def submit_text(self, text: str, *, seed: int | None = None, pace: float | str | None = None) -> Submitted:
+    def submit_text(
+        self, text: str, *, seed: int | None = None, pace: float | str | None = None, project: str | None = None
+    ) -> Submitted:
         """Submit a mission's file as it is; faults have its lines.
 
         Args:
             text: YAML or JSON.
             seed: Source of every draw, instead of the mission's own.
             pace: Instead of `planner.pace`: a share of the fastest flight, above 0 up to 1, or "nominal".
+            project: Project to put it into; private until it is shared.
 
         Raises:
             MissionError: All faults of the mission.
             LtlplanError: What else the service refused.
         """
-        given = {name: value for name, value in (("seed", seed), ("pace", pace)) if value is not None}
+        given = {name: value for name, value in (("seed", seed), ("pace", pace), ("project", project)) if value is not None}
         told = self._wire.ask("POST", "/api/jobs", content=text.encode(), headers=_YAML, params=given)
         return Submitted(self._wire, job_of(told.content))
 
-    def jobs(self, *, state: State | None = None, limit: int = 50, before: str | None = None) -> tuple[Submitted, ...]:
+    def jobs(
+        self,
+        *,
+        state: State | None = None,
+        limit: int = 50,
+        before: str | None = None,
+        whose: Whose = "visible",
+        project: str | None = None,
+    ) -> tuple[Submitted, ...]:
         """Return jobs, the newest first.
 
         Args:
             state: Only those in this state.
             limit: At most so many.
             before: Only those submitted before the job of this id.
+            whose: "visible": yours and those of shared projects; "mine"; "all": everybody's, for admins.
+            project: Only of this project.
         """
-        asked = {"state": state, "limit": limit, "before": before}
+        asked = {"state": state, "limit": limit, "before": before, "whose": whose, "project": project}
         told = self._wire.ask("GET", "/api/jobs", params={name: value for name, value in asked.items() if value is not None})
         return tuple(Submitted(self._wire, checked(Job, each)) for each in told.json())
 
@@ -332,14 +349,18 @@ class Client(FlightsClient):
         return Submitted(self._wire, job_of(self._wire.ask("GET", f"/api/jobs/{segment(id)}").content))
 
     def cancel(self, job: Submitted | str) -> Submitted:
-        """End a job at once; one that has ended stays as it is."""
+        """End a job at once; one that has ended stays as it is.
+
+        Raises:
+            Conflict: Others of the service have it too: `delete` takes it off your list.
+        """
         return Submitted(self._wire, job_of(self._wire.ask("POST", f"/api/jobs/{segment(self._id(job))}/cancel").content))
 
     def delete(self, job: Submitted | str) -> None:
-        """Delete a job that has ended, with its files.
+        """Take a job off your list; one that nobody else has is deleted with its files.
 
         Raises:
-            BadInput: There is no such job, or it has not ended.
+            BadInput: There is no such job, or it has not ended and nobody else has it.
         """
         self._wire.ask("DELETE", f"/api/jobs/{segment(self._id(job))}")
 

@@ -11,6 +11,9 @@ from verify.data.former_names import former_names
 State = Literal["queued", "running", "done", "failed", "cancelled"]
 ENDED: frozenset[State] = frozenset({"done", "failed", "cancelled"})
 
+Whose = Literal["visible", "mine", "all"]
+"""Which jobs are listed: the own ones and those of shared projects, the own ones, or for an admin everybody's."""
+
 Kind = Literal["state", "stage", "progress", "claim"]
 
 ONLY_OF_JOBS = ("manifest.json", "watch.json")
@@ -122,6 +125,8 @@ class Job(Told):
         found: Whether the answer was there already when it was asked for.
         sentence: What is being done at the moment.
         share: How much of the work is done, 0 to 1.
+        owner: User whose reference to it is seen: one's own, else one of a shared project.
+        project: The project that this user put it into; empty for none.
     """
 
     id: str
@@ -141,6 +146,8 @@ class Job(Told):
     found: bool = False
     sentence: str = ""
     share: float = 0.0
+    owner: str = ""
+    project: str = ""
 
 
 class Event(Told):
@@ -266,6 +273,96 @@ class FlightAnswered(Told):
         if not sentence.isprintable():
             raise ValueError("must be letters that can be shown")
         return sentence
+
+
+class Project(Told):
+    """A project: jobs that are shared with everybody, or with nobody.
+
+    Attributes:
+        name: Names it.
+        owner: User who made it, and may share it.
+        shared: Whether everybody sees its jobs.
+        made: When it was made, UTC, ISO 8601.
+        jobs: How many jobs are in it.
+    """
+
+    name: str
+    owner: str
+    shared: bool
+    made: str
+    jobs: int = 0
+
+
+class LogEntry(Told):
+    """An entry of the log of who did what.
+
+    Attributes:
+        number: Grows.
+        time: UTC, ISO 8601.
+        user: Who.
+        role: The user's role then.
+        action: What: "submit", "cancel", "delete", "export", "tell", "log in" and so on.
+        object: What it was done to: a job, a flight, an account.
+        detail: More: what a flight was told, a role.
+    """
+
+    number: int
+    time: str
+    user: str
+    role: str
+    action: str
+    object: str
+    detail: str
+
+
+class AccountTold(Told):
+    """An account.
+
+    Attributes:
+        name: Names the user.
+        role: "viewer", "planner", "pilot" or "admin".
+        made: When it was made, UTC, ISO 8601.
+        disabled: When it was disabled; None while it may log in.
+        temporary: Whether its password was drawn by the service and is to be changed.
+        issuer: OpenID Connect provider that it logs in by; None for a password.
+        sessions: How many browsers are logged in.
+    """
+
+    name: str
+    role: str
+    made: str
+    disabled: str | None = None
+    temporary: bool = False
+    issuer: str | None = None
+    sessions: int = 0
+
+
+class WhoAmI(Told):
+    """User of a request.
+
+    Attributes:
+        user: The user's name; "local" on a service without accounts and tokens.
+        role: "viewer", "planner", "pilot" or "admin".
+        token: Name of the token that came with the request; empty for a session.
+        tokens: Names of the account's tokens.
+    """
+
+    user: str
+    role: str
+    token: str = ""
+    tokens: tuple[str, ...] = ()
+
+
+class Secret(Told):
+    """A secret that is shown once: a token, or a temporary password.
+
+    Attributes:
+        name: Of the token or account.
+        secret: The secret.
+    """
+
+    name: str
+    secret: str
 
 
 __getattr__ = former_names(__name__, LiveTold="EventsAccepted")

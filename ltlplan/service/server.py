@@ -24,6 +24,7 @@ from typing import TYPE_CHECKING, Any
 from ltlplan.service.data_folder import own_folder
 from ltlplan.service.execution.scratch import drop_scratch, fresh_scratch
 from ltlplan.service.log import begin_log, note
+from ltlplan.service.people.people import People
 from ltlplan.service.security.origins import is_loopback, own_names
 from ltlplan.service.security.tokens import Tokens
 from ltlplan.service.settings import Settings
@@ -75,7 +76,7 @@ def serve(settings: Settings, *, page: bool = True, announce: Announce = print) 
     note("stopped")
 
 
-_TLS = "note: this can be reached from other machines, and tokens travel as they are: put a proxy with TLS in front (docs/service.md)."
+_TLS = "note: this can be reached from other machines, and tokens and passwords travel as they are: put a proxy with TLS in front (docs/service.md)."
 
 
 def put_together(settings: Settings, tokens: Tokens, *, page: bool) -> tuple[Gate, Service]:
@@ -99,7 +100,6 @@ def put_together(settings: Settings, tokens: Tokens, *, page: bool) -> tuple[Gat
         from ltlplan.service.query_pool import Questions
         from ltlplan.service.security.admission import Rules
         from ltlplan.service.security.middleware import Gate
-        from ltlplan.service.security.sessions import Sessions
         from ltlplan.service.service import Service
     except ModuleNotFoundError as error:
         if str(error.name).startswith("ltlplan"):
@@ -125,14 +125,14 @@ def put_together(settings: Settings, tokens: Tokens, *, page: bool) -> tuple[Gat
     questions = Questions(
         SharedPool(short), errands, settings.data / "scratch", most=limits.waiting_questions, each=limits.waiting_each
     )
-    jobs, sessions = Jobs(settings, _workers(settings, scratch), errands), Sessions(tokens)
-    service = Service(settings, jobs, questions, sessions, LiveFlights(settings.data, limits))
+    jobs, people = Jobs(settings, _workers(settings, scratch), errands), People(tokens)
+    service = Service(settings, jobs, questions, people, LiveFlights(settings.data, limits))
     app = application(service)
     end_routes(app, page=page)
     if page:
         _add_page(app, service)  # last: it answers every path that nothing before it has
     rules = Rules(
-        sessions=sessions,
+        people=people,
         names=own_names(settings.host, settings.names),
         everywhere=not is_loopback(settings.host),
         closed=_is_closed(settings),
@@ -167,12 +167,15 @@ def _is_closed(settings: Settings) -> bool:
 
 
 def _require_tokens(settings: Settings, tokens: Tokens) -> None:
-    if _is_closed(settings) and not tokens.needed:
+    people = People(tokens)
+    needed = people.needed
+    people.close()
+    if _is_closed(settings) and not needed:
         why = f"--host {settings.host}" if not is_loopback(settings.host) else f"--name {settings.names[0]}"
         data = f" --data {settings.data}"
         raise BadInput(
-            f"With {why} others can reach this service, so it answers to tokens only, and there are none. "
-            f"Make one first: ltlplan serve --new-token NAME{data}"
+            f"With {why} others can reach this service, so it answers to accounts and tokens only, and there are none. "
+            f"Make one first: ltlplan accounts add NAME --role admin{data}, or ltlplan serve --new-token NAME{data}"
         )
 
 

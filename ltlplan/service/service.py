@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import ipaddress
 from collections import OrderedDict
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
@@ -10,10 +11,14 @@ from typing import TYPE_CHECKING
 from ltlplan.service import queries as asked
 from ltlplan.service.drafts import Drafts
 from ltlplan.service.event_inbox.flights import LiveFlights
+from ltlplan.service.models import EventsAccepted
+from ltlplan.service.people.people import People
+from ltlplan.service.people.roles import Action, Principal, require
+from ltlplan.service.people.user_jobs import UserJobs
 from ltlplan.service.problems import Conflict, NotFound
 from ltlplan.service.queries import Place
 from ltlplan.service.query_pool import Questions
-from ltlplan.service.security.sessions import Sessions
+from ltlplan.service.security.tokens import LOCAL
 from ltlplan.service.settings import Settings
 
 if TYPE_CHECKING:
@@ -32,7 +37,7 @@ class Service:
         settings: What it was started with.
         jobs: What was accepted, and how far it is.
         questions: What is answered at once.
-        sessions: Browsers that logged in.
+        people: Who may ask, and whose the jobs are.
         live: Flights that listen, and what they are told.
         drafts: Missions that users are writing.
         stopping: Set when the service is about to stop, for streams to end.
@@ -41,7 +46,7 @@ class Service:
     settings: Settings
     jobs: Jobs
     questions: Questions
-    sessions: Sessions
+    people: People
     live: LiveFlights
     stopping: asyncio.Event = field(default_factory=asyncio.Event)
     drafts: Drafts = field(init=False)
@@ -51,8 +56,47 @@ class Service:
     def __post_init__(self) -> None:
         self.drafts = Drafts(self.settings.data)
 
+    async def start(self) -> None:
+        """Open the data folder, go on with all jobs, and have each job be somebody's.
+
+        Raises:
+            BadInput: Folder or database cannot be used; the message says why.
+        """
+        self.live.open()
+        await self.jobs.start()
+        references = self.people.references
+        await asyncio.to_thread(references.load)
+        for job in await asyncio.to_thread(references.leaving):  # a kill came before they were deleted
+            if self.jobs.has(job):
+                await self.jobs.cancel(job)
+                await self.jobs.delete(job)
+            await asyncio.to_thread(references.left, job)
+        asked = [(job, _user(who)) for job, who in self.jobs.asked_by().items()]
+        await asyncio.to_thread(references.adopt, asked)
+
+    def jobs_of(self, principal: Principal) -> UserJobs:
+        """Return the jobs as a user has them."""
+        return UserJobs(self.jobs, self.people, principal)
+
+    async def tell(self, principal: Principal, flight: str, text: str) -> EventsAccepted:
+        """Tell a flight events, as somebody who may; as `LiveFlights.tell`. The log has it before the flight does.
+
+        Args:
+            principal: Who tells it.
+            flight: What it listens as.
+            text: An event a line.
+
+        Raises:
+            Forbidden: The role is not enough.
+            LtlplanError: As `LiveFlights.tell`.
+        """
+        require(principal, Action.FLY)
+        await asyncio.to_thread(self.people.log.write, principal, "tell", flight, text)
+        return await self.live.tell(flight, text, principal.client)
+
     def close(self) -> None:
         """End all processes; jobs that have not ended go on at the next start."""
+        self.people.close()
         self.drafts.close()
         self.questions.close()
         self.jobs.workers.close()
@@ -85,11 +129,20 @@ class Service:
         return found
 
 
-async def places(jobs: Jobs, job: str) -> Place:
+def _user(who: str) -> str:
+    """Return the user who submitted a job: a name, or whoever asked from an address."""
+    try:
+        ipaddress.ip_address(who)
+    except ValueError:
+        return who if who not in ("", "unknown") else LOCAL
+    return LOCAL
+
+
+async def places(jobs: UserJobs, job: str) -> Place:
     """Return where the files of a job lie, by their names.
 
     Args:
-        jobs: All jobs.
+        jobs: Jobs as who asks has them.
         job: The job's id.
 
     Raises:
@@ -101,11 +154,11 @@ async def places(jobs: Jobs, job: str) -> Place:
     return tuple([(entry.name, str((await jobs.file(found.id, entry.name)).path)) for entry in found.files])
 
 
-async def proof_places(jobs: Jobs, job: str) -> Place:
+async def proof_places(jobs: UserJobs, job: str) -> Place:
     """Return where the files of a job's proof lie, by their names: what `check.pyz` reads, and itself.
 
     Args:
-        jobs: All jobs.
+        jobs: Jobs as who asks has them.
         job: The job's id.
 
     Raises:
@@ -121,11 +174,11 @@ async def proof_places(jobs: Jobs, job: str) -> Place:
     return tuple(file for file in found if file[0] in tables.union(PROOF_FILES))
 
 
-async def planned(jobs: Jobs, job: str) -> tuple[str, str]:
+async def planned(jobs: UserJobs, job: str) -> tuple[str, str]:
     """Return a job's mission.yaml and plan.json.
 
     Args:
-        jobs: All jobs.
+        jobs: Jobs as who asks has them.
         job: The job's id.
 
     Raises:

@@ -57,6 +57,8 @@ class Limits:
         reads: How often one client may read.
         questions_asked: How often one client may ask what is computed at once, or submit.
         strangers: How often one address may come with a wrong token; right ones always may.
+        guesses: How often one address may try a password, right or wrong.
+        guesses_of_account: How often a password of one account may be tried, from all addresses together.
     """
 
     queued: int = 1000
@@ -89,6 +91,8 @@ class Limits:
     reads: Rate = Rate(100.0, 1000)
     questions_asked: Rate = Rate(20.0, 500)
     strangers: Rate = Rate(0.5, 20)
+    guesses: Rate = Rate(0.2, 20)
+    guesses_of_account: Rate = Rate(0.1, 20)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -162,3 +162,40 @@ class LiveEnd(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     flight: FlightId
+
+
+RoleName = Literal["viewer", "planner", "pilot", "admin"]
+
+
+class TokenAdded(BaseModel):
+    """A token of one's own account, to be made."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    label: Annotated[str, Field(max_length=60)] = Field(description="its name becomes USER.LABEL")
+
+
+class AccountAdded(BaseModel):
+    """An account, to be made."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    name: Annotated[str, Field(max_length=100)]
+    role: RoleName = "planner"
+
+
+class AccountChange(BaseModel):
+    """Changes of an account."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    role: RoleName | None = None
+    disabled: bool | None = None
+
+
+class ProjectChange(BaseModel):
+    """Changes of a project."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    shared: bool = Field(description="whether everybody sees its jobs")

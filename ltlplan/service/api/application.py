@@ -7,16 +7,26 @@ import logging
 from collections.abc import AsyncGenerator, Callable
 from contextlib import AbstractAsyncContextManager, asynccontextmanager
 
-from fastapi import FastAPI, Request, Response
+from fastapi import Depends, FastAPI, Request, Response
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import RedirectResponse
 from starlette.exceptions import HTTPException
 from starlette.routing import Match
 
 import ltlplan
-from ltlplan.service.api import about, flights, jobs, live, missions
-from ltlplan.service.api.answers import LiveAnswers, LiveBegin, LiveEnd, WordsRequest
+from ltlplan.service.api import about, flights, jobs, live, login, missions, people
+from ltlplan.service.api.answers import (
+    AccountAdded,
+    AccountChange,
+    LiveAnswers,
+    LiveBegin,
+    LiveEnd,
+    ProjectChange,
+    TokenAdded,
+    WordsRequest,
+)
 from ltlplan.service.api.events import Streams
+from ltlplan.service.api.route_actions import decide
 from ltlplan.service.api.schema import with_schema
 from ltlplan.service.log import note, note_bug
 from ltlplan.service.models import Event
@@ -34,6 +44,7 @@ _TAGS = [
     {"name": "exports", "description": "Certified flights, written for vehicles."},
     {"name": "judge", "description": "Words, recorded flights and certificates, judged."},
     {"name": "live", "description": "Flights in the air: tell them events, and see what they did."},
+    {"name": "people", "description": "Accounts, projects, and the log of who did what."},
     {"name": "service", "description": "The service itself."},
 ]
 _DESCRIPTION = """\
@@ -56,6 +67,8 @@ _OF_STATUS: dict[int, type[LtlplanError]] = {
     500: InternalError,
 }
 
+_READ = (WordsRequest, LiveBegin, LiveAnswers, LiveEnd, TokenAdded, AccountAdded, AccountChange, ProjectChange)
+"""Values that routes read by themselves."""
 _FIRST_PAGE = 0.5
 """s that the first page has to itself, before other things are loaded."""
 
@@ -71,8 +84,7 @@ def application(service: Service) -> FastAPI:
 
     @asynccontextmanager
     async def lifespan(_app: FastAPI) -> AsyncGenerator[None]:
-        service.live.open()
-        await service.jobs.start()
+        await service.start()
         warming = asyncio.create_task(_warm(service, _app))
         try:
             yield
@@ -91,12 +103,13 @@ def application(service: Service) -> FastAPI:
         docs_url=None,
         redoc_url=None,
         lifespan=lifespan,
+        dependencies=[Depends(decide)],
     )
     app.state.service, app.state.streams = service, Streams(service.settings.limits)
-    for routes in (missions, jobs, flights, live, about):
+    for routes in (missions, jobs, flights, live, people, login, about):
         app.include_router(routes.router)
     about.add_documentation(app)
-    with_schema(app, (WordsRequest, LiveBegin, LiveAnswers, LiveEnd, Event))
+    with_schema(app, (*_READ, Event))
     _tell_errors(app)
     return app
 

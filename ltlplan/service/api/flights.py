@@ -8,7 +8,7 @@ from fastapi import APIRouter, File, Form, Request, Response, UploadFile
 
 from ltlplan.service import queries as asked
 from ltlplan.service.api.answers import FlightAnswer, WordsCheck, WordsRequest
-from ltlplan.service.api.request_parsing import JSON, read_json, service_of, who_of
+from ltlplan.service.api.request_parsing import JSON, jobs_of, read_json, service_of, who_of
 from ltlplan.service.api.schema import json_body, problems
 from ltlplan.service.recordings import RecordingAsked
 from ltlplan.service.service import places
@@ -96,7 +96,7 @@ async def judge_flight(  # each parameter is a field of the form
         tuple(origin or ()),
         tuple(pauses or ()),
     )
-    what = await places(service.jobs, job) if job is not None else await _sent(files or [])
+    what = await places(jobs_of(request), job) if job is not None else await _sent(files or [])
     answer = await service.questions.ask_in_folder(asked.judge_flight, what, await recording.read(), told, who=who_of(request))
     return Response(answer, media_type=JSON)
 

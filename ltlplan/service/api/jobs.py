@@ -12,10 +12,10 @@ from fastapi.responses import FileResponse, StreamingResponse
 from ltlplan.service import queries as asked
 from ltlplan.service.api import events
 from ltlplan.service.api.answers import ExportFormat, PlanAnswer
-from ltlplan.service.api.request_parsing import JSON, read_mission_text, service_of, who_of
+from ltlplan.service.api.request_parsing import JSON, jobs_of, read_mission_text, service_of, who_of
 from ltlplan.service.api.schema import content, mission_body, problems
 from ltlplan.service.execution.exporting import ExportAsked
-from ltlplan.service.models import FileEntry, Job, State
+from ltlplan.service.models import FileEntry, Job, State, Whose
 from ltlplan.service.problems import Conflict, error_of
 from ltlplan.service.security.origins import require_own_page
 from ltlplan.service.service import places, planned, proof_places
@@ -32,6 +32,10 @@ REPORT_POLICY = (
 )
 """What the report may do: run its own script as nobody in particular, and fetch nothing."""
 
+Project = Annotated[
+    str | None,
+    Query(description="name of a project; it is made where there is none, and private until it is shared", max_length=60),
+]
 JobId = Annotated[str, Path(description="the job's id", max_length=100)]
 
 
@@ -64,17 +68,19 @@ async def submit_job(
             description="instead of the mission's: a share of the fastest flight, above 0 up to 1, or `nominal`", max_length=30
         ),
     ] = None,
+    project: Project = None,
 ) -> Response:
     """Submit a mission: it is planned, refined, proved, flown in simulation, and its files are written.
 
-    The same mission, seed and version are computed once: who asks again is given the same job.
+    The same mission, seed and version are computed once: who asks again is given the same job, and so is everybody else. It is listed for those who submitted it,
+    and in shared projects.
     """
     from ltlplan.planner import pace_of, with_pace
 
     service = service_of(request)
     mission = await service.mission(await read_mission_text(request), who=who_of(request))
     mission = await asyncio.to_thread(with_pace, mission, pace_of(pace))
-    job = await service.jobs.submit(mission, seed=seed, who=who_of(request))
+    job = await jobs_of(request).submit(mission, seed=seed, project=project)
     return _told(job, 200 if job.found else 201)
 
 
@@ -86,29 +92,43 @@ async def list_jobs(
     before: Annotated[
         str | None, Query(description="only jobs that were submitted before the job of this id", max_length=100)
     ] = None,
+    whose: Annotated[
+        Whose, Query(description="yours and those of shared projects, yours alone, or for an admin everybody's")
+    ] = "visible",
+    project: Project = None,
 ) -> Response:
     """List jobs, the newest first, without what their stages found."""
-    found = await service_of(request).jobs.jobs(state=state, limit=limit, before=before)
+    found = await jobs_of(request).jobs(state=state, limit=limit, before=before, whose=whose, project=project)
     return Response("[" + ",".join(job.model_dump_json() for job in found) + "]", media_type=JSON)
 
 
 @router.get("/jobs/{job}", response_model=Job, responses=problems(404))
 async def get_job(request: Request, job: JobId) -> Response:
     """Return how far a job has come, with what each stage found."""
-    return _told(await service_of(request).jobs.job(job))
+    return _told(await jobs_of(request).job(job))
 
 
 @router.delete("/jobs/{job}", status_code=204, responses=problems(404, 409, changing=True))
 async def delete_job(request: Request, job: JobId) -> Response:
-    """Delete a job that has ended, with its files. Nothing else ever deletes one."""
-    await service_of(request).jobs.delete(job)
+    """Take a job off your list. One that nobody else has is deleted with its files, once it has ended; nothing else ever deletes one."""
+    await jobs_of(request).delete(job)
     return Response(status_code=204)
+
+
+@router.post("/jobs/{job}/project", response_model=Job, responses=problems(404, 409, changing=True))
+async def move_job(
+    request: Request,
+    job: JobId,
+    project: Annotated[str, Query(description="the project's name; empty for none", max_length=60)],
+) -> Response:
+    """Put a job of yours into a project, or into none."""
+    return _told(await jobs_of(request).move(job, project))
 
 
 @router.post("/jobs/{job}/cancel", response_model=Job, responses=problems(404, changing=True))
 async def cancel_job(request: Request, job: JobId) -> Response:
-    """End a job at once; one that has ended stays as it is."""
-    return _told(await service_of(request).jobs.cancel(job))
+    """End a job at once; one that has ended stays as it is, and one that others have too goes on."""
+    return _told(await jobs_of(request).cancel(job))
 
 
 @router.get(
@@ -129,7 +149,7 @@ async def follow_job(
     """Follow a job by server-sent events: stages, rounds, costs, claim by claim. What was missed is told again."""
     service, streams = service_of(request), request.app.state.streams
     streams.require_room(request.state.client)
-    found = service.jobs.events((await service.jobs.job(job)).id, after=max(after, last_event_id or 0))
+    found = jobs_of(request).events((await jobs_of(request).job(job)).id, after=max(after, last_event_id or 0))
     first = await anext(found, None)
     if first is None:
         return Response(status_code=204)
@@ -150,7 +170,7 @@ async def _counted(streams: events.Streams, client: str, chunks: AsyncIterator[b
 @router.get("/jobs/{job}/files", response_model=tuple[FileEntry, ...], responses=problems(404), tags=["files"])
 async def list_files(request: Request, job: JobId) -> Response:
     """List what a job has made."""
-    found = await service_of(request).jobs.job(job)
+    found = await jobs_of(request).job(job)
     return Response("[" + ",".join(entry.model_dump_json() for entry in found.files) + "]", media_type=JSON)
 
 
@@ -174,7 +194,7 @@ async def get_file(
 
 
 async def _file(request: Request, job: str, name: str, *, inline: bool = False, leaf: str | None = None) -> Response:
-    found = await service_of(request).jobs.file(job, name)
+    found = await jobs_of(request).file(job, name)
     tag = f'"{found.sha256}"'
     if request.headers.get("if-none-match") == tag:
         return Response(status_code=304, headers={"etag": tag})
@@ -211,7 +231,7 @@ async def get_certificate(request: Request, job: JobId) -> Response:
 @router.get("/jobs/{job}/plan", response_model=PlanAnswer, responses=problems(404, 409), tags=["files"])
 async def get_plan(request: Request, job: JobId) -> Response:
     """Fetch the plan, as soon as there is one."""
-    mission, plan = await planned(service_of(request).jobs, job)
+    mission, plan = await planned(jobs_of(request), job)
     return Response(b'{"mission":' + asked.as_json(mission) + b',"plan":' + plan.encode() + b"}", media_type=JSON)
 
 
@@ -224,7 +244,7 @@ async def get_plan(request: Request, job: JobId) -> Response:
 async def get_archive(request: Request, job: JobId) -> Response:
     """Fetch all files at once; unpacked, they are a folder that `ltlplan recheck` proves again."""
     service = service_of(request)
-    packed = await service.questions.ask(asked.archive, await places(service.jobs, job), who=who_of(request))
+    packed = await service.questions.ask(asked.archive, await places(jobs_of(request), job), who=who_of(request))
     return _zip(packed, f"{job}.zip")
 
 
@@ -237,7 +257,7 @@ async def get_archive(request: Request, job: JobId) -> Response:
 async def get_proof(request: Request, job: JobId) -> Response:
     """Fetch the proof with its checker: unpacked, `python check.pyz FOLDER` checks it with nothing but Python."""
     service = service_of(request)
-    packed = await service.questions.ask(asked.archive, await proof_places(service.jobs, job), who=who_of(request))
+    packed = await service.questions.ask(asked.archive, await proof_places(jobs_of(request), job), who=who_of(request))
     return _zip(packed, f"{job}-proof.zip")
 
 
@@ -250,7 +270,7 @@ async def get_proof(request: Request, job: JobId) -> Response:
 async def recheck_job(request: Request, job: JobId) -> Response:
     """Prove a job's certificate again, from its files alone, and have the kernel check its proof again: each claim's `proof` says so."""
     service = service_of(request)
-    files = await places(service.jobs, job)
+    files = await places(jobs_of(request), job)
     proved = await service.questions.ask_in_folder(asked.recheck, files, who=who_of(request))
     return Response(proved, media_type=JSON)
 
@@ -301,8 +321,8 @@ async def export_job(
     the archive.
     """
     require_own_page("POST", request.headers)  # it may begin a job
-    jobs = service_of(request).jobs
-    made = await jobs.waited((await jobs.export(job, wanted, who=who_of(request))).id, wait)
+    jobs = jobs_of(request)
+    made = await jobs.waited((await jobs.export(job, wanted)).id, wait)
     if made.problem is not None:
         raise error_of(made.problem)
     if made.state == "cancelled":
@@ -325,7 +345,7 @@ async def export_job(
 )
 async def submit_export(request: Request, job: JobId, wanted: Annotated[ExportAsked, Depends(_wanted)]) -> Response:
     """Submit an export, to be followed as any job; its only file is the archive."""
-    made = await service_of(request).jobs.export(job, wanted, who=who_of(request))
+    made = await jobs_of(request).export(job, wanted)
     return _told(made, 200 if made.found else 201)
 
 

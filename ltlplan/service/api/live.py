@@ -8,7 +8,7 @@ from typing import Annotated
 from fastapi import APIRouter, Path, Query, Request, Response
 
 from ltlplan.service.api.answers import LiveAnswers, LiveBegin, LiveEnd
-from ltlplan.service.api.request_parsing import JSON, read_json, read_text, service_of
+from ltlplan.service.api.request_parsing import JSON, principal_of, read_json, read_text, service_of
 from ltlplan.service.api.schema import json_body, problems
 from ltlplan.service.event_inbox.names import FLIGHT, NAME
 from ltlplan.service.models import EventsAccepted, LiveEvent, LiveFlight
@@ -66,7 +66,7 @@ async def begin_flight(request: Request, name: Name) -> Response:
 async def tell_flight(request: Request, name: Name) -> Response:
     """Tell a flight events. When this answers they are on the disk; what the flight did with each is told by its list of events."""
     text = await read_text(request)
-    told = await service_of(request).live.tell(name, text, str(request.state.client))
+    told = await service_of(request).tell(principal_of(request), name, text)
     return Response(told.model_dump_json(), 201, media_type=JSON)
 
 

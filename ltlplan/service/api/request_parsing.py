@@ -8,7 +8,9 @@ from typing import TypeVar
 from fastapi import Request
 from pydantic import BaseModel, ValidationError
 
-from ltlplan.service.problems import UnsupportedMedia
+from ltlplan.service.people.roles import Principal
+from ltlplan.service.people.user_jobs import UserJobs
+from ltlplan.service.problems import NotAuthenticated, UnsupportedMedia
 from ltlplan.service.service import Service
 from verify.data.errors import BadInput
 from verify.data.storage.safe_reading import decoded, parse_json
@@ -27,8 +29,25 @@ def service_of(request: Request) -> Service:
 
 
 def who_of(request: Request) -> str:
-    """Return who asks, as the gate knows it: a token's name, or an address."""
+    """Return the name under which a request is counted, as the gate knows it: a user's, or an address."""
     return str(getattr(request.state, "client", ""))
+
+
+def principal_of(request: Request) -> Principal:
+    """Return who asks, as the gate knows it.
+
+    Raises:
+        NotAuthenticated: A stranger does.
+    """
+    found: Principal | None = request.state.principal
+    if found is None:
+        raise NotAuthenticated("Log in first.")
+    return found
+
+
+def jobs_of(request: Request) -> UserJobs:
+    """Return the jobs as who asks has them."""
+    return service_of(request).jobs_of(principal_of(request))
 
 
 def _kind(request: Request) -> str:

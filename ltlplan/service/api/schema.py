@@ -20,7 +20,7 @@ _REF = "#/components/schemas/{model}"
 _WHY = {
     400: "The request is not even HTTP, or its parts are broken.",
     401: "A token is needed, or this one is none of ours.",
-    403: "A page of another site asked.",
+    403: "The role is not enough, or a page of another site asked.",
     404: "There is nothing of that name.",
     405: "The path has other methods.",
     408: "The body did not come in time.",
@@ -35,8 +35,8 @@ _WHY = {
     503: "Too much is being asked at the moment.",
     507: "The disk is full.",
 }
-_ALWAYS = (400, 401, 421, 422, 429, 500, 503)
-_CHANGING = (403, 408, 413)
+_ALWAYS = (400, 401, 403, 421, 422, 429, 500, 503)
+_CHANGING = (408, 413)
 _WITH_BODY = (415,)
 
 Responses = dict[int | str, dict[str, Any]]  # of any type: OpenAPI nests

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 from ltlplan.service.job_queue.job_records import Entry
 from ltlplan.service.models import ENDED, Job, Problem, State
@@ -72,19 +72,22 @@ class Register:
             return None
         return entry.job.model_copy(update={"found": True})
 
-    def newest(self, *, state: State | None, limit: int, before: str | None) -> list[Job]:
+    def newest(
+        self, *, state: State | None, limit: int, before: str | None, which: Callable[[Job], bool] | None = None
+    ) -> list[Job]:
         """Return jobs, newest first; exports of their flights are not listed.
 
         Args:
             state: Only those.
             limit: At most so many.
             before: Only those that were submitted before the job of this id.
+            which: Only those of which this is true.
         """
         found: list[Job] = []
         passed = before is None
         for job_id in reversed(self._entries):
             job = self._entries[job_id].job
-            if passed and job.of is None and state in (None, job.state):
+            if passed and job.of is None and state in (None, job.state) and (which is None or which(job)):
                 found.append(job)
                 if len(found) >= limit:
                     break

@@ -19,16 +19,17 @@ from ltlplan.service.execution.exporting import ExportAsked
 from ltlplan.service.execution.turns import SharedPool
 from ltlplan.service.job_queue.admission import Admission
 from ltlplan.service.job_queue.database import folder_name, prepare, url_of, why
-from ltlplan.service.job_queue.engine import TRIES, Data, Engine, Step, tables
+from ltlplan.service.job_queue.engine import Data, Engine, Step, tables
 from ltlplan.service.job_queue.events import state_event
+from ltlplan.service.job_queue.health import health_of
 from ltlplan.service.job_queue.job_index import Register
 from ltlplan.service.job_queue.job_records import Entry, entry_of, export_record, job_of, record_of, told_again
-from ltlplan.service.job_queue.results import RESERVE, Results, StoredFile
+from ltlplan.service.job_queue.results import Results, StoredFile
 from ltlplan.service.job_queue.runner import Pool, Runner, end
 from ltlplan.service.job_queue.store import Damaged
 from ltlplan.service.models import ENDED, Event, Health, Job, State
 from ltlplan.service.problems import Busy, Conflict
-from ltlplan.service.provenance import key_of_asked, software
+from ltlplan.service.provenance import key_of_asked
 from ltlplan.service.settings import Settings
 from verify.data import LtlplanError, Mission
 from verify.data.errors import InternalError
@@ -49,6 +50,7 @@ class Jobs:
     Attributes:
         settings: Where, and within which limits.
         workers: Who computes missions.
+        referring: Held while users' references and the jobs that they keep are changed together.
     """
 
     def __init__(self, settings: Settings, workers: Pool, errands: SharedPool | None = None) -> None:
@@ -68,7 +70,7 @@ class Jobs:
         self._health: Health | None = None
         self._register = Register()
         self._admission = Admission(settings.limits, self._register, self._results)
-        self._submitting = asyncio.Lock()
+        self._submitting, self.referring = asyncio.Lock(), asyncio.Lock()
         self._engine: Engine | None = None
         self._watching: asyncio.Task[None] | None = None
 
@@ -182,15 +184,39 @@ class Jobs:
         _log.info("job %s is accepted", job_id)
         return entry.job
 
-    async def jobs(self, *, state: State | None = None, limit: int = 50, before: str | None = None) -> list[Job]:
+    async def jobs(
+        self,
+        *,
+        state: State | None = None,
+        limit: int = 50,
+        before: str | None = None,
+        which: Callable[[Job], bool] | None = None,
+    ) -> list[Job]:
         """Return jobs, newest first, without what their stages found; exports are not listed.
 
         Args:
             state: Only those.
             limit: At most so many.
             before: Only those that were submitted before the job of this id.
+            which: Only those of which this is true.
         """
-        return self._register.newest(state=state, limit=limit, before=before)
+        return self._register.newest(state=state, limit=limit, before=before, which=which)
+
+    def has(self, job_id: str) -> bool:
+        """Return whether there is such a job."""
+        return self._register.find(job_id) is not None
+
+    def known(self, job_id: str) -> Job:
+        """Return a job without what its stages found.
+
+        Raises:
+            NotFound: There is no such job.
+        """
+        return self._register.entry(job_id).job
+
+    def asked_by(self) -> dict[str, str]:
+        """Return who submitted each job first, without exports."""
+        return {entry.job.id: entry.asked.get("who", "") for entry in self._register if entry.job.of is None}
 
     async def job(self, job_id: str) -> Job:
         """Return a job with all that its stages found so far.
@@ -280,9 +306,7 @@ class Jobs:
             NotFound: There is no such job.
             Conflict: It has not ended.
         """
-        entry = self._register.entry(job_id)
-        if entry.job.state not in ENDED:
-            raise Conflict(f"Job {job_id} is {entry.job.state}; cancel it first, then delete it.")
+        entry = self.require_ended(job_id)
         async with self._submitting:
             self._register.entry(job_id)  # it may have been deleted while this waited
             for each in (*self._register.exports(job_id), entry):
@@ -291,6 +315,18 @@ class Jobs:
                 self._register.drop(each)
                 await asyncio.to_thread(self._results.drop, each, list(self._register))
         _log.info("job %s is deleted", job_id)
+
+    def require_ended(self, job_id: str) -> Entry:
+        """Return a job that has ended.
+
+        Raises:
+            NotFound: There is no such job.
+            Conflict: It has not ended.
+        """
+        entry = self._register.entry(job_id)
+        if entry.job.state not in ENDED:
+            raise Conflict(f"Job {job_id} is {entry.job.state}; cancel it first, then delete it.")
+        return entry
 
     async def file(self, job_id: str, name: str) -> StoredFile:
         """Return a file of a job, by its name in the job's own table.
@@ -334,20 +370,8 @@ class Jobs:
         except LtlplanError as error:
             database = str(error)
         room = await asyncio.to_thread(self._results.store.free)
-        interrupted = {} if self._engine is None else dict(self._engine.interrupted)
-        loops = any(each.times >= TRIES for each in interrupted.values())
-        return Health(
-            ok=database == "answers" and self.workers.trouble is None and not loops and room >= RESERVE,
-            database=database,
-            computing=self.workers.trouble or "answers",
-            interrupted={job: f"given up {each.times} times: {each.why}" for job, each in interrupted.items()},
-            workers=self.workers.count,
-            alive=self.workers.alive,
-            running=self._register.count("running"),
-            queued=self._register.count("queued"),
-            room=room,
-            versions=software(),
-        )
+        interrupted = {} if self._engine is None else self._engine.interrupted
+        return health_of(database, interrupted, room, self.workers, self._register)
 
     async def _in_engine(self, what: Any) -> Any:  # a function of the engine that returns a coroutine
         """Have the engine do something in its own loop, and wait for it here, but not for ever."""

@@ -96,7 +96,7 @@ class _Refusal:
         try:
             changed = text if change is None else await change(text)
         except LtlplanError:  # what was written differently still reads when it is resolved
-            text = await self.desk.service.jobs.mission(job.id)
+            text = await self.desk.jobs.mission(job.id)
             changed = text if change is None else await change(text)
         await self.desk.edit(changed)
 

@@ -108,10 +108,10 @@ class _Away:
 
     async def _export(self, job: Job, wanted: ExportAsked, label: str, state: Words) -> None:
         """Have the flight written, and give the archive when it is."""
-        jobs = self.desk.service.jobs
+        jobs = self.desk.jobs
         state.set_text(f"{label} is being written ...")
         try:
-            made = await jobs.export(job.id, wanted, who=self.desk.who)
+            made = await jobs.export(job.id, wanted)
             while made.ended is None:
                 made = await jobs.waited(made.id, _PATIENCE)
             if made.problem is not None:

@@ -17,6 +17,7 @@ from ltlplan.service.page.certificate_tab import trust_tab
 from ltlplan.service.page.downloads_tab import take_away_tab
 from ltlplan.service.page.elements import Flight, Words, box, button, say
 from ltlplan.service.page.live import live_tab
+from ltlplan.service.page.people_tab import people_tab
 from ltlplan.service.page.plan import plan_tab
 from ltlplan.service.page.recording_tab import judge_tab
 from ltlplan.service.page.session_state import ADDRESS, TABS, Desk
@@ -114,8 +115,7 @@ def _desk(service: Service, flight: str | None = None) -> Desk:
     """Return the desk of who opens a page."""
     client = ui.context.client
     asked = client.request
-    user = service.sessions.owner(asked.state.asker.session)
-    return Desk(service, client, flight=flight, who=str(asked.state.client), user=user)
+    return Desk(service, client, asked.state.principal, asked.state.asker.session, flight=flight)
 
 
 async def _page(desk: Desk, tab: str, job: str | None) -> None:
@@ -143,6 +143,8 @@ async def _page(desk: Desk, tab: str, job: str | None) -> None:
         take_away_tab(desk)
     with panels["live"]:
         live_tab(desk)
+    with panels["people"]:
+        people_tab(desk)
 
     def turned(to: str) -> None:
         for name, panel in panels.items():
@@ -177,12 +179,13 @@ def _header(desk: Desk) -> Element:
                 tabs[name] = button(name.capitalize(), lambda name=name: desk.show(name)).props(
                     f"role=tab id={ADDRESS[name]}-tab"
                 )
+            tabs["people"].set_visibility(desk.user is not None)
         at = button("", lambda: desk.show("plan"), "current", label="The job that is looked at")
         at.set_visibility(False)
         if desk.user is not None:
             with box("leave", tag="form").props("method=post action=/logout"):
                 leave = Words("button", "Log out", "quiet").props("type=submit")
-                leave.props["title"] = f"You are {desk.user}"
+                leave.props["title"] = f"You are {desk.user}, {desk.principal.role.name}"
 
     def turned(to: str) -> None:
         title.props["aria-label"] = f"ltlplan: {to}"

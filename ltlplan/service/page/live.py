@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 from nicegui import ui
 
 from ltlplan.service.page.elements import Part, Words, box, button, table
+from ltlplan.service.people.roles import Action
 from verify.data import LtlplanError
 
 if TYPE_CHECKING:
@@ -67,7 +68,7 @@ class _Telling:
         flight = next((flight for flight in flights if flight.name == self.desk.flight), None)
         said = _state(flight, self.desk.flight)
         self.state.show(said, lambda: Words("p", said, "soft"))
-        self.form.set_visibility(flight is not None and flight.ended is None)
+        self.form.set_visibility(flight is not None and flight.ended is None and self.desk.may(Action.FLY))
         last = 0 if flight is None else max(0, flight.events - 100)
         events = () if flight is None else await live.events(
             flight.name, flight=None, after=last, wait=0.0, stopping=self.desk.service.stopping
@@ -90,7 +91,7 @@ class _Telling:
     async def _tell(self) -> None:
         if self.desk.flight is None or not self.line.strip():
             return
-        await self.desk.service.live.tell(self.desk.flight, self.line, self.desk.who)
+        await self.desk.service.tell(self.desk.principal, self.desk.flight, self.line)
         self.line = ""
         self.desk.client.run_javascript(f"getHtmlElement({self.field.id}).value = ''")
         await self.refresh()

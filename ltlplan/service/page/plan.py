@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Any
 from nicegui import ui
 
 from ltlplan.service.page.elements import Part, Words, box, button, say, table
+from ltlplan.service.people.roles import Action
 
 if TYPE_CHECKING:
-    from ltlplan.service.models import Job, Stage, State
+    from ltlplan.service.models import Job, Stage
     from ltlplan.service.page.session_state import Desk
 
 Found = Mapping[str, Any]  # of any type: what stages found is JSON
@@ -22,6 +23,8 @@ _REFRESH = 3.0
 """s between looks at the list while it is seen."""
 _MOST = 60
 """Jobs that are listed at first, and that are added to them at a time."""
+_GONE = " and all its files? This cannot be undone."
+_KEPT = "? Others who have it keep it; if nobody has, its files are gone for good."
 _REFUSALS = 6
 """Refused claims of a round that are written out."""
 
@@ -61,7 +64,7 @@ class _Planning:
 
     async def refresh(self) -> None:
         """List the jobs again where something changed."""
-        jobs = await self.desk.service.jobs.jobs(limit=sys.maxsize if self.wanted else self.most + 1)
+        jobs = await self.desk.jobs.jobs(limit=sys.maxsize if self.wanted else self.most + 1)
         jobs = [job for job in jobs if self.wanted in f"{job.mission} {job.title} {job.id}".casefold()]
         self.more.set_visibility(len(jobs) > self.most)
         jobs = jobs[: self.most]
@@ -76,9 +79,9 @@ class _Planning:
             entry = self.listed.get(job.id)
             if entry is None:
                 with self.list:
-                    entry = self.listed[job.id] = _Entry(job, self._open)
+                    entry = self.listed[job.id] = _Entry(job, self.desk.user, self._open)
                 entry.place.move(target_index=index)
-            entry.show(job.state, job.id == chosen)
+            entry.show(job, job.id == chosen)
 
     async def _search(self, event: Any) -> None:  # of any type: NiceGUI's events carry what the browser sends
         self.wanted, self.most = str(event.args).strip().casefold(), _MOST
@@ -109,26 +112,48 @@ class _Planning:
             return
         ended = None if job.ended is None else job.state
         if (entry := self.listed.get(job.id)) is not None:
-            entry.show(job.state, True)  # not only at the next look at the list
+            entry.show(job, True)  # not only at the next look at the list
         self.name.show((job.mission, job.state), lambda: _name(job))
-        self.actions.show((job.id, ended), lambda: self._actions(job))
+        self.actions.show((job.id, ended, job.owner, job.project), lambda: self._actions(job))
         self.told.show((job.id, job.state, job.started, job.ended), lambda: self._told(job))
         self.stages.show(job.stages, lambda: [_stage(stage) for stage in job.stages])
         self.problem.show((job.id, job.problem, job.state), lambda: self._problem(job))
 
     def _actions(self, job: Job) -> None:
-        if job.ended is None:
+        mine = self.desk.may(Action.PLAN) and self.desk.jobs.owns(job)
+        if job.ended is None and mine:
             button("Cancel", lambda: self.desk.guarded(self._cancel(job), self.actions.place), "danger")
         elif job.state == "done":
             button("Watch it", lambda: self.desk.show("watch"), "primary")
         button("Edit and plan again", lambda: self.desk.guarded(self._edit(job), self.actions.place))
-        if job.ended is not None:
+        if mine and (job.ended is not None or self.desk.user is not None):
             button("Delete", lambda: self.desk.guarded(self._delete(job), self.actions.place), "quiet")
+        if mine and job.owner == self.desk.user:
+            self._project(job)
+
+    def _project(self, job: Job) -> None:
+        """Show the job's project, and let it be another; projects are shared under People."""
+        with box("project", tag="label"):
+            Words("span", "Project ", "soft")
+            field = ui.element("input").props('maxlength=60 autocomplete=off placeholder="none"')
+            field.props["value"] = job.project
+
+        async def moved(event: Any) -> None:  # of any type: NiceGUI's events carry what the browser sends
+            await self.desk.guarded(self._move(job, str(event.args).strip()), self.actions.place)
+
+        field.on("change", moved, js_handler="(event) => emit(event.target.value)")
+
+    async def _move(self, job: Job, project: str) -> None:
+        await self.desk.jobs.move(job.id, project)
+        await self.desk.open(job.id, "plan")
+        await self.refresh()
+        with self.actions.place:
+            say(f"It is in the project {project} now." if project else "It is in no project now.", good=True)
 
     def _told(self, job: Job) -> None:
         self.bar = self.sentence = None
         Words("code", job.title, "asked")
-        times = [f"seed {job.seed}", f"handed in {_clock(job.submitted)}"]
+        times = [f"seed {job.seed}", f"handed in {_clock(job.submitted)}{_whose(job, self.desk.user)}"]
         if job.started and job.ended:
             times.append(f"took {_seconds(job.started, job.ended)}")
         Words("p", ", ".join(times), "soft")
@@ -149,18 +174,18 @@ class _Planning:
         await self.desk.edit(await self.desk.text_of(job))
 
     async def _cancel(self, job: Job) -> None:
-        await self.desk.service.jobs.cancel(job.id)
+        await self.desk.jobs.cancel(job.id)
         await self.desk.open(job.id, "plan")
 
     async def _delete(self, job: Job) -> None:
         with ui.dialog() as dialog, box("dialog"):
-            Words("p", f"Delete the job of {job.mission} and all its files? This cannot be undone.")
+            Words("p", f"Delete the job of {job.mission}{_KEPT if self.desk.user is not None else _GONE}")
             with box("row"):
                 button("Delete it", lambda: dialog.submit(True), "danger")
                 button("Keep it", lambda: dialog.submit(False))
         if not await dialog:
             return
-        await self.desk.service.jobs.delete(job.id)
+        await self.desk.jobs.delete(job.id)
         self.desk.close_job()
         await self.refresh()
         with self.actions.place:
@@ -170,20 +195,28 @@ class _Planning:
 class _Entry:
     """One job in the list."""
 
-    def __init__(self, job: Job, opened: Callable[[str], Awaitable[None]]) -> None:
-        self.place = box(tag="li")
+    def __init__(self, job: Job, user: str | None, opened: Callable[[str], Awaitable[None]]) -> None:
+        self.user, self.place = user, box(tag="li")
         with self.place:
             self.button = button("", lambda: opened(job.id))
             with self.button:
                 Words("b", job.mission)
                 self.chip = Words("span", "")
                 Words("small", f"{job.title}", "title")
-                Words("small", f"{_clock(job.submitted)}, seed {job.seed}", "soft")
+                self.when = Words("small", "", "soft")
 
-    def show(self, state: State, chosen: bool) -> None:
-        """Show how far it has come, and whether it is looked at."""
-        self.button.classes(replace=f"entry {state}").props(f"aria-current={'true' if chosen else 'false'}")
-        self.chip.classes(replace=f"chip {state}").set_text(_STATES[state])
+    def show(self, job: Job, chosen: bool) -> None:
+        """Show how far it has come, whose it is, and whether it is looked at."""
+        self.button.classes(replace=f"entry {job.state}").props(f"aria-current={'true' if chosen else 'false'}")
+        self.chip.classes(replace=f"chip {job.state}").set_text(_STATES[job.state])
+        self.when.set_text(f"{_clock(job.submitted)}, seed {job.seed}{_whose(job, self.user)}")
+
+
+def _whose(job: Job, user: str | None) -> str:
+    """Return whose job it is, where it is another's, and its project."""
+    if user is None:
+        return ""
+    return (f", {job.owner}'s" if job.owner not in ("", user) else "") + (f", in {job.project}" if job.project else "")
 
 
 def _name(job: Job) -> None:

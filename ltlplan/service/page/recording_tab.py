@@ -117,7 +117,7 @@ class _Judging:
         service = self.desk.service
         try:
             asked = recording_asked(self.fields)
-            files = await places(service.jobs, job)
+            files = await places(self.desk.jobs, job)
             told = await service.questions.ask_in_folder(judged, files, await file.read(), asked, who=self.desk.who)
         except LtlplanError as error:
             if number == self.newest:

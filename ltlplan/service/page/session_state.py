@@ -11,13 +11,16 @@ from nicegui import Client, background_tasks
 from nicegui.element import Element
 
 from ltlplan.service.page.elements import say
+from ltlplan.service.people.roles import Action, Principal, allows
+from ltlplan.service.people.user_jobs import UserJobs
+from ltlplan.service.security.tokens import LOCAL
 from verify.data import LtlplanError
 
 if TYPE_CHECKING:
     from ltlplan.service.models import Job
     from ltlplan.service.service import Service
 
-TABS = ("write", "plan", "watch", "trust", "judge", "take away", "live")
+TABS = ("write", "plan", "watch", "trust", "judge", "take away", "live", "people")
 ADDRESS = {tab: tab.replace(" ", "-") for tab in TABS}
 
 
@@ -31,8 +34,8 @@ class Desk:
         job: The job that is looked at.
         tab: The tab that is seen.
         flight: Name of the flight in the air that is looked at.
-        who: Who looks: a token's name, or an address.
-        user: The token's name, where somebody logged in.
+        principal: Who looks.
+        session: The session by which they logged in, if they did.
         texts: Missions as they were written, by the job that was made of them.
         on_job: Receives the job when it is another one or has come further.
         on_progress: Receives a sentence and the share done while it is computed.
@@ -43,11 +46,11 @@ class Desk:
 
     service: Service
     client: Client
+    principal: Principal
+    session: str = ""
     job: Job | None = None
     tab: str = "write"
     flight: str | None = None
-    who: str = "the page"
-    user: str | None = None
     texts: dict[str, str] = field(default_factory=dict[str, str])
     on_job: list[Callable[[Job | None], None]] = field(default_factory=list[Callable[["Job | None"], None]])
     on_progress: list[Callable[[str, float], None]] = field(default_factory=list[Callable[[str, float], None]])
@@ -55,6 +58,25 @@ class Desk:
     write: Callable[[str], Awaitable[None]] | None = None
     written: Callable[[str], Awaitable[str | None]] | None = None
     _following: asyncio.Task[None] | None = None
+
+    @property
+    def who(self) -> str:
+        """Name under which what is asked is counted: the user's, or an address."""
+        return self.principal.client
+
+    @property
+    def user(self) -> str | None:
+        """The user's name, where somebody logged in."""
+        return None if self.principal.user == LOCAL else self.principal.user
+
+    @property
+    def jobs(self) -> UserJobs:
+        """Jobs as this person has them."""
+        return self.service.jobs_of(self.principal)
+
+    def may(self, action: Action) -> bool:
+        """Return whether this person may do something. Another role ends the session, and this page with it."""
+        return allows(self.principal.role, action)
 
     async def open(self, job_id: str, tab: str) -> None:
         """Look at a job.
@@ -66,7 +88,7 @@ class Desk:
         Raises:
             BadInput: There is no such job.
         """
-        job = await self.service.jobs.job(job_id)
+        job = await self.jobs.job(job_id)
         self._set_job(job)
         self.show(tab)
         self.leave()
@@ -94,6 +116,8 @@ class Desk:
             path = "/"
         elif tab == "live":
             path = "/live" if self.flight is None else f"/live/{self.flight}"
+        elif tab == "people":
+            path = "/people"
         elif self.job is None:
             path = f"/{ADDRESS[tab]}"
         else:
@@ -109,7 +133,7 @@ class Desk:
     async def text_of(self, job: Job) -> str:
         """Return a job's mission as it was written here, or as it was resolved."""
         known = self.texts.get(job.id) or (None if self.written is None else await self.written(job.id))
-        return known or await self.service.jobs.mission(job.id)
+        return known or await self.jobs.mission(job.id)
 
     async def guarded(self, work: Awaitable[None], place: Element | None = None) -> None:
         """Wait for work, and say in words what goes wrong with it.
@@ -133,7 +157,7 @@ class Desk:
 
     async def _follow(self, job_id: str) -> None:
         """Tell the tabs what happens to a job until it ends."""
-        jobs = self.service.jobs
+        jobs = self.jobs
         async for event in jobs.events(job_id):
             if self.job is None or self.job.id != job_id:
                 return

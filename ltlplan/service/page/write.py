@@ -190,7 +190,7 @@ class _Writing:
             return
         mission = await self.desk.service.mission(text, who=self.desk.who)
         mission = with_pace(mission, pace_of(self.pace_text or None))
-        job = await self.desk.service.jobs.submit(mission, seed=int(seed) if seed else None, who=self.desk.who)
+        job = await self.desk.jobs.submit(mission, seed=int(seed) if seed else None)
         self.desk.texts[job.id] = text
         await self.drafted.hand_in(job.id, text)
         if job.found:

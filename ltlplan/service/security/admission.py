@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from ltlplan.service.people.people import People
+from ltlplan.service.people.roles import Principal
 from ltlplan.service.problems import NotAuthenticated
 from ltlplan.service.security.asker import ASSETS, LOGIN, Asker, is_open
 from ltlplan.service.security.body_limits import Bodies, Body, Receive
 from ltlplan.service.security.open_requests import OpenRequests
 from ltlplan.service.security.origins import SAFE, require_own_host, require_own_page
 from ltlplan.service.security.rates import Rates
-from ltlplan.service.security.sessions import Sessions
 from ltlplan.service.settings import Limits
 
 UPLOADS = ("/api/flights/", "/_nicegui/")
@@ -22,14 +23,14 @@ class Rules:
     """Rules of admission.
 
     Attributes:
-        sessions: Who may ask: by a token, or by a browser's session.
+        people: Who may ask: by a token, or by a browser's session.
         names: Our names.
         everywhere: Whether the service listens to more than its own machine.
         closed: Whether it answers to tokens only, even when the last one was revoked.
         limits: How much and how often.
     """
 
-    sessions: Sessions
+    people: People
     names: frozenset[str]
     everywhere: bool
     closed: bool
@@ -56,15 +57,16 @@ class Admission:
         self._bodies = Bodies(limits.held_bytes, limits.body_seconds)
         self._reads, self._asked = Rates(limits.reads), Rates(limits.questions_asked)
         self._strangers = Rates(limits.strangers)
+        self._guesses_of_address, self._guesses_of_account = Rates(limits.guesses), Rates(limits.guesses_of_account)
 
     @property
     def needs_tokens(self) -> bool:
-        """True if only tokens are answered; a service that once answered to them does so until it ends, also when the last one is revoked."""
-        self._closed = self._closed or self.rules.closed or self.rules.sessions.tokens.needed
+        """True if everybody has to say who they are; a service that once asked for it does so until it ends, also when the last token is revoked."""
+        self._closed = self._closed or self.rules.closed or self.rules.people.needed
         return self._closed
 
-    def admit(self, method: str, asker: Asker, headers: dict[str, str]) -> str:
-        """Return who asks: a token's name, or the address where none is needed.
+    def admit(self, method: str, asker: Asker, headers: dict[str, str]) -> Principal | None:
+        """Return who asks: by a token or a session, or from this machine where none is needed; None for strangers, where they are answered.
 
         Args:
             method: The request's; "WEBSOCKET" for a websocket.
@@ -77,29 +79,26 @@ class Admission:
         require_own_host(headers.get("host", ""), self.rules.names, everywhere=self.rules.everywhere)
         require_own_page(method, headers)
         by_token = self.needs_tokens and asker.bearer is not None
-        who = self.owner_of(asker.bearer or "", asker.address) if by_token else self.who(asker)
-        if who is None:
-            raise NotAuthenticated(_HOW if self.rules.sessions.tokens.needed else _NONE_LEFT)
+        who = self.holder_of(asker.bearer or "", asker.address) if by_token else self.who(asker)
+        if who is None and not is_open(asker.path):
+            raise NotAuthenticated(_HOW if self.rules.people.needed else _NONE_LEFT)
         if asker.path != LOGIN and not asker.path.startswith(
             ASSETS
         ):  # wrong tokens are counted, and nobody's others keep one out
-            (self._reads if method in SAFE else self._asked).take(who)
+            (self._reads if method in SAFE else self._asked).take(client_of(who, asker))
         return who
 
-    def who(self, asker: Asker) -> str | None:
-        """Return who asks now, counting nothing; None where who asks may not."""
+    def who(self, asker: Asker) -> Principal | None:
+        """Return who asks now, counting nothing; None for strangers."""
+        people = self.rules.people
         if not self.needs_tokens:
-            return asker.address
-        owner = self.owner(asker)
-        return asker.address if owner is None and is_open(asker.path) else owner
+            return people.local(asker.address)
+        if asker.bearer is not None:
+            return people.of_token(asker.bearer, asker.address)
+        return people.of_session(asker.session, asker.address)
 
-    def owner(self, asker: Asker) -> str | None:
-        """Return the name of the token by which somebody asks, or None."""
-        sessions = self.rules.sessions
-        return sessions.owner(asker.session) if asker.bearer is None else sessions.tokens.owner(asker.bearer)
-
-    def owner_of(self, token: str, address: str) -> str:
-        """Return a token's name. A right one passes, however many wrong ones came from the same address.
+    def holder_of(self, token: str, address: str) -> Principal:
+        """Return a token's holder. A right one passes, however many wrong ones came from the same address.
 
         Args:
             token: As it was given.
@@ -109,12 +108,25 @@ class Admission:
             NotAuthenticated: It is none of ours.
             TooManyRequests: It is none of ours, and not the first from this address.
         """
-        owner = self.rules.sessions.tokens.owner(token)
-        if owner is None:
+        holder = self.rules.people.of_token(token, address)
+        if holder is None:
             self._strangers.require_any(address)
             self._strangers.take(address)
             raise NotAuthenticated("This is no token of this service, or it was revoked.")
-        return owner
+        return holder
+
+    def require_guess(self, name: str, address: str) -> None:
+        """Count a password that somebody is about to try, before it is looked at: passwords can be guessed, so a right one waits as well.
+
+        Args:
+            name: Of the account.
+            address: Where it comes from.
+
+        Raises:
+            TooManyRequests: Too many came from this address, or for this account.
+        """
+        self._guesses_of_address.take(address)
+        self._guesses_of_account.take(name.casefold()[:60])
 
     def guarded(self, receive: Receive, path: str, announced: str | None) -> Body:
         """Return a request's body, counted and with a clock.
@@ -129,8 +141,13 @@ class Admission:
         return Body(receive, self._bodies, most, announced)
 
 
+def client_of(principal: Principal | None, asker: Asker) -> str:
+    """Return the name under which a request is counted and noted: the user's, or the address."""
+    return asker.address if principal is None else principal.client
+
+
 _HOW = (
-    "This service answers to tokens only: send the header `Authorization: Bearer TOKEN` (in a browser, open /login). "
-    "`ltlplan serve --new-token NAME` makes one."
+    "This service asks who you are: send the header `Authorization: Bearer TOKEN`, or open /login in a browser. "
+    "`ltlplan serve --new-token NAME` makes a token, `ltlplan accounts add NAME` an account."
 )
 _NONE_LEFT = "This service has no tokens left; `ltlplan serve --new-token NAME` makes one."

@@ -7,7 +7,10 @@ from dataclasses import dataclass
 
 COOKIE = "ltlplan_session"
 LOGIN = "/login"
-OPEN = ("/health", LOGIN, "/logout", "/docs", "/openapi.json", "/favicon.ico")
+PASSWORD = "/password"
+OPENID = "/login/openid"
+OPENID_BACK = "/login/openid/back"
+OPEN = ("/health", LOGIN, PASSWORD, OPENID, OPENID_BACK, "/logout", "/docs", "/openapi.json", "/favicon.ico")
 """What is answered without a token: nothing in it is anybody's."""
 OPEN_FOLDERS = ("/docs/", "/problems/")
 """Of what lies right in them, the same is so."""

@@ -8,8 +8,9 @@ from collections.abc import Awaitable, Callable
 from contextlib import suppress
 
 from ltlplan.service.log import note, note_bug
+from ltlplan.service.people.roles import Principal
 from ltlplan.service.problems import NotAuthenticated, WrongHost
-from ltlplan.service.security.admission import Admission
+from ltlplan.service.security.admission import Admission, client_of
 from ltlplan.service.security.asker import ASSETS, LOGIN, Asker, is_open
 from ltlplan.service.security.body_limits import Body, Message, Receive
 from ltlplan.service.security.open_requests import gone
@@ -52,6 +53,7 @@ class Passage:
         self._path = str(scope["path"])
         self._asker = Asker.of(self._path, str((scope.get("client") or ("unknown",))[0]), self._headers)
         self.client = self._asker.address
+        self._principal: Principal | None = None
         self._began = time.perf_counter()
         self._status = 0
         self._chunked = False
@@ -70,8 +72,8 @@ class Passage:
     def may_go_on(self) -> bool:
         """Return whether who asks is still who asked, or it does not matter."""
         try:
-            return is_open(self._path) or self._admission.who(self._asker) == self.client
-        except LtlplanError:  # the tokens cannot be read, so nobody's is known
+            return is_open(self._path) or self._admission.who(self._asker) == self._principal
+        except LtlplanError:  # the people cannot be read, so nobody is known
             return False
 
     def end(self, error: LtlplanError) -> None:
@@ -94,7 +96,8 @@ class Passage:
     async def pass_through(self) -> None:
         """Let the request through, or answer why not."""
         try:
-            self.client = self._admission.admit(self._method, self._asker, self._headers)
+            self._principal = self._admission.admit(self._method, self._asker, self._headers)
+            self.client = client_of(self._principal, self._asker)
             self._admission.open.enter(self)
             async with self._clock:
                 await self._answered()
@@ -117,14 +120,13 @@ class Passage:
                 self._note()
 
     async def _answered(self) -> None:
+        self._scope.setdefault("state", {}).update(
+            client=self.client, principal=self._principal, admission=self._admission, asker=self._asker
+        )
         if self._method == "WEBSOCKET":
             await self._inner(self._scope, self._heard, self._told)
             return
         self._body = self._admission.guarded(self._receive, self._path, self._headers.get("content-length"))
-        known = not self._admission.needs_tokens or self._admission.owner(self._asker) is not None
-        self._scope.setdefault("state", {}).update(
-            client=self.client, known=known, admission=self._admission, asker=self._asker
-        )
         await self._inner(self._scope, self._body.receive, self._told)
 
     async def _heard(self) -> Message:

@@ -21,15 +21,52 @@ from verify.data.errors import BadInput, did_you_mean
 from verify.data.storage.safe_reading import parse_json, read_bytes
 
 FILE = "tokens.json"
-_FORMAT = 1
+DEFAULT_ROLE = "pilot"
+"""Role of a token that has none of its own and belongs to no account: what tokens could do before there were roles, but for administering."""
+_FORMAT = 2
+_READ = (1, 2)
+"""Formats that are read; the first has neither roles nor accounts."""
 _PREFIX = "ltlplan_"
 _MOST = 1_000_000
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,59}")
+LOCAL = "local"
+"""User of a service without accounts and tokens: whoever asks from its own machine."""
 
 
 def digest_of(secret: str) -> str:
     """Return what is kept of a token or of a session's name."""
     return hashlib.sha256(secret.encode("utf-8", "surrogateescape")).hexdigest()
+
+
+def require_name(name: str, of: str) -> None:
+    """Reject what cannot name a user: letters of other kinds, an address, or the service's own word for nobody in particular.
+
+    Args:
+        name: The name.
+        of: What is named, for the message.
+
+    Raises:
+        BadInput: It cannot.
+    """
+    if not _NAME.fullmatch(name):
+        raise BadInput(f"{name[:60]!r} cannot name {of}; use letters, digits, '-', '_' and '.', at most 60 of them.")
+    if re.fullmatch(r"[0-9.]+", name) or name.lower() == LOCAL:
+        raise BadInput(f"'{name}' cannot name {of}: the service itself calls clients so. Take another name.")
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """A token as it is kept.
+
+    Attributes:
+        digest: Its SHA-256.
+        role: What it may do at most; empty for what its account may, or the default.
+        account: Name of the account that it belongs to; empty for none.
+    """
+
+    digest: str
+    role: str
+    account: str
 
 
 @dataclass
@@ -41,26 +78,30 @@ class Tokens:
     """
 
     folder: Path
-    _known: dict[str, str] = field(default_factory=dict, init=False, repr=False)
+    _known: dict[str, Entry] = field(default_factory=dict[str, Entry], init=False, repr=False)
     _seen: tuple[int, int, int] | None = field(default=None, init=False, repr=False)
 
     @property
     def needed(self) -> bool:
         """True if there are any: then every client needs one."""
-        return bool(self._digests())
+        return bool(self.entries())
 
     def names(self) -> tuple[str, ...]:
         """Return the names of all tokens, in the order in which they were made."""
-        return tuple(self._digests())
+        return tuple(self.entries())
 
-    def new(self, name: str) -> str:
+    def new(self, name: str, *, role: str = "", account: str = "") -> str:
         """Make a token and return it; it cannot be shown again.
+
+        Args:
+            name: Names it, and its user where it belongs to no account.
+            role: What it may do at most.
+            account: Name of the account that it belongs to.
 
         Raises:
             BadInput: The name is none, or taken, or the folder cannot be written.
         """
-        if not _NAME.fullmatch(name):
-            raise BadInput(f"{name[:60]!r} cannot name a token; use letters, digits, '-', '_' and '.', at most 60 of them.")
+        require_name(name, "a token")
         with self._locked():
             entries = self._read()
             if any(entry["name"] == name for entry in entries):
@@ -69,7 +110,8 @@ class Tokens:
                 )
             token = _PREFIX + secrets.token_urlsafe(32)
             made = time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime())
-            self._write([*entries, {"name": name, "sha256": digest_of(token), "made": made}])
+            more = {key: value for key, value in (("role", role), ("account", account)) if value}
+            self._write([*entries, {"name": name, "sha256": digest_of(token), "made": made, **more}])
         return token
 
     def revoke(self, name: str) -> None:
@@ -90,17 +132,22 @@ class Tokens:
     def owner(self, token: str) -> str | None:
         """Return the name of a token, or None where it is none of ours."""
         given, found = digest_of(token), None
-        for name, digest in self._digests().items():
-            if hmac.compare_digest(given, digest):
+        for name, entry in self.entries().items():
+            if hmac.compare_digest(given, entry.digest):
                 found = name
         return found
 
     def digest(self, name: str) -> str | None:
         """Return the digest of the token of a name, or None where there is none."""
-        return self._digests().get(name)
+        entry = self.entry(name)
+        return None if entry is None else entry.digest
 
-    def _digests(self) -> dict[str, str]:
-        """Return the digests by name, read again where the file has changed."""
+    def entry(self, name: str) -> Entry | None:
+        """Return what is kept of the token of a name, or None where there is none."""
+        return self.entries().get(name)
+
+    def entries(self) -> dict[str, Entry]:
+        """Return what is kept of all tokens, read again where the file has changed."""
         try:
             found = os.stat(self.folder / FILE)  # noqa: PTH116  # asked at every request
         except OSError:
@@ -108,7 +155,11 @@ class Tokens:
             return self._known
         seen = (found.st_ino, found.st_mtime_ns, found.st_size)
         if seen != self._seen:
-            self._known, self._seen = {entry["name"]: entry["sha256"] for entry in self._read()}, seen
+            self._known = {
+                each["name"]: Entry(each["sha256"], str(each.get("role", "")), str(each.get("account", "")))
+                for each in self._read()
+            }
+            self._seen = seen
         return self._known
 
     def _read(self) -> list[dict[str, Any]]:  # of any type: JSON nests
@@ -116,7 +167,7 @@ class Tokens:
         if not path.exists():
             return []
         data = parse_json(read_bytes(path, most=_MOST, what="file of tokens"), str(path))
-        entries = data.get("tokens") if isinstance(data, dict) and data.get("format") == _FORMAT else None
+        entries = data.get("tokens") if isinstance(data, dict) and data.get("format") in _READ else None
         if not isinstance(entries, list) or not all(
             isinstance(each, dict) and isinstance(each.get("name"), str) and isinstance(each.get("sha256"), str)
             for each in entries

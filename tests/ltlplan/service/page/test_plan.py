@@ -20,6 +20,7 @@ from ltlplan.service.page.elements import Part, Words  # noqa: E402
 from ltlplan.service.page.plan import plan_tab  # noqa: E402
 from ltlplan.service.page.session_state import Desk  # noqa: E402
 from ltlplan.service.page.write import _Writing  # noqa: E402  # pyright: ignore[reportPrivateUsage]
+from ltlplan.service.people.roles import Principal, Role  # noqa: E402
 from tests.helpers.services import ONE_HOOP  # noqa: E402
 from verify.data import Mission, parse_mission  # noqa: E402
 
@@ -37,6 +38,9 @@ REFUSED = PLANNED.model_copy(
 )
 
 
+HERE = Principal("local", Role.admin, "127.0.0.1")
+
+
 class _Jobs:
     """Jobs that are what a test says they are."""
 
@@ -45,6 +49,10 @@ class _Jobs:
 
     async def jobs(self, limit: int) -> list[Job]:
         return self.known[:limit]
+
+    def owns(self, job: Job) -> bool:
+        del job
+        return True
 
 
 @pytest.fixture
@@ -57,8 +65,9 @@ def client() -> Iterator[Client]:
 
 @pytest.fixture
 def desk(client: Client) -> Desk:
-    service: Any = SimpleNamespace(jobs=_Jobs(), questions=SimpleNamespace(ask=None))
-    return Desk(service, client)
+    jobs = _Jobs()
+    service: Any = SimpleNamespace(jobs=jobs, jobs_of=lambda _: jobs, questions=SimpleNamespace(ask=None))
+    return Desk(service, client, HERE)
 
 
 def buttons(client: Client) -> dict[str, Element]:
@@ -80,16 +89,17 @@ def test_the_pace_that_is_typed_is_the_submitted_missions(typed: str, pace: floa
         del who
         return parse_mission(text)
 
-    async def submit(mission: Mission, seed: int | None, who: str) -> Job:
-        del seed, who
+    async def submit(mission: Mission, seed: int | None) -> Job:
+        del seed
         handed_in.append(mission)
         return QUEUED
 
     async def nothing(*_: object) -> None:
         return None
 
-    service: Any = SimpleNamespace(jobs=SimpleNamespace(submit=submit), mission=mission, questions=SimpleNamespace(ask=None))
-    desk = Desk(service, client)
+    jobs = SimpleNamespace(submit=submit)
+    service: Any = SimpleNamespace(jobs_of=lambda _: jobs, mission=mission, questions=SimpleNamespace(ask=None))
+    desk = Desk(service, client, HERE)
     vars(desk)["open"] = nothing
     writing = _Writing(desk)
     vars(writing.drafted)["hand_in"] = nothing

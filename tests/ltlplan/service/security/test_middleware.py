@@ -10,11 +10,11 @@ from typing import Any
 import httpx
 import pytest
 
+from ltlplan.service.people.people import People
 from ltlplan.service.security.admission import Rules
 from ltlplan.service.security.asker import COOKIE, is_open
 from ltlplan.service.security.middleware import Gate
 from ltlplan.service.security.origins import own_names
-from ltlplan.service.security.sessions import Sessions
 from ltlplan.service.security.tokens import Tokens
 from ltlplan.service.settings import Limits, Rate
 
@@ -34,7 +34,7 @@ async def _application(scope: Any, receive: Any, send: Any) -> None:
 
 
 def _gate(folder: Path, *, closed: bool = False, inner: Any = _application, **limits: Any) -> Gate:
-    rules = Rules(Sessions(Tokens(folder)), own_names("127.0.0.1"), everywhere=False, closed=closed, limits=Limits(**limits))
+    rules = Rules(People(Tokens(folder)), own_names("127.0.0.1"), everywhere=False, closed=closed, limits=Limits(**limits))
     return Gate(inner, rules)
 
 
@@ -55,7 +55,7 @@ def test_without_tokens_this_machine_may_ask(tmp_path: Path) -> None:
 
 def test_with_tokens_everybody_needs_one_and_it_stands_in_no_log(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     gate = _gate(tmp_path)
-    token = gate.rules.sessions.tokens.new("alice")
+    token = gate.rules.people.tokens.new("alice")
     caplog.set_level("INFO")
     refused = _asked(gate, "GET", "/api/x")
     assert refused.status_code == 401
@@ -64,7 +64,10 @@ def test_with_tokens_everybody_needs_one_and_it_stands_in_no_log(tmp_path: Path,
     assert _asked(gate, "GET", "/api/x?token=" + token).status_code == 401
     assert _asked(gate, "GET", "/api/x", headers={"authorization": "Bearer nonsense"}).status_code == 401
     assert _asked(gate, "GET", "/api/x", headers={"authorization": f"Bearer {token}"}).text == "alice"
-    assert _asked(gate, "GET", "/api/x", headers={"cookie": f"{COOKIE}={gate.rules.sessions.begin('alice')}"}).text == "alice"
+    assert (
+        _asked(gate, "GET", "/api/x", headers={"cookie": f"{COOKIE}={gate.rules.people.sessions.begin('alice')}"}).text
+        == "alice"
+    )
     assert _asked(gate, "GET", "/health").status_code == 200
     to_login = _asked(gate, "GET", "/jobs/1", headers={"accept": "text/html"})
     assert (to_login.status_code, to_login.headers["location"]) == (303, "/login")
@@ -76,9 +79,9 @@ def test_with_tokens_everybody_needs_one_and_it_stands_in_no_log(tmp_path: Path,
 def test_a_service_that_answered_to_tokens_does_not_open_when_the_last_one_is_revoked(tmp_path: Path) -> None:
     gate = _gate(tmp_path)
     assert _asked(gate, "GET", "/api/x").status_code == 200
-    token = gate.rules.sessions.tokens.new("alice")
+    token = gate.rules.people.tokens.new("alice")
     assert _asked(gate, "GET", "/api/x", headers={"authorization": f"Bearer {token}"}).text == "alice"
-    gate.rules.sessions.tokens.revoke("alice")
+    gate.rules.people.tokens.revoke("alice")
     assert _asked(gate, "GET", "/api/x", headers={"authorization": f"Bearer {token}"}).status_code == 401
     refused = _asked(gate, "GET", "/api/x")
     assert (refused.status_code, "no tokens left" in refused.text) == (401, True)
@@ -92,11 +95,11 @@ def test_a_network_s_service_stays_closed_when_its_last_token_is_revoked(tmp_pat
 
 def test_wrong_tokens_run_out_and_right_ones_pass_behind_the_same_address(tmp_path: Path) -> None:
     gate = _gate(tmp_path, strangers=Rate(0.001, 3))
-    token = gate.rules.sessions.tokens.new("alice")
+    token = gate.rules.people.tokens.new("alice")
     statuses = [_asked(gate, "GET", "/api/x", headers={"authorization": f"Bearer {i}"}).status_code for i in range(25)]
     assert statuses == [401] * 3 + [429] * 22
     assert _asked(gate, "GET", "/api/x", headers={"authorization": f"Bearer {token}"}).text == "alice"
-    session = gate.rules.sessions.begin("alice")
+    session = gate.rules.people.sessions.begin("alice")
     assert _asked(gate, "GET", "/api/x", headers={"cookie": f"{COOKIE}={session}"}).text == "alice"
     limited = _asked(gate, "GET", "/api/x", headers={"authorization": "Bearer 26"})
     assert (limited.status_code, int(limited.headers["retry-after"]) > 1) == (429, True)
@@ -182,10 +185,10 @@ class _Caller:
 @pytest.mark.parametrize("way", ["token", "session", "logout"])
 def test_what_is_open_ends_with_its_token_or_session_though_nothing_happens_in_it(kind: str, way: str, tmp_path: Path) -> None:
     gate = _gate(tmp_path, inner=_endless)
-    sessions = gate.rules.sessions
-    token = sessions.tokens.new("alice")
-    bobs = sessions.tokens.new("bob")
-    session = sessions.begin("alice")
+    people = gate.rules.people
+    token = people.tokens.new("alice")
+    bobs = people.tokens.new("bob")
+    session = people.sessions.begin("alice")
 
     async def ask() -> None:
         headers = {"authorization": f"Bearer {token}"} if way == "token" else {"cookie": f"{COOKIE}={session}"}
@@ -193,7 +196,7 @@ def test_what_is_open_ends_with_its_token_or_session_though_nothing_happens_in_i
         await ours.hears(1)
         await others.hears(1)
         if way == "logout":
-            sessions.end(session)
+            people.sessions.end(session)
         else:
             Tokens(tmp_path).revoke("alice")
         async with asyncio.timeout(30):
@@ -219,15 +222,15 @@ def test_nothing_said_in_a_socket_is_heard_after_its_session_has_ended(tmp_path:
             await send({"type": "websocket.send", "text": "heard"})
 
     gate = _gate(tmp_path, inner=listening)
-    sessions = gate.rules.sessions
-    sessions.tokens.new("alice")
-    session = sessions.begin("alice")
+    people = gate.rules.people
+    people.tokens.new("alice")
+    session = people.sessions.begin("alice")
 
     async def ask() -> None:
         caller = _Caller(gate, "websocket", cookie=f"{COOKIE}={session}")
         await caller.saying.put({"type": "websocket.receive", "text": "before"})
         await caller.hears(2)
-        sessions.end(session)
+        people.sessions.end(session)
         await caller.saying.put(
             {"type": "websocket.receive", "text": "after"}
         )  # at once: no look from time to time would see it
@@ -240,7 +243,7 @@ def test_nothing_said_in_a_socket_is_heard_after_its_session_has_ended(tmp_path:
 
 def test_an_answer_that_was_computed_meanwhile_is_not_given(tmp_path: Path) -> None:
     gate = _gate(tmp_path)
-    token = gate.rules.sessions.tokens.new("alice")
+    token = gate.rules.people.tokens.new("alice")
 
     async def revoking(scope: Any, receive: Any, send: Any) -> None:
         Tokens(tmp_path).revoke("alice")
@@ -253,7 +256,7 @@ def test_an_answer_that_was_computed_meanwhile_is_not_given(tmp_path: Path) -> N
 
 def test_one_client_has_only_some_requests_open_and_others_have_theirs(tmp_path: Path) -> None:
     gate = _gate(tmp_path, inner=_endless, open_of_one=3)
-    alice, bob = (gate.rules.sessions.tokens.new(name) for name in ("alice", "bob"))
+    alice, bob = (gate.rules.people.tokens.new(name) for name in ("alice", "bob"))
 
     async def ask() -> None:
         held = [_Caller(gate, "http", authorization=f"Bearer {alice}") for _ in range(4)]

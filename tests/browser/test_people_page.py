@@ -1,0 +1,179 @@
+"""Three people of a lab at once, each in a real browser: private and shared jobs, roles, an admin's work, and sessions that end while pages are open."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import httpx
+import pytest
+
+from ltlplan import Client
+from ltlplan.service.people.people import People
+from ltlplan.service.people.roles import Role
+from ltlplan.service.security.tokens import Tokens
+from tests.browser.devtools import CHROMIUM
+from tests.browser.visitor import LIMIT, OPTIONS, Visitor, served
+from tests.helpers.services import ONE_HOOP
+
+pytest.importorskip("nicegui", reason="needs the service's extra")
+playwright = pytest.importorskip("playwright.sync_api", reason="needs Playwright to drive a browser")
+
+pytestmark = [
+    pytest.mark.browser,
+    pytest.mark.slow,
+    pytest.mark.skipif(CHROMIUM is None, reason="needs Chromium to look at the page"),
+]
+
+PASSWORD = "twelve letters"
+
+
+@pytest.fixture(scope="module")
+def people(tmp_path_factory: pytest.TempPathFactory) -> Iterator[People]:
+    """Yield a lab of three, as the command line has it."""
+    folder = tmp_path_factory.mktemp("service") / "data"
+    folder.mkdir()
+    made = People(Tokens(folder))
+    for name, role in (("root", Role.admin), ("alice", Role.planner), ("bob", Role.planner), ("eve", Role.viewer)):
+        made.accounts.change_password(name, made.accounts.add(name, role), PASSWORD)
+    yield made
+    made.close()
+
+
+@pytest.fixture(scope="module")
+def address(people: People) -> Iterator[str]:
+    """Start the lab's service."""
+    with served(people.database.folder) as found:
+        yield found
+
+
+@pytest.fixture
+def browser() -> Iterator[Any]:
+    """Start Chromium."""
+    with playwright.sync_playwright() as driver:
+        started = driver.chromium.launch(executable_path=CHROMIUM, args=OPTIONS)
+        yield started
+        started.close()
+
+
+def _entered(browser: Any, address: str, name: str, password: str = PASSWORD) -> Visitor:
+    """Return somebody's window, logged in and looking at the missions."""
+    visitor = Visitor(browser, address)
+    visitor.open("/")
+    visitor.page.get_by_label("Name").fill(name)
+    visitor.page.get_by_label("Password", exact=True).fill(password)
+    visitor.page.get_by_role("button", name="Log in", exact=True).click()
+    visitor.page.wait_for_url(address + "/", timeout=LIMIT)
+    visitor.page.wait_for_selector("[role=tab]")
+    return visitor
+
+
+def _planned(visitor: Visitor, seed: int) -> str:
+    """Submit a mission as by hand, and return its job's id."""
+    visitor.tab("Write")
+    visitor.checked()
+    visitor.write(ONE_HOOP)
+    visitor.wait("document.querySelector('.state').textContent.includes('one-hoop')")
+    visitor.page.locator("input.seed").first.fill(str(seed))
+    visitor.page.get_by_role("button", name="Plan it").click()
+    visitor.page.wait_for_selector('[role=status][data-state="done"]')
+    return visitor.page.url.split("/jobs/")[1].split("/")[0]
+
+
+def _entries(visitor: Visitor) -> list[str]:
+    visitor.tab("Plan")
+    return visitor.page.locator(".job-list .entry").all_inner_texts()
+
+
+def test_three_people_at_once_have_their_own_jobs_and_what_others_need_stays(
+    address: str, people: People, browser: Any
+) -> None:
+    alice, bob, eve = (_entered(browser, address, name) for name in ("alice", "bob", "eve"))
+    job = _planned(alice, 3)
+    assert _planned(bob, 3) == job, "one computation"
+    eve.open(f"/jobs/{job}/watch")
+    eve.page.get_by_text(f"There is no job '{job}'.").wait_for()
+    eve.complaints.clear()
+    assert eve.page.get_by_role("tab", name="People").count() == 1
+    alice.page.get_by_role("button", name="Delete").click()
+    alice.page.get_by_text("Others who have it keep it").wait_for()
+    alice.page.get_by_role("button", name="Delete it").click()
+    alice.page.get_by_text("None yet: write a mission and plan it.").wait_for()
+    bob.tab("Watch")
+    bob.page.reload()
+    bob.wait("document.querySelector('.flight canvas') !== null")
+    assert len(_entries(bob)) == 1
+    bob.tab("People")
+    bob.page.locator("input[name=project]").fill("show")
+    bob.page.get_by_role("button", name="Make it").last.click()
+    bob.page.get_by_role("button", name="Share: show").click()
+    bob.page.get_by_role("button", name="Make private: show").wait_for()
+    bob.open(f"/jobs/{job}")
+    bob.wait("window.socket?.connected")
+    bob.page.get_by_role("textbox", name="Project").fill("show")
+    bob.page.get_by_role("textbox", name="Project").press("Enter")
+    bob.page.get_by_text("It is in the project show now.").wait_for()
+    eve.open("/plan")
+    eve.page.get_by_text("bob's, in show").first.wait_for()
+    eve.page.locator(".job-list .entry").click()
+    eve.page.get_by_role("button", name="Edit and plan again").wait_for()
+    assert eve.page.get_by_role("button", name="Delete").count() == 0
+    for visitor in (alice, bob, eve):
+        visitor.end()
+
+
+def test_an_admin_s_page_makes_accounts_and_ends_sessions_while_pages_are_open(
+    address: str, people: People, browser: Any
+) -> None:
+    root, eve = _entered(browser, address, "root"), _entered(browser, address, "eve")
+    root.tab("People")
+    root.page.locator("input[name=account]").fill("dora")
+    root.page.get_by_label("Its role").select_option("pilot")
+    root.page.locator(".accounts").get_by_role("button", name="Make it").click()
+    password = root.said(".revealed")
+    eve.tab("Live")
+    root.page.get_by_label("Role of eve").select_option("pilot")
+    eve.page.wait_for_url(address + "/login", timeout=LIMIT)  # by itself: another role ends the session
+    dora = Visitor(browser, address)
+    dora.open("/login")
+    dora.page.get_by_label("Name").fill("dora")
+    dora.page.get_by_label("Password", exact=True).fill(password)
+    dora.page.get_by_role("button", name="Log in", exact=True).click()
+    dora.page.get_by_label("Present password").fill(password)
+    dora.page.get_by_label("New password (12 letters or more)").fill(PASSWORD)
+    dora.page.get_by_label("New password, once more").fill(PASSWORD)
+    dora.page.get_by_role("button", name="Change it").click()
+    dora.page.wait_for_url(address + "/", timeout=LIMIT)
+    dora.tab("People")
+    dora.page.locator("input[name=label]").fill("laptop")
+    dora.page.locator(".own").get_by_role("button", name="Make it").click()
+    token = dora.said(".revealed")
+    with Client(address, token=token) as client:
+        assert (client.whoami().user, client.whoami().role) == ("dora", "pilot")
+    assert dora.page.locator(".accounts").inner_text() == ""
+    root.page.reload()
+    root.page.get_by_role("button", name="Disable dora").click()
+    dora.page.wait_for_url(address + "/login", timeout=LIMIT)
+    assert httpx.get(address + "/api/account", headers={"authorization": f"Bearer {token}"}).status_code == 401
+    root.page.reload()
+    root.page.locator(".log").get_by_text("disable account").wait_for()
+    root.end()
+    for visitor in (eve, dora):
+        visitor.context.close()
+
+
+def test_a_stream_ends_with_the_role_of_who_reads_it(address: str, people: People) -> None:
+    session = people.sessions.begin_of_account("alice")
+    with Client(address, token=Tokens(people.database.folder).new("robot")) as robot:
+        robot.submit_text(ONE_HOOP.replace("samples: 20, iterations: 2", "samples: 4000, iterations: 40"), project="open")
+        job = robot.jobs()[0]
+        robot.share_project("open")
+        cookie = {"cookie": f"ltlplan_session={session}"}
+        with httpx.stream("GET", f"{address}/api/jobs/{job.id}/events", headers=cookie, timeout=60) as stream:
+            lines = stream.iter_lines()
+            next(lines)
+            people.accounts.set_disabled("alice", True)
+            assert list(lines) is not None, "it ends"
+        assert httpx.get(f"{address}/api/jobs/{job.id}", headers=cookie).status_code == 401
+        if job.state == "running":
+            robot.cancel(job)
