@@ -48,6 +48,7 @@ environment: {edges: [[hall, kitchen], [hall, bath], [hall, office]]}
 )
 
 
+@pytest.mark.slow
 def test_shapes_are_flown_and_proved_again_from_files(tmp_path: Path, pace: float | str) -> None:
     result = ltlplan.run(parse_mission(SHAPES), tmp_path / "run", pace=pace)
     assert result.certificate.holds

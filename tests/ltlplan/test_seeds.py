@@ -36,6 +36,7 @@ def test_a_given_seed_is_the_missions_own_from_then_on(method: str) -> None:
     assert given.robots != plan(small(method, 0)).robots, "other draws, other paths"
 
 
+@pytest.mark.slow
 def test_a_run_flies_with_the_given_seed_and_writes_it_down(tmp_path) -> None:
     done = run(small("mtac-e", 0), tmp_path / "run", seed=7)
     assert done.plan.seed == done.log.seed == done.mission.planner.seed == 7

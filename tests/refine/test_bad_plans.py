@@ -117,6 +117,7 @@ def test_a_flight_on_the_compressed_grid_lies_on_it_and_stays_near() -> None:
     assert np.abs(rounded.evaluate(times)[:, :3] - flight.evaluate(times)[:, :3]).max() < 5e-3
 
 
+@pytest.mark.slow
 def test_a_lap_on_the_compressed_grid_closes() -> None:
     flight = refine(patrol_plan())["quad0"]
     rounded = on_grid(flight)

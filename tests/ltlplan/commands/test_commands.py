@@ -202,6 +202,7 @@ def test_a_live_flight_over_the_simulated_link_is_watched_and_judged(folder: Pat
         ok("fly", str(folder), "--place", "quad0=1,2,0")
 
 
+@pytest.mark.slow
 def test_export_after_proving_again(folder: Path, tmp_path: Path) -> None:
     text = ok("export", str(folder), "--format", "crazyswarm2", "--out", str(tmp_path / "swarm"))
     assert "quad0.csv" in text

@@ -112,6 +112,7 @@ def test_other_terms_are_minimised_among_all_ways_to_share(first: str, second: s
     ("first", "second"),
     [("effort: 40", "effort: 1"), pytest.param("length: 1, snap: 0.1", "effort: 1", marks=pytest.mark.slow)],
 )
+@pytest.mark.slow
 def test_no_plan_costs_more_than_that_of_mtac_e(first: str, second: str) -> None:
     mission = team(first, second, formula="F a & F b")
     exact, sampled = (ltlplan.plan(mission, method=method) for method in ("exact", "mtac-e"))

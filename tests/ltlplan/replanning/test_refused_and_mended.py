@@ -169,6 +169,7 @@ def test_a_refusal_under_own_names_the_letter_and_the_reading_that_has_a_plan() 
     assert "Whatever robots wait for" in str(caught.value)
 
 
+@pytest.mark.slow
 def test_costs_weigh_the_flown_time_once_however_many_rounds_it_takes() -> None:
     """A plan whose flight was refused is priced as it was made when it is refined again."""
     text = SITES.replace(", endurance: 32", "") + "planner: {cost: {time: 1}, objective: longest, pace: nominal}\n"

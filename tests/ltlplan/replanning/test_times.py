@@ -15,7 +15,6 @@ from ltlplan.pipeline import certified_team
 from tests.helpers.timed_rooms import room
 from verify.checked_claims import checked_certificate
 from verify.data import BadInput, Mission, parse_formula
-from verify.data.events import NewFormula
 from verify.data.plan import plan_from_json
 from verify.kernel.checking import Checked
 
@@ -92,11 +91,6 @@ def test_deadlines_decide_who_does_what() -> None:
 def test_bounds_without_a_meaning_are_refused(formula: str, more: str, says: str) -> None:
     with pytest.raises(BadInput, match=says):
         room(formula, more=more, agents="  quad1: {start: [0.4, 1.6, 1.0]}")
-
-
-def test_no_bounds_are_taken_in_flight() -> None:
-    with pytest.raises(ValueError, match="no such formula is taken in flight"):
-        NewFormula(time=3.0, formula="F[0,9] shelf").apply(room("F dock"))
 
 
 def test_a_monitor_says_at_once_what_can_no_longer_be_met() -> None:

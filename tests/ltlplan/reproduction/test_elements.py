@@ -108,6 +108,7 @@ def test_what_contains_a_bar_stays_in_its_cell() -> None:
     assert "| \\|a\\| |" in markdown([rerun(Quantity("|a|", True))])
 
 
+@pytest.mark.slow
 def test_the_command_writes_a_page_and_keeps_what_is_yours(tmp_path: Path) -> None:
     out = tmp_path / "out"
     done = CliRunner().invoke(app, ["reproduce", "--only", "2019-lengths", "--out", str(out), "--json"])

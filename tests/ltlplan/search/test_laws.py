@@ -108,9 +108,14 @@ def _unrelated(rng: Random, radius: float) -> dict[str, tuple[float, float]]:
     return {"z": (1.5, round(rng.uniform(-0.3, 0.3), 2)) if between else rng.choice([(1.5, 1.9), (-1.0, 1.5), (4.5, 1.0)])}
 
 
-@few_of(10, "seed", range(300))
+@few_of(1, "first", range(30))
 @pytest.mark.parametrize("kind", ["one", "own", "joint", "counts", "laps"])
-def test_no_region_added_to_a_mission_makes_it_dearer(kind: str, seed: int) -> None:
+def test_no_region_added_to_a_mission_makes_it_dearer(kind: str, first: int) -> None:
+    for seed in range(first, 300, 30):
+        assert_no_dearer_with_a_region(kind, seed)
+
+
+def assert_no_dearer_with_a_region(kind: str, seed: int) -> None:
     rng = Random(seed)
     robots = {"one": 1, "laps": 1, "counts": rng.choice((2, 3))}.get(kind, 2)
     if kind == "counts":
@@ -125,4 +130,4 @@ def test_no_region_added_to_a_mission_makes_it_dearer(kind: str, seed: int) -> N
     radii = dict.fromkeys(PLACES, radius)
     more = _unrelated(rng, radius)
     found, beside = cost(made(regions=PLACES, radii=radii)), cost(made(regions=PLACES | more, radii=radii | {"z": 0.25}))
-    assert beside == found
+    assert beside == found, seed

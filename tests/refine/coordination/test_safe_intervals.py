@@ -128,6 +128,7 @@ def test_one_that_hovers_with_a_hold_of_its_own_is_no_obstacle() -> None:
     assert found[1] == {"a": 0.0, "b": 2.0}
 
 
+@pytest.mark.slow
 def test_robots_far_away_do_not_keep_two_from_parting() -> None:
     """One ends in front of a gate that the other has to pass first; a plan of many robots has too many orders to try all."""
     gate = Hoop(center=(0.0, 0.0, 1.2), radii=(0.05, 0.05, 0.05), opening=0.4, rim=0.02)

@@ -166,6 +166,7 @@ def test_margins_must_be_numbers(margin):
         assert_satisfies(straight(), "G !a", REGIONS, margin=margin)
 
 
+@pytest.mark.slow
 def test_as_a_plugin(tmp_path: Path):
     (tmp_path / "test_it.py").write_text(
         "from verify.testing import assert_satisfies\n"

@@ -141,6 +141,7 @@ def test_another_order_is_taken_where_the_cheapest_is_late() -> None:
     assert certified_team(planned).certificate.holds
 
 
+@pytest.mark.slow
 def test_places_are_visited_again_where_windows_ask_for_it() -> None:
     certified = certified_team(ltlplan.plan(room("F[0,1.2] dock & F[4,5] dock & F[2,3] shelf")))
     assert [visit.region for visit in certified.plan.robots["quad0"].visits] == ["dock", "shelf", "dock"]

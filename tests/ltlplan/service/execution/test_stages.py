@@ -70,6 +70,7 @@ def test_soft_parts_go_through_the_stages_as_through_the_library() -> None:
     assert [part["verdict"] for part in json.loads(made["certificate.json"])["soft"]] == ["holds", "fails"]
 
 
+@pytest.mark.slow
 def test_what_is_refused_to_the_last_can_be_watched(monkeypatch: pytest.MonkeyPatch) -> None:
     judge = verify.judge
     monkeypatch.setattr(verify, "judge", lambda plan, team, margin=None: judge(plan, team, margin=0.5))
