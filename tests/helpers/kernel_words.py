@@ -14,7 +14,7 @@ from verify.kernel.statement import Refused, Statement
 from verify.kernel.team import check_transitions
 from verify.kernel.timelines import Span, Timeline
 from verify.kernel.trees import Evidence
-from verify.kernel.words import check_formula
+from verify.kernel.words import check_words, flown
 from verify.model_checking import timeline as judge
 from verify.proofs.formula_tree import formula_tree
 from verify.proofs.words import find_formula
@@ -111,7 +111,7 @@ def kernel_says_yes(mission: Mission, lines: Mapping[str, judge.Timeline], error
     """Return whether the kernel accepts the proof that the search finds."""
     statement, own, evidence = proof_of(mission, lines, error)
     try:
-        check_formula(statement, own, Evidence(evidence))
+        check_words(flown(statement, own), Evidence(evidence))
     except Refused:
         return False
     return True

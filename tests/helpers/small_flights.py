@@ -282,12 +282,26 @@ def _begins_inside() -> Flight:
     return planned(of, {"r0": to("b")}), {"r0": legs([[1, 0.1, 1], [1, 2, 1]])}
 
 
+def _deadlines() -> Flight:
+    of = mission(
+        "F[0,2.5] G[0,2] a & F[1,5.5] count(a | b) >= 2 & (!b U[0,2.5] r0.a) & G (r0.a -> F[0,4] b) & G[0,1.25] !(r0.a xor r1.b)", [0, 0, 1], [0, 2, 1],
+        regions=f"{A}, {B}", spec="team: joint", clock_error="0.02",
+    )  # fmt: skip
+    team = {"r0": legs([[0, 0, 1], [1, 0, 1]]), "r1": legs([[0, 2, 1], [1, 2, 1]], hold=3.0)}
+    return planned(of, {"r0": to("a"), "r1": to("b")}), team
+
+
+def _deadline_and_action() -> Flight:
+    of = mission("F[2,3] carrying & (carrying R[0.5,3] !c) & (free W[0,1.25] a)", [0, 0, 1], regions=f"{A}, {C}", robot=CARRIES)
+    return planned(of, {"r0": [Visit(region="a", actions=of.robot.actions)]}), {"r0": legs([[0, 0, 1], [1, 0, 1], [2, 0, 1]])}
+
+
 FLIGHTS: Mapping[str, Callable[[], Flight]] = {
     "one": _one, "end and turn": _end_and_turn, "own waits": _own_waits, "joint waits": _joint_waits, "counted": _counted,
     "opening": _opening, "two hoops": _sequence, "union": _union, "corner": _corner, "legs": _legs, "parts": _parts, "lap": _lap,
     "laps, own": lambda: _laps("own"), "laps, joint": lambda: _laps("joint"),
     "lap through hoop": _lap_through_hoop, "lap with actions": _lap_with_actions, "lap waits": _lap_waits, "lap waits for prefix": _lap_waits_for_prefix, "fills and empties": _fills_and_empties, "crossing": _crossing,
-    "closely": _closely, "steps": _steps, "begins inside": _begins_inside,
+    "closely": _closely, "steps": _steps, "begins inside": _begins_inside, "deadlines": _deadlines, "deadline and action": _deadline_and_action,
 }  # fmt: skip
 """By what they show. All of their claims hold, and are checked."""
 

@@ -52,25 +52,26 @@ def _truth(node: Formula, signals: Mapping[str, Cells], count: int, loop: int = 
         case "->":
             return [not a or b for a, b in zip(*parts, strict=True)]
         case "F":
-            return _until([True] * count, parts[0], after, limit, loop)
+            return until_of_cells([True] * count, parts[0], after, limit, loop)
         case "G":
-            return _not(_until([True] * count, _not(parts[0]), after, limit, loop))
+            return _not(until_of_cells([True] * count, _not(parts[0]), after, limit, loop))
         case "U":
-            return _until(parts[0], parts[1], after, limit, loop)
+            return until_of_cells(parts[0], parts[1], after, limit, loop)
         case "R":
-            return _not(_until(_not(parts[0]), _not(parts[1]), after, limit, loop))
+            return _not(until_of_cells(_not(parts[0]), _not(parts[1]), after, limit, loop))
         case "M":
-            return _until(parts[1], [a and b for a, b in zip(*parts, strict=True)], after, limit, loop)
+            return until_of_cells(parts[1], [a and b for a, b in zip(*parts, strict=True)], after, limit, loop)
         case _:  # W
             neither = [not a and not b for a, b in zip(*parts, strict=True)]
-            return _not(_until(_not(parts[1]), neither, after, limit, loop))
+            return _not(until_of_cells(_not(parts[1]), neither, after, limit, loop))
 
 
 def _not(cells: Cells) -> Cells:
     return [not cell for cell in cells]
 
 
-def _until(held: Cells, reached: Cells, low: int, high: int | None, loop: int) -> Cells:
+def until_of_cells(held: Cells, reached: Cells, low: int, high: int | None, loop: int) -> Cells:
+    """Return in which cells one thing is held until another is reached; `loop` of the last cells are repeated for ever."""
     if loop:
         return [_reaches_for_ever((held, reached, loop), now, low, high) for now in range(len(held))]
     return [_reaches(held, reached, now, low, high) for now in range(len(held))]

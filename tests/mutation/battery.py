@@ -89,6 +89,10 @@ class Kernel:
             return False
         return True
 
+    def satisfies(self, statement: Any, lines: Any, evidence: Any) -> bool:
+        """Return whether it is proved that words satisfy the formula."""
+        return self.accepts(lambda: self.words.check_words(self.words.flown(statement, lines), evidence))
+
     def evidence(self, find: Callable[..., object], *given: Any) -> Any:
         """Return evidence that is found with it, as it is read."""
         try:
@@ -135,7 +139,7 @@ class _Folder(NamedTuple):
             if not asked.joint and any(sign in str(asked.formula) for sign in ("count", "robot")):
                 continue
             evidence = kernel.evidence(kernel.search.find_formula, asked, lines)
-            found.append(kernel.accepts(kernel.words.check_formula, asked, lines, evidence))
+            found.append(kernel.satisfies(asked, lines, evidence))
         return found
 
 
@@ -313,8 +317,8 @@ def _of_words() -> list[Case]:
         def ask(
             kernel: Kernel, given: Any = given, own: Any = own, evidence: Any = (evidence, before or evidence)
         ) -> list[bool]:
-            check, found = kernel.words.check_formula, kernel.evidence(kernel.search.find_formula, given, own)
-            words = [kernel.accepts(check, given, own, one) for one in (*evidence, found)]
+            found = kernel.evidence(kernel.search.find_formula, given, own)
+            words = [kernel.satisfies(given, own, one) for one in (*evidence, found)]
             return words + [kernel.accepts(kernel.team.check_transitions, given, line) for line in own.values()]
 
         found.append(_case(f"words {number}", ask))

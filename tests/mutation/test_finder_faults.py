@@ -29,7 +29,8 @@ from verify.data.plan import Plan
 from verify.data.trajectory import Trajectory
 from verify.kernel.statement import Refused
 from verify.kernel.trees import Evidence
-from verify.kernel.words import check_formula
+from verify.kernel.words import check_words
+from verify.kernel.words import flown as words_of
 from verify.proofs.finder import prove
 from verify.proofs.statement import statement_of
 
@@ -143,7 +144,10 @@ def tried(fault: Fault, each: int) -> tuple[int, list[str]]:
                 evidence = within(
                     SECONDS, lambda one=one: json.loads(json.dumps(search.find_formula(one.statement, one.lines)))
                 )
-                within(SECONDS, lambda one=one, evidence=evidence: check_formula(one.statement, one.lines, Evidence(evidence)))
+                within(
+                    SECONDS,
+                    lambda one=one, evidence=evidence: check_words(words_of(one.statement, one.lines), Evidence(evidence)),
+                )
             except TooLong:
                 return others, wrong
             except Exception:  # as above, or refused

@@ -4,4 +4,4 @@ Read `statement` (what is to be proved), `trees` (the rule that most rests on), 
 `zones` and `timelines`, `limits`, and for words `formulas`, `team` (moves of robots) and `words` (the invariant). `__main__` prints.
 """
 
-VERSION = 5  # raised whenever what is checked, or how it is written down, changes its meaning
+VERSION = 6  # raised whenever what is checked, or how it is written down, changes its meaning

@@ -1,7 +1,4 @@
-"""Check the proof in a folder: `python check.pyz FOLDER`, or `python -m verify.kernel FOLDER`; print the statement, and what is checked of it.
-
-All of a statement is printed, by the names of its fields: no assumption can be left out.
-"""
+"""Check the proof in a folder (`python check.pyz FOLDER`); print each field of the statement, so that no assumption is left out, and what is checked."""
 
 import sys
 from collections.abc import Iterator, Sequence
@@ -17,7 +14,7 @@ from .statement import Inequality, Refused, Statement, read_statement, require
 from .trees import read_evidence
 
 MOST_BYTES = 50_000_000
-_SAID = ("format", "name", "lasso", "repeat", "joint", "formula", "margin", "clock_error")  # in the first lines
+_SAID = ("format", "name", "lasso", "repeat", "joint", "formula", "timed", "margin", "clock_error")  # in the first lines
 _WORDS = {
     "low": "workspace from", "high": "workspace to", "start": "starts at", "yaw": "with heading", "end": "finishes at", "closed": "may not enter",
     "edges": "may go from one region to others", "vertex": "comes from", "actions": "permitted changes of the internal state", "cuts": "parts begin with pieces",
@@ -74,12 +71,11 @@ def statement_lines(statement: Statement) -> Iterator[str]:
     letters = "letters of all robots are joined" if statement.joint else "each robot is read by itself"
     trace = f"laps for ever, of which {statement.repeat} are in the files" if statement.lasso else "a finite flight"
     yield f"  formula {show(statement.formula)} ({letters}; {trace})"
+    for part in statement.timed or ():
+        yield f"  at time 0 on a reference clock, which differs from the others by no more: {show(part)}"
     for key, value in statement._asdict().items():
-        if key in ("regions", "obstacles", "robots"):
-            for name, one in value.items():
-                yield from _lines(f"{key[:-1]} {name}", one)
-        elif key not in _SAID:
-            yield from _lines(_WORDS.get(str(key), str(key).replace("_", " ")), value)
+        if key not in _SAID:
+            yield from _lines(_WORDS.get(key, key.replace("_", " ")), value)
 
 
 def claim_lines(claims: Sequence[Checked]) -> Iterator[str]:

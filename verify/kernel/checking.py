@@ -1,7 +1,4 @@
-"""The check of a flight: each claim that its statement owes, checked by its proof or not.
-
-A claim is checked where all that it says follows from the statement, the CSV files and the evidence; nothing else counts.
-"""
+"""The check of a flight: a claim is checked where all that it says follows from the statement, the CSV files and the evidence; nothing else counts."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from fractions import Fraction
@@ -10,12 +7,14 @@ from itertools import combinations
 from typing import NamedTuple
 
 from .flights import Team
+from .formulas import show
 from .limits import TURNING, Turning, check_continuity, check_endurance, check_parts, kept
-from .statement import Refused, Statement, at_least, require
+from .statement import Refused, Statement, at_least
 from .team import check_transitions
 from .timelines import Course
+from .timing import check_timing
 from .trees import Evidence, Part, Rules
-from .words import check_formula, check_ordered
+from .words import check_words, flown, planned
 from .zones import Flight, Pair, Sums, along, obstacle, rim, workspace
 
 
@@ -64,10 +63,9 @@ class Check:
     def owed(self) -> Iterator[Owed]:
         """Yield every claim that the statement owes, in order."""
         statement, evidence = self.statement, self.evidence
-        courses = self.courses.items()
-        yield Owed("formula", (), lambda: check_formula(statement, {name: one.timeline for name, one in courses}, evidence))
+        yield Owed("formula", (), self._formula)
         for part in statement.timed or ():
-            yield Owed("timing", (), partial(require, False, f"bounds in seconds are the judge's: {part}"))
+            yield Owed("timing", (), partial(check_timing, (statement, part), self.courses))
         for course in self.courses.values():
             yield from self._of_robot(course)
         flights = [Flight(statement, path) for path in self.team.paths.values()]
@@ -76,10 +74,15 @@ class Check:
             apart = f"The paths of {one} and {other} stay {pair.apart} apart at all times that clocks may show together."
             yield Owed("separation", (one, other), apart, [(f"apart/{one}/{other}", pair.parts(statement.clock_error))])
         if statement.words:
-            yield Owed("ordered", (), partial(check_ordered, statement, evidence))
+            ordered = "The planned words satisfy the formula in every order that keeps the waits."
+            yield Owed("ordered", (), lambda: ordered if check_words(planned(statement), evidence) else "")
         for wait in statement.waits:
             first, then = self.courses[wait.first[0]], self.courses[wait.then[0]]
             yield Owed("precedences", (first.name, then.name), partial(then.waits, wait, first))
+
+    def _formula(self) -> str:
+        check_words(flown(self.statement, {name: one.timeline for name, one in self.courses.items()}), self.evidence)
+        return f"Every word of the team satisfies {show(self.statement.formula)}."
 
     def _of_robot(self, course: Course) -> Iterator[Owed]:
         statement, team, path, name, of = self.statement, self.team, course.path, course.name, (course.name,)

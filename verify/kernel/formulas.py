@@ -2,35 +2,37 @@
 
 All operators come to constants, propositions, negation, `and` and `until`:
 
-    eventually f = true U f     f release g = not (not f U not g)     f weak g = g R (f or g)     f strong g = g U (f and g)
+    F f = true U f     G f = !F !f     f R g = !(!f U !g)     f W g = g R (f | g)     f M g = g U (f & g)
 
-*Progression.* A word with first letter a satisfies a formula exactly if the rest of it satisfies one of the formula's *alternatives* after a:
-each a set of untils and negated ones, all of which are still owed. For `f U g` that is g's alternatives, or f's with `f U g` owed again: then
-it was *put off*. The empty word keeps negated untils and no others. (Coq: `progress_state_sat`, `accepts_sound`; `normal_sat` of negations.)
+*Progression.* A word with first letter a satisfies a formula exactly if the rest of it satisfies one of the formula's *alternatives* after a: each a
+set of untils and negated ones, all of which are still owed. For `f U g` that is g's alternatives, or f's with `f U g` owed again: then it was *put
+off*. The empty word keeps negated untils and no others. (Coq: `progress_state_sat`, `accepts_sound`; `normal_sat` of negations.)
 
-A proposition is a number of robots: at least k of some robots' letters satisfy a combination of names. A plain name is one robot of all.
+A proposition is a number of robots: at least k of some robots' letters satisfy a combination of names. A plain name is one robot of all. Operators
+may have bounds in seconds (`U[0,10]`), which are for `timing`: words measure no time.
 """
 
 import json
+import math
+import re
 from collections.abc import Callable, Collection, Iterable
+from fractions import Fraction
 from functools import partial
 from typing import Any, NamedTuple
 
-from .statement import few, require
+from .statement import ZERO, few, require
 
 Tree = Any  # of any type: JSON nests
 
 _COUNTING = {"robot": str, "count": int}
-_ONE = {"not": "!", "eventually": "F ", "always": "G "}
-_TWO = {"implies": " -> ", "iff": " <-> ", "xor": " xor ", "until": " U ", "release": " R ", "weak": " W ", "strong": " M "}
-_ANY = {"and": " & ", "or": " | "}
+_OPERATORS = ("true", "false", "free"), ("!", "F", "G"), ("->", "<->", "xor", "U", "R", "W", "M")
+_SECONDS = "[0-9]{1,12}(?:[.][0-9]{1,12})?"
+_BOUNDED = re.compile(rf"(until|[FGURWM])\[({_SECONDS}),({_SECONDS}|inf)\]")
 
-Letter = frozenset[int]
-"""Numbers of the propositions that hold."""
+Letter = frozenset[int]  # numbers of the propositions that hold
 Owed = frozenset[int]
 """One alternative: what the rest of a word has to satisfy, all of it: twice the number of a table's node, or one more for its negation."""
-Alternatives = tuple[tuple[Owed, Owed], ...]
-"""What may be owed after a letter, and which untils were then put off."""
+Alternatives = tuple[tuple[Owed, Owed], ...]  # what may be owed after a letter, and which untils were then put off
 _NOTHING: Alternatives = ((frozenset(), frozenset()),)
 
 
@@ -43,10 +45,17 @@ def operands(tree: Tree) -> list[Tree]:
     elif sign in _COUNTING:
         fits, rest = len(rest) == 2 and type(rest[0]) is _COUNTING[sign], rest[1:]
     else:
-        known = (("true", "false", "free"), _ONE, _TWO)[len(rest)] if len(rest) < 3 else ()
-        fits = sign in known or (sign in _ANY and rest)
+        name, low, high = window(sign)
+        fits = low <= high and ((name in ("&", "|") and rest) or (len(rest) < 3 and name in _OPERATORS[len(rest)]))
     require(fits, f"a formula's part {sign[:40]!r} is not covered by the kernel")
     return rest
+
+
+def window(sign: str) -> tuple[str, Fraction, Fraction | float]:
+    """Return an operator's name, and its bounds; for all time without any."""
+    if match := _BOUNDED.fullmatch(sign):
+        return match[1], Fraction(match[2]), math.inf if match[3] == "inf" else Fraction(match[3])
+    return sign, ZERO, math.inf
 
 
 def bottom_up(tree: Tree, *, counted: bool) -> list[Tree]:
@@ -73,7 +82,8 @@ def show(tree: Tree) -> str:
         elif not parts:
             text = node[-1]
         else:
-            text = f"{_ONE.get(sign, '')}{parts[0]}" if len(parts) == 1 else f"({(_TWO | _ANY)[sign].join(parts)})"
+            ahead = sign if sign == "!" else f"{sign} "
+            text = f"{ahead}{parts[0]}" if sign[0] in ("!", "F", "G") else f"({f' {sign} '.join(parts)})"
         texts[id(node)] = text
     return texts[id(tree)]
 
@@ -85,18 +95,15 @@ def conjuncts(tree: Tree) -> list[Tree]:
     while waiting:
         node, always = waiting.pop()
         parts = operands(node)
-        if node[0] in ("and", "always"):
-            waiting += [(part, always or node[0] == "always") for part in reversed(parts)]
+        if node[0] in ("&", "G"):
+            waiting += [(part, always or node[0] == "G") for part in reversed(parts)]
         else:
-            found.append(["always", node] if always else node)
+            found.append(["G", node] if always else node)
     return found
 
 
 class Proposition(NamedTuple):
-    """At least `least` of some robots satisfy a combination of names, which is text of JSON; of all robots where none is named.
-
-    `name` is the name that is all that is asked of a letter; empty where there is more.
-    """
+    """At least `least` of all robots, or one that is named, satisfy a combination of names, text of JSON; `name` where it is that name alone."""
 
     robot: str
     least: int
@@ -107,8 +114,8 @@ class Proposition(NamedTuple):
 class Table:
     """A formula as a table in which parts stand once, each after its own parts; of two, one is a node and the other its negation.
 
-    `root` is the formula's negation, which a word that breaks the formula satisfies. `propositions` are all that letters of the team are asked
-    for, with their numbers; a letter is the set of those that hold. `free` speaks of all regions.
+    `root` is the formula's negation, which a word that breaks the formula satisfies. `propositions` are all that letters of the team are asked for,
+    with their numbers; a letter is the set of those that hold. `free` speaks of all regions.
     """
 
     def __init__(self, tree: Tree, regions: Collection[str]) -> None:
@@ -129,24 +136,26 @@ class Table:
 
     def _joined(self, sign: str, parts: list[int]) -> int:
         """Return what an operator makes of its parts; `^ 1` is negation."""
-        also, until, against, (a, b) = self._and, partial(self._add, "until"), [part ^ 1 for part in parts], (*parts, 0, 0)[:2]
+        also, name = self._and, window(sign)[0]
+        until = partial(self._add, f"until{sign.removeprefix(name)}")
+        against, (a, b) = [part ^ 1 for part in parts], (*parts, 0, 0)[:2]
         made: dict[str, Callable[[], int]] = {
             "true": also,
             "false": lambda: also() ^ 1,
-            "not": lambda: a ^ 1,
-            "and": lambda: also(*parts),
-            "or": lambda: also(*against) ^ 1,
-            "implies": lambda: also(a, b ^ 1) ^ 1,
+            "!": lambda: a ^ 1,
+            "&": lambda: also(*parts),
+            "|": lambda: also(*against) ^ 1,
+            "->": lambda: also(a, b ^ 1) ^ 1,
             "xor": lambda: also(also(*parts) ^ 1, also(*against) ^ 1),
-            "iff": lambda: also(also(*parts) ^ 1, also(*against) ^ 1) ^ 1,
-            "eventually": lambda: until(also(), a),
-            "always": lambda: until(also(), a ^ 1) ^ 1,
-            "until": lambda: until(a, b),
-            "release": lambda: until(a ^ 1, b ^ 1) ^ 1,
-            "strong": lambda: until(b, also(a, b)),
-            "weak": lambda: until(b ^ 1, also(a ^ 1, b ^ 1)) ^ 1,
+            "<->": lambda: also(also(*parts) ^ 1, also(*against) ^ 1) ^ 1,
+            "F": lambda: until(also(), a),
+            "G": lambda: until(also(), a ^ 1) ^ 1,
+            "U": lambda: until(a, b),
+            "R": lambda: until(a ^ 1, b ^ 1) ^ 1,
+            "M": lambda: until(b, also(a, b)),
+            "W": lambda: until(b ^ 1, also(a ^ 1, b ^ 1)) ^ 1,
         }
-        return made[sign]()
+        return made[name]()
 
     def _proposition(self, robot: str, least: int, counted: Tree) -> int:
         name = counted[1] if not operands(counted) and counted[0] == "name" else ""
@@ -193,6 +202,7 @@ class Table:
                 elif sign == "and":
                     found += [_all_of(found[part] for part in parts), _least(one for part in parts for one in found[part ^ 1])]
                 else:
+                    require(sign == "until", "a word has no time for bounds")
                     a, b = parts
                     found.append(_least((*found[b], *_all_of([found[a], ((owed[0], owed[0]),)]))))
                     found.append(_all_of([found[b ^ 1], _least((*found[a ^ 1], (owed[1], frozenset())))]))

@@ -1,21 +1,20 @@
-"""Limits of a robot's nominal flight: polynomials, and by intervals the rate about the body's z axis and the thrust of each rotor; its joints;
-how long it lasts. Each jump at a joint of pieces, of parts or of laps is the exact difference of two derivatives.
+"""Limits of a robot's nominal flight: polynomials, and by intervals the rate about the body's z axis and the thrust of each rotor; its joints; how
+long it lasts. Each jump at a joint of pieces, of parts or of laps is the exact difference of two derivatives.
 
-With f = r'' + g e3 the thrust is m |f| and the body's z axis f / |f|; roll and pitch turn it at |r''' x f| / |f|^2. All are asked
-squared, and multiplied out, so that nothing is divided.
+With f = r'' + g e3 the thrust is m |f| and the body's z axis f / |f|; roll and pitch turn it at |r''' x f| / |f|^2. All are asked squared, and
+multiplied out, so that nothing is divided.
 
-*Turning.* With heading psi (Z-Y-X Euler: the body's x axis lies in the plane of (cos psi, sin psi, 0) and the vertical), let (p, q, w)
-be f turned back by psi, F = |f|, D = p^2 + w^2, and j = r''', s = r'''' turned likewise:
+*Turning.* With heading psi (Z-Y-X Euler: the body's x axis lies in the plane of (cos psi, sin psi, 0) and the vertical), let (p, q, w) be f turned
+back by psi, F = |f|, D = p^2 + w^2, and j = r''', s = r'''' turned likewise:
 
     x_B = (w, 0, -p) / sqrt D     y_B = (-p q, D, -q w) / (F sqrt D)     z_B = (p, q, w) / F
     rate about y_B:  K / (F sqrt D)            with K = jx w - p jz
     rate about x_B:  -(j . y_B) / F
     rate about z_B:  N / (F D)                 with N = psi' w F^2 + q K
 
-from j = F' z_B + F (omega x z_B) and from x_B staying level with psi. Their derivatives follow from R' s = d/dt (R' j) + omega x R' j,
-and N' by the product rule. Torques are I omega' + omega x I omega. Rotor i stands at (sx, sy) arm / sqrt 2 with sx, sy = +-1 and
-carries m F / 4 + sy tau_x / (4 d) - sx tau_y / (4 d) + sx sy tau_z / (4 kappa), d = arm / sqrt 2. (Coq: `level_rate`, `accelerations`,
-`yaw_acceleration`, `rotors_share`)
+from j = F' z_B + F (omega x z_B) and from x_B staying level with psi. Their derivatives follow from R' s = d/dt (R' j) + omega x R' j, and N' by the
+product rule. Torques are I omega' + omega x I omega. Rotor i stands at (sx, sy) arm / sqrt 2 with sx, sy = +-1 and carries m F / 4 + sy tau_x / (4 d)
+- sx tau_y / (4 d) + sx sy tau_z / (4 kappa), d = arm / sqrt 2. (Coq: `level_rate`, `accelerations`, `yaw_acceleration`, `rotors_share`)
 """
 
 from __future__ import annotations
@@ -33,8 +32,7 @@ from .trees import Atom, Cell, Polynomial, Rules, square
 
 BITS = 64
 ONE = 1 << BITS
-PI = Fraction(3141592653589793238462643383279502884197, 10**39)
-"""Below pi, by less than 1e-39."""
+PI = Fraction(3141592653589793238462643383279502884197, 10**39)  # below pi, by less than 1e-39
 _GRID = 1 << 16
 
 TURNING = ("yaw_rate", "rotor_thrust_max", "rotor_thrust_min")
@@ -42,8 +40,7 @@ TURNING = ("yaw_rate", "rotor_thrust_max", "rotor_thrust_min")
 JUMPS = (Fraction(1, 10_000), Fraction(1, 1_000), Fraction(1, 100), Fraction(1, 10))
 """Greatest jumps in position (m), velocity, acceleration and jerk, and the same in rad for heading, its rate and its acceleration."""
 _UP_TO = f"up to jumps of {', '.join(str(float(jump)) for jump in JUMPS)} in place and its derivatives"
-PAUSE, CLIMB_AND_LANDING = 60, 11
-"""s that an endurance counts for a pause between parts, and beside the flight."""
+PAUSE, CLIMB_AND_LANDING = 60, 11  # s that an endurance counts for a pause between parts, and beside the flight
 
 
 @dataclass(slots=True)
@@ -92,10 +89,7 @@ class Interval:
 
 @lru_cache(maxsize=65536)
 def _cosine_and_sine(middle: int) -> tuple[Interval, Interval]:
-    """Return cosine and sine of middle / _GRID, less full turns, by Taylor's sums; what they leave out is no more than the next term.
-
-    (Coq: `whole_turns`, `taylor_within`)
-    """
+    """Return cosine and sine of middle / _GRID, less full turns, by Taylor's sums, off by less than the next term (Coq: `whole_turns`, `taylor_within`)."""
     angle, term = Fraction(middle, _GRID), Interval(ONE, ONE)
     turns, sums = round(angle / (2 * PI)), [Interval(0, 0), Interval(0, 0)]
     loose = 1 + abs(turns) * 2 * ONE // 10**39

@@ -1,7 +1,5 @@
-"""Statements that are to be proved: `statement.json`, read strictly into the values below; the file has their fields, and no others.
-
-Each number of the file is a float and means exactly that float. That the file says what the mission's YAML and `plan.json` say is not
-the kernel's to know. SI units, radians.
+"""Statements that are to be proved: `statement.json`, read strictly into the values below; the file has their fields, and no others. Each number is a
+float and means exactly that, in SI units and radians. That the file says what mission and plan say is not the kernel's to know.
 """
 
 import collections.abc
@@ -13,7 +11,7 @@ from fractions import Fraction
 from functools import cache
 from typing import Annotated, Any, Literal, NamedTuple, get_args, get_origin, get_type_hints
 
-FORMAT = 3
+FORMAT = 4
 LARGEST = 10**9
 """Numbers are no larger in size, so that a mission of absurd numbers costs no more than another one; whole ones are below 2^64."""
 ZERO = Fraction(0)
@@ -22,7 +20,7 @@ _hints = cache(get_type_hints)
 MOST = {
     "parts of a formula": 20_000, "parts of a formula in one another": 400, "alternatives of what is left of a formula": 500,
     "regions open at one time": 6, "states of a transition system": 100_000, "ways to go on at one instant": 20_000,
-    "letters of a team at one place": 64, "halvings of an interval": 64, "sums of half-spaces": 64, "choices of faces": 300,
+    "letters of a team at one place": 64, "halvings of an interval": 64, "sums of half-spaces": 64, "choices of faces": 300, "spans of time within bounds": 200_000,
 }  # fmt: skip
 """How many of something the kernel looks at, so that its work is bounded."""
 
@@ -52,8 +50,7 @@ Vector = tuple[Fraction, Fraction, Fraction]
 Limit = Literal[
     "speed", "acceleration", "thrust_max", "thrust_min", "tilt", "body_rate", "yaw_rate", "rotor_thrust_max", "rotor_thrust_min"
 ]
-Way = Literal["F", "R"]
-"""In which direction an opening is passed: along the hoop's normal, or against it."""
+Way = Literal["F", "R"]  # in which direction an opening is passed: along the hoop's normal, or against it
 
 
 class Inequality(NamedTuple):
@@ -117,8 +114,9 @@ class Wait(NamedTuple):
 class Robot(NamedTuple):
     """One robot: what it is, may do and plans to do.
 
-    `legs` has limits of speed and acceleration on the way to regions, `pieces` is how many it holds at once. `edges` says where it may go from where (None: anywhere), `vertex` where it comes from at the start, `closed` which regions it may not
-    enter. Laps begin with the piece `cycle`, and make the visits from `cycle_visit` on. Parts of the flight begin with the pieces `cuts`.
+    `legs` has limits of speed and acceleration on the way to regions, `pieces` is how many it holds at once. `edges` says where it may go from where
+    (None: anywhere), `vertex` where it comes from at the start, `closed` which regions it may not enter. Laps begin with the piece `cycle`, and make
+    the visits from `cycle_visit` on. Parts of the flight begin with the pieces `cuts`.
     """
 
     radius: Positive
@@ -149,10 +147,9 @@ class Robot(NamedTuple):
 class Statement(NamedTuple):
     """Everything that is to be proved of a flight.
 
-    `digests` link it to a certificate; nothing here depends on them. `lasso`: laps for ever, of which the files hold `repeat`. `joint`:
-    letters of all robots are joined, else each robot is read by itself. `sequence`: passages to be flown exactly, before the laps and in
-    each. `low` and `high` are the workspace's corners. `words`: planned words, where they are to satisfy the formula in every order that
-    keeps the `waits`; else none.
+    `digests` link it to a certificate; nothing here depends on them. `lasso`: laps for ever, of which the files hold `repeat`. `joint`: letters of
+    all robots are joined, else each robot is read by itself. `sequence`: passages to be flown exactly, before the laps and in each. `low` and `high`
+    are the workspace's corners. `words`: planned words, where they are to satisfy the formula in every order that keeps the `waits`; else none.
     """
 
     format: int
@@ -174,15 +171,11 @@ class Statement(NamedTuple):
     robots: Mapping[str, Robot]
     waits: tuple[Wait, ...]
     words: Mapping[str, tuple[frozenset[str], ...]]
-    timed: tuple[str, ...] | None  # parts of the formula that are bounded in seconds; `formula` is the rest
+    timed: tuple[Any, ...] | None  # formulas that are bounded in seconds; `formula` is what words can say of them, and the rest
 
 
 def read_json(text: str, what: str) -> Any:
-    """Return JSON whose numbers are whole, or fractions that equal a float; no key stands twice.
-
-    Raises:
-        Refused: It is none.
-    """
+    """Return JSON whose numbers are whole, or fractions that equal a float; no key stands twice."""
 
     def table(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
         require(len(dict(pairs)) == len(pairs), f"{what} has a key twice.")
@@ -195,7 +188,7 @@ def read_json(text: str, what: str) -> Any:
     try:
         return json.loads(text, object_pairs_hook=table, parse_float=exact, parse_constant=exact)
     except (ValueError, RecursionError) as error:
-        raise Refused(f"{what} cannot be read: {str(error)[:200]}.") from None
+        return require(False, f"{what} cannot be read: {str(error)[:200]}.")
 
 
 def read(kind: Any, value: Any, where: str) -> Any:

@@ -1,24 +1,21 @@
 """All that a team may do in spans of time, for one conjunct of a formula: places of each robot, and moves.
 
-*Places.* A robot's time is cut into slots in which no region changes its status. In a slot a region holds it (`must`), does not (`no`), or is
-open: in `may` it is entered and left at will. A *place* is a slot with a letter that
-it allows. Regions are closed and paths continuous: where one region is left and another one entered at one instant, both hold the robot
-there. So from one place to the next regions only come, or only go. A change of the internal state cuts slots at its instant, at which regions may
-change as well. (Coq: `flight_course`, of windows and changes as they are made here.)
-Laps are unrolled: slots of the prefix, of one lap and of its copy, a lap later.
+*Places.* A robot's time is cut into slots in which no region changes its status. In a slot a region holds it (`must`), does not (`no`), or is open:
+in `may` it is entered and left at will. A *place* is a slot with a letter that it allows. Regions are closed and paths continuous: where one region
+is left and another one entered at one instant, both hold the robot there. So from one place to the next regions only come, or only go. A change of
+the internal state cuts slots at its instant, at which regions may change as well. (Coq: `flight_course`, of windows and changes as they are made
+here.) Laps are unrolled: slots of the prefix, of one lap and of its copy, a lap later.
 
 Robots are *followed*, or only counted. Of a robot that is not followed no more is used than what it may show in each span.
 
 *Moves.* Under `own` a position of the word is one robot's letter: a robot that is followed is read, or another one is; or a robot goes on to a next
-place in silence, where that changes its letter only after it was read. Letters are cut down to names of the formula and others that the proof
-adds: fewer names give fewer changes, before which a robot has to be read, and so more words. Under `joint` any of the robots that are followed go on at
-one instant, and the letter is that of the whole team. In each span a letter is read, for there is an instant in it, and a letter that is held may be
-read again: no formula has a next.
+place in silence, where that changes its letter only after it was read. Letters are cut down to names of the formula and others that the proof adds:
+fewer names give fewer changes, before which a robot has to be read, and so more words. Under `joint` any of the robots that are followed go on at one
+instant, and the letter is that of the whole team. In each span a letter is read, for there is an instant in it, and a letter that is held may be read
+again: no formula has a next.
 
 *Spans.* Each place has a window, widened by the clock error at both ends: two clocks never differ by more. Spans are the instants at which windows
-begin or end, and what is between them.
-
-*Laps.* Spans end in the middle of the second lap, where the last one hands over to the middle of the first.
+begin or end, and what is between them. Those of laps end in the middle of the second lap, where the last one hands over to the middle of the first.
 """
 
 import json
@@ -34,27 +31,17 @@ from .formulas import Letter, Table, Tree
 from .statement import ZERO, Statement, few, require
 from .timelines import Row, Timeline
 
-Shown = frozenset[str]
-"""All that a robot shows, or those regions of it that hold it there."""
+Shown = frozenset[str]  # all that a robot shows, or those regions of it that hold it there
 
 
-class Slot(NamedTuple):
-    """A closed time, s, in which no region that is followed changes its mark: with internal propositions, the number of their changes so far, and
-    the lap, 0 in a flight or prefix, 1 in the first lap, 2 in its copy.
-    """
-
-    start: Fraction
-    stop: Fraction
-    marks: Mapping[str, str]
-    internal: Shown
-    done: int
-    lap: int
+Slot = tuple[Fraction, Fraction, Mapping[str, str], Shown, int, int]
+"""From when to when no region that is followed changes its mark; marks, internal propositions, how often they have changed, and the lap."""
 
 
 class Places(NamedTuple):
-    """All that one robot may do, by the numbers of its places: each has a lap, regions that hold the robot there, all that it shows there, from when
-    to when it may be there, s, and places that may come next. It begins in `initial` ones; a finite flight ends in `final` ones. `shift` leads from a
-    place of the first lap to that of its copy.
+    """All that one robot may do, by the numbers of its places: each has a lap, 0 in a flight or prefix, 1 in the first lap, 2 in its copy; regions
+    that hold the robot there, all that it shows there, from when to when it may be there, s, and places that may come next. It begins in `initial`
+    ones; a finite flight ends in `final` ones. `shift` leads from a place of the first lap to that of its copy.
     """
 
     robot: str
@@ -71,16 +58,20 @@ class Places(NamedTuple):
 def places_of(timeline: Timeline, names: frozenset[str]) -> Places:
     """Return all places of a robot, of letters that are cut down to some names, of which some are regions."""
     slots = _slots(timeline, {name: timeline.rows[name] for name in sorted(names & timeline.rows.keys())}, names)
-    every = [(slot, number, letter) for number, slot in enumerate(slots) for letter in _letters(slot)]
-    inside, numbers = [letter for _, _, letter in every], [number for _, number, _ in every]
-    following: list[list[int]] = []
-    for place, (_, number, letter) in enumerate(every):
+    inside, numbers, following = list[Shown](), list[int](), list[list[int]]()
+    for number, (_, _, marks, *_) in enumerate(slots):
+        held = frozenset(name for name, mark in marks.items() if mark == "must")
+        free = sorted(name for name, mark in marks.items() if mark == "may")
+        few(len(free), "regions open at one time")
+        inside += [held.union(some) for size in range(len(free) + 1) for some in combinations(free, size)]
+        numbers += [number] * 2 ** len(free)
+    for place, (number, letter) in enumerate(zip(numbers, inside, strict=True)):
         near = range(bisect_left(numbers, number), bisect_right(numbers, number + 1))
         following.append([t for t in near if t != place and (letter <= inside[t] or inside[t] <= letter)])
     initial = [place for place, number in enumerate(numbers) if number == 0]
     final = frozenset(place for place, number in enumerate(numbers) if number == len(slots) - 1)
-    shown, windows = [letter | slot.internal for slot, _, letter in every], [(slot.start, slot.stop) for slot, _, _ in every]
-    laps = [slot.lap for slot, _, _ in every]
+    windows, laps = [slots[number][:2] for number in numbers], [slots[number][-1] for number in numbers]
+    shown = [letter | slots[number][3] for number, letter in zip(numbers, inside, strict=True)]
     return Places(timeline.robot, laps, inside, shown, windows, following, initial, final, laps.count(1))
 
 
@@ -95,29 +86,17 @@ def _slots(timeline: Timeline, rows: Mapping[str, Row], names: frozenset[str]) -
         for low, high in instants_and_gaps(times):
             made = sum(time <= low for time, _ in changes)
             near = {name: {span.mark for span in row if span.start <= low and high <= span.stop} for name, row in rows.items()}
-            marks = {
-                name: min(some) if len(some) == 1 else "may" for name, some in near.items()
-            }  # where spans meet that differ
+            marks = {name: min(some) if len(some) == 1 else "may" for name, some in near.items()}  # spans that differ may meet
             for done in range(sum(time < low for time, _ in changes) if low == high else made, made + 1):
                 internal = (changes[done - 1][1] if done else timeline.internal) & names
-                slot = Slot(low + later, high + later, marks, internal, done, lap)
-                if found and found[-1][2:] == slot[2:]:
-                    slot = slot._replace(start=found.pop().start)
-                found.append(slot)
+                is_new = not found or found[-1][2:] != (marks, internal, done, lap)
+                found.append((low + later if is_new else found.pop()[0], high + later, marks, internal, done, lap))
     return found
 
 
 def instants_and_gaps(times: Sequence[Fraction]) -> list[tuple[Fraction, Fraction]]:
     """Return some times, and what is between them, from when to when."""
     return [(times[0], times[0]), *(slot for a, b in pairwise(times) for slot in ((a, b), (b, b)))]
-
-
-def _letters(slot: Slot) -> list[Shown]:
-    """Return the sets of regions that a slot allows."""
-    held = frozenset(name for name, mark in slot.marks.items() if mark == "must")
-    free = sorted(name for name, mark in slot.marks.items() if mark == "may")
-    few(len(free), "regions open at one time")
-    return [held.union(some) for size in range(len(free) + 1) for some in combinations(free, size)]
 
 
 def check_transitions(statement: Statement, timeline: Timeline) -> str:
@@ -163,24 +142,20 @@ def _following(places: Places, place: int) -> list[int]:
 
 
 At = tuple[int, ...]
-State = tuple[At, int]
-"""Places of the robots that are followed, and who of them was read since its letter changed, as bits."""
-Step = tuple[Letter | None, State]
-"""What is read, if anything, and what is then."""
+State = tuple[At, int]  # places of the robots that are followed, and who of them was read since its letter changed, as bits
+Step = tuple[Letter | None, State]  # what is read, if anything, and what is then
 Lap = tuple[Fraction, Fraction] | None
 Wait = tuple[tuple[str, int], tuple[str, int]]
 """Two events, each a robot and the number of the place that it comes to: the second comes after the first."""
-Find = Callable[[str, frozenset[str]], Places]
-"""Returns one robot's places, of letters cut down to some names."""
+Find = Callable[[str, frozenset[str]], Places]  # returns one robot's places, of letters cut down to some names
 _T = TypeVar("_T")
 
 
 class Claim:
     """One conjunct, and the team of which it is claimed.
 
-    `places` returns one robot's places, of letters cut down to some names; `lap` is when a lap begins and ends, None for finite flights; of two
-    events that are waited for, the second one comes after the first one, not with it. `names` are asked of letters, `shown` are all names that
-    robots show. `counted` has the tables of what is counted.
+    `places` returns one robot's places, of letters cut down to some names; `lap` is when a lap begins and ends; of two events that are waited for,
+    the second comes after the first, not with it. `names` are asked of letters, `shown` are all. `counted` has the tables of what is counted.
     """
 
     def __init__(self, statement: Statement, tree: Tree, find: Find, lap: Lap = None, waits: Sequence[Wait] = ()) -> None:
@@ -191,8 +166,8 @@ class Claim:
         asked = self.table.propositions
         self.counted = {one.counted: Table(json.loads(one.counted), statement.regions) for one in asked}
         propositions = [p for one in self.counted.values() for p in one.propositions]
-        untils = [sign for one in self.counted.values() for sign, _ in one.nodes if sign == "until"]
-        require(all(p.name for p in propositions) and not untils, "what is counted is no combination of names")
+        inner = {sign for one in self.counted.values() for sign, _ in one.nodes}
+        require(all(p.name for p in propositions) and inner <= {"holds", "and"}, "what is counted is no combination of names")
         self.names = frozenset(p.name for p in propositions)
         internal = (one.states.values() for one in statement.robots.values())
         self.shown = frozenset(statement.regions).union(*chain.from_iterable(internal))
@@ -206,8 +181,7 @@ class Claim:
 class Team:
     """All that a team may do, in spans of time.
 
-    `names` are the robots that are followed, `more` names that letters are cut down to besides the formula's. `size` is the number of spans, `back`
-    of laps the span to which the last one hands over.
+    `names` are the robots that are followed, `more` names in letters besides the formula's. Of `size` spans the last one of laps hands over to `back`.
     """
 
     def __init__(self, claim: Claim, names: Sequence[str], more: frozenset[str] = frozenset()) -> None:
@@ -245,10 +219,7 @@ class Team:
         return found
 
     def _letters(self, span: int, at: At) -> list[Letter]:
-        """Return what the team may show together: a proposition holds, or does not, or may, where others may reach its number and may not.
-
-        (Coq: `counted_letters`)
-        """
+        """Return what the team may show together, whatever the others show: of a proposition that may hold, both (Coq: `counted_letters`)."""
         every = [(one.robot, {one.letters[place]}) for one, place in zip(self.followed, at, strict=True)]
         every += [(robot, seen[span]) for robot, seen in self._others]
         options: list[list[Letter]] = []

@@ -1,10 +1,8 @@
 """One robot's flight: when it must be in each region, and must not; its stays there, which are its visits; its actions, passages and waits.
 
-All of it is said of every path that stays within the margin of the robot's own at every time. Of a lasso, rows of spans are *unrolled*
-where visits are compared: prefix and three laps, times going on, of which the first two show all that the later ones repeat.
+All of it is said of every path that stays within the margin of the robot's own at every time. Of a lasso, rows of spans are *unrolled* where visits
+are compared: prefix and three laps, times going on, of which the first two show all that the later ones repeat.
 """
-
-from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -22,30 +20,22 @@ from .zones import Hoop, along, opening, region
 
 LAPS = 3
 Window = tuple[Fraction, Fraction]
-Leaf = tuple[Fraction, Fraction, str, Cell]
-"""From when to when, s, with which mark, and what is known there."""
+Leaf = tuple[Fraction, Fraction, str, Cell]  # from when to when, s, with which mark, and what is known there
 
 
 class Span(NamedTuple):
-    """A closed time with one status: `no` and `must` hold at every instant of it, ends included; in `may` anything happens.
-
-    In `out` a path is inside up to some time, if at all, and then outside.
-    """
+    """A closed time, in all of which, ends included, `no` or `must` holds; in `may` anything happens, in `out` nobody comes in who has gone out."""
 
     start: Fraction
     stop: Fraction
     mark: str
 
 
-Row = tuple[Span, ...]
-"""Spans over a whole flight, one after another."""
+Row = tuple[Span, ...]  # spans over a whole flight, one after another
 
 
 class Timeline(NamedTuple):
-    """Labels of one robot until the team's flight, or its first lap, ends: in regions, and internal ones, which change at exact instants.
-
-    `cycle` is when the lap begins; None for a finite flight.
-    """
+    """Labels of one robot until the flight, or the first lap, which begins at `cycle`, ends: of regions, and internal ones, which change at instants."""
 
     robot: str
     duration: Fraction
@@ -98,9 +88,7 @@ def planned_stays(planned: Sequence[Visit], found: list[Stay]) -> tuple[list[Sta
 
 def event(what: str, made: tuple[Stay, Sequence[Fraction], Fraction]) -> Fraction | None:
     """Return when an event of a stay, with its actions, is surely over, or may first happen; never, where it lasts until all does, or none is there.
-
-    A region is entered for sure when the robot first must be in it, and left for sure when the stay is over; it may be entered when the stay
-    begins, and left after the first time in it for sure.
+    It is surely entered when the robot must be in the region, and left when the stay is over; it may be left after the first *must*.
     """
     stay, acts, last = made
     left, leaves = (time if time < last else None for time in (stay.stop, stay.must[0].stop))
@@ -234,9 +222,7 @@ class Course:
             require(alike, f"it passes {shown[:200]}, which is not the mission's sequence")
         return shown
 
-    def _passages(
-        self, name: str
-    ) -> Iterator[tuple[Fraction, Fraction, str, str]]:  # from when to when, s, which hoop, which way
+    def _passages(self, name: str) -> Iterator[tuple[Fraction, Fraction, str, str]]:  # from when to when, which hoop and way
         shape = self.statement.regions[name]
         hoop, rules = Hoop(shape), opening(shape, (self.statement.margin, self.robot.radius))
         every = self._along(f"openings/{self.name}/{name}", self.path.segments, along(self.path, rules))
@@ -249,14 +235,12 @@ class Course:
                 require(passes, f"the path may enter the opening of {name} without passing it")
                 yield first[0], last[1], name, mark
 
-    # Ways to visits
-
     def windows(self, visit: int) -> list[Window]:
         """Return the times at which it may be on its way to a visit, in prefix and first lap.
 
-        The way ends when the robot must be in the region, and begins with the last earlier visit that is over before the robot may be in the
-        region, once that one may have been left; without one, with the flight. Times in which it must be in either do not count, gaps between
-        them do. After the last time surely in the region the nominal path's excursions count until it leaves for good.
+        The way ends when the robot must be in the region, and begins with the last earlier visit that is over before the robot may be in the region,
+        once that one may have been left; without one, with the flight. Times in which it must be in either do not count, gaps between them do. After
+        the last time surely in the region the nominal path's excursions count until it leaves for good.
         """
         nominal, found = self.unrolled(self.row("nominal", self.stays[visit].region)), list[Window]()
         for number in {self._number(visit, lap) for lap in (0, 1)}:
@@ -285,7 +269,7 @@ class Course:
     # Waits. A robot sets out for its first visit when its nominal path first leaves the start, and for a later one where it stands still for the
     # last time before it leaves where it is or comes to where it goes.
 
-    def waits(self, wait: Wait, first: Course) -> str:
+    def waits(self, wait: Wait, first: "Course") -> str:
         """Check that an event of another robot is over before its own may happen, however their clocks differ: in the first lap, 0, and the second."""
         found: list[Fraction] = []
         for lap in (0, 1) if self._in_lap(wait.then[1]) else (0,):

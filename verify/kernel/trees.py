@@ -4,8 +4,8 @@ Every number of a flight is a float, so it is a whole number over a power of two
 
 *Trees.* A subdivision tree is an interval cut into halves, in preorder, with what holds on each leaf (Coq: `check_tree_sound`).
 
-Marks of a tree are letters: `s` splits, `?` claims nothing, any other is a claim that is checked by whole numbers. The proof chooses marks; it
-cannot choose what they claim. They stand one after another in the order in which the kernel asks; a number before one says how often it stands there.
+Marks of a tree are letters: `s` splits, `?` claims nothing, any other is a claim that is checked by whole numbers. The proof chooses marks; it cannot
+choose what they claim. They stand one after another in the order in which the kernel asks; a number before one says how often it stands there.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from copy import copy
 from fractions import Fraction
 from functools import cache
 from itertools import pairwise, repeat, zip_longest
-from typing import Any, Protocol, Self, TypeVar
+from typing import Any, Self
 
 from .statement import few, read, read_json, require
 
@@ -95,10 +95,8 @@ _SIGNS = {"<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.
 
 
 class Bernstein:
-    """A polynomial on an interval: numbers[k] / unit are its Bernstein coefficients, unit is above zero.
-
-    Its values lie between the least and the greatest of them (Coq: `bern_lower`, `bern_upper`, `bern_positive`), and rise, or fall,
-    where these do (Coq: `bern_monotone`).
+    """A polynomial on an interval: numbers[k] / unit, with unit above zero, are its Bernstein coefficients; its values lie between the least and the
+    greatest of them, and rise, or fall, where these do (Coq: `bern_lower`, `bern_upper`, `bern_positive`, `bern_monotone`).
     """
 
     def __init__(self, numbers: list[int], unit: int) -> None:
@@ -170,15 +168,7 @@ def read_evidence(text: str) -> Evidence:
     return Evidence(data["evidence"])
 
 
-class Part(Protocol):
-    """Knowledge of one part of an interval: whether what a mark claims holds on all of it, and the same on both halves."""
-
-    def holds(self, mark: str) -> bool: ...  # noqa: D102
-
-    def halves(self) -> tuple[Self, Self]: ...  # noqa: D102
-
-
-P = TypeVar("P", bound=Part)
+Part = Any  # knowledge of a part of an interval: `holds` of a mark, whether it is so on all of it; `halves`, the same of both halves
 
 
 class Cell:
@@ -200,7 +190,7 @@ class Cell:
         return first, second
 
 
-def leaves(whole: P, marks: Iterator[str]) -> Iterator[tuple[Fraction, str, P]]:
+def leaves(whole: Part, marks: Iterator[str]) -> Iterator[tuple[Fraction, str, Part]]:
     """Yield the leaves of a tree over [0, 1] from left to right, each of them checked: its beginning, its mark and its part."""
     waiting = [(whole, 0, 0)]
     while waiting:

@@ -1,33 +1,31 @@
 """Formulas of flights: an inductive invariant of all words that a team may give.
 
 Each conjunct is proved by itself. Suppose a word of the team breaks it: it satisfies the conjunct's negation (`formulas`). A *configuration* is a
-place of each robot that is followed (`team`), who of them was read since its letter changed, and one alternative that is owed. For each span of time the proof
-lists configurations; the kernel checks that they cover all that may come up:
+place of each robot that is followed (`team`), who of them was read since its letter changed, and one alternative that is owed. For each span of time
+the proof lists configurations; the kernel checks that they cover all that may come up:
 
 1. how the flight may begin;
 2. what each move in a span makes of a configuration of that span;
 3. each configuration in the next span, where its places are possible there;
 4. and that the empty word keeps no alternative with which the flight may end. So no word satisfied the negation.
 
-A configuration is covered by one with the same places, in which as many robots or more were read, and which owes no more. (Coq:
-`check_invariant_sound`.)
+A configuration is covered by one with the same places, as many robots read or more, and no more owed (Coq: `check_invariant_sound`).
 
-*Laps.* Configurations have a level, which never rises. Each level names an until, which every reading within the level puts off, or the lap, which is then
-not gone round within the level. A flight goes round for ever, and so stays within a level that names an until in the end; that is put off for ever, and
-was not satisfied. (Coq: `check_laps_sound`.)
+*Laps.* Configurations have a level, which never rises. Each level names an until, which every reading within the level puts off, or the lap, which is
+then not gone round within the level. A flight goes round for ever, and so stays within a level that names an until in the end; that is put off for
+ever, and was not satisfied. (Coq: `check_laps_sound`.)
 
-*Planned words.* Every team word that keeps the plan's waits satisfies the formula, whatever the times. Robots come to the letters of their words one after
-another, at any times and at one instant as well. Of a wait the second event comes after the first one, not with it. So places are letters, and all of
-them are possible in one span.
+*Planned words.* Every team word that keeps the plan's waits satisfies the formula, whatever the times. Robots come to the letters of their words one
+after another, at any times and at one instant as well. Of a wait the second event comes after the first one, not with it. So places are letters, and
+all of them are possible in one span.
 """
 
 from collections import defaultdict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
-from graphlib import CycleError, TopologicalSorter
 from typing import Any, NamedTuple
 
-from .formulas import Owed, conjuncts, show
+from .formulas import Owed, conjuncts
 from .statement import ZERO, Statement, read, require
 from .team import At, Claim, Places, Step, Team, Wait, places_of
 from .timelines import Span, Stay, Timeline, event, joined, planned_stays, stays
@@ -50,24 +48,11 @@ class Configuration(NamedTuple):
     level: int = 0
 
 
-def check_formula(statement: Statement, timelines: Mapping[str, Timeline], evidence: Evidence) -> str:
-    """Check that every word that the timelines leave possible satisfies the formula.
-
-    Args:
-        statement: Has the formula, and how words are read.
-        timelines: One for each robot.
-        evidence: Has an invariant for each conjunct.
-    """
-    for number, claim in enumerate(flown(statement, timelines)):
-        _check_invariant(*read_invariant(claim, evidence.get(f"formula/{number}", Any)))
-    return f"Every word of the team satisfies {show(statement.formula)}."
-
-
-def check_ordered(statement: Statement, evidence: Evidence) -> str:
-    """Check that planned words satisfy the formula in every order that keeps the waits."""
-    for number, claim in enumerate(planned(statement)):
-        _check_invariant(*read_invariant(claim, evidence.get(f"ordered/{number}", Any)))
-    return "The planned words satisfy the formula in every order that keeps the waits."
+def check_words(claims: Iterable[tuple[str, Claim]], evidence: Evidence) -> bool:
+    """Check that every word that is possible satisfies each conjunct, by the invariant that the evidence has for it."""
+    for key, claim in claims:
+        _check_invariant(*read_invariant(claim, evidence.get(key, Any)))
+    return True
 
 
 def read_invariant(claim: Claim, data: object) -> tuple[Team, list[int | None], list[list[Configuration]]]:
@@ -91,10 +76,7 @@ def read_invariant(claim: Claim, data: object) -> tuple[Team, list[int | None], 
 
 
 def _check_invariant(team: Team, levels: Sequence[int | None], sets: Sequence[Sequence[Configuration]]) -> None:
-    """Check that configurations of each span cover all that may come up, and that none ends well for the negation.
-
-    Levels name an until of the table, or None, the lap; of finite flights there is one, the lap.
-    """
+    """Check that configurations of each span cover all that may come up, and that none ends well for the negation; levels name an until, or the lap."""
     table, known = team.claim.table, [defaultdict[At, list[Configuration]](list) for _ in sets]
     require(len(sets) == team.size, "the proof has another number of spans than the flight")
     for span, here in enumerate(sets):
@@ -126,34 +108,37 @@ def _check_invariant(team: Team, levels: Sequence[int | None], sets: Sequence[Se
                 require(not breaks, "the flight may end with the formula broken")
 
 
-def flown(statement: Statement, timelines: Mapping[str, Timeline]) -> Iterator[Claim]:
-    """Yield each conjunct with the team as it flies, by a timeline for each robot; all flights, or first laps, end together."""
+def flown(statement: Statement, timelines: Mapping[str, Timeline]) -> Iterator[tuple[str, Claim]]:
+    """Yield each conjunct, by the key of its evidence, with the team as it flies; all timelines end together."""
     line = next(iter(timelines.values()))
     lap = None if line.cycle is None else (line.cycle, line.duration)
-    for tree in conjuncts(statement.formula):
-        yield Claim(statement, tree, lambda robot, names: places_of(timelines[robot], names), lap)
+    for number, tree in enumerate(conjuncts(statement.formula)):
+        yield f"formula/{number}", Claim(statement, tree, lambda robot, names: places_of(timelines[robot], names), lap)
 
 
-def planned(statement: Statement) -> Iterator[Claim]:
-    """Yield each conjunct with the team and its planned words; some flight has to keep their waits."""
+def planned(statement: Statement) -> Iterator[tuple[str, Claim]]:
+    """Yield each conjunct, as above, with the team and its planned words; some flight has to keep their waits."""
     words = statement.words
     fits = set(words) == set(statement.robots) and all(words.values()) and not statement.lasso
     require(fits, "a robot has no planned word, or laps")
-    order = TopologicalSorter({(name, k): {(name, k - 1)} for name, word in words.items() for k in range(1, len(word))})
-    for first, then in (waits := list(waits_between(statement))):
-        order.add(then, first)
-    try:
-        order.prepare()
-    except CycleError:
-        require(False, "robots wait for each other in a circle")
+    at, needed, waits = (
+        dict.fromkeys(words, 0),
+        defaultdict[tuple[str, int], list[tuple[str, int]]](list),
+        list(waits_between(statement)),
+    )
+    for first, then in waits:
+        needed[then].append(first)
+    while free := [name for name, k in at.items() if words[name][k + 1 :] and all(at[a] >= i for a, i in needed[name, k + 1])]:
+        at.update((name, at[name] + 1) for name in free)
+    require(all(words[name][k:] == words[name][-1:] for name, k in at.items()), "robots wait for each other in a circle")
 
     def find(robot: str, names: frozenset[str]) -> Places:
         letters = [letter & names for letter in words[robot]]
         size, following = len(letters), [[place + 1] for place in range(len(letters) - 1)]
         return Places(robot, [0] * size, letters, letters, [(ZERO, ZERO)] * size, [*following, []], [0], frozenset({size - 1}))
 
-    for tree in conjuncts(statement.formula):
-        yield Claim(statement, tree, find, waits=waits)
+    for number, tree in enumerate(conjuncts(statement.formula)):
+        yield f"ordered/{number}", Claim(statement, tree, find, waits=waits)
 
 
 def waits_between(statement: Statement) -> Iterator[Wait]:

@@ -1,14 +1,12 @@
 """Zones that all of the ball around a path is inside of, or outside of: regions, obstacles, openings, rims, the workspace.
 
 Each inequality is f(x) <= 0, by the weights of xx, xy, xz, yy, yz, zz, x, y, z and 1 in f. A quadric is (x - c)'Q(x - c) <= B with Q semidefinite,
-its square completed. Of a ball of radius d around x all points keep it where sqrt((x - c)'Q(x - c)) <= sqrt(B) - s d, and none does where it is
-above sqrt(B) + s d, s^2 being at least Q's greatest eigenvalue (Coq: `quadric_must`, `quadric_no`). A half-space n.x <= h moves by |n| d (Coq:
+its square completed. Of a ball of radius d around x all points keep it where sqrt((x - c)'Q(x - c)) <= sqrt(B) - s d, and none does where it is above
+sqrt(B) + s d, s^2 being at least Q's greatest eigenvalue (Coq: `quadric_must`, `quadric_no`). A half-space n.x <= h moves by |n| d (Coq:
 `half_space_must`, `half_space_no`).
 
 Last, distances between robots, of all times that their clocks, which differ, may show at one moment.
 """
-
-from __future__ import annotations
 
 import operator
 from bisect import bisect_left, bisect_right
@@ -21,8 +19,7 @@ from .flights import Path
 from .statement import MOST, ZERO, Inequality, Shape, Statement, Vector, at_least, few, require
 from .trees import Atom, Bernstein, Cell, Polynomial, Rules, root, square
 
-Sums = tuple[tuple[tuple[int, int], ...], ...]
-"""Sums of inequalities, of each their numbers and weights."""
+Sums = tuple[tuple[tuple[int, int], ...], ...]  # sums of inequalities, of each their numbers and weights
 Solid = tuple[Shape, tuple[Shape, ...], tuple[Sums, ...]]
 """An obstacle, its openings' hoops, and for each part sums of its half-spaces."""
 Terms = tuple[Fraction, ...]
@@ -44,10 +41,7 @@ def terms_of(one: Inequality, center: Vector) -> Terms:
 
 
 def pivots(terms: Terms) -> list[Fraction]:
-    """Return pivots of the symmetric matrix of a function of x, y, z and 1; none is below zero where it is nowhere below zero.
-
-    Where one is zero, and more stands in its row, it is -1 here. (Coq: `elimination_semidefinite`)
-    """
+    """Return pivots of a quadratic function, -1 for a zero with more in its row; if none is below zero, nor is the function (Coq: `elimination_quadratic`)."""
     xx, xy, xz, yy, yz, zz, x, y, z, one = (value / (1 if i in (0, 3, 5, 9) else 2) for i, value in enumerate(terms))
     rows, found = [[xx, xy, xz, x], [xy, yy, yz, y], [xz, yz, zz, z], [x, y, z, one]], list[Fraction]()
     while rows:
@@ -58,7 +52,7 @@ def pivots(terms: Terms) -> list[Fraction]:
 
 
 def _scale(terms: Terms) -> Fraction:
-    """Return s such that s^2 is at least the greatest eigenvalue of a semidefinite form, by row sums and halving (Coq: `rows_grow`, `rest_grows`)."""
+    """Return s such that s^2 is at least the greatest eigenvalue of a semidefinite form, by row sums and halving (Coq: `rows_grow`, `rest_grows`, `elimination_semidefinite`)."""
     xx, xy, xz, yy, yz, zz = (abs(value) for value in terms[:6])
     low, high = max(xx, yy, zz), max(2 * xx + xy + xz, xy + 2 * yy + yz, xz + yz + 2 * zz) / 2
     for _ in range(32):
@@ -87,12 +81,11 @@ def asked(terms: Terms, margin: Fraction) -> tuple[list[Atom], Atom]:
 
 @lru_cache(maxsize=4096)
 def region(shape: Shape, margin: Fraction) -> Rules:
-    """Return the claims `m` that a path is inside a region by a margin, `n` that it is outside, `y` that it is so nowhere, and `i` that it is so up to
-    some time, if at all, and then nowhere, or `o` the other way round.
+    """Return the claims `m` that a path is inside a region by a margin, `n` that it is outside, `y` that it is so nowhere, and `i` that it is so up
+    to some time, if at all, and then nowhere, or `o` the other way round.
 
-    Outside it breaks an inequality of each part. Inside it keeps one of each `choice`, so that all of the ball is in some part, or in one
-    part alone where choices are too many. If functions that break one only fall, or only rise, it comes, or goes, once (Coq: `comes_near_once`,
-    `leaves_once`).
+    Outside it breaks an inequality of each part. Inside it keeps one of each `choice`, so that all of the ball is in some part, or in one part alone
+    where choices are too many. If functions that break one only fall, or only rise, it comes, or goes, once (Coq: `comes_near_once`, `leaves_once`).
     """
     parts = [[terms_of(one, shape.center) for one in part] for part in shape.parts]
     clauses, broken = choices(parts), {one: asked(one, margin)[1] for part in parts for one in part}
@@ -108,10 +101,8 @@ def region(shape: Shape, margin: Fraction) -> Rules:
 
 
 def choices(parts: Sequence[Sequence[Terms]]) -> list[frozenset[Terms]]:
-    """Return sets of inequalities of which a point is in some part if it keeps one of each; none where they are too many.
-
-    A point that is in no part breaks an inequality of each. It keeps one of such a choice if two of these meet, so that others are enough.
-    (Coq: `some_part`, `faces_meet`)
+    """Return sets of inequalities of which a point is in some part if it keeps one of each; none where they are too many. A point in no part breaks
+    one of each part. It keeps one of such a choice if two of these meet, so that others do (Coq: `some_part`, `faces_meet`).
     """
     found = [frozenset[Terms]()]
     for part in parts:
@@ -130,10 +121,8 @@ def _meet(one: Terms, other: Terms) -> bool:
 
 
 class Hoop:
-    """A hoop, measured.
-
-    Of a place r, D = (r - c) . n with centre c and normal n, and P = |r - c|^2 |n|^2 - D^2: |D| / |n| is how far r is from the
-    opening's plane, and sqrt(P) / |n| how far from its axis. Lengths are compared with |n|^2, or with `high`, above |n|.
+    """A hoop with centre c and normal n. Of a place r, D = (r - c) . n and P = |r - c|^2 |n|^2 - D^2: |D| / |n| is how far r is from the opening's
+    plane, and sqrt(P) / |n| how far from its axis. Lengths are compared with |n|^2, or with `high`, above |n|.
     """
 
     def __init__(self, shape: Shape) -> None:
@@ -159,11 +148,9 @@ class Hoop:
         return [(self.along, ">", length * self.high), (self.along, "<", -length * self.high)]
 
 
-@lru_cache(maxsize=4096)
 def opening(shape: Shape, lengths: tuple[Fraction, Fraction]) -> Rules:
-    """Return the claims `n` that no point within a margin is in a hoop's opening, and `F` and `R` that a vehicle there is inside by its radius
-    and the margin; and that it flies on, forward or in reverse, or stays within the margin of the plane (Coq: `before_plane`, `behind_plane`,
-    `beside_opening`, `inside_opening`).
+    """Return the claims `n` that no point within a margin is in a hoop's opening, and `F` and `R` that a vehicle there is inside by its radius, and
+    flies on, forward or in reverse, or stays near the plane (Coq: `before_plane`, `behind_plane`, `beside_opening`, `inside_opening`).
     """
     (margin, radius), hoop = lengths, Hoop(shape)
     inside = [(hoop.across, "<=", bound) for _, _, bound in hoop.within(margin + radius)]
@@ -172,10 +159,9 @@ def opening(shape: Shape, lengths: tuple[Fraction, Fraction]) -> Rules:
     return {"n": [[[*hoop.apart(margin), hoop.beside(margin)]]], **ways}
 
 
-@lru_cache(maxsize=4096)
 def rim(shape: Shape, length: Fraction) -> Rules:
-    """Return the claim `n` that a path stays farther than a length from a hoop's rim: in its plane by one side of a right triangle,
-    along the axis by the other, of which the length is the longest, in some of 32 directions (Coq: `rim_clear`).
+    """Return the claim `n` that a path stays farther than a length from a hoop's rim: in its plane by one side of a right triangle, along the axis by
+    the other, of which the length is the longest, in some of 32 directions (Coq: `rim_clear`).
     """
     hoop, ways = Hoop(shape), list[list[list[Atom]]]()
     wide = hoop.ring.rim
@@ -186,12 +172,10 @@ def rim(shape: Shape, length: Fraction) -> Rules:
     return {"n": [*ways, [hoop.apart(wide / 2 + length)]]}
 
 
-@lru_cache(maxsize=4096)
 def obstacle(solid: Solid, length: Fraction) -> Rules:
-    """Return the claim `n` that a path is farther than a length from all that is solid of an obstacle.
-
-    Of each part one inequality is broken by the length, or one sum of half-spaces, which all its points keep (Coq: `quadric_no`, `farkas_keeps`,
-    `farkas_ball`), or all within the length is in the opening of a hoop that leads through the part, which holds its centre.
+    """Return the claim `n` that a path is farther than a length from all that is solid of an obstacle. Of each part one inequality is broken by the
+    length, or one sum of half-spaces, which all its points keep (Coq: `quadric_no`, `farkas_keeps`, `farkas_ball`), or all within the length is in
+    the opening of a hoop that leads through the part, which holds its centre.
     """
     (shape, hoops, sums), clauses = solid, list[list[Atom]]()
     require(len(sums) == len(shape.parts), "a proof sums half-spaces of other parts")
@@ -218,8 +202,7 @@ def workspace(corners: tuple[Vector, Vector], margin: Fraction) -> Rules:
 
 
 BITS = 40
-Box = Sequence[tuple[int, int]]
-"""Along x, y and z from where to where, m, over 2^40."""
+Box = Sequence[tuple[int, int]]  # along x, y and z from where to where, m, over 2^40
 
 
 class Flown(NamedTuple):
@@ -230,7 +213,7 @@ class Flown(NamedTuple):
     places: Sequence[Bernstein]
     box: Box
 
-    def halves(self) -> list[Flown]:
+    def halves(self) -> "list[Flown]":
         """Return both halves."""
         middle = (self.start + self.stop) / 2
         times, places = ((self.start, middle), (middle, self.stop)), zip(*(row.halves() for row in self.places), strict=True)
@@ -238,10 +221,7 @@ class Flown(NamedTuple):
 
 
 class Flight:
-    """One robot's path as distances are measured: a metre in z may count more than one across. Lengths are `unit` times as long here.
-
-    Its robot is within `loose` of a place that the path has then: it may be within the margin of any place of a step.
-    """
+    """One robot's path, a metre in z counting `weight`, lengths `unit` times as long; it is within `loose` of each place then: of any place of a step."""
 
     def __init__(self, statement: Statement, path: Path) -> None:
         weight = Fraction(1) if statement.separation_z is None else statement.separation / statement.separation_z
@@ -274,10 +254,9 @@ class Pair:
         self.apart = f"{at_least(self.least)} m"
         self.apart += f", a metre in z counted as {float(one.weight):.4g}," if one.weight != 1 else ""
 
-    def parts(self, error: Fraction) -> Iterator[Two]:
-        """Yield the claims that they are far enough apart at times of theirs that differ by at most an error, s, where boxes do not part them.
-
-        Of segments that clocks show together at one instant alone, their neighbours are looked at: a robot may be anywhere on a step.
+    def parts(self, error: Fraction) -> "Iterator[Two]":
+        """Yield the claims that they are far enough apart at times that differ by at most an error, s, where boxes do not part them; of segments that
+        meet at one instant their neighbours are looked at: a robot may be anywhere on a step.
         """
         one, other = self.flights
         if self._are_far(one.box, other.box):
@@ -295,10 +274,7 @@ class Pair:
 
 
 class Two(NamedTuple):
-    """A part of one path and a part of another, each with its own times.
-
-    `k`: no two clocks show these times at one moment. `m`: a plane across the way from middle to middle parts them by what is asked (Coq: `plane_parts`).
-    """
+    """Parts of two paths. `k`: no two clocks show their times at once. `m`: a plane across the way between them parts them enough (Coq: `plane_parts`)."""
 
     one: Flown
     other: Flown
@@ -316,7 +292,7 @@ class Two(NamedTuple):
         gap, least = min(near) - max(far), self.square * (x * x + y * y + z * z)
         return mark == "m" and gap > 0 and gap * gap * least.denominator >= least.numerator * unit * unit
 
-    def halves(self) -> tuple[Two, Two]:
+    def halves(self) -> "tuple[Two, Two]":
         """Return both halves of the part that lasts longer."""
         if self.one.stop - self.one.start >= self.other.stop - self.other.start:
             first, second = (self._replace(one=half) for half in self.one.halves())

@@ -12,11 +12,6 @@ from verify.data.mission import Mission
 Tree = list[Any]
 """Nested lists: an operator and what it joins."""
 
-_SIGNS = {
-    "!": "not", "&": "and", "|": "or", "->": "implies", "<->": "iff", "xor": "xor", "U": "until", "R": "release", "W": "weak", "M": "strong",
-    "F": "eventually", "G": "always", "true": "true", "false": "false",
-}  # fmt: skip
-
 
 def formula_tree(mission: Mission) -> Tree:
     """Return what words have to satisfy as nested lists; what speaks of each robot or of numbers of them is written out for the team."""
@@ -47,7 +42,6 @@ def _joined(node: Formula, parts: list[Tree]) -> Tree:
             assert node.bound is not None
             return ["count", node.bound[1], parts[0]]
         case "&" | "|":
-            sign = _SIGNS[node.operator]
-            return [sign, *(one for part in parts for one in (part[1:] if part[0] == sign else [part]))]
+            return [node.operator, *(one for part in parts for one in (part[1:] if part[0] == node.operator else [part]))]
         case _:
-            return [_SIGNS[node.operator], *parts]
+            return [f"{node.operator}{node.bounds}", *parts]

@@ -17,7 +17,7 @@ from verify.data.shapes.inequalities import Inequality
 from verify.data.shapes.obstacle import Obstacle
 from verify.data.shapes.region import Hoop, Region
 from verify.kernel.statement import FORMAT
-from verify.proofs.formula_tree import formula_tree
+from verify.proofs.formula_tree import formula_tree, tree_of
 
 STATEMENT_FILE = "statement.json"
 
@@ -53,7 +53,7 @@ def statement_of(plan: Plan, certificate: Certificate) -> str:
         "words": _words(plan) if any(claim.name == "ordered" for claim in certificate.claims) else {},
     }
     if mission.timed_parts:
-        table["timed"] = [str(part) for part in mission.timed_parts]
+        table["timed"] = [tree_of(part) for part in mission.timed_parts]
     return statement_text(table)
 
 

@@ -33,16 +33,16 @@ def find_formula(
     statement: Statement, timelines: Mapping[str, Timeline]
 ) -> dict[str, str | list[Any]]:  # of any type: JSON nests
     """Return evidence for each conjunct of a formula for which some is found, by a timeline for each robot."""
-    return _found("formula", flown(statement, timelines))
+    return _found(flown(statement, timelines))
 
 
 def find_ordered(statement: Statement) -> dict[str, str | list[Any]]:  # of any type: JSON nests
     """Return evidence for each conjunct that planned words satisfy it under their waits, as far as some is found."""
-    return _found("ordered", planned(statement) if statement.words else ())
+    return _found(planned(statement) if statement.words else ())
 
 
-def _found(key: str, claims: Iterable[Claim]) -> dict[str, str | list[Any]]:
-    found = {f"{key}/{number}": _invariant(claim) for number, claim in enumerate(claims)}
+def _found(claims: Iterable[tuple[str, Claim]]) -> dict[str, str | list[Any]]:
+    found = {key: _invariant(claim) for key, claim in claims}
     return {name: invariant for name, invariant in found.items() if invariant is not None}
 
 

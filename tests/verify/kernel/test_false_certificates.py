@@ -58,11 +58,11 @@ EDITS: list[tuple[str, dict[str, Any], str]] = [
     ("parts", {"robots__r0__pieces": 0}, "parts"), ("lap", {"robots__r0__endurance": 30.0}, "limits.endurance"),
     ("legs", {"robots__r0__legs__b__speed": 0.5}, "limits.legs.speed"), ("end and turn", {"robots__r0__limits__yaw_rate": 1.0}, "limits.yaw_rate"),
     ("end and turn", {"robots__r0__limits__rotor_thrust_max": 0.0675}, "limits.rotor_thrust_max"),
-    ("lap with actions", {"formula": ["always", ["eventually", ["and", ["name", "b"], ["name", "carrying"]]]]}, "formula"),
-    ("laps, own", {"formula": ["always", ["eventually", ["and", ["name", "a"], ["name", "b"]]]]}, "formula"),
-    ("laps, joint", {"formula": ["eventually", ["always", ["not", ["name", "a"]]]]}, "formula"),
-    ("union", {"formula": ["until", ["not", ["name", "c"]], ["name", "room"]]}, "formula"),
-    ("counted", {"formula": ["eventually", ["count", 3, ["or", ["name", "a"], ["name", "b"]]]]}, "formula"),
+    ("lap with actions", {"formula": ["G", ["F", ["&", ["name", "b"], ["name", "carrying"]]]]}, "formula"),
+    ("laps, own", {"formula": ["G", ["F", ["&", ["name", "a"], ["name", "b"]]]]}, "formula"),
+    ("laps, joint", {"formula": ["F", ["G", ["!", ["name", "a"]]]]}, "formula"),
+    ("union", {"formula": ["U", ["!", ["name", "c"]], ["name", "room"]]}, "formula"),
+    ("counted", {"formula": ["F", ["count", 3, ["|", ["name", "a"], ["name", "b"]]]]}, "formula"),
 ]  # fmt: skip
 
 

@@ -25,7 +25,7 @@ from verify.kernel.statement import Inequality, Refused, Ring, Shape, Wait, read
 from verify.kernel.team import check_transitions
 from verify.kernel.timelines import Course, Span, Stay, Timeline, joined
 from verify.kernel.trees import Cell, Evidence, Polynomial, root
-from verify.kernel.words import check_formula, waits_between
+from verify.kernel.words import check_words, flown, waits_between
 from verify.kernel.zones import Flight, Flown, Pair, Two, _scale, asked, opening, rim, terms_of
 from verify.model_checking import timeline as judge
 from verify.proofs import words as words_search
@@ -225,7 +225,7 @@ def test_clocks_that_differ_by_half_a_lap_prove_nothing(error: str, accepted: bo
     for size in range(1, 30):
         evidence = Evidence({"formula/0": [[], [], [], [None], [[]], [[0, size]]]})
         with suppress(Refused):
-            check_formula(statement, lines, evidence)
+            check_words(flown(statement, lines), evidence)
             found = True
     assert found == accepted
 
@@ -313,7 +313,7 @@ def test_a_lap_that_never_keeps_its_promise_is_refused_at_one_level_for_all() ->
         statement, own, evidence = proof_of(mission, {"r0": line})
     assert evidence
     with pytest.raises(Refused, match="leaves out"):
-        check_formula(statement, own, Evidence(evidence))
+        check_words(flown(statement, own), Evidence(evidence))
 
 
 def test_json_with_a_key_twice_is_refused() -> None:

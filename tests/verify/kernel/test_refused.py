@@ -22,7 +22,20 @@ from verify.proofs.statement import statement_of
 
 MISSIONS = (
     "firefighting",
-    *(pytest.param(name, marks=pytest.mark.slow) for name in ("hoops-published", "hoops-ltl", "meeting", "window-inspection")),
+    *(
+        pytest.param(name, marks=pytest.mark.slow)
+        for name in (
+            "hoops-published",
+            "hoops-ltl",
+            "meeting",
+            "window-inspection",
+            "wall-2",
+            "doorpuzzle-1",
+            "rover-2",
+            "stlcg-1",
+            "stlcg-2",
+        )
+    ),
 )
 
 
@@ -103,10 +116,10 @@ FALSE = [
     ({"regions__water__ring__opening": 0.1}, {"passages", "rims"}),
     ({"regions__water__ring__rim": 0.3}, {"rims"}),
     ({"sequence": [[["water", "F"]], None]}, {"passages"}),
-    ({"formula": ["always", ["not", ["name", "smoke"]]]}, {"formula"}),
-    ({"formula": ["eventually", ["and", ["name", "smoke"], ["name", "loc1"]]]}, {"formula"}),
-    ({"joint": True, "formula": ["always", ["implies", ["name", "loc1"], ["name", "carrying"]]]}, {"formula"}),
-    ({"timed": ["F[0,5] loc1"]}, {"timing"}),
+    ({"formula": ["G", ["!", ["name", "smoke"]]]}, {"formula"}),
+    ({"formula": ["F", ["&", ["name", "smoke"], ["name", "loc1"]]]}, {"formula"}),
+    ({"joint": True, "formula": ["G", ["->", ["name", "loc1"], ["name", "carrying"]]]}, {"formula"}),
+    ({"timed": ["F[0,5] loc1"]}, {"timing"}), ({"timed": [["F[0,0.5]", ["name", "loc1"]]]}, {"timing"}),
 ]  # fmt: skip
 
 

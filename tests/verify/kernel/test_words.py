@@ -28,7 +28,7 @@ from verify.data import Formula, parse_formula
 from verify.kernel.formulas import Table, conjuncts, show
 from verify.kernel.statement import Refused
 from verify.kernel.trees import Evidence
-from verify.kernel.words import check_formula
+from verify.kernel.words import check_words, flown
 from verify.model_checking.timeline import Change, Relations, Timeline
 from verify.model_checking.word_claims import judge_formula, judge_transitions
 from verify.proofs.formula_tree import tree_of
@@ -214,7 +214,7 @@ def test_proofs_of_others_are_no_proofs(number: int) -> None:
         statement = kernel_statement(given, Fraction(error))
         own = {name: kernel_timeline(line) for name, line in touching.items()}
         with pytest.raises(Refused):
-            check_formula(statement, own, Evidence(evidence))
+            check_words(flown(statement, own), Evidence(evidence))
         refused += 1
     assert refused == number
 
@@ -235,7 +235,7 @@ def test_edited_proofs_are_refused_or_still_prove(seed: int, number: int) -> Non
             for _ in range(rng.choice([0, 0, 1, 3])):
                 changed = edited(rng, changed)
             try:
-                check_formula(statement, own, Evidence(changed if isinstance(changed, dict) else {}))
+                check_words(flown(statement, own), Evidence(changed if isinstance(changed, dict) else {}))
             except Refused:
                 continue
             assert is_so, (str(formula), reading, error, lines, changed)
@@ -249,12 +249,12 @@ def test_edited_proofs_of_laps_are_refused_or_still_prove(seed: int, number: int
         robots = ("q0", "q1")[: rng.choice([1, 1, 2])]
         formula, reading = asked(rng, robots, 6)
         given = mission(str(formula), team=reading, robots=len(robots), trace="infinite")
-        flown, other = ({robot: lap_timeline(rng, robot) for robot in robots} for _ in range(2))
-        statement, _, evidence = proof_of(given, flown)
+        honest, other = ({robot: lap_timeline(rng, robot) for robot in robots} for _ in range(2))
+        statement, _, evidence = proof_of(given, honest)
         if len(evidence) == 0:
             continue
         number -= 1
-        for lines in (flown, other):
+        for lines in (honest, other):
             (verdict,) = judge_formula(given, lines, Relations(), detail="answer")
             own = {name: kernel_timeline(line) for name, line in lines.items()}
             for _ in range(80):
@@ -262,7 +262,7 @@ def test_edited_proofs_of_laps_are_refused_or_still_prove(seed: int, number: int
                 for _ in range(rng.choice([0, 0, 1, 3])):
                     changed = edited(rng, changed)
                 try:
-                    check_formula(statement, own, Evidence(changed if isinstance(changed, dict) else {}))
+                    check_words(flown(statement, own), Evidence(changed if isinstance(changed, dict) else {}))
                 except Refused:
                     continue
                 assert verdict.outcome == "holds", (str(formula), reading, lines, changed)
@@ -302,8 +302,8 @@ def test_conjuncts_and_text_say_what_the_formula_says() -> None:
         (["name", "nowhere"], "'nowhere', which no robot shows"),
         (["count", 2, ["name", "a"]], "counts robots that are read one by one"),
         (["robot", "q9", ["name", "a"]], "names robot 'q9'"),
-        (["count", 2, ["eventually", ["name", "a"]]], "no combination of names"),
-        (["until", ["name", "a"]], "'until' is not covered"),
+        (["count", 2, ["F", ["name", "a"]]], "no combination of names"),
+        (["U", ["name", "a"]], "'U' is not covered"),
         ("a", "no list"),
         ([], "no list"),
         (["name", 3], "'name' is not covered"),
@@ -313,4 +313,4 @@ def test_formulas_that_are_none(tree: Any, message: str) -> None:
     statement = kernel_statement(mission("F a"), Fraction(0))
     statement.formula = tree  # type: ignore[misc]
     with pytest.raises(Refused, match=message):
-        check_formula(statement, {"q0": kernel_timeline(timeline("q0"))}, Evidence({}))
+        check_words(flown(statement, {"q0": kernel_timeline(timeline("q0"))}), Evidence({}))

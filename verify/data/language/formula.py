@@ -215,12 +215,16 @@ class Formula:
         return self._text(quote=False, power=0)
 
     @property
-    def _sign(self) -> str:
-        """The operator with its bounds."""
+    def bounds(self) -> str:
+        """Bounds in seconds as text, behind an operator that has any: `[0,10]`."""
         if self.window is None:
-            return self.operator
+            return ""
         low, high = self.window
-        return f"{self.operator}[{decimal(low)},{'inf' if high is None else decimal(high)}]"
+        return f"[{decimal(low)},{'inf' if high is None else decimal(high)}]"
+
+    @property
+    def _sign(self) -> str:
+        return f"{self.operator}{self.bounds}"
 
     def _text(self, *, quote: bool, power: int) -> str:
         match self.operator:
