@@ -35,6 +35,14 @@ def command(
         int | None, typer.Option("--workers", min=1, help="Stages computed at the same time (default: one a processor).")
     ] = None,
     page: Annotated[bool, typer.Option("--page/--no-page", help="Whether the page is served besides the API.")] = True,
+    openid: Annotated[
+        str | None, typer.Option("--openid", help="Address of an OpenID Connect provider by which people log in (its issuer).")
+    ] = None,
+    openid_client: Annotated[str, typer.Option("--openid-client", help="What it calls this service (client id).")] = "ltlplan",
+    openid_secret_file: Annotated[
+        Path | None, typer.Option("--openid-secret-file", help="File of the client's secret (default: $LTLPLAN_OPENID_SECRET).")
+    ] = None,
+    openid_role: Annotated[str, typer.Option("--openid-role", help="Role of those who come for the first time.")] = "viewer",
     new_token: Annotated[
         str | None, typer.Option("--new-token", help="Make a token of this name, print it once, and end.")
     ] = None,
@@ -47,11 +55,11 @@ def command(
     """Serve the HTTP API and the page. Jobs that were accepted go on after a restart."""
     from ltlplan.commands.support.terminal import print_json
     from ltlplan.service.data_folder import default_data, make_private
-    from ltlplan.service.database_url import database_url
+    from ltlplan.service.database_url import database_url, secret_of
     from ltlplan.service.people.roles import role_of
     from ltlplan.service.security.tokens import Tokens
     from ltlplan.service.server import serve
-    from ltlplan.service.settings import Settings
+    from ltlplan.service.settings import OpenIdSettings, Settings
 
     folder = (data or default_data()).absolute()
     if new_token is not None or revoke_token is not None:
@@ -71,8 +79,12 @@ def command(
     database, notes = database_url(db, db_file, os.environ)
     for note in notes:
         typer.echo(f"note: {note}", err=True)
+    provider = None
+    if openid is not None:
+        secret = secret_of("LTLPLAN_OPENID_SECRET", openid_secret_file, os.environ)
+        provider = OpenIdSettings(openid, openid_client, secret, role_of(openid_role))
     settings = Settings(
-        data=folder, host=host, port=port, names=tuple(name or ()), database=database, dask=dask, workers=workers
+        data=folder, host=host, port=port, names=tuple(name or ()), database=database, dask=dask, workers=workers, openid=provider
     )  # fmt: skip
     serve(settings, page=page, announce=(lambda said: print_json({"said": said})) if json else _say)
 

@@ -1,4 +1,4 @@
-"""Sources of the database's URL for `ltlplan serve`: every user of a machine can read command lines, so that a password does not belong there."""
+"""Sources of the database's URL and of secrets for `ltlplan serve`: every user of a machine can read command lines, so that a password does not belong there."""
 
 from __future__ import annotations
 
@@ -52,3 +52,23 @@ def has_password(url: str) -> bool:
     except ValueError:
         return False
     return bool(parts.password) or "password" in parse_qs(parts.query)
+
+
+def secret_of(variable: str, file: Path | None, environment: MutableMapping[str, str]) -> str | None:
+    """Return a secret from a file, or from an environment variable, which is taken out so that no process that is started from here has it.
+
+    Args:
+        variable: The environment variable.
+        file: The file, if one was named.
+        environment: Of this process.
+
+    Raises:
+        BadInput: The file cannot be read or is empty.
+    """
+    held = environment.pop(variable, None)
+    if file is None:
+        return held or None
+    secret = read_text(file, most=_MOST, what="secret").strip()
+    if not secret:
+        raise BadInput(f"{file} is empty; it must hold the secret.")
+    return secret

@@ -125,7 +125,7 @@ def put_together(settings: Settings, tokens: Tokens, *, page: bool) -> tuple[Gat
     questions = Questions(
         SharedPool(short), errands, settings.data / "scratch", most=limits.waiting_questions, each=limits.waiting_each
     )
-    jobs, people = Jobs(settings, _workers(settings, scratch), errands), People(tokens)
+    jobs, people = Jobs(settings, _workers(settings, scratch), errands), People(tokens, openid=settings.openid is not None)
     service = Service(settings, jobs, questions, people, LiveFlights(settings.data, limits))
     app = application(service)
     end_routes(app, page=page)
@@ -167,7 +167,7 @@ def _is_closed(settings: Settings) -> bool:
 
 
 def _require_tokens(settings: Settings, tokens: Tokens) -> None:
-    people = People(tokens)
+    people = People(tokens, openid=settings.openid is not None)
     needed = people.needed
     people.close()
     if _is_closed(settings) and not needed:

@@ -12,6 +12,7 @@ from ltlplan.service import queries as asked
 from ltlplan.service.drafts import Drafts
 from ltlplan.service.event_inbox.flights import LiveFlights
 from ltlplan.service.models import EventsAccepted
+from ltlplan.service.people.openid import OpenId
 from ltlplan.service.people.people import People
 from ltlplan.service.people.roles import Action, Principal, require
 from ltlplan.service.people.user_jobs import UserJobs
@@ -38,6 +39,7 @@ class Service:
         jobs: What was accepted, and how far it is.
         questions: What is answered at once.
         people: Who may ask, and whose the jobs are.
+        openid: Login by OpenID Connect; None where there is none.
         live: Flights that listen, and what they are told.
         drafts: Missions that users are writing.
         stopping: Set when the service is about to stop, for streams to end.
@@ -50,11 +52,13 @@ class Service:
     live: LiveFlights
     stopping: asyncio.Event = field(default_factory=asyncio.Event)
     drafts: Drafts = field(init=False)
+    openid: OpenId | None = field(init=False)
     _missions: OrderedDict[str, Mission] = field(default_factory=OrderedDict, init=False, repr=False)
     _shipped: bytes | None = field(default=None, init=False, repr=False)
 
     def __post_init__(self) -> None:
         self.drafts = Drafts(self.settings.data)
+        self.openid = None if self.settings.openid is None else OpenId(self.settings.openid)
 
     async def start(self) -> None:
         """Open the data folder, go on with all jobs, and have each job be somebody's.

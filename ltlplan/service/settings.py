@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from ltlplan.service.people.roles import Role
+
 LOOPBACK = "127.0.0.1"
 PORT = 8000
 
@@ -95,6 +97,23 @@ class Limits:
     guesses_of_account: Rate = Rate(0.1, 20)
 
 
+@dataclass(frozen=True, slots=True)
+class OpenIdSettings:
+    """Provider of OpenID Connect by which people log in.
+
+    Attributes:
+        issuer: Its address, as it calls itself.
+        client: What it calls this service.
+        secret: What it knows this service by; None where PKCE alone is enough for it.
+        role: Role of those who come for the first time.
+    """
+
+    issuer: str
+    client: str
+    secret: str | None = field(default=None, repr=False)
+    role: Role = Role.viewer
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Settings:
     """Settings that a service is started with.
@@ -107,6 +126,7 @@ class Settings:
         database: PostgreSQL URL of the jobs' table; None keeps it in the data folder (SQLite).
         dask: Address of a Dask scheduler; None computes on this machine.
         workers: Stages that are computed at the same time; None takes the number of processors.
+        openid: How people log in by OpenID Connect; None where they do not.
         limits: All bounds.
     """
 
@@ -117,4 +137,5 @@ class Settings:
     database: str | None = field(default=None, repr=False)
     dask: str | None = None
     workers: int | None = None
+    openid: OpenIdSettings | None = None
     limits: Limits = field(default_factory=Limits)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import httpx
@@ -14,6 +15,7 @@ from ltlplan.service.people.roles import Role
 from ltlplan.service.security.tokens import Tokens
 from tests.browser.devtools import CHROMIUM
 from tests.browser.visitor import LIMIT, OPTIONS, Visitor, served
+from tests.helpers.openid_provider import CLIENT, SECRET, providing
 from tests.helpers.services import ONE_HOOP
 
 pytest.importorskip("nicegui", reason="needs the service's extra")
@@ -177,3 +179,39 @@ def test_a_stream_ends_with_the_role_of_who_reads_it(address: str, people: Peopl
         assert httpx.get(f"{address}/api/jobs/{job.id}", headers=cookie).status_code == 401
         if job.state == "running":
             robot.cancel(job)
+
+
+def test_somebody_comes_in_by_the_lab_s_own_login_and_goes_at_once_when_disabled(tmp_path: Path, browser: Any) -> None:
+    secret = tmp_path / "secret"
+    secret.write_text(SECRET)
+    data = tmp_path / "data"
+    data.mkdir()
+    lab = People(Tokens(data))
+    with providing(sub="17", preferred_username="alice") as provider:
+        words = (
+            "--openid",
+            provider.issuer,
+            "--openid-client",
+            CLIENT,
+            "--openid-secret-file",
+            str(secret),
+            "--openid-role",
+            "planner",
+        )
+        with served(data, words=words) as address:
+            visitor = Visitor(browser, address)
+            visitor.open("/plan")
+            visitor.page.wait_for_url(address + "/login", timeout=LIMIT)
+            visitor.page.get_by_role("link", name="Log in by the lab's own login").click()
+            visitor.page.get_by_role("link", name="Approve").click()
+            visitor.page.wait_for_url(address + "/", timeout=LIMIT)
+            visitor.tab("People")
+            visitor.page.get_by_text("You are alice, planner").wait_for()
+            visitor.wait("window.socket?.connected")
+            lab.accounts.set_disabled("alice", True)
+            visitor.page.wait_for_url(address + "/login", timeout=LIMIT)
+            visitor.page.get_by_role("link", name="Log in by the lab's own login").click()
+            visitor.page.get_by_role("link", name="Approve").click()
+            visitor.page.get_by_text("The account 'alice' is disabled").wait_for()
+            visitor.context.close()
+    lab.close()

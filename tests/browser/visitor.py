@@ -8,7 +8,7 @@ import re
 import subprocess
 import sys
 import threading
-from collections.abc import Generator
+from collections.abc import Generator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -25,9 +25,9 @@ OPTIONS = [
 
 
 @contextmanager
-def served(data: Path, port: int = 0) -> Generator[str]:
+def served(data: Path, port: int = 0, words: Sequence[str] = ()) -> Generator[str]:
     """Serve a data folder as a user does, on a free port or a certain one, and yield where that is."""
-    command = [sys.executable, "-m", "ltlplan", "serve", "--port", str(port), "--workers", "1", "--data", str(data)]
+    command = [sys.executable, "-m", "ltlplan", "serve", "--port", str(port), "--workers", "1", "--data", str(data), *words]
     started = subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env={**os.environ, "OMP_NUM_THREADS": "1"}
     )

@@ -10,15 +10,17 @@ from fastapi import APIRouter, Request, Response
 from fastapi.responses import HTMLResponse, RedirectResponse
 
 from ltlplan.service.api.request_parsing import service_of
-from ltlplan.service.people.sessions import SESSION_SECONDS
-from ltlplan.service.problems import NotAuthenticated, TooManyRequests
-from ltlplan.service.security.asker import COOKIE, LOGIN, PASSWORD
-from ltlplan.service.security.plain_pages import PLAIN_POLICY, login_page, password_page
+from ltlplan.service.people.openid import BEGUN_SECONDS, OpenId
+from ltlplan.service.people.sessions import OPENID_SECONDS, SESSION_SECONDS
+from ltlplan.service.problems import NotAuthenticated, NotFound, TooManyRequests
+from ltlplan.service.security.asker import COOKIE, LOGIN, OPENID, OPENID_BACK, PASSWORD
+from ltlplan.service.security.plain_pages import PLAIN_POLICY, entered_page, login_page, password_page
 from ltlplan.service.security.refusals import refusal
 from verify.data.errors import BadInput
 
 router = APIRouter(include_in_schema=False)
 
+_BEGUN = "ltlplan_login"
 _MOST = 4096
 _TEMPORARY = "This password was drawn for you. Choose your own now; it has at least 12 letters."
 
@@ -96,6 +98,49 @@ def set_session(answer: Response, request: Request, session: str, seconds: int =
     """
     secure = request.url.scheme == "https"
     answer.set_cookie(COOKIE, session, max_age=seconds, httponly=True, samesite="strict", secure=secure)
+
+
+@router.get(OPENID)
+async def begin_openid(request: Request) -> Response:
+    """Send a browser to the lab's own login."""
+    openid = _openid(request)
+    try:
+        request.state.admission.require_login(request.state.asker.address)
+        place, browser = await openid.begin(f"{request.url.scheme}://{request.headers['host']}{OPENID_BACK}")
+    except (BadInput, TooManyRequests) as error:
+        return _login(request, str(error), *_told(error))
+    answer = RedirectResponse(place, status_code=303)
+    secure = request.url.scheme == "https"
+    answer.set_cookie(
+        _BEGUN, browser, max_age=BEGUN_SECONDS, path=OPENID_BACK, httponly=True, samesite="lax", secure=secure
+    )  # it comes back from another site, which a strict cookie would not
+    return answer
+
+
+@router.get(OPENID_BACK)
+async def finish_openid(request: Request) -> Response:
+    """Give a browser a session that comes back from the lab's own login."""
+    openid, people = _openid(request), service_of(request).people
+    try:
+        request.state.admission.require_login(request.state.asker.address)
+        told = dict(request.query_params)
+        account = await openid.finish(told, request.cookies.get(_BEGUN, ""), people)
+    except BadInput as error:
+        answer = _login(request, str(error), *_told(error))
+    else:
+        session = await asyncio.to_thread(people.sessions.begin_of_account, account.name, OPENID_SECONDS)
+        await asyncio.to_thread(people.log.write, people.of_session(session), "log in", "", request.state.asker.address)
+        answer = _page(entered_page())  # a redirect would still be another site's, without the strict cookie
+        set_session(answer, request, session, OPENID_SECONDS)
+    answer.delete_cookie(_BEGUN, path=OPENID_BACK, httponly=True, samesite="lax")
+    return answer
+
+
+def _openid(request: Request) -> OpenId:
+    found = service_of(request).openid
+    if found is None:
+        raise NotFound("This service has no login by OpenID Connect.")
+    return found
 
 
 @router.get(PASSWORD)

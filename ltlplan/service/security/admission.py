@@ -56,7 +56,7 @@ class Admission:
         self.open = OpenRequests(limits.open_of_one)
         self._bodies = Bodies(limits.held_bytes, limits.body_seconds)
         self._reads, self._asked = Rates(limits.reads), Rates(limits.questions_asked)
-        self._strangers = Rates(limits.strangers)
+        self._strangers, self._logins = Rates(limits.strangers), Rates(limits.strangers)
         self._guesses_of_address, self._guesses_of_account = Rates(limits.guesses), Rates(limits.guesses_of_account)
 
     @property
@@ -127,6 +127,14 @@ class Admission:
         """
         self._guesses_of_address.take(address)
         self._guesses_of_account.take(name.casefold()[:60])
+
+    def require_login(self, address: str) -> None:
+        """Count a login elsewhere that an address begins or comes back from.
+
+        Raises:
+            TooManyRequests: Too many came from it.
+        """
+        self._logins.take(address)
 
     def guarded(self, receive: Receive, path: str, announced: str | None) -> Body:
         """Return a request's body, counted and with a clock.

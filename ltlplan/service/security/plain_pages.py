@@ -35,6 +35,8 @@ _NEW_PASSWORD = """<h1>A new password</h1>{said}<form method="post" action="/pas
 <label for="again">New password, once more</label>
 <input id="again" name="again" type="password" autocomplete="new-password" minlength="12" maxlength="200" required>
 <button>Change it</button></form><p><small>You are logged out everywhere else. <a href="/login">Log in</a></small></p>"""
+_ENTERED = """<h1>ltlplan</h1><p>You are logged in. <a href="/">To the first page</a></p>"""
+_ON = '<meta http-equiv="refresh" content="0;url=/">'
 _REFUSAL = """<h1>{title}</h1><p class="detail" role="alert">{detail}</p><p><a href="{to}">{words}</a></p>"""
 
 
@@ -67,6 +69,11 @@ def password_page(said: str = "", *, name: str = "") -> str:
     focus = " autofocus" if name else ""
     content = _NEW_PASSWORD.format(said=_alert(said), name=html.escape(name, quote=True), focus=focus)
     return _PAGE.format(title="a new password", width=26, content=content)
+
+
+def entered_page() -> str:
+    """Return the page that leads on after a login elsewhere."""
+    return _PAGE.format(title="logged in", width=26, content=_ENTERED).replace("<title>", _ON + "<title>")
 
 
 def _alert(said: str) -> str:
