@@ -64,6 +64,4 @@ def command(
             typer.echo(line)
         typer.echo(f"{verdict(found)} The page is {target / FILES[0]}.")
     if not all(each.fine for each in found):
-        if json:
-            raise typer.Exit(InternalError.exit_code)
-        raise InternalError(f"{verdict(found)} See {target / FILES[0]}.")
+        raise typer.Exit(InternalError.exit_code)

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from ltlplan.reproduction.element import Element
 from ltlplan.reproduction.hoops_flights import HOOPS_FLIGHTS
 from ltlplan.reproduction.hoops_parts import HOOPS_PARTS
+from ltlplan.reproduction.hoops_sequences import HOOPS_SEQUENCES
 from ltlplan.reproduction.published import PUBLISHED
 from ltlplan.reproduction.quantile_parts import QUANTILE_PARTS
 from ltlplan.reproduction.race import RACE
@@ -15,7 +16,16 @@ from ltlplan.reproduction.team_parts import TEAM_PARTS
 from verify.data import BadInput
 from verify.data.errors import did_you_mean
 
-ELEMENTS: tuple[Element, ...] = (*HOOPS_PARTS, *HOOPS_FLIGHTS, *TEAM_PARTS, *TEAM_FLIGHTS, *QUANTILE_PARTS, *RACE, *PUBLISHED)
+ELEMENTS: tuple[Element, ...] = (
+    *HOOPS_PARTS,
+    *HOOPS_SEQUENCES,
+    *HOOPS_FLIGHTS,
+    *TEAM_PARTS,
+    *TEAM_FLIGHTS,
+    *QUANTILE_PARTS,
+    *RACE,
+    *PUBLISHED,
+)
 """All of them."""
 
 

@@ -9,6 +9,7 @@ EXACT = "no rounding changes it: the last digit shown"
 DRAWN = "found by sampling: another libm may round the last bit of a cost otherwise, 3 %"
 FLOWN = "a simulated flight, whose last bits grow over thousands of steps, 15 %"
 TIMED = "a time of computing: any machine"
+SLOWED = "slowed where the simulated flight strays, from the fastest flight at the least to the plan's own times at the most"
 ROUNDS = "rounds until a search stops: one sample more or less below the limit, 25 %"
 
 

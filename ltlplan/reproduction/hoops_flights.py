@@ -351,7 +351,7 @@ HOOPS_FLIGHTS: tuple[Element, ...] = (
     ),
     Element(
         id="2019-fig-7", publication="2019", kind="scenario", title="Scenario 4.3 and Fig. 7: prefix and suffix of at most 5 m",
-        also=("2019-scenario-4.3", "2022-fig-6", "2022-example-1", "2022-problem-3.2"),
+        also=("2019-scenario-4.3", "2022-fig-6", "2022-example-1", "2022-problem-3.2", "2022-solution-3.2"),
         says="After optimisation prefix and suffix are at most 5 m long each.",
         differs="The shipped course is short at once, so that control points of this one lie 1.1 m from hoop2; the path found is judged for all times.",
         by=("ltlplan.paths.cross_entropy.cross_entropy.improve",), compute=short_segments,

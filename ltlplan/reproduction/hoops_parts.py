@@ -301,7 +301,7 @@ def cross_entropy() -> Findings:
 
 HOOPS_PARTS: tuple[Element, ...] = (
     Element(
-        id="2019-def-1", publication="2019", kind="definition", title="Definition 1: hoop set", also=("2022-def-3.1", "2022-eq-6-7"),
+        id="2019-def-1", publication="2019", kind="definition", title="Definition 1: hoop set", also=("2022-def-3.1", "2022-eq-6", "2022-eq-7"),
         says="A hoop is the ellipsoid E_i(r) <= 1 around its centre; all have the same radii.",
         differs="Hoops may also have radii of their own, be turned, and be boxes or cylinders.",
         by=("ltlplan.systems.region_labels.Layout.regions_at", "verify.data.shapes.region.Hoop"), compute=hoop_set,
@@ -324,7 +324,7 @@ HOOPS_PARTS: tuple[Element, ...] = (
         by=("ltlplan.logic.translation.translate", "ltlplan.logic.automaton.Automaton.accepts"), compute=buechi,
     ),
     Element(
-        id="2019-fig-1", publication="2019", kind="equation", title="Fig. 1 and eqs. (1) to (3): frames and dynamics", also=("2022-fig-1", "2022-eq-1-3"),
+        id="2019-fig-1", publication="2019", kind="equation", title="Fig. 1 and eqs. (1) to (3): frames and dynamics", also=("2019-eq-1", "2019-eq-2", "2019-eq-3", "2022-fig-1", "2022-eq-1", "2022-eq-2", "2022-eq-3", "2022-section-2.3"),
         says="r'' = g z + R z f / m, and the Euler angles' rates are Gamma times the body rates.",
         differs="The world's z axis points up, so that gravity is negative and thrust positive.",
         by=("flight.model.paper.paper_derivative", "flight.model.attitude.euler_rate"), compute=dynamics,
@@ -336,7 +336,7 @@ HOOPS_PARTS: tuple[Element, ...] = (
         by=("flight.control.flatness.feed_forward",), compute=flatness,
     ),
     Element(
-        id="2019-control", publication="2019", kind="section", title="Section II-A and 2022's eqs. (4) and (5): feedback", also=("2022-eq-4-5", "2022-rates"),
+        id="2019-control", publication="2019", kind="section", title="Section II-A and 2022's eqs. (4) and (5): feedback", also=("2022-eq-4", "2022-eq-5", "2022-rates"),
         says="A chain of integrators is driven by u = -<K, p - eta>; commands at 50 Hz, positions at 100 Hz.",
         differs="Each feedback term has a gain of its own, and the position error is turned into the heading's frame.",
         by=("flight.control.paper.discrete_chain", "flight.control.paper.PaperController"), compute=feedback,

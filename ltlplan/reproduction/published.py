@@ -103,6 +103,11 @@ CASES: tuple[Case, ...] = (
         differs=f"quad5 flies everything, as no other robot is near a place that is left. {_GRID}",
     ),
     Case(
+        id="bosch", title="Bosch: Schillinger's second to the letter", mission=missions.bosch,
+        says="F(p & carry & (carry U (d10 & !carry))), the same for d7 and d5, and G(carry -> !public), for six robots (Schillinger, Buerger, of Bosch, and Dimarogonas).",
+        differs="A hall of ours with four places; read at once (`team: joint`), as an idle robot's letter would break the until in some order.",
+    ),
+    Case(
         id="lomap-fifth", title="LOMAP, fifth: a patrol of two, for ever", mission=missions.lomap_fifth,
         says="G F gather1 & G F gather2 & G F gather3 & G F gather4, shared by two robots (wasserfeder/lomap, ijrr2013).",
         differs="Their robots move on graphs weighted by times; here each takes two corners, and `objective: longest` is minimised.",

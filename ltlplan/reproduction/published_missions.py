@@ -4,7 +4,7 @@ Bai: `bairuofei/sampling_ltl_planning`, both cases. KTH: its example for hard an
 ijrr2013 with two robots. Schillinger, Buerger and Dimarogonas: "Simultaneous task allocation and planning for temporal logic goals in
 heterogeneous multi-robot systems" (IJRR 2018), its second and third case. What they say by "until,
 and then not" (`F(p & carry & (carry U (d10 & !carry)))`) is said by actions here: what was picked up is put down where that is
-permitted and nowhere else, and the internal state after it, `left10`, is shown.
+permitted and nowhere else, and the internal state after it, `left10`, is shown. `bosch` asks the second to the letter, in a small hall.
 """
 
 from __future__ import annotations
@@ -221,6 +221,28 @@ def schillinger_third(formula: str = THIRD, team: str = "own") -> Mission:
 def schillinger_third_together() -> Mission:
     """Return it for a team that is read at once, with counts and a robot that is named: the one whom the guest knows."""
     return schillinger_third(THIRD_TOGETHER, "joint")
+
+
+_CARRIED = {desk: f"F(p & carry & (carry U ({desk} & !carry)))" for desk in ("d10", "d7", "d5")}
+
+
+def bosch() -> Mission:
+    """Return Schillinger's second case with its formula to the letter, read at once: six robots of which any may carry, in a small hall."""
+    desks = {"d10": (3.0, 3.0), "d7": (3.0, -3.0), "d5": (-3.0, -3.0)}
+    places = {"p": (0.0, 3.0), **desks, "public": (0.0, 0.0)}
+    down = ", ".join(f"{{from: carrying, to: idle, at: {desk}}}" for desk in desks)
+    robot = (
+        f"{{initial: idle, states: {{idle: [], carrying: [carry]}}, actions: [{{from: idle, to: carrying, at: p}}, {down}]}}"
+    )
+    return world(
+        " & ".join((*_CARRIED.values(), "G(carry -> !public)")),
+        robots=6,
+        regions=places,
+        radii={"p": 0.3, **dict.fromkeys(desks, 0.3), "public": 0.8},
+        starts=tuple((-2.5 + k, -1.5) for k in range(6)),
+        team="joint",
+        extra=f"robot: {robot}\nlimits: {{speed: 1.0}}",
+    )
 
 
 def gathering() -> Mission:

@@ -33,6 +33,7 @@ KERNELS: Mapping[str, str] = {
 
 _LONGEST = (
     "2022-fig-14",
+    "published-bosch",
     "published-door-puzzle",
     "published-schillinger-third",
     "published-schillinger-second",

@@ -53,6 +53,29 @@ def finite_automaton() -> Findings:
     )  # fmt: skip
 
 
+def finite_words() -> Findings:
+    """Compare finite words with the paper's reading by *end*, with good prefixes, and with laps that are repeated."""
+    words = [Word(word) for word in _words(_letters(("loc1", "smoke", "carrying")), 2)]
+    finite, ended = "F loc1 & G(smoke -> carrying)", "F(loc1 & !end) & G(end | (smoke -> carrying)) & F end & G(end -> G end)"
+    forever = [Word(word.prefix, (frozenset({"end"}),)) for word in words]
+    same = [
+        bool(check_word(finite, own)) == bool(check_word(ended, infinite)) for own, infinite in zip(words, forever, strict=True)
+    ]
+    co_safe, letters = "F loc1 & (!smoke U carrying)", _letters(("loc1", "smoke", "carrying"))
+    good = [word for word in words if check_word(co_safe, word)]
+    kept = all(check_word(co_safe, Word((*word.prefix, letter))) for word in good for letter in letters)
+    published, prefix = "G(F hoop0 -> !hoop1 U hoop2 & F hoop1)", (frozenset[str](), frozenset({"hoop1"}), frozenset[str]())
+    laps = [check_word(published, Word(prefix + (frozenset({"hoop2"}), frozenset[str]()) * count)) for count in range(1, 6)]
+    return Findings(
+        (
+            holds(f"with *end* after them {len(words)} words mean the same as without it", all(same), "end holds from some letter on"),
+            Quantity("satisfying words of a co-safe formula among them", len(good), digits=0),
+            holds("each stays satisfying, whatever letter follows", kept, "sigma_f is a good prefix"),
+            holds("(hoop1)(hoop2)^N satisfies the published formula for N = 1 to 5", all(laps), "sigma_f sigma_N"),
+        )
+    )  # fmt: skip
+
+
 def robot_system() -> Findings:
     """Check R of the fire-fighting robots."""
     graph = robot_graph(load_mission("firefighting"))
@@ -217,10 +240,16 @@ def experiment_settings() -> Findings:
 
 TEAM_PARTS: tuple[Element, ...] = (
     Element(
-        id="2022-def-2.2", publication="2022", kind="definition", title="Section 2.1 and Definition 2.2: finite LTL and its automaton", also=("2022-section-2.1",),
+        id="2022-def-2.2", publication="2022", kind="definition", title="Section 2.1 and Definition 2.2: finite LTL and its automaton", shares="2022-def-2.2",
         says="A finite word satisfies the formula just if it leads the automaton from an initial to an accepting state.",
         differs="Finite words end by ending (LTLf), without a proposition *end*; the plan is searched on the deterministic automaton.",
         by=("ltlplan.logic.translation.translate", "verify.trace_checking.word_verdict.check_word"), compute=finite_automaton,
+    ),
+    Element(
+        id="2022-section-2.1", publication="2022", kind="section", title="Section 2.1: *end*, good prefixes, repeated laps", shares="2022-def-2.2",
+        says="A finite word is an infinite one on which *end* holds from some letter on; a good prefix suffices for co-safe formulas, and a part may be repeated N times.",
+        differs="Missions need no *end*, and a name of that kind means a region; `spec.repeat` counts laps of infinite traces.",
+        by=("verify.trace_checking.word_verdict.check_word",), compute=finite_words,
     ),
     Element(
         id="2022-def-4.1", publication="2022", kind="definition", title="Definition 4.1 and Fig. 7: robot transition system", also=("2022-fig-7",),
@@ -251,7 +280,7 @@ TEAM_PARTS: tuple[Element, ...] = (
     ),
     Element(
         id="2022-section-5.2", publication="2022", kind="section", title="Definition 4.6 and Section 5.2: team automaton and complexity",
-        also=("2022-def-4.6", "2022-complexity"),
+        also=("2022-def-4.6",),
         says="T is the union of the planning automata: linear in N, where the full product is exponential.",
         differs="T is walked and never built.",
         by=("ltlplan.mtac.agent_moves.World", "ltlplan.mtac.decomposable_task.Reader"), compute=team_size,

@@ -34,6 +34,25 @@ QUICK = (
 """Elements that take less than a second together."""
 
 
+PRINTED = (
+    *(f"2019-def-{number}" for number in range(1, 5)),
+    *(f"2019-eq-{number}" for number in range(1, 4)),
+    *(f"2019-alg-{number}" for number in (1, 2)),
+    *(f"2019-fig-{number}" for number in range(1, 9)),
+    *(f"2019-scenario-4.{number}" for number in range(1, 4)),
+    *(f"2022-def-{number}" for number in ("2.1", "2.2", "3.1", "3.2", *(f"4.{own}" for own in range(1, 8)))),
+    *(f"2022-eq-{number}" for number in range(1, 14)),
+    *(f"2022-alg-{number}" for number in range(1, 6)),
+    *(f"2022-fig-{number}" for number in range(1, 17)),
+    *(f"2022-fact-6.{number}" for number in range(1, 4)),
+    *(f"2022-problem-{number}" for number in ("3.1", "3.2", "4.1")),
+    *(f"2022-solution-{number}" for number in ("3.1", "3.2", "5.1")),
+    *(f"2022-example-{number}" for number in (1, 2)),
+    *(f"2022-section-{number}" for number in ("2.1", "2.2", "2.3", "5.2", "5.4", "6.4", "7")),
+)
+"""Everything that both papers number, and sections with figures of their own."""
+
+
 def rerun(*quantities: Quantity, fault: str = "", element: str = "2019-def-1") -> Rerun:
     """Return an element with findings by hand."""
     return Rerun(next(each for each in ELEMENTS if each.id == element), Findings(quantities), 0.1, fault)
@@ -54,6 +73,11 @@ def test_each_element_names_what_implements_it(element: Element) -> None:
     assert all(resolve_name(name) is not None for name in element.by)
     assert element.says.endswith(".")
     assert not element.differs or element.differs.endswith(".")
+
+
+def test_all_that_the_papers_number_is_an_element() -> None:
+    known = {own for element in ELEMENTS for own in (element.id, *element.also)}
+    assert [name for name in PRINTED if name not in known] == []
 
 
 def test_intervals_are_of_elements_and_say_why() -> None:
