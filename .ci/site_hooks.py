@@ -25,10 +25,10 @@ from ltlplan.cli import COMMANDS, app  # noqa: E402
 GALLERY = DOCS.parent / "out" / "gallery"
 """Where `python -m gallery` puts the pages that play; the site has those that are there."""
 PACKAGES = {
-    "ltlplan": "Planning: from a mission to a certified flight.",
-    "refine": "Refinement: from waypoints to polynomials within every limit.",
-    "verify": "Checking: proofs of flights, recordings, words, flights of others.",
-    "flight": "Flying: simulation, campaigns, exports, links.",
+    "ltlplan": "After this page you can plan from Python: from a mission to a certified flight.",
+    "refine": "After this page you can refine from Python: from waypoints to polynomials within every limit.",
+    "verify": "After this page you can check from Python: flights, recordings, words, flights of others.",
+    "flight": "After this page you can fly from Python: simulation, campaigns, exports, links.",
 }
 
 
@@ -70,7 +70,10 @@ def _inside(link: re.Match[str], folder: Path) -> str:
 
 def _commands() -> str:
     """Return a page with the help of every command."""
-    parts = ["# Commands", "What `ltlplan COMMAND --help` prints. Those that answer take `--json`."]
+    parts = [
+        "# Commands",
+        "After this page you know each command's options: `ltlplan COMMAND --help` prints them. Those that answer take `--json`.",
+    ]
     for name in COMMANDS:
         helped = CliRunner().invoke(app, [name, "--help"], env={"COLUMNS": "100", "TERM": "dumb"}, prog_name="ltlplan")
         parts += [f"## {name}", f"```text\n{helped.output.strip()}\n```"]
@@ -82,5 +85,8 @@ def _names(package: str, sentence: str) -> str:
     module = importlib.import_module(package)
     found = [(name, getattr(module, name)) for name in module.__all__]
     described = [(name, value) for name, value in found if inspect.isclass(value) or inspect.isfunction(value)]
-    entries = [f"::: {value.__module__}.{value.__qualname__}\n    options: {{heading_level: 2}}" for _, value in described]
+    entries = [
+        f'::: {value.__module__}.{value.__qualname__}\n    options: {{heading_level: 2, heading: "{package}.{name}", toc_label: "{name}"}}'
+        for name, value in described
+    ]
     return "\n\n".join([f"# {package}", sentence, *entries]) + "\n"

@@ -9,6 +9,7 @@ from itertools import groupby
 from pathlib import Path
 from typing import Any
 
+import ltlplan.missions
 from gallery.building import HERE, RESULTS, Found
 from gallery.entries import ENTRIES, NUMBERS, Entry
 
@@ -53,7 +54,10 @@ def entry_page(entry: Entry, found: Found, built: Path) -> str:
     lines = [f"# {number} {entry.question}", "", *([f"*{entry.source}*", ""] if entry.source else [])]
     lines += [
         "```console",
-        *(f"$ {'ltlplan ' if ' ' in command else 'python -m gallery: '}{command}" for command in entry.commands),
+        *(
+            f"$ ltlplan {command}" if " " in command else f"# python -m gallery --only {entry.name} writes the folder show"
+            for command in entry.commands
+        ),
         "```",
         "",
     ]
@@ -69,10 +73,24 @@ def entry_page(entry: Entry, found: Found, built: Path) -> str:
             "",
             f"[The page by itself]({address}){{ target=_blank }}",
         ]
-    own = HERE / "missions" / f"{entry.name}.yaml"
-    if own.exists():
-        lines += ["", f"```yaml {own.name}", own.read_text(encoding="utf-8").rstrip(), "```"]
+    for name, what in (("certificate.json", "The certificate"), ("mission.yaml", "The mission with all its defaults")):
+        if (built / name).exists():
+            lines += ["", f'<a href="../{built.name}/{name}">{what}</a>']
+    if file := mission_of(entry):
+        lines += ["", f"```yaml {file.name}", file.read_text(encoding="utf-8").rstrip(), "```"]
+    lines += ["", "[All pages of the gallery](../gallery.md)"]
     return "\n".join(lines) + "\n"
+
+
+def mission_of(entry: Entry) -> Path | None:
+    """Return the file of an entry's mission: the gallery's own or a shipped one; None where it has none.
+
+    Args:
+        entry: What is shown.
+    """
+    named = [word.removesuffix(".yaml") for command in entry.commands for word in command.split()[1:2]]
+    folders = (HERE / "missions", Path(ltlplan.missions.__file__).parent)
+    return next((file for name in named for folder in folders if (file := folder / f"{name}.yaml").exists()), None)
 
 
 def answer(found: Found) -> str:
@@ -85,7 +103,7 @@ def answer(found: Found) -> str:
         return found["message"]
     parts = [found["sentence"].rstrip(".")] if "sentence" in found else []
     parts += [f"cost {found['cost']:.2f}"] if "cost" in found else []
-    parts += [f"{found['duration']:.2f} s"] if "duration" in found else []
+    parts += [f"{found['duration']:.2f} s of flight"] if "duration" in found else []
     if "claims" in found:
         checked = f", {found['checked']} checked by the kernel" if found["checked"] else ""
         parts.append(f"{found['proved']} of {found['claims']} claims hold{checked}")

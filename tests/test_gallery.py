@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shlex
 from pathlib import Path
 
@@ -10,6 +11,7 @@ import pytest
 from gallery.building import ANY, HERE, build, changes
 from gallery.entries import ENTRIES, NUMBERS, Entry
 from gallery.pages import INDEX, accepted, entry_page, index_page
+from gallery.picture import FILE, HOLD, SLOWER
 from ltlplan.cli import load
 from ltlplan.missions import shipped_missions
 
@@ -36,6 +38,12 @@ def test_commands_are_commands_of_missions_that_are_there(entry: Entry) -> None:
 def test_every_mission_of_the_gallery_is_shown() -> None:
     shown = " ".join(command for entry in ENTRIES for command in entry.commands)
     assert [file.name for file in (HERE / "missions").glob("*.yaml") if file.name not in shown] == []
+
+
+def test_the_moving_picture_shows_the_flight_of_today() -> None:
+    """`python -m gallery.picture` makes it anew."""
+    (lasts,) = set(re.findall(r'dur="([\d.]+)s"', FILE.read_text(encoding="utf-8")))
+    assert float(lasts) == pytest.approx(SLOWER * accepted()["firefighting"]["duration"] / (1 - HOLD), rel=0.01)
 
 
 def test_what_changed_is_found() -> None:

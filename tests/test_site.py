@@ -1,4 +1,7 @@
-"""The site's pages do what they say: each walk is typed from its page in an empty folder, and every command that any page names is one."""
+"""The site's pages do what they say: each walk is typed from its page in an empty folder, and every command that any page names is one.
+
+The first tutorial is typed whole, its install included, in an environment of its own.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +10,9 @@ import re
 import shlex
 import subprocess
 import sys
+import venv
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
@@ -18,8 +23,9 @@ from ltlplan.cli import COMMANDS, load
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
 PAGES = [*sorted(DOCS.rglob("*.md")), ROOT / "README.md"]
+FIRST = DOCS / "tutorials" / "first-mission.md"
 WALKS = [
-    *sorted((DOCS / "tutorials").glob("*.md")),
+    *(page for page in sorted((DOCS / "tutorials").glob("*.md")) if page != FIRST),
     *sorted((DOCS / "how-to").glob("*.md")),
     DOCS / "index.md",
     *sorted((DOCS / "explanation").glob("*.md")),
@@ -27,8 +33,8 @@ WALKS = [
 BLOCK = re.compile(r"^```(\w+)(?: (\S+))?\n(.*?)^```$", re.DOTALL | re.MULTILINE)
 EXTENDING = "extending.md"
 """A page whose commands are of a package that is shown on it; `test_extending` runs them."""
-INSTALLS = ("pip install .",)
-"""What whoever runs the tests did before."""
+INSTALL = "pip install ."
+"""Typed in the project's folder; all else in an empty one."""
 
 
 def commands_of(text: str) -> Iterator[tuple[str, str]]:
@@ -36,36 +42,69 @@ def commands_of(text: str) -> Iterator[tuple[str, str]]:
     yield from re.findall(r"^\$ (.*)\n((?:(?!\$ ).*\n)*)", text, re.MULTILINE)
 
 
-def typed(command: str, folder: Path) -> str:
-    """Return what a command prints, errors too."""
-    path = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
-    python = os.pathsep.join(filter(None, [str(ROOT), os.environ.get("PYTHONPATH", "")]))
-    done = subprocess.run(
-        command, shell=True, cwd=folder, env={**os.environ, "PATH": path, "PYTHONPATH": python}, capture_output=True, text=True, check=False
-    )  # fmt: skip
-    return done.stdout + done.stderr
+@dataclass(frozen=True, slots=True)
+class Reader:
+    """A reader at a shell.
+
+    Attributes:
+        folder: In which all is typed but the install.
+        programs: The folder whose `python` and `ltlplan` are found first.
+        paths: What Python imports from besides.
+    """
+
+    folder: Path
+    programs: Path
+    paths: str
+
+    def type(self, command: str) -> str:
+        """Return what a command prints, errors too."""
+        path = os.pathsep.join([str(self.programs), os.environ["PATH"]])
+        more = {"PATH": path, "PYTHONPATH": self.paths, "PIP_CONSTRAINT": str(ROOT / "constraints.txt")}
+        done = subprocess.run(
+            command, shell=True, cwd=ROOT if command == INSTALL else self.folder, env={**os.environ, **more}, capture_output=True,
+            text=True, check=False,
+        )  # fmt: skip
+        assert done.returncode == 0 or command != INSTALL, done.stderr
+        return done.stdout + done.stderr
+
+    def walk(self, page: Path) -> None:
+        """Type all that a page shows, and look for the lines that it says are printed."""
+        printed = ""
+        for language, name, text in BLOCK.findall(page.read_text(encoding="utf-8")):
+            if name:
+                (self.folder / name).parent.mkdir(exist_ok=True)
+                (self.folder / name).write_text(text, encoding="utf-8")
+            elif language == "python":
+                (self.folder / "script.py").write_text(text, encoding="utf-8")
+                printed = self.type("python script.py")
+            elif language == "text":
+                assert printed == text
+            elif language == "console":
+                for command, says in commands_of(text):
+                    printed = self.type(command)
+                    missing = [line for line in says.splitlines() if line not in printed]
+                    assert missing == [], f"$ {command}\n{printed}"
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("page", WALKS, ids=lambda page: str(page.relative_to(DOCS)))
 def test_a_walk_through_a_page_goes_as_it_says(page: Path, tmp_path: Path) -> None:
-    printed = ""
-    for language, name, text in BLOCK.findall(page.read_text(encoding="utf-8")):
-        if name:
-            (tmp_path / name).parent.mkdir(exist_ok=True)
-            (tmp_path / name).write_text(text, encoding="utf-8")
-        elif language == "python":
-            (tmp_path / "script.py").write_text(text, encoding="utf-8")
-            printed = typed(f"{shlex.quote(sys.executable)} script.py", tmp_path)
-        elif language == "text":
-            assert printed == text
-        elif language == "console":
-            for command, says in commands_of(text):
-                if command in INSTALLS:
-                    continue
-                printed = typed(command, tmp_path)
-                missing = [line for line in says.splitlines() if line not in printed]
-                assert missing == [], f"$ {command}\n{printed}"
+    paths = os.pathsep.join(filter(None, [str(ROOT), os.environ.get("PYTHONPATH", "")]))
+    Reader(tmp_path, Path(sys.executable).parent, paths).walk(page)
+
+
+@pytest.mark.slow
+def test_the_first_mission_goes_as_it_says_from_its_install_to_a_judged_recording(tmp_path: Path) -> None:
+    """Nothing is there but Python: what `pip install .` brings has to do."""
+    venv.create(tmp_path / "environment", with_pip=True)
+    folder = tmp_path / "empty"
+    folder.mkdir()
+    Reader(folder, tmp_path / "environment" / "bin", "").walk(FIRST)
+    assert (folder / "judged.html").exists()
+    text = FIRST.read_text(encoding="utf-8")
+    assert f"$ {INSTALL}\n" in text
+    room = (folder / "room.yaml").read_text(encoding="utf-8")
+    assert all(word in room for word in ("window:", "wall:", "quad0:", "quad1:"))
 
 
 def named_commands(page: Path) -> list[str]:
@@ -112,7 +151,7 @@ def test_every_page_is_in_the_navigation() -> None:
     assert listed == written | made
 
 
-def test_each_walk_says_first_what_its_reader_can_do_after() -> None:
-    for page in WALKS:
-        if page.name != "index.md":
-            assert re.match(r"# .*\n\nAfter this page ", page.read_text(encoding="utf-8")), page
+@pytest.mark.parametrize("page", PAGES[:-1], ids=lambda page: str(page.relative_to(DOCS)))
+def test_each_page_says_first_what_its_reader_can_do_after(page: Path) -> None:
+    if page.name != "index.md":
+        assert re.match(r"# .*\n\nAfter this page ", page.read_text(encoding="utf-8"))

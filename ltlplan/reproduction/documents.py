@@ -70,6 +70,7 @@ def markdown(reruns: Sequence[Rerun]) -> str:
 
 
 _BEGINS = (
+    "After this page you can compare each figure of both papers and of published problems with what is computed here.\n\n"
     "`ltlplan reproduce` computes each quantity anew and writes this page; an interval's reason is in `ltlplan/reproduction/intervals.py`.\n"
     "A text must be the same, a check must hold. Positions of hoops and places are ours, where publications give none."
 )

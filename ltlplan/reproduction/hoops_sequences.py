@@ -7,6 +7,7 @@ import numpy as np
 from flight import fly
 from ltlplan.missions import load_mission
 from ltlplan.paths.hoops import control_points, route
+from ltlplan.paths.hoops.passage_directions import Directions
 from ltlplan.pipeline import certified_team
 from ltlplan.replanning.checked_plan import plan
 from ltlplan.reproduction.element import Element, Findings, Quantity, holds
@@ -67,7 +68,8 @@ def directions() -> Findings:
     itinerary = assign(mission).robots["quad0"]
     visits = tuple(Visit(region=visit.region) for visit in itinerary.visits)
     rows: list[Quantity] = []
-    for title, choice in (("nearest control point", "nearest"), ("shortest whole sequence", "cheapest")):
+    choices: dict[str, Directions] = {"nearest control point": "nearest", "shortest whole sequence": "cheapest"}
+    for title, choice in choices.items():
         path = route(mission, "quad0", visits, itinerary.cycle_visit, directions=choice, word=itinerary.word)
         rows.append(
             Quantity(f"directions by the {title}", " ".join(f"{visit.region}{visit.direction}" for visit in path.visits))

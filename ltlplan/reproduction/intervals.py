@@ -290,7 +290,10 @@ INTERVALS: Mapping[str, Mapping[str, Expectation]] = {
     "published-schillinger-second-joint": _case(84.0, 126.1),
     "published-schillinger-third": _case(38.0, 73.9),
     "published-schillinger-third-joint": _case(43.1, 84.5),
-    "published-bosch": _case(28.5, 76.2),
+    "published-bosch": {
+        **_case(28.5, 85.8),
+        "flight": between(40.0, 110.0, "which words are flown where the first are refused hangs on choices of the refinement"),
+    },
     "published-lomap-fifth": _case(10.2, 24.7),
     "published-meeting": _case(11.6, 16.4),
     "published-meeting-longest": _case(5.8, 16.4),
