@@ -6,7 +6,8 @@ a path from an initial to a final node is one word that the robot can give.
 
 Two facts about paths through closed regions keep the graph exact. A path is continuous, so when it leaves one region
 and enters another at one instant it is in both at that instant: letters only grow or only shrink from one to the
-next. And a crossing that is known to be one crossing happens once.
+next. And a crossing that is known to be one crossing happens once. Where its instant is known exactly, too, so is the letter there: the robot is in all
+regions that it enters or leaves at that instant, in none of those that it enters just before, and in none of those that it leaves just after.
 """
 
 from __future__ import annotations
@@ -94,9 +95,11 @@ def from_timeline(timeline: Timeline, relations: Relations) -> RobotBehaviour:
     return merged(_Unfolding(timeline, relations).graph())
 
 
-# A region within one slot of time: "no" and "must" fix it, "may" leaves it free, "rise" and "fall" switch it once.
-_Mode = Literal["no", "may", "must", "rise", "fall"]
+# A region within one slot of time: "no" and "must" fix it, "may" leaves it free, "rise" and "fall" switch it once, "enters" and "leaves" do so at one
+# exact instant, at which the robot is in it.
+_Mode = Literal["no", "may", "must", "rise", "fall", "enters", "leaves"]
 _ONCE: dict[Status, _Mode] = {"must": "rise", "no": "fall"}
+_EXACTLY: dict[Status, _Mode] = {"must": "enters", "no": "leaves"}
 _Key = tuple[int, frozenset[str], int, frozenset[str]]  # slot, regions, actions done in this lap, internal propositions
 
 
@@ -141,7 +144,7 @@ class _Unfolding:
         lap = None if timeline.cycle is None else self.fine_slot[timeline.cycle]
         if lap is not None:
             for row in modes.values():  # where a lap's ends differ, the joint leaves the region open
-                if row[lap] != row[self.fine_last] or row[self.fine_last] in ("rise", "fall"):
+                if row[lap] != row[self.fine_last] or row[self.fine_last] not in ("no", "may", "must"):
                     row[lap] = row[self.fine_last] = "may"
         self.slots, self.start_of_lap = self._joined(modes, lap)
         self.last = len(self.slots) - 1
@@ -191,7 +194,7 @@ class _Unfolding:
                 fill("may", high + 1)
             else:
                 fill(status, low)
-                fill(_ONCE[change.status], high + 1)
+                fill((_EXACTLY if low == high else _ONCE)[change.status], high + 1)
             status = change.status
         fill(status, self.fine_last + 1)
         return modes
@@ -230,7 +233,7 @@ class _Unfolding:
 
     def _initial(self) -> Iterator[_Key]:
         modes = self.slots[0].modes
-        fixed = frozenset(region for region, mode in modes.items() if mode in ("must", "fall"))
+        fixed = frozenset(region for region, mode in modes.items() if mode in ("must", "fall", "enters", "leaves"))
         # regions are closed: one that is entered at time 0 may hold the robot there from the beginning
         for extra in _subsets([region for region, mode in modes.items() if mode in ("may", "rise")], empty=True):
             if self.relations.allows(fixed | extra):
@@ -244,9 +247,16 @@ class _Unfolding:
             advances.append((advances[-1][0] + 1, self.timeline.actions[advances[-1][0]].propositions))
         grow = [region for region, mode in modes.items() if mode in ("may", "rise") and region not in inside]
         shrink = [region for region, mode in modes.items() if mode in ("may", "fall") and region in inside]
+        entered = frozenset(region for region, mode in modes.items() if mode == "enters")
+        left = frozenset(region for region, mode in modes.items() if mode == "leaves" and slot < self.last)
         letters = [inside]
-        letters += [inside | more for more in _subsets(grow)]
-        letters += [inside - less for less in _subsets(shrink)]
+        if not entered <= inside:  # at the instant all at once, and nothing else before
+            letters += [inside | entered | more for more in _subsets(grow, empty=True)]
+        elif left <= inside:
+            letters += [inside | more for more in _subsets(grow)]
+            letters += [
+                inside - left - less for less in _subsets(shrink, empty=bool(left))
+            ]  # just after it all at once, and no more
         for letter in letters:
             for after, propositions in advances:
                 if (letter != inside or after != done) and self.relations.allows(letter):
@@ -268,8 +278,8 @@ class _Unfolding:
         slot, inside, done, _ = key
         if slot != self.last or done != len(self.timeline.actions):
             return False
-        # regions are closed: one that is left at the very end may hold the robot until then
-        return all(region in inside for region, mode in self.slots[slot].modes.items() if mode == "rise")
+        # regions are closed: one that is left at the very end may hold the robot until then, or holds it where that is the exact instant
+        return all(region in inside for region, mode in self.slots[slot].modes.items() if mode in ("rise", "enters", "leaves"))
 
 
 def _window(action: InternalChange) -> tuple[Fraction, Fraction]:

@@ -53,7 +53,7 @@ def no_word_is_a_trace(mission: Mission, timeline: Timeline, relations: Relation
         robot = from_timeline(timeline, relations)
     except OutOfBudget:
         return False
-    return not _Search(mission, timeline, robot).some_trace()
+    return not _Search(mission, timeline, relations, robot).some_trace()
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ def _judge(mission: Mission, timeline: Timeline, relations: Relations) -> Verdic
         robot = from_timeline(timeline, relations)
     except OutOfBudget as error:
         return Verdict("undecided", f"{name}'s transitions could not be decided: {error}.", claim="transitions", robot=name)
-    search = _Search(mission, timeline, robot)
+    search = _Search(mission, timeline, relations, robot)
     found = search.run()
     if found is not None:
         return found
@@ -82,9 +82,10 @@ def _judge(mission: Mission, timeline: Timeline, relations: Relations) -> Verdic
 class _Search:
     """Breadth first over the robot's graph, with where it came from and its internal state."""
 
-    def __init__(self, mission: Mission, timeline: Timeline, robot: RobotBehaviour) -> None:
+    def __init__(self, mission: Mission, timeline: Timeline, relations: Relations, robot: RobotBehaviour) -> None:
         self.mission = mission
         self.timeline = timeline
+        self.relations = relations.among({*timeline.initial, *(change.region for change in timeline.changes)})
         self.robot = robot
         self.system = mission.robot_of(robot.robot)
         self.environment = mission.environment
@@ -160,12 +161,13 @@ class _Search:
         )
 
     def _entries(self, node: int, vertices: frozenset[str], entered: frozenset[str]) -> Iterator[tuple[_Fault | None, str]]:
-        """Yield how regions are entered one after another at one instant, in every order: what breaks it, and the region entered last."""
+        """Yield how regions are entered one after another at one instant: what breaks it, and the region entered last."""
         begun = (frozenset[str](), vertices)
         queue, seen = deque([begun]), {begun}
         while queue:
             over, came = queue.popleft()
-            for region in sorted(entered - over):
+            here = [one for one in entered - over if self.relations.allows(self.regions[node] | over | {one})]
+            for region in sorted(here or entered - over):
                 fault, after = self._entry(node, came, region), (over | {region}, frozenset({region}))
                 if fault is not None or after[0] == entered:
                     yield fault, region
