@@ -155,7 +155,7 @@ class Legs:
 
     def _touches(self, names: Sequence[str], k: int) -> bool:
         """Tell whether a visit may be made anywhere in its region: it is large, begun on the way, and not left to be visited again at once."""
-        if (k == 0 and self.begins_inside) or (k == len(names) - 1 and self.end is None and not self.inside_last):
+        if k == 0 and self.begins_inside:
             return False
         return names[k] not in (*names[max(k - 1, 0) : k], *names[k + 1 : k + 2]) and is_large(self.mission, names[k])
 
@@ -186,14 +186,16 @@ class Legs:
         raise problem
 
     def _outside(self, origin: Stop, name: str, visit: int, ahead: Floats) -> Stop:
-        """Return a point just outside a region that is left for good, or visited again at once: straight ahead, or where that is not clear to a side.
+        """Return a point just outside a region that is left for good, or visited again at once: the nearest one, from its middle straight ahead, that is clear.
 
         Raises:
             Blocked: There is no clear point around it.
         """
         obstacle, permitted = self.where.regions[name], self.where.holding(origin.position) | {name}
-        far = float(np.linalg.norm(ahead))
-        ways = [ahead / far, *sorted(_AROUND, key=lambda way: -round(float(way @ ahead) / far, 6))] if far > _SAME else _AROUND
+        beside = origin.position - obstacle.centre
+        first = beside if float(np.linalg.norm(beside)) > _SAME else ahead
+        far = float(np.linalg.norm(first))
+        ways = [first / far, *sorted(_AROUND, key=lambda way: -round(float(way @ first) / far, 6))] if far > _SAME else _AROUND
         for way in ways:
             point = obstacle.centre + way * obstacle.exit(way, obstacle.level * 1.3)
             if self.where.inside(point) and not any(
