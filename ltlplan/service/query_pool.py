@@ -29,6 +29,11 @@ class _Lane:
         self._most, self._each = most, each
         self._open: Counter[str] = Counter()
 
+    @property
+    def open(self) -> int:
+        """Number of questions that wait or are being answered."""
+        return self._open.total()
+
     async def ask(self, work: Callable[..., Any], arguments: tuple[Any, ...], who: str) -> Any:
         if self._open[who] >= self._each + self.pool.count:
             raise TooManyRequests(
@@ -86,6 +91,11 @@ class Questions:
             LtlplanError: What the function raised, or that it took more time or memory than a question may.
         """
         return await self._short.ask(work, arguments, who)
+
+    @property
+    def open(self) -> dict[str, int]:
+        """Number of questions that wait or are being answered, by lane."""
+        return {"short": self._short.open, "errands": self._errands.open}
 
     @property
     def trouble(self) -> str | None:

@@ -137,6 +137,7 @@ def put_together(settings: Settings, tokens: Tokens, *, page: bool) -> tuple[Gat
         everywhere=not is_loopback(settings.host),
         closed=_is_closed(settings),
         limits=limits,
+        metrics=service.metrics,
     )
     return Gate(app, rules), service
 

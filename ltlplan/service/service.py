@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from ltlplan.service import queries as asked
 from ltlplan.service.drafts import Drafts
 from ltlplan.service.event_inbox.flights import LiveFlights
+from ltlplan.service.metrics import Metrics
 from ltlplan.service.models import EventsAccepted
 from ltlplan.service.people.openid import OpenId
 from ltlplan.service.people.people import People
@@ -40,6 +41,7 @@ class Service:
         questions: What is answered at once.
         people: Who may ask, and whose the jobs are.
         openid: Login by OpenID Connect; None where there is none.
+        metrics: Counts for Prometheus.
         live: Flights that listen, and what they are told.
         drafts: Missions that users are writing.
         stopping: Set when the service is about to stop, for streams to end.
@@ -53,11 +55,13 @@ class Service:
     stopping: asyncio.Event = field(default_factory=asyncio.Event)
     drafts: Drafts = field(init=False)
     openid: OpenId | None = field(init=False)
+    metrics: Metrics = field(init=False)
     _missions: OrderedDict[str, Mission] = field(default_factory=OrderedDict, init=False, repr=False)
     _shipped: bytes | None = field(default=None, init=False, repr=False)
 
     def __post_init__(self) -> None:
         self.drafts = Drafts(self.settings.data)
+        self.metrics = Metrics()
         self.openid = None if self.settings.openid is None else OpenId(self.settings.openid)
 
     async def start(self) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -27,6 +28,19 @@ async def get_health(request: Request) -> Response:
         found = found.model_copy(update={"ok": False, "computing": trouble})
     told = found.model_dump_json() if request.state.principal is not None else f'{{"ok":{str(found.ok).lower()}}}'
     return Response(told, 200 if found.ok else 503, media_type=JSON)
+
+
+@router.get(
+    "/metrics",
+    responses={**content("text/plain", "Prometheus' text format.", {"type": "string"}), **problems(501)},
+    response_class=Response,
+)
+async def get_metrics(request: Request) -> Response:
+    """Return counts of requests, jobs, processes and people, for Prometheus; by a token of any role."""
+    service = service_of(request)
+    health = await service.jobs.health()
+    text = await asyncio.to_thread(service.metrics.text, service, health)
+    return Response(text, media_type=service.metrics.media_type)
 
 
 @router.get("/problems/{kind}", responses={**content("text/plain", "A sentence.", {"type": "string"}), **problems(404)})

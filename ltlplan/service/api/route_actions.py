@@ -15,6 +15,7 @@ _OPEN, _READ, _ASK, _PLAN, _FLY, _ADMINISTER = tuple(Action)
 
 ACTIONS: dict[tuple[str, str], Action] = {
     ("GET", "/health"): _OPEN,
+    ("GET", "/metrics"): _READ,
     ("GET", "/docs"): _OPEN,
     ("GET", "/docs/start.js"): _OPEN,
     ("GET", "/docs/{name}"): _OPEN,
@@ -84,6 +85,7 @@ async def decide(request: Request) -> None:
     method = "GET" if request.method == "HEAD" else request.method
     if path == REST:
         return
+    request.state.route = path
     action = ACTIONS.get((method, path))
     if action is None:
         raise Forbidden("No role may do this.")

@@ -44,6 +44,10 @@ class FlightsClient:
         """Let go of the connection."""
         self._wire.close()
 
+    def metrics(self) -> str:
+        """Return what the service counts, in Prometheus' text format."""
+        return self._wire.ask("GET", "/metrics").text
+
     def flights(self) -> tuple[LiveFlight, ...]:
         """Return the flights that listen, or did: the newest of each name."""
         return tuple(checked(LiveFlight, each) for each in self._wire.ask("GET", "/api/live").json())

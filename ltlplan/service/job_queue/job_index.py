@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from typing import get_args
 
 from ltlplan.service.job_queue.job_records import Entry
 from ltlplan.service.models import ENDED, Job, Problem, State
@@ -101,6 +102,14 @@ class Register:
     def count(self, state: State, who: str | None = None) -> int:
         """Return how many jobs are in a state, of all users or of one."""
         return sum(entry.job.state == state and who in (None, entry.asked.get("who")) for entry in self)
+
+    def counts(self) -> dict[State, int]:
+        """Return how many jobs are in each state, without exports."""
+        found: dict[State, int] = dict.fromkeys(get_args(State), 0)
+        for entry in self:
+            if entry.job.of is None:
+                found[entry.job.state] += 1
+        return found
 
     def going(self) -> set[str]:
         """Return the ids of all jobs that have not ended."""

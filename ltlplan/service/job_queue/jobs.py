@@ -214,6 +214,10 @@ class Jobs:
         """
         return self._register.entry(job_id).job
 
+    def counts(self) -> dict[State, int]:
+        """Return how many jobs are in each state, without exports."""
+        return self._register.counts()
+
     def asked_by(self) -> dict[str, str]:
         """Return who submitted each job first, without exports."""
         return {entry.job.id: entry.asked.get("who", "") for entry in self._register if entry.job.of is None}

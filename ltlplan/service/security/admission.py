@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from ltlplan.service.metrics import Metrics
 from ltlplan.service.people.people import People
 from ltlplan.service.people.roles import Principal
 from ltlplan.service.problems import NotAuthenticated
@@ -28,6 +29,7 @@ class Rules:
         everywhere: Whether the service listens to more than its own machine.
         closed: Whether it answers to tokens only, even when the last one was revoked.
         limits: How much and how often.
+        metrics: What counts requests, if anything.
     """
 
     people: People
@@ -35,6 +37,7 @@ class Rules:
     everywhere: bool
     closed: bool
     limits: Limits
+    metrics: Metrics | None = None
 
 
 @dataclass

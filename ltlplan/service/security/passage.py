@@ -216,7 +216,11 @@ class Passage:
         await self._put({"type": "http.response.body", "body": content})
 
     def _note(self) -> None:
-        took = round(1000 * (time.perf_counter() - self._began), 1)
+        seconds = time.perf_counter() - self._began
+        took = round(1000 * seconds, 1)
+        if self._admission.rules.metrics is not None:
+            route = self._scope.get("state", {}).get("route") or ("asset" if self._path.startswith(ASSETS) else "other")
+            self._admission.rules.metrics.answered(self._method, route, self._status, seconds)
         if not self._path.startswith(ASSETS):
             note(
                 "request",

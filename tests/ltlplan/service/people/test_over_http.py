@@ -308,6 +308,24 @@ def test_a_folder_of_version_0_2_0_goes_on_and_three_people_share_it(tmp_path: P
         bob.submit_text(ONE_HOOP, seed=9, project="bob's")
         alice.delete(also)
         assert carol.job(mine.id).job.owner == "bob"
+        for i in range(20):
+            assert httpx.request(
+                f"M{i}", f"{served.url}/nothing/{i}", headers={"authorization": f"Bearer {carols}"}
+            ).status_code in (404, 405)
+        counted = {
+            line.rpartition(" ")[0]: float(line.rpartition(" ")[2])
+            for line in carol.metrics().splitlines()
+            if not line.startswith("#")
+        }
+        assert counted['ltlplan_jobs{state="done"}'] == 3
+        assert counted['ltlplan_jobs{state="failed"}'] == counted["ltlplan_healthy"] == counted["ltlplan_workers"] == 1
+        assert counted['ltlplan_requests_total{method="DELETE",route="/api/jobs/{job}",status="403"}'] == 2
+        assert counted['ltlplan_requests_total{method="other",route="other",status="404"}'] == 20, (
+            "nobody makes counts by what they ask"
+        )
+        assert counted['ltlplan_request_seconds_count{method="GET",route="/api/jobs"}'] >= 1
+        assert not any(secret in " ".join(counted) for secret in (carols, mine.id, "alice", "bob"))
+        assert httpx.get(served.url + "/metrics").status_code == 401
         Tokens(data).revoke("carol")
         with pytest.raises(NotAuthenticated):
             carol.jobs()
