@@ -70,7 +70,8 @@ def exact(mission: Mission, context: Context) -> Allocation:
     """
     by_metres = exact_by_legs(mission, context)
     if is_counted_by_legs(mission):
-        return _priced_where_touched(mission, context, by_metres) if _touched(mission) else by_metres
+        spaces = _TOUCHING // len(mission.agents)  # of more robots, touching saves little of much work
+        return _priced_where_touched(mission, context, by_metres, spaces) if spaces and _touched(mission) else by_metres
     if by_metres.meetings or by_metres.precedences or (mission.spec.trace == "infinite" and len(mission.agents) > 1):
         return _planned_together(mission, context, by_metres)
     prices = _Prices(mission)
@@ -115,7 +116,7 @@ def _touched(mission: Mission) -> frozenset[str]:
     return frozenset(name for name in wanted.intersection(mission.regions) if is_large(mission, name))
 
 
-def _priced_where_touched(mission: Mission, context: Context, by_metres: Allocation) -> Allocation:
+def _priced_where_touched(mission: Mission, context: Context, by_metres: Allocation, most: int) -> Allocation:
     """Return the assignment whose route is cheapest, of the one that is cheapest between middles and those that may be cheaper where regions are touched.
 
     Each leg between edges is as short as it may be, whatever comes before and after; so what these cost is a bound for all routes, and the
@@ -123,11 +124,8 @@ def _priced_where_touched(mission: Mission, context: Context, by_metres: Allocat
     """
     prices, legs, metre = _Prices(mission), _legs_between_edges(mission), weighted_metres(mission)
     price, best, least, complete = prices.of(by_metres), by_metres, 0.0, False
-    many, budget, touched = len(mission.agents), context.known.budget, _touched(mission)
-    most = max(1, _TOUCHING // many)
-    known = replace(
-        context.known, budget=replace(budget, states=max(1, budget.states // many**2))
-    )  # each state has so many ways on
+    budget, touched = context.known.budget, _touched(mission)
+    known = replace(context.known, budget=replace(budget, states=max(1, budget.states // len(mission.agents) ** 2)))
 
     def solve(shut: _Shut) -> Iterator[tuple[float, Allocation]]:
         found = shut.cheapest(mission, legs, metre, known)
@@ -327,12 +325,13 @@ def least_costs(mission: Mission) -> Cost:
     """
     straight, rates = Systems(mission), least_rates(mission)
     ends = 1.0 if mission.spec.trace == "infinite" else 2.0
+    least = cache(partial(least_metres, mission))  # whoever flies it
 
     def leg(robot: str, start: Point | str, region: str) -> float:
         if not math.isfinite(straight.leg(robot, start, region)):
             return _FAR
         speed = straight.nominal_speed(robot)
-        metres = least_metres(mission, start, region)
+        metres = least(start, region)
         first = 0.0
         if not isinstance(start, str) and metres > 0.0:
             slowest = metres / (metres / speed + 2 * max(RAMPS))  # the mean speed with time to get going and to come to rest

@@ -149,9 +149,12 @@ def plan_team(task: TeamTask, budget: Budget, objective: Objective = Objective()
         if within.stopped is not None:
             raise _limits_too_large(budget)
         return within if within.run is not None else replace(within, beyond=found.run)
-    first = task.shared_out(objective) if len(task.graph.start) >= MANY else None
-    if first is not None and first.run is not None and first.run.cost <= first.bound + TIES:
-        return first
+    robots = len(task.graph.start)
+    first = task.shared_out(objective) if robots >= MANY else None
+    if first is not None and first.run is not None:
+        if first.run.cost <= first.bound + TIES:
+            return first
+        budget = replace(budget, states=max(1, budget.states // robots**2))  # each of which has as many ways on
     found = _least_within(task, budget, objective)
     if found.stopped is None:
         beyond = None if found.run is not None or objective.most is None else _least_sum(task, budget).run
