@@ -1,6 +1,6 @@
 (** Print the axioms of each theorem that the kernel rests on. *)
 
-From LtlPlan Require Bernstein Crossing Halves Tree Regions Margins Elimination Farkas Pairs Hoops Intervals Sines Rotors Instants Progression Counts Invariant Endless Laps Clocks Timeline.
+From LtlPlan Require Bernstein Crossing Halves Tree Regions Margins Elimination Farkas Pairs Hoops Intervals Sines Rotors Instants Progression Counts Invariant Endless Laps Clocks Timeline Timed.
 
 Print Assumptions Bernstein.bern_sum.
 Print Assumptions Bernstein.bern_power.
@@ -105,3 +105,11 @@ Print Assumptions Timeline.own_allows.
 Print Assumptions Timeline.joint_allows.
 Print Assumptions Timeline.flight_own.
 Print Assumptions Timeline.flight_joint.
+Print Assumptions Timed.surely_sound.
+Print Assumptions Timed.surely_lasts.
+Print Assumptions Timed.windows_shown.
+Print Assumptions Timed.windows_close.
+Print Assumptions Timed.until_exact.
+Print Assumptions Timed.within_exact.
+Print Assumptions Timed.within_apart.
+Print Assumptions Timed.without_exact.

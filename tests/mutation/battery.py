@@ -150,7 +150,7 @@ UNITS = {
     "limits": ("test_joints", "test_limits"), "trees": ("test_trees", "test_kernel_units", "test_passages"),
     "timelines": ("test_passages", "test_kernel_units", "test_false_certificates:test_sequences"), "zones": ("test_kernel_units", "test_passages", "test_bodies", "test_distances"),
     "formulas": ("test_kernel_units",), "flights": ("test_kernel_units",), "statement": ("test_kernel_units",),
-    "team": ("test_kernel_units",), "words": ("test_kernel_units",), "checking": ("test_kernel_units",),
+    "team": ("test_kernel_units",), "words": ("test_kernel_units",), "checking": ("test_kernel_units",), "timing": ("test_timing",),
 }  # fmt: skip
 """Tests of single functions, by the module of the kernel that they are about."""
 WORD_TESTS = (

@@ -4,7 +4,7 @@
 t' with it: regions are closed, so what holds outside of one begins at no first instant. All else comes to that (`formulas`).
 
 Of each part of a formula two sets are computed, of times at which it surely holds and at which its negation does; of other times nothing is known. A
-letter may be shown while its place allows, earlier and later by the clock error: the reference clock is one more clock.
+letter may be shown while its place allows, earlier and later by the clock error: the reference clock is one more clock. (Coq: `windows_shown`, `windows_close`)
 
 After the flight robots hold their last letters. No bound counts on that: operators with bounds see nothing after the flight, so nobody wins by landing.
 """
@@ -27,7 +27,7 @@ BEGIN, FOREVER = (ZERO, False), (math.inf, False)
 
 
 def within(spans: Iterable[tuple[Cut, Cut]], least: int = 1) -> Times:
-    """Return the times that are in so many spans, at least."""
+    """Return the times that are in so many spans, at least (Coq: `within_exact`, `within_apart`)."""
     found, count = [BEGIN] if least <= 0 else list[Cut](), 0
     for cut, steps in groupby(sorted((cut, 1 - 2 * k) for span in spans for k, cut in enumerate(span)), key=itemgetter(0)):
         count += sum(step for _, step in steps)
@@ -37,13 +37,13 @@ def within(spans: Iterable[tuple[Cut, Cut]], least: int = 1) -> Times:
 
 
 def without(times: Times) -> Times:
-    """Return all other times."""
+    """Return all other times (Coq: `without_exact`)."""
     cuts = [BEGIN, *chain.from_iterable(times), FOREVER]
     return [(low, high) for low, high in zip(cuts[::2], cuts[1::2], strict=True) if low != high]
 
 
 def until(sets: Iterable[Times], bounds: tuple[Fraction, Fraction | float]) -> Times:
-    """Return when something is held until another thing is reached, so many seconds from then."""
+    """Return when something is held until another thing is reached, so many seconds from then (Coq: `until_exact`)."""
     (held, reached), (low, high) = sets, bounds
     few(len(held) * len(reached), "spans of time within bounds")
     found = [] if low else [*reached]
@@ -56,7 +56,7 @@ def until(sets: Iterable[Times], bounds: tuple[Fraction, Fraction | float]) -> T
 
 
 def _shown(claim: Claim, asked: Proposition, error: Fraction) -> Iterator[Times]:
-    """Yield when a proposition surely holds, and when its negation does: enough robots show it, or too few."""
+    """Yield when a proposition surely holds, and when its negation does: enough robots show it, or too few (Coq: `counted_between`)."""
     places = [claim.places(name, claim.names) for name in claim.robots if asked.robot in ("", name)]
     for wanted, least in ((True, asked.least), (False, len(places) - asked.least + 1)):
         sure: Times = []
@@ -69,7 +69,7 @@ def _shown(claim: Claim, asked: Proposition, error: Fraction) -> Iterator[Times]
 
 
 def surely(claim: Claim, flight: tuple[Fraction, Fraction]) -> Times:
-    """Return when a formula surely holds, by when a flight ends on all clocks but for an error."""
+    """Return when a formula surely holds, by when a flight ends on clocks that are off by an error (Coq: `surely_sound`, `surely_lasts`)."""
     landing = flight[0] - flight[1]  # from when on a clock may show that it has ended
     found, propositions = list[Times](), [*claim.table.propositions]
     for sign, parts in claim.table.nodes:
