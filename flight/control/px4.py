@@ -30,7 +30,7 @@ from flight.control.onboard_controller import (
 )
 from flight.control.profiles import autopilot_of
 from flight.model.airframe import Airframe
-from flight.model.attitude import Floats, cross, dot, from_matrix, norm, unit
+from flight.model.attitude import Floats, cross, dot, from_matrix, norm, quaternion_product, unit
 from flight.model.timing import FRAME_STEPS, STEP
 from verify.data import GRAVITY, BadInput
 from verify.data.autopilot import Px4Gains
@@ -191,13 +191,13 @@ class _AttitudeLoop:
         tilt = np.empty_like(wanted)
         tilt[0] = np.maximum(1.0 + dot(now[2], then[2]), 1e-6)
         tilt[1:] = cross(now[2], then[2])
-        reduced = _times(unit(tilt), actual)
-        left = _times(_conjugate(reduced), wanted)
+        reduced = quaternion_product(unit(tilt), actual)
+        left = quaternion_product(_conjugate(reduced), wanted)
         sine = limited(left[3] * _sign(left[0]), 0.7)
         angle = self._weight * _arcsine(sine)
         part = np.empty_like(wanted)
         part[0], part[1], part[2], part[3] = _cosine(angle), 0.0 * angle, 0.0 * angle, _sine(angle)
-        error = _times(_times(_conjugate(actual), reduced), part)
+        error = quaternion_product(quaternion_product(_conjugate(actual), reduced), part)
         rates = self._gain * (2.0 * _sign(error[0]) * error[1:])
         up = np.empty_like(rates)  # the world's z axis as the body sees it
         up[0], up[1], up[2] = now[0, 2], now[1, 2], now[2, 2]
@@ -279,16 +279,6 @@ def _towards(z: Floats, heading: Floats) -> Floats:
     x = cross(across, z)
     x = x / norm(x)
     return from_matrix(np.stack([x, cross(z, x), z], axis=1))
-
-
-def _times(a: Floats, b: Floats) -> Floats:
-    """Return the product of quaternions. Shape (4, n)."""
-    product = np.empty_like(a)
-    product[0] = a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3]
-    product[1] = a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2]
-    product[2] = a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1]
-    product[3] = a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0]
-    return product
 
 
 def _conjugate(q: Floats) -> Floats:

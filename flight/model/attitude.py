@@ -61,6 +61,16 @@ def norm(a: Floats) -> Floats:
     return np.sqrt(dot(a, a))
 
 
+def quaternion_product(a: Floats, b: Floats) -> Floats:
+    """Return the product of quaternions. Shapes (4, n)."""
+    product = np.empty_like(a)
+    product[0] = a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3]
+    product[1] = a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2]
+    product[2] = a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1]
+    product[3] = a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0]
+    return product
+
+
 def quaternion_rate(q: Floats, omega: Floats) -> Floats:
     """Return dq/dt for body rates in rad/s. Shapes (4, n) and (3, n) to (4, n)."""
     half = 0.5 * omega

@@ -12,7 +12,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from flight.model.attitude import Floats, matrix
+from flight.model.attitude import Floats, matrix, quaternion_product
 from verify.data import GRAVITY
 from verify.data.autopilot import FilterNoise
 
@@ -126,7 +126,7 @@ class ExtendedKalman:
         spread = rows[_SPREAD].reshape(9, 9, -1)
         least = self._noise.least_variance
         q = rows[_ATTITUDE]
-        off = _times(_inverse(q), attitude)
+        off = quaternion_product(_inverse(q), attitude)
         turned = 2.0 * off[1:] / off[0]
         for k in range(6):
             row = k if k < 3 else k + 3
@@ -198,19 +198,9 @@ def _rotated(q: Floats, turn: Floats) -> Floats:
     little = np.empty_like(q)
     little[0] = 1.0 - square * (0.5 - square / 24.0)
     little[1:] = turn * (0.5 * (1.0 - square * (1.0 / 6.0 - square / 120.0)))
-    product = _times(q, little)
+    product = quaternion_product(q, little)
     squares = product * product
     return product / np.sqrt(squares[0] + squares[1] + squares[2] + squares[3])
-
-
-def _times(a: Floats, b: Floats) -> Floats:
-    """Return the product of quaternions. Shapes (4, n)."""
-    product = np.empty_like(a)
-    product[0] = a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3]
-    product[1] = a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2]
-    product[2] = a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1]
-    product[3] = a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0]
-    return product
 
 
 def _inverse(q: Floats) -> Floats:

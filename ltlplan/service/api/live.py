@@ -8,7 +8,7 @@ from typing import Annotated
 from fastapi import APIRouter, Path, Query, Request, Response
 
 from ltlplan.service.api.answers import LiveAnswers, LiveBegin, LiveEnd
-from ltlplan.service.api.request_parsing import JSON, principal_of, read_json, read_text, service_of
+from ltlplan.service.api.request_parsing import JSON, json_list, principal_of, read_json, read_text, service_of
 from ltlplan.service.api.schema import json_body, problems
 from ltlplan.service.event_inbox.names import FLIGHT, NAME
 from ltlplan.service.models import EventsAccepted, LiveEvent, LiveFlight
@@ -21,14 +21,10 @@ LONGEST_WAIT = 25.0
 Name = Annotated[str, Path(description="what the flight listens as", pattern=NAME, max_length=60)]
 
 
-def _listed(values: tuple[LiveFlight, ...] | tuple[LiveEvent, ...]) -> Response:
-    return Response("[" + ",".join(value.model_dump_json() for value in values) + "]", media_type=JSON)
-
-
 @router.get("", response_model=tuple[LiveFlight, ...], responses=problems())
 async def list_flights(request: Request) -> Response:
     """List the flights that listen, or did: the newest of each name."""
-    return _listed(await service_of(request).live.flights())
+    return json_list(await service_of(request).live.flights())
 
 
 @router.get("/{name}", response_model=LiveFlight, responses=problems(404))
@@ -87,7 +83,7 @@ async def list_events(
         streams.require_room(client)
     with streams.counted(client) if wait else nullcontext():
         found = await service.live.events(name, flight=flight, after=after, wait=wait, stopping=service.stopping)
-    return _listed(found)
+    return json_list(found)
 
 
 @router.post(

@@ -8,7 +8,7 @@ from typing import Annotated
 from fastapi import APIRouter, Path, Query, Request, Response
 
 from ltlplan.service.api.answers import AccountAdded, AccountChange, ProjectChange, TokenAdded
-from ltlplan.service.api.request_parsing import JSON, principal_of, read_json, service_of
+from ltlplan.service.api.request_parsing import JSON, json_list, principal_of, read_json, service_of
 from ltlplan.service.api.schema import json_body, problems
 from ltlplan.service.models import AccountTold, LogEntry, Project, Secret, Told, WhoAmI
 from ltlplan.service.people.administration import Administration
@@ -24,10 +24,6 @@ def _office(request: Request) -> Administration:
 
 def _told(value: Told, status: int = 200) -> Response:
     return Response(value.model_dump_json(), status, media_type=JSON)
-
-
-def _listed(values: tuple[Told, ...]) -> Response:
-    return Response("[" + ",".join(value.model_dump_json() for value in values) + "]", media_type=JSON)
 
 
 @router.get("/account", response_model=WhoAmI, responses=problems())
@@ -68,7 +64,7 @@ async def end_own_sessions(request: Request) -> Response:
 @router.get("/projects", response_model=tuple[Project, ...], responses=problems())
 async def list_projects(request: Request) -> Response:
     """List your projects and those that are shared."""
-    return _listed(_office(request).projects())
+    return json_list(_office(request).projects())
 
 
 @router.put(
@@ -88,7 +84,7 @@ async def put_project(
 @router.get("/accounts", response_model=tuple[AccountTold, ...], responses=problems())
 async def list_accounts(request: Request) -> Response:
     """List all accounts."""
-    return _listed(await asyncio.to_thread(_office(request).accounts))
+    return json_list(await asyncio.to_thread(_office(request).accounts))
 
 
 @router.post(
@@ -143,4 +139,4 @@ async def read_log(
 ) -> Response:
     """Return who did what, the newest first."""
     office = _office(request)
-    return _listed(await asyncio.to_thread(lambda: office.log(user=user, action=action, limit=limit, before=before)))
+    return json_list(await asyncio.to_thread(lambda: office.log(user=user, action=action, limit=limit, before=before)))

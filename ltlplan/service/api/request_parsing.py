@@ -1,11 +1,12 @@
-"""Requests taken apart: text that is a mission, JSON with one meaning; what is of another kind is rejected by name."""
+"""Requests taken apart, and lists that answer them: text that is a mission, JSON with one meaning; what is of another kind is rejected by name."""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from typing import TypeVar
 
-from fastapi import Request
+from fastapi import Request, Response
 from pydantic import BaseModel, ValidationError
 
 from ltlplan.service.people.roles import Principal
@@ -21,6 +22,11 @@ Model = TypeVar("Model", bound=BaseModel)
 JSON = "application/json"
 TEXTS = ("application/yaml", "application/x-yaml", "text/yaml", "text/x-yaml", "text/plain", JSON)
 """Kinds of content that a mission may come as. A page of another site could send `text/plain` unasked: `origins` refuses it."""
+
+
+def json_list(values: Iterable[BaseModel]) -> Response:
+    """Return values as an answer in JSON."""
+    return Response("[" + ",".join(value.model_dump_json() for value in values) + "]", media_type=JSON)
 
 
 def service_of(request: Request) -> Service:
