@@ -1,6 +1,6 @@
 """Simulation, monitoring, comparison and export of certified flights, and live flights over a link.
 
-Read `flights` (one simulated flight), `campaigns` (many, in `batches`) and `rehearsal` (all combinations of conditions), each in `conditions` (wind,
+Read `flights` (one simulated flight), `campaigns` (many, in `batches`) and `rehearsal` (all combinations of conditions, and corners of what `identification` does not tell), each in `conditions` (wind,
 sensors, model, controller) and by `closed_loop`, in which `control` steers what `model` moves. `onboard_simulation` is the software that vehicles
 carry; `simulation_setup` and `random_streams` serve both, and `mixed_fleet` several airframes at once. `monitoring` checks in flight, `logs`
 reads and writes flights, and `comparison` compares recordings with a certificate. `exports` writes files for vehicles, `link` flies live, and
@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from flight.exports import Exported, ExportTarget, Product, Request, export, formats, quantised, upload, with_hovers
     from flight.exports.crazyflies.crazyswarm import crazyswarm2_robots
     from flight.flights import fly
+    from flight.identification.identify import Identified, identify
+    from flight.identification.recorded import read_recorded
     from flight.logs.import_options import RecordingOptions
     from flight.logs.importers import read_flown, read_recording
     from flight.logs.log import Event, FlightLog
@@ -48,6 +50,7 @@ __all__ = [
     "ExportTarget",
     "Exported",
     "FlightLog",
+    "Identified",
     "Monitor",
     "MotionCapture",
     "Product",
@@ -65,9 +68,11 @@ __all__ = [
     "export",
     "fly",
     "formats",
+    "identify",
     "quantised",
     "read_flown",
     "read_log",
+    "read_recorded",
     "read_recording",
     "rehearse",
     "require_tube",
@@ -99,6 +104,8 @@ if not TYPE_CHECKING:  # which know all names from above, so that a misspelt one
             ),
             "flight.exports.crazyflies.crazyswarm": ("crazyswarm2_robots",),
             "flight.flights": ("fly",),
+            "flight.identification.identify": ("Identified", "identify"),
+            "flight.identification.recorded": ("read_recorded",),
             "flight.logs.log": ("Event", "FlightLog"),
             "flight.logs.importers": ("read_flown", "read_recording"),
             "flight.logs.recordings": ("Recording",),

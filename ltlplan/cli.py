@@ -26,6 +26,7 @@ COMMANDS = {
     "fly": "Fly a certified mission once: in simulation, or live over a link.",
     "campaign": "Fly a certified mission many times in simulation.",
     "rehearse": "Fly it by several controllers, in combinations of conditions.",
+    "identify": "Tell a vehicle's thrust, drag and latency from a recorded flight.",
     "online": "Reassign tasks in flight: in simulation, or certified over a link.",
     "export": "Write a certified flight for a real vehicle.",
     "show": "Draw hoops, primitives, sampled and optimised paths.",

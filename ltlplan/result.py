@@ -11,6 +11,7 @@ from verify.data import Mission, Plan, Trajectory
 
 if TYPE_CHECKING:
     from flight import FlightLog
+    from flight.rehearsal.corners import Corners
     from verify import Certificate, ProofVerdict
     from verify.aborts import AbortVerdict
 
@@ -39,6 +40,7 @@ class Result:
     files: tuple[Path, ...] = ()
     proof: ProofVerdict | None = None
     _aborts: list[AbortVerdict] = field(default_factory=list["AbortVerdict"], repr=False, compare=False)
+    _corners: list[Corners] = field(default_factory=list["Corners"], repr=False, compare=False)
 
     def __repr__(self) -> str:
         rounds = f"{self.rounds} {'round' if self.rounds == 1 else 'rounds'} of refinement"
@@ -56,6 +58,18 @@ class Result:
         if not self._aborts:
             self._aborts.append(aborts_of(self.mission, self.team, self.certificate))
         return self._aborts[0]
+
+    @property
+    def corners(self) -> Corners | None:
+        """Flights at the corners of what vehicles' profiles do not know (`uncertain`), at their first use; None where they say nothing of that."""
+        if not any(self.mission.vehicle_of(name).uncertain is not None for name in self.mission.agents):
+            return None
+        if not self._corners:
+            from flight.rehearsal.corners import fly_corners
+
+            margin, seed = float(self.certificate.margin), self.plan.seed
+            self._corners.append(fly_corners(self.mission, self.team, margin, seed=seed))
+        return self._corners[0]
 
 
 def aborts_of(mission: Mission, team: Mapping[str, Trajectory], cert: Certificate) -> AbortVerdict:

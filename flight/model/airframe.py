@@ -123,6 +123,8 @@ class Airframe(Value):
         if self.drag_range is None:
             return ""
         least, most = self.drag_range.rotor_drag
+        if self.vehicle.uncertain is not None and self.vehicle.uncertain.drag is not None:
+            return ""  # identified: the corners are flown
         return (
             f"the rotors' drag of '{self.vehicle.name}' is a guess ({self.rotor_drag:g} kg; {least:g} to {most:g} may be), and it decides whether "
             "flights stay in their tube: `ltlplan rehearse` flies both ends."
@@ -162,7 +164,18 @@ def airframe_of(vehicle: Vehicle) -> Airframe:
         values["battery"] = {**values["battery"], "hover_current": amperes * vehicle.weight}
         values["battery"]["charge"] *= vehicle.weight
         values["battery"]["resistance"] /= vehicle.weight
+    drag = None if vehicle.uncertain is None else vehicle.uncertain.drag
+    if drag is not None:
+        values |= _dragged(values["rotor_drag"], values["inflow_drag"], drag)
     return Airframe(name=name, vehicle=vehicle, **values)
+
+
+def _dragged(across: float, along: float, ends: tuple[float, float]) -> dict[str, Any]:
+    """Return the drag of a vehicle on which it was identified: the middle of its range, along the axis in the file's proportion."""
+    share = along / across if across > 0.0 else 1.0
+    middle = 0.5 * (ends[0] + ends[1])
+    reach = {"rotor_drag": ends, "inflow_drag": (share * ends[0], share * ends[1])}
+    return {"rotor_drag": middle, "inflow_drag": share * middle, "drag_range": reach}
 
 
 def airframes_of(mission: Mission, robots: Iterable[str]) -> tuple[Airframe, ...]:

@@ -49,32 +49,46 @@ class Sight:
     gyro: Floats
 
 
+@dataclass(frozen=True, eq=False, slots=True)
+class Differences:
+    """Ways in which vehicles are not what their controllers take them for. Vehicles along the last axis.
+
+    Attributes:
+        delay: s from a frame of motion capture to its use on board; None where they know the truth. Shape (n,).
+        mass: What each weighs as a share of its airframe's mass; None for 1. Shape (n,).
+        thrust: Thrust of each over the thrust that is commanded; None for 1. Shape (n,).
+        drag: Which drag those have whose drag was not measured.
+    """
+
+    delay: Floats | None = None
+    mass: Floats | None = None
+    thrust: Floats | None = None
+    drag: Drag = "profile"
+
+    def of(self, own: NDArray[np.intp]) -> Differences:
+        """Return those of some vehicles.
+
+        Args:
+            own: Which.
+        """
+        delay, mass, thrust = (None if part is None else part[own] for part in (self.delay, self.mass, self.thrust))
+        return Differences(delay, mass, thrust, self.drag)
+
+
 class Fleet:
     """Vehicles side by side: each kind flies as if it were alone."""
 
-    # six parameters: what flies, and each way in which it is not what its controller takes it for
-    def __init__(
-        self,
-        kinds: Sequence[Kind],
-        controller: Controller,
-        start: Floats,
-        *,
-        delay: Floats | None,
-        mass: Floats | None = None,
-        drag: Drag = "profile",
-    ) -> None:
+    def __init__(self, kinds: Sequence[Kind], controller: Controller, start: Floats, differences: Differences) -> None:
         """Let vehicles hover.
 
         Args:
             kinds: Which vehicles are of which airframe.
             controller: Who flies them.
             start: x, y, z in m and heading in rad. Shape (4, n).
-            delay: s from a frame of motion capture to its use on board; None where they know the truth. Shape (n,).
-            mass: What each weighs as a share of its airframe's mass. Shape (n,).
-            drag: Which drag those have whose drag was not measured; controllers take them for having the profile's.
+            differences: Of the vehicles.
         """
         self._columns = tuple(kind.columns for kind in kinds)
-        self._crews = tuple(_Crew(kind, controller, start, delay, mass, drag) for kind in kinds)
+        self._crews = tuple(_Crew(kind, controller, start, differences.of(kind.columns)) for kind in kinds)
 
     @property
     def state(self) -> Floats:
@@ -131,23 +145,17 @@ class Fleet:
 class _Crew:
     """Vehicles of one kind, their laws and their estimator."""
 
-    def __init__(
-        self,
-        kind: Kind,
-        controller: Controller,
-        start: Floats,
-        delay: Floats | None,
-        mass: Floats | None,
-        drag: Drag,
-    ) -> None:
+    def __init__(self, kind: Kind, controller: Controller, start: Floats, own_differences: Differences) -> None:
         self._own = own = kind.columns
         laws = laws_of(controller, kind.airframe)
-        weights = None if mass is None else kind.airframe.vehicle.mass * mass[own]
+        mass, delay = own_differences.mass, own_differences.delay
+        weights = None if mass is None else kind.airframe.vehicle.mass * mass
         at_rest = np.zeros((5, 4, len(own)))
         at_rest[0] = start[:, own]
-        self.plant = RotorPlant(kind.airframe.with_drag(drag), laws, start[:, own], setpoint_of(at_rest, 0.0), weights)
+        airframe, at_first = kind.airframe.with_drag(own_differences.drag), setpoint_of(at_rest, 0.0)
+        self.plant = RotorPlant(airframe, laws, start[:, own], at_first, weights, own_differences.thrust)
         self._gyro: Floats | float = 0.0
-        self._estimator = None if delay is None else _Estimator(self.plant, delay[own])
+        self._estimator = None if delay is None else _Estimator(self.plant, delay)
 
     @property
     def known(self) -> Floats:

@@ -36,7 +36,16 @@ _ACTING = _STRENGTH + 5
 class RotorPlant:
     """Vehicles of one airframe under one controller's laws."""
 
-    def __init__(self, airframe: Airframe, laws: Laws, start: Floats, setpoint: Floats, mass: Floats | None = None) -> None:
+    # six parameters: what flies, and each way in which it is not what its laws take it for
+    def __init__(
+        self,
+        airframe: Airframe,
+        laws: Laws,
+        start: Floats,
+        setpoint: Floats,
+        mass: Floats | None = None,
+        thrust: Floats | None = None,
+    ) -> None:
         """Let vehicles hover.
 
         Args:
@@ -45,6 +54,7 @@ class RotorPlant:
             start: x, y, z in m and heading in rad. Shape (4, n).
             setpoint: Where they hover. Shape (SETPOINT, n).
             mass: What each weighs, kg, where that is not the airframe's. Shape (n,).
+            thrust: Thrust of each over the thrust that is commanded; None for 1. Shape (n,).
         """
         n = start.shape[1]
         self.airframe, self.laws = airframe, laws
@@ -57,6 +67,7 @@ class RotorPlant:
             self._rows[STATES - 4 : STATES] *= np.sqrt(mass / airframe.vehicle.mass)
         self._rows[_MEMORY:] = memory
         self._battery = BatteryState(airframe, n)
+        self._pushed = np.sqrt(np.ones(n) if thrust is None else thrust)
         self._acting = np.zeros((_ACTING, n))
         self._compilable = laws.traceable and mass is None and n <= _FEW
         self._compiled: dict[bool, CompiledFlight] = {}
@@ -114,7 +125,7 @@ class RotorPlant:
         """
         acting = self._acting
         acting[:SETPOINT], acting[_NOISE : _NOISE + 3], acting[_WIND] = setpoint, noise, wind
-        acting[_STRENGTH], acting[_CEILING] = self._battery.strength, self._battery.ceiling
+        acting[_STRENGTH], acting[_CEILING] = self._battery.strength * self._pushed, self._battery.ceiling
         perfect = estimated is None
         if estimated is not None:
             acting[_ESTIMATED:_NOISE] = estimated

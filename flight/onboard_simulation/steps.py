@@ -14,7 +14,7 @@ from flight.mixed_fleet import kinds_of
 from flight.model.attitude import Floats
 from flight.model.sensing import MotionCapture
 from flight.model.timing import CONTROL_STEP, FRAME_STEPS, SUBSTEPS
-from flight.onboard_simulation.fleet import Fleet, Sight
+from flight.onboard_simulation.fleet import Differences, Fleet, Sight
 from flight.random_streams import Draws
 from flight.simulation_setup import Setup, Snapshot, farthest
 
@@ -35,7 +35,7 @@ def steps_on_board(setup: Setup, seeds: Sequence[int]) -> Iterator[Snapshot]:
     wind, sensor = conditions.wind, conditions.noise
     airframes = setup.airframes if len(setup.airframes) == robots else setup.airframes * robots
     delay = None if sensor is None else np.full(n, sensor.delay)
-    fleet = Fleet(kinds_of(airframes, runs), conditions.controller, np.tile(guidance.start, (1, runs)), delay=delay)
+    fleet = Fleet(kinds_of(airframes, runs), conditions.controller, np.tile(guidance.start, (1, runs)), Differences(delay))
     draws = Draws(conditions, seeds, robots)
     gusts = wind.at_first(draws.first()) if wind is not None else np.zeros((3, n))
     air: Floats | float = 0.0

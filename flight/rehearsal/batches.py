@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from flight.model.disturbances import Wind
 from flight.model.reference import Reference
 from flight.model.sensing import MotionCapture
 from flight.model.timing import CONTROL_STEP, FRAME_STEPS, SUBSTEPS
-from flight.onboard_simulation.fleet import Fleet, Sight
+from flight.onboard_simulation.fleet import Differences, Fleet, Sight
 from flight.onboard_simulation.steps import seen
 from flight.random_streams import Draws
 from verify.data.progress import Progress
@@ -68,20 +68,63 @@ def worst_errors(job: Job, part: tuple[str, Drag, range], report: Progress) -> F
     flights = len(cells) * runs
     fleet = Fleet(
         kinds_of(job.airframes, flights), CONTROLLERS.find(controller), np.tile(reference.start, (1, flights)),
-        delay=delay, mass=mass, drag=drag,
+        Differences(delay, mass, drag=drag),
     )  # fmt: skip
     draws = Draws(Conditions(Wind((1.0, 0.0, 0.0), 1.0), job.sensor), seeds, robots)
-    air = _Air(job.winds, draws, [wind for _, _, wind in cells])
-    peak = np.zeros(len(cells) * beside)
+    air = Air(job.winds, draws, [wind for _, _, wind in cells])
+    return peaks(reference, fleet, Chance(draws, job.sensor, air, len(cells)), report)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Chance:
+    """Air and view of many flights, each cell's the same.
+
+    Attributes:
+        draws: Where chance comes from, for one cell.
+        sensor: Motion capture.
+        air: Of all cells.
+        cells: How many.
+        noise: Each vehicle's noise over the sensor's; None for 1. Shape (n,).
+    """
+
+    draws: Draws
+    sensor: MotionCapture
+    air: Air
+    cells: int
+    noise: Floats | None = None
+
+    def sight(self, half: int) -> Sight:
+        """Return what is seen in one frame.
+
+        Args:
+            half: As for `seen`.
+        """
+        sight = _in_every_cell(seen(self.draws, self.sensor, half), self.cells)
+        return sight if self.noise is None else replace(sight, position=sight.position * self.noise)
+
+
+def peaks(reference: Reference, fleet: Fleet, chance: Chance, report: Progress) -> Floats:
+    """Fly all to the end, and return each robot's largest distance from its plan at any step.
+
+    Args:
+        reference: The plan, sampled.
+        fleet: Cell by cell, run by run, robot by robot.
+        chance: Air and view.
+        report: Told how far it is.
+
+    Returns:
+        m; infinite where a robot was lost. Shape (cells, runs, robots).
+    """
+    vehicles, robots = fleet.state.shape[1], len(reference.robots)
+    flights, peak = vehicles // robots, np.zeros(vehicles)
     with np.errstate(all="ignore"):  # a robot that is lost may be anywhere
         for tick in range(reference.ticks):
-            draws.tick(tick)
-            wind = air.after(draws.gust())
+            chance.draws.tick(tick)
+            wind = chance.air.after(chance.draws.gust())
             fleet.drain(CONTROL_STEP)
             flat = np.tile(reference.wanted(tick), (1, 1, flights))
             for half in range(SUBSTEPS // FRAME_STEPS):
-                sight = seen(draws, job.sensor, half)
-                fleet.look(_in_every_cell(sight, len(cells)))
+                fleet.look(chance.sight(half))
                 flown = fleet.fly(flat, half, wind)
                 first = tick * SUBSTEPS + half * FRAME_STEPS + 1
                 planned = reference.fine[first : first + FRAME_STEPS]
@@ -92,7 +135,7 @@ def worst_errors(job: Job, part: tuple[str, Drag, range], report: Progress) -> F
             if tick % 25 == 0:
                 report("rehearsing", tick / reference.ticks)
     report("rehearsing", 1.0)
-    return np.sqrt(peak).reshape(len(cells), runs, robots)
+    return np.sqrt(peak).reshape(chance.cells, flights // chance.cells, robots)
 
 
 def _in_every_cell(sight: Sight, cells: int) -> Sight:
@@ -101,7 +144,7 @@ def _in_every_cell(sight: Sight, cells: int) -> Sight:
     return Sight(position, attitude, np.tile(sight.seen, cells), gyro)
 
 
-class _Air:
+class Air:
     """Winds of all cells: each cell of one wind has the same gusts, seed by seed."""
 
     def __init__(self, winds: tuple[Wind, ...], draws: Draws, of_cells: list[int]) -> None:

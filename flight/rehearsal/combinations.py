@@ -21,17 +21,20 @@ from flight.model.timing import CONTROL_STEP, STEP, SUBSTEPS
 from flight.monitoring.tube import stray_between_steps
 from flight.processes import Processes, Workers, count_of, shared
 from flight.rehearsal.batches import Job, worst_errors
+from flight.rehearsal.corners import fly_corners
 from flight.rehearsal.table import Cell, Rehearsal
 from flight.simulation_setup import is_whole, require_seed
 from verify.certificate import Certificate
-from verify.data import BadInput, Plan, Trajectory, check_plan, check_trajectories
+from verify.data import BadInput, Plan, Trajectory, Vehicle, check_plan, check_trajectories
 from verify.data.errors import did_you_mean
-from verify.data.progress import Progress, silent
+from verify.data.progress import Progress, part_of, silent
 from verify.recordings.planned_paths import planned_paths
 
 _TOGETHER = 2000
 """Vehicles that are flown side by side at most: enough to drown the cost of a call, few enough for the cache."""
 MAX_RUNS = 1000
+_CORNERED = 4
+"""Flights of a corner at most: corners are many, and it is they that matter."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,6 +48,8 @@ class Combinations:
         winds: m/s, in every form that `Wind.parse` reads.
         drags: Of vehicles whose rotors' drag was not measured: the one that is simulated (`profile`), and the ends of its range (`least`,
             `most`). A team without such a vehicle is flown with the profile's alone.
+        corners: Whether the corners of what is not known are flown as well; None: where a vehicle's profile says what that is (`uncertain`).
+        profiles: Of vehicles by their names, whose intervals are flown at the corners in place of the mission's own.
     """
 
     controllers: tuple[str, ...] | None = None
@@ -52,6 +57,8 @@ class Combinations:
     latencies: tuple[float, ...] = (0.005, 0.015, 0.025)
     winds: tuple[str, ...] = ("0", "0.2+0.1", "0.5+0.3")
     drags: tuple[Drag, ...] = DRAGS
+    corners: bool | None = None
+    profiles: tuple[Vehicle, ...] = ()
 
     def __post_init__(self) -> None:
         for what, values in (
@@ -153,7 +160,10 @@ def rehearse(
     parts: list[tuple[str, Drag, range]] = [
         (name, drag, range(k, min(k + size, seed + runs))) for name, drag in teams for k in starts
     ]
-    found = _flown(job, parts, workers, progress or silent)
+    ranged = any(airframe.vehicle.uncertain is not None for airframe in job.airframes)
+    corners = ranged if combinations.corners is None else combinations.corners
+    say = progress or silent
+    found = _flown(job, parts, workers, part_of(say, 0.0, 0.8) if corners else say)
     between = stray_between_steps(mission, planned_paths(mission, team), STEP) / min(*combinations.masses, 1.0)
     margin = None if cert is None else float(cert.margin)
     table: list[Cell] = []
@@ -174,6 +184,17 @@ def rehearse(
         profile=tuple(name or "geometric" for name in profile),
         cells=tuple(table),
         doubts=tuple(dict.fromkeys(airframe.doubt for airframe in job.airframes if airframe.doubt)),
+        corners=fly_corners(
+            mission,
+            team,
+            margin,
+            runs=min(runs, _CORNERED),
+            seed=seed,
+            profiles=combinations.profiles,
+            progress=part_of(say, 0.8, 1.0),
+        )
+        if corners
+        else None,
     )
 
 

@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from flight.rehearsal.corners import Corners
+
 
 @dataclass(frozen=True, slots=True)
 class Cell:
@@ -52,6 +54,7 @@ class Rehearsal:
         profile: Whom the vehicles' margins are meant for.
         cells: Controller by controller, then by drag, mass, latency and wind.
         doubts: Sentences on what of the vehicles is a guess.
+        corners: What was found at the corners of what is not known; None where they were not flown.
     """
 
     mission: str
@@ -62,6 +65,7 @@ class Rehearsal:
     profile: tuple[str, ...]
     cells: tuple[Cell, ...]
     doubts: tuple[str, ...] = ()
+    corners: Corners | None = None
 
     @property
     def controllers(self) -> tuple[str, ...]:
@@ -93,7 +97,8 @@ class Rehearsal:
             kept = sum(cell.inside is True for cell in cells)
             meant = ", whom the margin is meant for," if name in self.profile else ""
             found.append(f"{name}{meant} stayed in the tube of {self.margin:g} m in {kept} of {len(cells)} cells; {farthest}")
-        return (*found, *self._of_drags(), *(doubt[:1].upper() + doubt[1:] for doubt in self.doubts))
+        corners = () if self.corners is None else self.corners.sentences
+        return (*found, *self._of_drags(), *corners, *(doubt[:1].upper() + doubt[1:] for doubt in self.doubts))
 
     def _of_drags(self) -> list[str]:
         """Say at which end of drags that are a guess controllers leave a tube that they keep to with the profile's."""
@@ -141,6 +146,7 @@ class Rehearsal:
             "seed": self.seed,
             "profile": list(self.profile),
             "doubts": list(self.doubts),
+            **({} if self.corners is None else {"corners": self.corners.to_dict()}),
             "cells": [
                 {**asdict(cell), "worst": None if cell.worst == float("inf") else cell.worst, "inside": cell.inside}
                 for cell in self.cells

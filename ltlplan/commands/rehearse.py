@@ -34,6 +34,13 @@ def command(
         list[str] | None,
         typer.Option("--drag", help="Of vehicles whose drag is a guess: profile, least, most (default: all); several times."),
     ] = None,
+    corners: Annotated[
+        bool, typer.Option("--corners/--no-corners", help="Fly the corners of mass, thrust, drag, latency and noise as well.")
+    ] = True,
+    profile: Annotated[
+        list[Path] | None,
+        typer.Option("--profile", help="Profile that `identify` wrote, for its vehicle's corners; several times."),
+    ] = None,
     noise: Annotated[str, typer.Option("--noise", help="Standard deviation of motion capture's positions, m.")] = "0.001",
     workers: Annotated[int, typer.Option("--workers", min=1, help="Processes; results do not depend on it.")] = 1,
     out: flight_options.OutOption = None,
@@ -43,9 +50,11 @@ def command(
     """Rehearse a certified mission: which controllers stay in the tube, with what mass, latency and wind.
 
     Every controller that all vehicles run, three masses, three latencies and three winds unless options say otherwise; * marks flights that left the tube. Vehicles whose
-    drag is a guess are flown with the ends of its range as well. Of a run's folder the report gets the table.
+    drag is a guess are flown with the ends of its range as well. Of a run's folder the report gets the table. The
+    corners of what is not known are flown by the profiles' controllers in a laboratory's air.
     """
     from flight import MotionCapture, rehearse
+    from flight.identification.profile import read_profile
     from flight.rehearsal.combinations import USUAL, Combinations
     from ltlplan.output import REHEARSAL_FILES, write_rehearsal
 
@@ -55,6 +64,8 @@ def command(
         tuple(latency or USUAL.latencies),
         tuple(wind or USUAL.winds),
         cast("tuple[Drag, ...]", tuple(drag or USUAL.drags)),  # another word is rejected there
+        corners,
+        tuple(read_profile(file) for file in profile or ()),
     )
     cameras = MotionCapture.parse(noise)
     with simulating(out, REHEARSAL_FILES, quiet=json) as progress:

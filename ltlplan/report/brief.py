@@ -93,6 +93,7 @@ def _flown(result: Result) -> list[str]:
     satisfied = result.log.satisfied
     if satisfied is not None:
         lines[0] += f"; the flown path {'satisfies' if satisfied else 'BREAKS'} the formula"
+    lines += [] if result.corners is None else result.corners.sentences
     return [*lines, *([f"does not hold: {what}"] if (what := shortfall(result)) else [])]
 
 

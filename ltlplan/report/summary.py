@@ -243,7 +243,8 @@ def tracking(result: Result) -> dict[str, dict[str, float]]:
 
 def flight_sentences(result: Result) -> tuple[str, ...]:
     """Return what the monitor said of the flight, for a person."""
-    return (*result.log.verdicts, *result.log.notes)
+    corners = () if result.corners is None else result.corners.sentences
+    return (*result.log.verdicts, *corners, *result.log.notes)
 
 
 def holds(result: Result) -> bool:
@@ -295,6 +296,7 @@ def summary_data(result: Result) -> dict[str, object]:
         **({"soft": soft_data(certificate), "soft_weight": certificate.soft_weight} if certificate.soft else {}),
         "tracking": tracking(result),
         "flight": list(flight_sentences(result)),
+        **({} if result.corners is None else {"corners": result.corners.to_dict()}),
         "notes": list(result.plan.notes),
         "abort": {"certified": bool(result.abort), "length": result.abort.length, "sentence": result.abort.sentence},
         "rounds": result.rounds,

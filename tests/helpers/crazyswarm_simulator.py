@@ -18,7 +18,7 @@ from rosbags.typesys import Stores, get_typestore
 from flight.control.mellinger import Mellinger
 from flight.mixed_fleet import kinds_of
 from flight.model.airframe import airframes_of
-from flight.onboard_simulation.fleet import Fleet
+from flight.onboard_simulation.fleet import Differences, Fleet
 from tests.helpers.crazyswarm_peer import Position, Robot, World
 
 STEP, FRAME = 0.0005, 0.01
@@ -58,7 +58,7 @@ class SimulatedWorld(World):
         heavy = mission.model_copy(update={"vehicle": mission.vehicle.changed(mass=MASS)})
         airframes = airframes_of(heavy, heavy.agents)
         start = np.stack([[*robot.place, robot.heading] for robot in self.robots.values()], axis=-1)
-        self._fleet = Fleet(kinds_of(airframes, 1), Mellinger(mass=self.believed), start, delay=None)
+        self._fleet = Fleet(kinds_of(airframes, 1), Mellinger(mass=self.believed), start, Differences())
 
     def go_on(self, until: float) -> None:
         """Let time go on to an instant, frame by frame."""

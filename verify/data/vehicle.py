@@ -17,6 +17,7 @@ from ruamel.yaml import YAML
 from verify.data.autopilot import NamedAutopilot
 from verify.data.errors import BadInput, did_you_mean
 from verify.data.trajectory import MAX_PIECES, PIECES
+from verify.data.uncertain import Uncertain
 from verify.data.value import Value
 
 GRAVITY = 9.80665
@@ -58,6 +59,9 @@ class Vehicle(Value):
     )
     controller: str | None = Field(default=None, description="who follows, on board: the controller that margins are meant for")
     autopilot: NamedAutopilot | None = Field(default=None, description="gains of the controllers and the estimator on board")
+    uncertain: Uncertain | None = Field(
+        default=None, description="intervals of what is not known of the airframe, as `ltlplan identify` writes them"
+    )
     start_skew: NotNegative | None = Field(
         default=None, description="s within which one radio's broadcast starts all of its vehicles"
     )
@@ -101,6 +105,10 @@ class Vehicle(Value):
         most = min(self.thrust_max, 4 * self.rotor_thrust_max)
         if self.weight >= most:
             raise ValueError(f"it cannot hover: {self.mass} kg weigh {self.weight:.4f} N, its rotors lift at most {most:.4f} N")
+        if self.uncertain is not None and self.uncertain.mass is not None:
+            lightest, heaviest = self.uncertain.mass
+            if not lightest <= self.mass <= heaviest:
+                raise ValueError(f"its mass, {self.mass:g} kg, is not within uncertain.mass, {lightest:g} to {heaviest:g} kg")
         least = max(self.thrust_min, 4 * self.rotor_thrust_min)
         if self.weight <= least:
             raise ValueError(f"it cannot hover: {self.mass} kg weigh {self.weight:.4f} N, its least thrust is {least:.4f} N")

@@ -13,6 +13,7 @@ from verify.data.sections import Action, Agent, Box, Edge, Environment, LegLimit
 from verify.data.shapes.inequalities import Inequality
 from verify.data.shapes.obstacle import Obstacle
 from verify.data.shapes.region import Hoop, Region
+from verify.data.uncertain import Uncertain
 from verify.data.vehicle import Vehicle
 
 PAGE = Path(__file__).parents[4] / "docs" / "missions.md"
@@ -35,6 +36,7 @@ SECTIONS: tuple[tuple[str, type[BaseModel]], ...] = (
     ("`frame`", Frame),
     ("`planner`", Planner),
     ("`vehicle` (inline table)", Vehicle),
+    ("`vehicle.uncertain`", Uncertain),
 )
 
 
