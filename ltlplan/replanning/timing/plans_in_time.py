@@ -13,6 +13,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from ltlplan.paths.costs import for_mission
+from ltlplan.replanning.timing.horizons import kept_out, too_long
 from ltlplan.replanning.timing.returns import impossible_returns
 from ltlplan.replanning.timing.timetable import listed_delays, without_one
 from ltlplan.replanning.timing.visit_orders import Orders, Routes, likely_travel, planned_routes
@@ -48,7 +49,7 @@ def plan_in_time(mission: Mission, make: MakePlan) -> Plan:
         Infeasible: No order of visits can be in time.
         Unsatisfiable: No words satisfy what follows for words.
     """
-    if why := impossible_deadlines(mission) or impossible_returns(mission):
+    if why := too_long(mission) or kept_out(mission) or impossible_deadlines(mission) or impossible_returns(mission):
         raise Infeasible(why)
     made = planned_without_bounds(mission, make)
     if not (late := late_by_straight_ways(made)):
