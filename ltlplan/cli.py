@@ -34,6 +34,8 @@ COMMANDS = {
     "check": "Check words of a robot or a team against a formula.",
     "serve": "Serve planning over HTTP, with a page for the browser.",
     "accounts": "List and change accounts of the service; who did what.",
+    "backup": "Back up a service's data, while it runs.",
+    "restore": "Restore a service's data from a backup.",
     "reproduce": "Compute both papers, and published problems, anew.",
     "doctor": "Say what is installed, what is missing, and which links answer.",
     "missions": "List the shipped missions, show one, or start your own.",

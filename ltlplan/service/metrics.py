@@ -95,7 +95,7 @@ def _present(service: Service, health: Health) -> Counts:
         "jobs": (
             "Jobs by state, without exports.",
             "state",
-            {state: float(count) for state, count in service.jobs.counts().items()},
+            {state: float(count) for state, count in service.jobs.register.counts().items()},
         ),
         "workers": ("Stages that may run at once.", "", {"": health.workers}),
         "worker_processes": ("Processes that are running.", "", {"": health.alive}),

@@ -75,11 +75,11 @@ class Service:
         references = self.people.references
         await asyncio.to_thread(references.load)
         for job in await asyncio.to_thread(references.leaving):  # a kill came before they were deleted
-            if self.jobs.has(job):
+            if self.jobs.register.find(job) is not None:
                 await self.jobs.cancel(job)
                 await self.jobs.delete(job)
             await asyncio.to_thread(references.left, job)
-        asked = [(job, _user(who)) for job, who in self.jobs.asked_by().items()]
+        asked = [(job, _user(who)) for job, who in self.jobs.register.asked_by().items()]
         await asyncio.to_thread(references.adopt, asked)
 
     def jobs_of(self, principal: Principal) -> UserJobs:

@@ -111,6 +111,10 @@ class Register:
                 found[entry.job.state] += 1
         return found
 
+    def asked_by(self) -> dict[str, str]:
+        """Return who submitted each job first, without exports."""
+        return {entry.job.id: entry.asked.get("who", "") for entry in self if entry.job.of is None}
+
     def going(self) -> set[str]:
         """Return the ids of all jobs that have not ended."""
         return {entry.job.id for entry in self if entry.job.state not in ENDED}

@@ -50,6 +50,7 @@ class Jobs:
     Attributes:
         settings: Where, and within which limits.
         workers: Who computes missions.
+        register: All jobs in memory.
         referring: Held while users' references and the jobs that they keep are changed together.
     """
 
@@ -68,8 +69,8 @@ class Jobs:
         self._runner = Runner(self._results, shared, errands or shared)
         self._url = url_of(settings.data, settings.database)
         self._health: Health | None = None
-        self._register = Register()
-        self._admission = Admission(settings.limits, self._register, self._results)
+        self.register = Register()
+        self._admission = Admission(settings.limits, self.register, self._results)
         self._submitting, self.referring = asyncio.Lock(), asyncio.Lock()
         self._engine: Engine | None = None
         self._watching: asyncio.Task[None] | None = None
@@ -93,13 +94,13 @@ class Jobs:
         for record in sorted(records, key=lambda record: str(record.asked["submitted"])):
             self._add(entry_of(record))
         if owned:
-            self._results.collect(self._register)
+            self._results.collect(self.register)
         self._engine = engine
         engine.open_gate()
-        _log.info("%d jobs in %s, %d of them go on", len(records), self.settings.data, len(self._register.going()))
+        _log.info("%d jobs in %s, %d of them go on", len(records), self.settings.data, len(self.register.going()))
 
     def _add(self, entry: Entry) -> None:
-        self._register.add(entry)
+        self.register.add(entry)
         if entry.job.state not in ENDED:
             self._runner.rank(entry)
 
@@ -107,7 +108,7 @@ class Jobs:
         """Let go of everything, the workers too; jobs that have not ended go on at the next start."""
         if self._watching is not None:
             self._watching.cancel()
-        for entry in self._register:
+        for entry in self.register:
             entry.feed.close()
         if self._engine is not None:
             engine, self._engine = self._engine, None
@@ -135,7 +136,7 @@ class Jobs:
         """
         key, mission = await self._admission.asked(mission, seed)
         async with self._submitting:
-            if (known := self._register.answer(key)) is not None:
+            if (known := self.register.answer(key)) is not None:
                 return known
             self._admission.require_room(who)
             value = await asyncio.to_thread(self._results.ask, mission)
@@ -156,7 +157,7 @@ class Jobs:
             Busy: The database does not answer.
             NoRoom: The disk is full.
         """
-        flown = self._register.entry(job_id)
+        flown = self.register.entry(job_id)
         if flown.job.of is not None:
             raise Conflict(f"Job {job_id} is an export; ask for one of job {flown.job.of}.")
         if not flown.job.files:
@@ -164,22 +165,22 @@ class Jobs:
         files = {file.name: file.sha256 for file in flown.job.files}
         key = await asyncio.to_thread(key_of_asked, {"export": asked.plain(), "of": job_id, "files": files})
         async with self._submitting:
-            self._register.entry(job_id)  # it may have been deleted while this waited
-            if (known := self._register.answer(key)) is not None:
+            self.register.entry(job_id)  # it may have been deleted while this waited
+            if (known := self.register.answer(key)) is not None:
                 return known
             self._admission.require_room(who)
             value = await self._read(self._results.ask_export, job_id, asked)
             return await self._accept(export_record(flown.job, asked.target, value, key, who))
 
     async def _accept(self, asked: Data) -> Job:
-        job_id = self._register.new_id(asked["key"])
+        job_id = self.register.new_id(asked["key"])
         entry = Entry(job_of(job_id, asked), asked)
         self._add(entry)
         entry.feed.tell(state_event(entry.job))
         try:
             await self._in_engine(lambda engine: engine.begin(job_id, asked))
         except BaseException:
-            self._register.drop(entry)  # it is told of again at the next start, should the database have it after all
+            self.register.drop(entry)  # it is told of again at the next start, should the database have it after all
             raise
         _log.info("job %s is accepted", job_id)
         return entry.job
@@ -200,27 +201,7 @@ class Jobs:
             before: Only those that were submitted before the job of this id.
             which: Only those of which this is true.
         """
-        return self._register.newest(state=state, limit=limit, before=before, which=which)
-
-    def has(self, job_id: str) -> bool:
-        """Return whether there is such a job."""
-        return self._register.find(job_id) is not None
-
-    def known(self, job_id: str) -> Job:
-        """Return a job without what its stages found.
-
-        Raises:
-            NotFound: There is no such job.
-        """
-        return self._register.entry(job_id).job
-
-    def counts(self) -> dict[State, int]:
-        """Return how many jobs are in each state, without exports."""
-        return self._register.counts()
-
-    def asked_by(self) -> dict[str, str]:
-        """Return who submitted each job first, without exports."""
-        return {entry.job.id: entry.asked.get("who", "") for entry in self._register if entry.job.of is None}
+        return self.register.newest(state=state, limit=limit, before=before, which=which)
 
     async def job(self, job_id: str) -> Job:
         """Return a job with all that its stages found so far.
@@ -228,14 +209,14 @@ class Jobs:
         Raises:
             NotFound: There is no such job.
         """
-        entry = self._register.entry(job_id)
+        entry = self.register.entry(job_id)
         if self._results.at_hand(entry):
             return self._results.whole(entry)
         return await self._read(self._results.whole, job_id)
 
     async def _read(self, read: Callable[..., Found], job_id: str, *arguments: object) -> Found:
         """Read something of a job from the disk; one that is damaged is noted, so that it is made anew when it is asked for again."""
-        entry = self._register.entry(job_id)
+        entry = self.register.entry(job_id)
         try:
             return await asyncio.to_thread(read, entry, *arguments)
         except Damaged as error:
@@ -253,7 +234,7 @@ class Jobs:
         Raises:
             NotFound: There is no such job.
         """
-        entry = self._register.entry(job_id)
+        entry = self.register.entry(job_id)
         told = after
         if entry.records:
             for event in told_again(await self.job(job_id), ended=False):
@@ -286,7 +267,7 @@ class Jobs:
         Raises:
             NotFound: There is no such job.
         """
-        entry = self._register.entry(job_id)
+        entry = self.register.entry(job_id)
         if entry.job.state in ENDED:
             return entry.job
         entry.cancelled = True
@@ -312,12 +293,12 @@ class Jobs:
         """
         entry = self.require_ended(job_id)
         async with self._submitting:
-            self._register.entry(job_id)  # it may have been deleted while this waited
-            for each in (*self._register.exports(job_id), entry):
+            self.register.entry(job_id)  # it may have been deleted while this waited
+            for each in (*self.register.exports(job_id), entry):
                 await self.cancel(each.job.id)
                 await self._in_engine(lambda engine, each=each: engine.delete(each.job.id))
-                self._register.drop(each)
-                await asyncio.to_thread(self._results.drop, each, list(self._register))
+                self.register.drop(each)
+                await asyncio.to_thread(self._results.drop, each, list(self.register))
         _log.info("job %s is deleted", job_id)
 
     def require_ended(self, job_id: str) -> Entry:
@@ -327,7 +308,7 @@ class Jobs:
             NotFound: There is no such job.
             Conflict: It has not ended.
         """
-        entry = self._register.entry(job_id)
+        entry = self.register.entry(job_id)
         if entry.job.state not in ENDED:
             raise Conflict(f"Job {job_id} is {entry.job.state}; cancel it first, then delete it.")
         return entry
@@ -361,11 +342,8 @@ class Jobs:
         """Return whether database and workers answer, and what waits; asked again within `LOOK` s, what was seen then."""
         if self._health is None:
             self._health = await self._looked()
-            asyncio.get_running_loop().call_later(LOOK, self._forget_health)
+            asyncio.get_running_loop().call_later(LOOK, setattr, self, "_health", None)
         return self._health
-
-    def _forget_health(self) -> None:
-        self._health = None
 
     async def _looked(self) -> Health:
         database = "answers"
@@ -375,7 +353,7 @@ class Jobs:
             database = str(error)
         room = await asyncio.to_thread(self._results.store.free)
         interrupted = {} if self._engine is None else self._engine.interrupted
-        return health_of(database, interrupted, room, self.workers, self._register)
+        return health_of(database, interrupted, room, self.workers, self.register)
 
     async def _in_engine(self, what: Any) -> Any:  # a function of the engine that returns a coroutine
         """Have the engine do something in its own loop, and wait for it here, but not for ever."""
@@ -393,7 +371,7 @@ class Jobs:
     async def _do(self, job_id: str, asked: Data, step: Step) -> Data:
         """Do a job, in the engine's loop."""
         del asked  # known
-        entry = self._register.find(job_id)
+        entry = self.register.find(job_id)
         if entry is None:
             raise InternalError(f"The database has a job {job_id} that is not known.")
         return await self._runner.do(entry, step)
@@ -406,7 +384,11 @@ class Jobs:
             engine = self._engine
             if engine is None:
                 return
-            idle = self._register.going() - engine.running
+            try:
+                await asyncio.to_thread(self._results.drop_leaving, list(self.register))
+            except Exception:  # the next look tries again
+                _log.exception("values of deleted jobs cannot be removed yet")
+            idle = self.register.going() - engine.running
             for job_id in idle & missed:
                 if job_id not in engine.interrupted:
                     engine.interrupt(job_id, "the engine has not begun it")

@@ -9,6 +9,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
+from ltlplan.service.deletion_pause import deleting
 from ltlplan.service.execution.exporting import ExportAsked, export_bytes
 from ltlplan.service.execution.stages import PLAN, Outcome, mission_bytes, mission_of, plan_of
 from ltlplan.service.job_queue.engine import Data
@@ -71,6 +72,7 @@ class Results:
         self._data = data
         self._found: Recent[Data] = Recent(FOUND_BYTES)
         self._keeping = threading.Lock()
+        self._leaving: set[str] = set()
 
     def require_room(self, least: float = RESERVE) -> None:
         """Reject to go on where the disk is full.
@@ -127,15 +129,25 @@ class Results:
         return record
 
     def drop(self, entry: Entry, others: Iterable[Entry]) -> None:
-        """Remove what a job has in the store and no other has."""
-        with self._keeping:
-            for digest in digests(entry) - {digest for other in others for digest in digests(other)}:
-                self.store.drop(digest)
+        """Remove what a job has in the store and no other has; while a backup is made, that waits."""
+        self._leaving |= digests(entry)
+        self.drop_leaving(others)
+
+    def drop_leaving(self, others: Iterable[Entry]) -> None:
+        """Remove what deleted jobs had in the store and no other has, unless a backup is made at the moment."""
+        if not self._leaving:
+            return
+        with self._keeping, deleting(self._data) as may:
+            if may:
+                for digest in self._leaving - {digest for other in others for digest in digests(other)}:
+                    self.store.drop(digest)
+                self._leaving.clear()
 
     def collect(self, entries: Iterable[Entry]) -> None:
         """Remove values that no job has: a kill came before they were in a record, or before they were removed with their job."""
         try:
-            orphans = self.store.keep_only({digest for entry in entries for digest in digests(entry)})
+            with deleting(self._data) as may:  # else at the next start
+                orphans = self.store.keep_only({digest for entry in entries for digest in digests(entry)}) if may else 0
         except OSError as error:  # they are tried again at the next start
             _log.warning("values that no job has cannot be removed: %s", error)
         else:

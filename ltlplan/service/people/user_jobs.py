@@ -52,7 +52,7 @@ class UserJobs:
         for _ in range(_TRIES):
             job = await self._jobs.submit(mission, seed=seed, who=self._principal.client)
             async with self._jobs.referring:
-                if self._jobs.has(job.id):
+                if self._jobs.register.find(job.id) is not None:
                     new = references.find(job.id, self._principal.user) is None
                     await asyncio.to_thread(references.add, job.id, self._principal.user, project)
                     if new or not job.found:
@@ -251,7 +251,7 @@ class UserJobs:
             NotFound: There is no such job, or it is not to be seen: nothing tells one from the other.
         """
         self._require(Action.READ)
-        job = self._jobs.known(job_id)
+        job = self._jobs.register.entry(job_id).job
         seen = self._principal.sees_all or self._people.references.seen(job.of or job.id, self._principal) is not None
         if not seen:
             raise NotFound(f"There is no job '{job_id[:80]}'.")

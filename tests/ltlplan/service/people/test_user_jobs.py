@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable, Coroutine
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -22,7 +23,7 @@ class _Jobs:
     """As `Jobs`, of missions that are words and computed by nobody."""
 
     def __init__(self) -> None:
-        self.referring = asyncio.Lock()
+        self.referring, self.register = asyncio.Lock(), self
         self.held: dict[str, Job] = {}
         self.cancelled: list[str] = []
 
@@ -38,16 +39,16 @@ class _Jobs:
         self.held[f"{job_id}-export"] = Job(id=f"{job_id}-export", mission="", of=job_id, state="done", submitted="")
         return self.held[f"{job_id}-export"]
 
-    def has(self, job_id: str) -> bool:
-        return job_id in self.held
+    def find(self, job_id: str) -> Job | None:
+        return self.held.get(job_id)
 
-    def known(self, job_id: str) -> Job:
+    def entry(self, job_id: str) -> Any:
         if job_id not in self.held:
             raise NotFound(f"There is no job '{job_id}'.")
-        return self.held[job_id]
+        return SimpleNamespace(job=self.held[job_id])
 
     async def job(self, job_id: str) -> Job:
-        return self.known(job_id)
+        return self.held[job_id]
 
     async def jobs(self, *, which: Callable[[Job], bool], **_: Any) -> list[Job]:
         return [job for job in reversed(self.held.values()) if job.of is None and which(job)]
@@ -57,7 +58,7 @@ class _Jobs:
         return self.held[job_id]
 
     def require_ended(self, job_id: str) -> None:
-        if self.known(job_id).state not in ENDED:
+        if self.held[job_id].state not in ENDED:
             raise Conflict(f"Job {job_id} is running; cancel it first, then delete it.")
 
     async def delete(self, job_id: str) -> None:
@@ -125,10 +126,10 @@ def test_a_computation_is_shared_and_goes_with_the_last_who_has_it(lab: Lab, peo
         assert not (await of("alice").submit("a")).found
         assert (await of("bob").submit("a")).found
         await of("alice").delete("a")
-        assert jobs.has("a")
+        assert "a" in jobs.held
         assert (await _ids(of("alice")), await _ids(of("bob"))) == ([], ["a"])
         await of("bob").delete("a")
-        assert not jobs.has("a")
+        assert "a" not in jobs.held
         assert [each.action for each in people.log.entries()] == ["delete", "delete", "submit", "submit"]
         assert people.references.leaving() == ()
 
@@ -151,7 +152,7 @@ def test_what_runs_for_others_too_is_left_not_cancelled(lab: Lab) -> None:
         assert await _ids(of("bob")) == ["a"], "a delete that is refused changes nothing"
         assert (await of("bob").cancel("a")).state == "cancelled"
         await of("bob").delete("a")
-        assert not jobs.has("a")
+        assert "a" not in jobs.held
 
     _run(check())
 
@@ -234,7 +235,7 @@ def test_an_admin_ends_for_all_what_is_not_the_own(lab: Lab, people: People) -> 
         root = of("root", Role.admin)
         await root.cancel("a")
         await root.delete("a")
-        assert not jobs.has("a")
+        assert "a" not in jobs.held
         assert people.log.entries()[0].detail == "of alice, bob"
 
     _run(check())
@@ -268,10 +269,10 @@ def test_a_submission_and_the_last_deletion_at_once_leave_either_both_or_none(la
         for _ in range(10):
             await of("alice").submit("a")
             _, made = await asyncio.gather(of("alice").delete("a"), of("bob").submit("a"))
-            assert jobs.has(made.id)
+            assert made.id in jobs.held
             assert await _ids(of("bob")) == ["a"]
             await of("bob").delete("a")
-            assert not jobs.has("a")
+            assert "a" not in jobs.held
 
     _run(check())
 
@@ -286,7 +287,7 @@ def test_one_person_on_one_machine_has_all_jobs_and_deletes_them(people: People)
         await here.submit("a")
         assert await _ids(there) == ["a"]
         await there.delete("a")
-        assert not jobs.has("a")
+        assert "a" not in jobs.held
 
     _run(check())
 

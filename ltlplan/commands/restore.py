@@ -1,0 +1,26 @@
+"""`ltlplan restore`: a service's data from a backup, into a new folder."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ltlplan.commands.support.options import JsonOption
+
+
+def command(
+    backup: Annotated[Path, typer.Argument(help="File that `ltlplan backup` wrote.", show_default=False)],
+    data: Annotated[Path, typer.Option("--data", help="Folder to restore into: a new one, or an empty one.")],
+    json: JsonOption = False,
+) -> None:
+    """Restore a service's data. All sessions have ended, and tokens are made anew; look whether accounts were disabled since."""
+    from ltlplan.commands.support.terminal import print_json
+    from ltlplan.service.backups import restore
+
+    made = restore(backup.absolute(), data.absolute())
+    if json:
+        print_json({"jobs": made.jobs, "values": made.values, "bytes": made.bytes})
+        return
+    typer.echo(f"{made.jobs} jobs and {made.values} values are in {data}; serve them: ltlplan serve --data {data}")
