@@ -134,6 +134,7 @@ def require(kind: str) -> None:
 
 
 @few_of(1, "kind", WRITERS)
+@pytest.mark.slow
 def test_nothing_false_is_said_of_recordings_that_lost_what_was_flown(kind: str, tmp_path: Path) -> None:
     require(kind)
     for one in (hunt, hunt_run):

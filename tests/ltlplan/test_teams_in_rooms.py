@@ -62,6 +62,7 @@ def test_a_wall_is_flown_around() -> None:
     assert corner < least < corner + 0.12
 
 
+@pytest.mark.slow
 def test_a_small_mission_is_flown_within_twice_its_bounds() -> None:
     figure = measured(drawn(13))
     assert not figure.refusal

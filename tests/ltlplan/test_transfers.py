@@ -35,6 +35,7 @@ def nearest(transfer: Transfer) -> float:
     return min(float(np.linalg.norm(one - other, axis=1).min()) for one, other in pairs)
 
 
+@pytest.mark.slow
 def test_robots_that_stand_below_each_others_starts_get_to_their_own(certified) -> None:
     mission, team = certified
     places = {"one": (1.05, -0.5, 0.02), "two": (-1.0, -0.55, 0.0)}

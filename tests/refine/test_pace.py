@@ -218,6 +218,7 @@ def test_flights_that_turn_are_judged_and_faster_than_their_nominal_times(seed: 
         assert lasts(usual) < lasts(nominal)
 
 
+@pytest.mark.slow
 def test_only_pieces_that_turn_are_given_more_time() -> None:
     """It flies straight on for most of its way, then back beside it."""
     agents = {"q": Agent(start=(-2.5, 0.0, 1.0), heading="path")}

@@ -244,6 +244,7 @@ def test_robots_wait_in_the_middle_where_departures_do_not_suffice(heading: str,
         refine(Plan(mission=mission, robots=robots, precedences=circle), pace=pace)
 
 
+@pytest.mark.slow
 def test_witnesses_tighten_what_was_refused() -> None:
     plan = sequence_plan()
     base = refine(plan)["quad0"]

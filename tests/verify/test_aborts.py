@@ -222,6 +222,7 @@ def turning_brake(path: Trajectory, length: float) -> tuple[float, float, float]
 
 
 @few_of(1, "limit", ["yaw_rate_deg", "rotor_thrust_min", "rotor_thrust_max"])
+@pytest.mark.slow
 def test_yaw_rate_and_rotor_thrust_are_judged_as_sampled(limit: str) -> None:
     path = minimum_snap([(-1, 0, 1), (0.2, 0.9, 1.3), (0.9, -0.4, 0.8)], [1.9, 2.0])
     coefficients = path.coefficients.copy()

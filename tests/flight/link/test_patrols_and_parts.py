@@ -232,6 +232,7 @@ def pause_of(stages: tuple[Stage, ...]) -> float:
 
 
 @few_of(1, "kind", ["unseen", "pushed", "lost"])
+@pytest.mark.slow
 def test_what_fails_between_parts_ends_on_the_ground(parts, kind) -> None:
     when = pause_of(parts)
     faults = {"unseen": Faults(unseen={"r1": when}), "pushed": Faults(pushed={"r1": (when, 0.08)}), "lost": Faults(lost=when)}

@@ -11,6 +11,7 @@ import pytest
 from ltlplan.online.certified_team import CertifiedTeam
 from ltlplan.online.segment_planning import find_piece
 from ltlplan.online.simulated_online_flight import fly_online
+from tests.helpers.few import few_of
 from tests.helpers.timed_rooms import room
 from verify.data import BadInput, Mission
 from verify.data.events import HoopMoves, NewFormula, RobotLeaves, WorldEvent
@@ -24,7 +25,8 @@ def flown(mission: Mission, *events: WorldEvent):
     return fly_online(mission, certified=True, events=events, noise=0.001, max_seconds=60)
 
 
-@pytest.mark.parametrize(
+@few_of(
+    2,
     ("formula", "at"),
     [
         ("F[0,4.5] dock & F[0,9] G[0,2] shelf", 2.0),
@@ -70,6 +72,7 @@ def test_the_point_of_no_return_is_said_before_the_deadline() -> None:
     assert "Times and bounds count from" in held.sentence
 
 
+@pytest.mark.slow
 def test_who_stays_does_what_is_due_when_another_one_fails() -> None:
     mission = room(
         "F[0,20] dock & F[0,20] pit & F[0,25] shelf", more=", team: joint", agents="  quad1: {start: [1.0, 0.8, 1.0]}"

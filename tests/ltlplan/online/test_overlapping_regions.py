@@ -36,6 +36,7 @@ def test_a_team_that_shares_in_flight_begins_inside_them(case):
 
 
 @few_of(1, ("regions", "start", "joins", "formula"), JOINS)
+@pytest.mark.slow
 def test_a_robot_joins_inside_them_and_takes_its_part(regions, start, joins, formula):
     event = RobotJoins(time=1.0, robot="late", agent=Agent(start=joins))
     flight = Flight(overlapping(formula, start, regions=regions), events=[event])

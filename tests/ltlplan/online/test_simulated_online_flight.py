@@ -225,6 +225,7 @@ def least_distance(flight):
 
 
 @pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
+@pytest.mark.slow
 def test_a_robot_is_led_around_one_that_hovers_in_its_straight_way(seed):
     mission = parse_mission(HELD_UP)
     flight = fly_online(mission, seed=seed, max_seconds=40)

@@ -46,6 +46,7 @@ def timing(certified: Certified) -> list[str]:
     return [claim.outcome for claim in certified.certificate.claims if claim.name == "timing"]
 
 
+@pytest.mark.slow
 def test_a_patrol_is_flown_as_gently_as_its_bounds_allow() -> None:
     loose, tight = (patrol(f"G F[0,{most}] dock & G F[0,{most}] shelf") for most in (9, 2.5))
     assert timing(loose) == timing(tight) == ["holds", "holds"]

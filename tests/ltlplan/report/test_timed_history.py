@@ -48,6 +48,7 @@ def test_parts_stand_by_their_bounds() -> None:
     ]
 
 
+@pytest.mark.slow
 def test_the_list_of_what_is_to_do_names_the_true_formula() -> None:
     certified = flown()
     replay = replay_of(certified.plan, certified.team, certified.certificate)

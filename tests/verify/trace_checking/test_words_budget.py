@@ -90,6 +90,7 @@ def test_what_is_too_large_names_the_budget(formula: str, says: str) -> None:
         assert says in verdict.sentence
 
 
+@pytest.mark.slow
 def test_hundreds_of_conjuncts_are_one_question_each() -> None:
     words = random_team(0, 5)
     text = " & ".join(f"F a{i}" for i in range(400))

@@ -181,6 +181,7 @@ def test_deadlines_that_no_order_keeps_are_refused_with_the_least_that_is_missed
     assert "Without `F[0,0.9] shelf` or `F[0,0.8] dock` the others may be kept." in str(refused.value)
 
 
+@pytest.mark.slow
 def test_a_flight_that_is_late_in_all_orders_is_refused_with_what_would_have_to_be_given_up() -> None:
     with pytest.raises(NotCertified) as refused:
         certified_team(ltlplan.plan(room("F[0,1.2] shelf & F[0,1.2] dock")))

@@ -243,6 +243,7 @@ def test_a_meeting_is_planned_flown_and_certified(pace):
 
 
 @few_of(1, "robots", [12, 30])
+@pytest.mark.slow
 def test_of_many_robots_those_that_gather_wait_for_each_other_only(robots: int) -> None:
     made = plan(gathering(robots, "nominal"))
     crowd = [name for name, robot in made.robots.items() if robot.visits[0].region == "a"]
