@@ -36,6 +36,7 @@ def _run(name: str, group: str, question: str, mission: str = "", more: str = ""
 
 HOOPS = "Banks, Slovak, Coogan, Egerstedt, IROS 2019"
 FIRE = "Banks, Coogan, Egerstedt, 2022"
+SUN = "Sun, Chen, Mitra, Fan, IEEE RA-L 2022"
 PAPERS, PUBLISHED, SHAPES, TEAMS = "The papers' scenarios", "Published problems", "Worlds", "Teams"
 FLIGHT, JUDGED = "In flight", "Answers that are no"
 
@@ -45,12 +46,12 @@ ENTRIES = (
     _run("hoops-ltl", PAPERS, "How does one patrol hoop0 for ever, each time hoop2 before hoop1?", "hoops-ltl", source=f"{HOOPS}, Scenario 4.2"),
     _run("firefighting", PAPERS, "Who fetches water, and who visits which site, if smoke is never entered without water?", "firefighting",
          source=f"{FIRE}, Section 7"),
-    _run("wall-swap", PUBLISHED, "How do four robots change places through a gap of one metre, all at one height?", "wall-swap"),
-    _run("door-puzzle", PUBLISHED, "In which order are five keys fetched for the five doors on the way?", "door-puzzle"),
-    _run("wall-2", PUBLISHED, "Can the four change places within 6 s?", "wall-2"),
-    _run("doorpuzzle-1", PUBLISHED, "Can the doors be passed within 30 s?", "doorpuzzle-1"),
-    _run("rover-2", PUBLISHED, "Can two rovers observe and transmit in their windows?", "rover-2"),
-    _run("stlcg-1", PUBLISHED, "Can one be in b2 for 5 s, and in b3 for 5 s, all within 15 s?", "stlcg-1"),
+    _run("wall-swap", PUBLISHED, "How do four robots change places through a gap of one metre, all at one height?", "wall-swap", source=SUN),
+    _run("door-puzzle", PUBLISHED, "In which order are five keys fetched for the five doors on the way?", "door-puzzle", source=SUN),
+    _run("wall-2", PUBLISHED, "Can the four change places within 6 s?", "wall-2", source=SUN),
+    _run("doorpuzzle-1", PUBLISHED, "Can the doors be passed within 30 s?", "doorpuzzle-1", source=SUN),
+    _run("rover-2", PUBLISHED, "Can two rovers observe and transmit in their windows?", "rover-2", source=SUN),
+    _run("stlcg-1", PUBLISHED, "Can one be in b2 for 5 s, and in b3 for 5 s, all within 15 s?", "stlcg-1", source=f"{SUN}, after Leung et al. 2019"),
     _run("shapes", SHAPES, "Which shapes may a region have?"),
     _run("room-with-a-window", SHAPES, "How do two robots get through a wall with one window?"),
     _run("window-inspection", SHAPES, "How are four windows looked at from outside, around a house and a no-fly zone?", "window-inspection"),
