@@ -33,6 +33,7 @@ COMMANDS = {
     "automaton": "Show a formula's automaton, or a mission's systems.",
     "check": "Check words of a robot or a team against a formula.",
     "serve": "Serve planning over HTTP, with a page for the browser.",
+    "submit": "Submit a mission to a service, and wait for it.",
     "accounts": "List and change accounts of the service; who did what.",
     "backup": "Back up a service's data, while it runs.",
     "restore": "Restore a service's data from a backup.",
