@@ -4,7 +4,7 @@ A flight that is flown `stretch` times slower, with more hovers, comes to each e
 decides the flight that is refined so; here times are only chosen.
 
 Laps are written out one after another, as many as bounds look ahead: a hover within a lap counts once for each that was begun before an event.
-Teams hover in no lap, as these begin together: they are slowed as a whole.
+A team's laps begin together: each is as much longer as the robot hovers in it that hovers longest.
 """
 
 from __future__ import annotations
@@ -30,11 +30,13 @@ class Instant:
 
     Attributes:
         moving: s of flight before it, hovers left out.
-        hovers: For each place: which share of a hover there lies before it.
+        hovers: For each place: which share of a hover there lies before it; of a team those of earlier laps are left out.
+        laps: How many laps of a team are over.
     """
 
     moving: float
     hovers: Mapping[HoverPlace, float]
+    laps: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,12 +56,14 @@ class Presence:
         possible: The same of those in which it may show it.
         end: When its flight ends, or the laps that are written out.
         lap: When its first lap ends: what is asked for ever is asked up to then. None of a finite flight.
+        again: Where one of a team may hover in its laps.
     """
 
     sure: Mapping[str, tuple[Stay, ...]]
     possible: Mapping[str, tuple[Stay, ...]]
     end: Instant
     lap: Instant | None = None
+    again: tuple[HoverPlace, ...] = ()
 
 
 def laps_ahead(timelines: Mapping[str, Timeline], seconds: float) -> int:
@@ -105,7 +109,7 @@ def presence_of(plan: Plan, robot: str, timeline: Timeline, lasts: float, laps: 
         shown.setdefault(name, []).append((since, None))
     for name, spans in shown.items():
         sure[name] = possible[name] = tuple(clock.stay(*span) for span in spans)
-    return Presence(sure, possible, clock.instant(lasts, last=lap is None), lap)
+    return Presence(sure, possible, clock.instant(lasts, last=lap is None), lap, clock.again)
 
 
 def _spans(timeline: Timeline, region: str, *, sure: bool) -> Iterator[tuple[float | None, float | None]]:
@@ -127,14 +131,23 @@ def _spans(timeline: Timeline, region: str, *, sure: bool) -> Iterator[tuple[flo
 
 @dataclass(frozen=True)
 class _Clock:
-    """The times at which one robot rests at its visits, by which other times are told as flight and hovers."""
+    """The times at which one robot rests at its visits, by which other times are told as flight and hovers.
+
+    Attributes:
+        robot: Its name.
+        rests: Visits, and when it rests there, s.
+        held: For how long it hovers in this flight, s, by visit.
+        last: How many visits it makes.
+        period: How long a lap lasts, s.
+        laps: When a team's laps begin, s, the first visit of one robot's, and how much longer they are for their hovers, s; None of others.
+    """
 
     robot: str
     rests: tuple[tuple[int, float], ...]
     held: Mapping[int, float]
     last: int
-    hovers: bool
     period: float
+    laps: tuple[float, int, float] | None = None
 
     @classmethod
     def of(cls, plan: Plan, robot: str, timeline: Timeline) -> _Clock:
@@ -151,9 +164,27 @@ class _Clock:
         for hover in plan.hovers:
             if hover.robot == robot:
                 held[hover.visit] = held.get(hover.visit, 0.0) + hover.seconds
-        cycle = timeline.cycle
-        alone = cycle is None or len(plan.robots) == 1
-        return cls(robot, tuple(rests), held, len(rests), alone, 0.0 if cycle is None else float(timeline.duration - cycle))
+        cycle, laps = timeline.cycle, None
+        if cycle is not None and len(plan.robots) > 1:
+            begins = {name: other.cycle_visit or 0 for name, other in plan.robots.items()}
+            longer = [sum(h.seconds for h in plan.hovers if h.robot == name and h.visit >= at) for name, at in begins.items()]
+            laps = float(cycle), begins[robot], max(longer)
+            rests = [
+                (v, rest) for v, rest in rests if v >= begins[robot] or rest < cycle
+            ]  # a team that waits to begin hovers there
+        return cls(
+            robot,
+            tuple(rests),
+            held,
+            len(plan.robots[robot].visits),
+            0.0 if cycle is None else float(timeline.duration - cycle),
+            laps,
+        )
+
+    @property
+    def again(self) -> tuple[HoverPlace, ...]:
+        """Places in laps at which one of a team may hover."""
+        return () if self.laps is None else tuple((self.robot, visit) for visit, _ in self.rests if visit >= self.laps[1])
 
     def repeated(self, cycle_visit: int, laps: int) -> _Clock:
         """Return the clock of laps that are written out, each with its rests.
@@ -162,6 +193,8 @@ class _Clock:
             cycle_visit: The first visit of a lap.
             laps: How many.
         """
+        if self.laps is not None:
+            return self
         again = [(visit, rest + number * self.period) for number in range(1, laps) for visit, rest in self.rests[cycle_visit:]]
         return replace(self, rests=(*self.rests, *again))
 
@@ -170,12 +203,17 @@ class _Clock:
 
     def instant(self, time: float, *, last: bool = False) -> Instant:
         """Return a time of the flight as flight and hovers before it; `last` for its end."""
-        before = {(self.robot, -1): 1.0} if self.hovers else {}
-        for visit, rest in self.rests if self.hovers else ():
-            if rest < time + 1e-6:
-                share = 0.5 if abs(time - rest) < 1e-6 else 1.0
+        number, longer, local = 0, 0.0, time
+        if self.laps is not None:
+            begin, _, longer = self.laps
+            number = max(math.floor((time - begin + 1e-6) / self.period), 0)
+            local = time - number * self.period
+        before = {} if self.laps is not None and self.laps[1] == 0 else {(self.robot, -1): 1.0}
+        for visit, rest in self.rests:
+            if rest < local + 1e-6:
+                share = 0.5 if abs(local - rest) < 1e-6 else 1.0
                 before[self.robot, visit] = before.get((self.robot, visit), 0.0) + share
         if last:
             before |= {(self.robot, visit): 1.0 for visit in range(-1, self.last + 1)}
-        moving = time - sum(share * self.held.get(place[1], 0.0) for place, share in before.items())
-        return Instant(max(moving, 0.0), before)
+        moving = time - sum(share * self.held.get(place[1], 0.0) for place, share in before.items()) - number * longer
+        return Instant(max(moving, 0.0), before, number)

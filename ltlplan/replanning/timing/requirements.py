@@ -88,6 +88,7 @@ class Requirements:
         places = {place for presence in flight.values() for place in _places(presence)}
         for place in sorted(places):
             self._hovers[place] = self._variable(_REST if place in resting else 0.0, reach, worth=1.0)
+        self._longer = self._longer_laps([presence.again for presence in flight.values()])
         ends = [self.time(presence.end) for presence in flight.values()]
         self._flown = max(presence.end.moving for presence in flight.values())
         laps = [self.time(presence.lap) for presence in flight.values() if presence.lap is not None]
@@ -104,7 +105,20 @@ class Requirements:
         """Return a time of the flight."""
         shares = {self._stretch: instant.moving}
         shares.update({self._hovers[place]: share for place, share in instant.hovers.items()})
+        if instant.laps:
+            shares[self._longer] = float(instant.laps)
         return Time(0.0, shares)
+
+    def _longer_laps(self, again: Sequence[Sequence[HoverPlace]]) -> int:
+        """Return how much longer a team's laps are for their hovers: as the robot hovers that hovers longest."""
+        longer = Time(0.0, {self._variable(0.0, self._reach, worth=1.0): 1.0})
+        longest = [self._choice() for _ in again]
+        for places, chosen in zip(again, longest, strict=True):
+            hovered = Time(0.0, {self._hovers[place]: 1.0 for place in places})
+            self._before(hovered, longer)
+            self._before(longer, hovered, (chosen,))
+        self._one_of(longest, ())
+        return next(iter(longer.shares))
 
     def ask(self, formula: Formula, *, late: bool = False) -> None:
         """Ask that a formula holds of the flight.
@@ -359,3 +373,4 @@ def _is_absence(node: Formula, negated: bool) -> bool:
 
 def _places(presence: Presence) -> Iterator[HoverPlace]:
     yield from presence.end.hovers
+    yield from presence.again

@@ -142,3 +142,15 @@ def test_hovers_of_a_plan_are_flown_in_the_part_of_a_team_s_laps_that_they_belon
     _, within = lasts(Hover(robot="quad0", visit=len(robot.visits) - 1, seconds=2.0))
     assert before > once + 1.5
     assert within > again + 1.5
+
+
+def test_a_team_hovers_in_its_laps_for_dwells() -> None:
+    """Robots that visit more than one place hover where a dwell is asked for; laps of all are as long as those of the robot that needs longest."""
+    mission = room(
+        "G F[0,20] G[0,5] dock & G F[0,20] G[0,5] pit & G F[0,20] shelf", more=f", team: joint{INFINITE}", agents=ANOTHER
+    )
+    certified = certified_team(ltlplan.plan(mission))
+    begins = {name: robot.cycle_visit or 0 for name, robot in certified.plan.robots.items()}
+    assert any(hover.visit >= begins[hover.robot] for hover in certified.plan.hovers)
+    assert timing(certified) == ["holds"] * 3
+    assert {path.duration for path in certified.team.values()} == {certified.certificate.duration}
