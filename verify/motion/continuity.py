@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -61,7 +61,7 @@ def jumps(paths: TeamPaths, *, ends: bool = True, seams: Collection[int] = ()) -
         rows = slice(offset, offset + count)
         offset += count
         agent = paths.mission.agents[name]
-        worst: Jump | None = None
+        jumps: list[Jump] = []
         for order in range(4):
             part = derivatives[order]
             first, last = part[rows][..., 0], part[rows][..., -1]
@@ -89,25 +89,16 @@ def jumps(paths: TeamPaths, *, ends: bool = True, seams: Collection[int] = ()) -
             if not ends:
                 open_ends = [0] if trajectory.cycle is not None else [0, -1]
                 gap[open_ends], error[open_ends] = 0.0, 0.0
-            worst = _worse(worst, name, paths.knots[robot], order, gap, error)
+            jumps += _jumps(name, paths.knots[robot], order, gap, error)
             if cycle is not None and together and order:
                 begins = np.abs(after[cycle])[None], after_error[cycle][None] * (1 + 2.0**-40) + 1e-290
-                worst = _worse(worst, name, (paths.knots[robot][cycle],), order, *begins, where="where a lap begins")
-        assert worst is not None
-        result.append(worst)
+                jumps += _jumps(name, (paths.knots[robot][cycle],), order, *begins, where="where a lap begins")
+        result.append(max(jumps, key=lambda jump: jump.share))
     return result
 
 
-# seven parameters: the joints' sizes, and what a sentence about them says
-def _worse(
-    worst: Jump | None,
-    name: str,
-    knots: tuple[Fraction, ...],
-    order: int,
-    gap: Floats,
-    error: Floats,
-    where: str = "",
-) -> Jump | None:
+def _jumps(name: str, knots: tuple[Fraction, ...], order: int, gap: Floats, error: Floats, where: str = "") -> Iterator[Jump]:
+    """Yield the largest jump of a derivative at some joints, of position and of heading."""
     allowed = JUMPS[order]
     sizes = [(np.sqrt(((gap[:, :3] + error[:, :3]) ** 2).sum(1)) * (1 + 2.0**-40), (gap[:, :3] - error[:, :3]).max(1))]
     labels = [QUANTITIES[order]]
@@ -117,12 +108,9 @@ def _worse(
     for (high, low), label in zip(sizes, labels, strict=True):
         high = np.where(np.isnan(high), np.inf, high)
         at = int(np.argmax(high))
-        share = float(np.nextafter(high[at] / allowed, np.inf))
-        if worst is None or share > worst.share:
-            place = where or _named(at, len(high) - 1)
-            sure = float(np.nextafter(low[at] / allowed, -np.inf))
-            worst = Jump(name, share, sure, knots[at], f"{label} {place}", float(high[at]), allowed)
-    return worst
+        share, sure = float(np.nextafter(high[at] / allowed, np.inf)), float(np.nextafter(low[at] / allowed, -np.inf))
+        place = where or _named(at, len(high) - 1)
+        yield Jump(name, share, sure, knots[at], f"{label} {place}", float(high[at]), allowed)
 
 
 def _named(joint: int, last: int) -> str:
