@@ -14,7 +14,6 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 
 from ltlplan.paths.costs import for_mission
-from ltlplan.precedences import with_planned_waits
 from ltlplan.replanning.checked_plan import paced, plan_or_none
 from ltlplan.replanning.conflict_alternatives import fewer_in_a_region, no_other_words, without_a_leg_in_conflict
 from ltlplan.replanning.cuts import Candidate, Conflict, Flight, greatest_pace
@@ -28,6 +27,7 @@ from ltlplan.replanning.soft_alternatives import (
 )
 from ltlplan.replanning.timing.other_orders import in_another_order, no_other_order, shared_for_time
 from ltlplan.replanning.timing.timetable import timetable
+from ltlplan.search.orders.planned_words import with_planned_waits
 from verify.data import LtlplanError, Plan, Unsatisfiable
 from verify.data.plan import Hover
 from verify.data.sections import GENTLE

@@ -14,10 +14,10 @@ from typing import Any
 
 from ltlplan.allocation import Known, Leg
 from ltlplan.logic.budget import Budget
-from ltlplan.precedences import hold_under_precedences
 from ltlplan.replanning.checked_plan import legs_of, plan_or_none, plans_without
 from ltlplan.replanning.cuts import Candidate, Cut, CutKind, digest
 from ltlplan.replanning.refusal import Refusal
+from ltlplan.search.orders.planned_words import hold_under_precedences, systems_of_words
 from verify.data import Infeasible, LtlplanError, NotCertified, Plan, Witness
 from verify.data.choices import PLANNING_METHODS
 
@@ -101,7 +101,6 @@ def _first_flyable(others: Iterable[Candidate | None]) -> Candidate | None:
 def _held_letter(made: Plan) -> list[str]:
     """Return which letter breaks a formula of `own` that the words satisfy in a single order, and whether `joint` has a plan."""
     from ltlplan.search.explanations.held_letters import held_letter
-    from ltlplan.search.orders.planned_words import systems_of_words
 
     mission, systems = made.mission, systems_of_words(made)
     if mission.spec.team == "joint" or mission.spec.trace == "infinite" or systems is None or hold_under_precedences(made):

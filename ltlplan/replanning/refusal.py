@@ -8,9 +8,9 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal
 
 from ltlplan.paths.costs import with_expected_times
-from ltlplan.precedences import hold_under_precedences
 from ltlplan.replanning.cuts import Candidate, Conflict, Cut, CutKind, Flight
 from ltlplan.replanning.timing.timetable import Relaxation, relaxation_of
+from ltlplan.search.orders.planned_words import hold_under_precedences
 from verify.data import Infeasible, LtlplanError, NotCertified, Plan, Witness
 
 if TYPE_CHECKING:

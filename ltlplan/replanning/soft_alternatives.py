@@ -14,13 +14,13 @@ from collections.abc import Collection, Iterable, Iterator
 
 from ltlplan.allocation import Leg
 from ltlplan.planner import SEQUENCE
-from ltlplan.precedences import with_planned_waits
 from ltlplan.replanning.checked_plan import legs_of, plan, plan_or_none, plans_without
 from ltlplan.replanning.cuts import Candidate, less_wished
 from ltlplan.replanning.refusal import Refusal
 from ltlplan.replanning.soft_parts import KEPT, asking, is_timed, kept_by_plan, part_text
 from ltlplan.search.exact import under_precedences
 from ltlplan.search.lawler import Member
+from ltlplan.search.orders.planned_words import with_planned_waits
 from verify.data import Mission, Plan, Unsatisfiable, Witness
 from verify.data.choices import PLANNING_METHODS
 

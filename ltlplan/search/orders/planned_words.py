@@ -21,6 +21,36 @@ from verify.data.plan import Precedence
 from verify.data.sections import Action
 
 
+def with_planned_waits(plan: Plan) -> Plan | None:
+    """Return the plan with precedences that planning finds for its words, in the place of those that it has; None where that changes nothing.
+
+    The assignment stays as it is; one robot's event is put after another's.
+
+    Args:
+        plan: The plan whose trajectories were rejected.
+
+    Raises:
+        Unsatisfiable: The words satisfy the formula under no precedences, so that other words are needed.
+    """
+    if plan.mission.spec.trace == "infinite" or len(plan.robots) < 2 or plan.meetings:
+        return None
+    found = precedences_for(plan)
+    return None if not found or set(found) <= set(plan.precedences) else plan.model_copy(update={"precedences": found})
+
+
+def hold_under_precedences(plan: Plan) -> bool:
+    """Tell whether a plan's words may satisfy the formula under some precedences; if not, no flight of them does.
+
+    Args:
+        plan: The plan whose trajectories were refused.
+    """
+    try:
+        with_planned_waits(plan)
+    except Unsatisfiable:
+        return False
+    return True
+
+
 def precedences_for(plan: Plan) -> tuple[Precedence, ...] | None:
     """Return few precedences under which every team word of a plan's words satisfies the formula; None where that is not known.
 
