@@ -1,5 +1,8 @@
 """People of a service: who they are, what each may do, whose a job is, and who did what.
 
+Read `people` and `roles`, then `accounts` (`passwords`, `openid`), `sessions`, `job_references` and `user_jobs`; `administration` changes people, and `audit_log` lists
+what was done.
+
 **Tables** (`DATA/people.sqlite`, one file wherever the jobs are; `database`):
 
     accounts(name, role, password, temporary, issuer, subject, made, disabled)   password: an Argon2id hash; issuer and subject: OpenID Connect
