@@ -7,7 +7,7 @@ that does not do: then nobody rests in the way of those that are still flying.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from refine.coordination.conflict_intervals import Mover, cut_legs
 from refine.coordination.conflict_resolution import along, among, mover_of, paced, timed_faster
 from refine.coordination.departures import DepartureConflict, departures
-from refine.coordination.joint_bending import Beginning, bend_apart
+from refine.coordination.joint_bending import Beginning, Bent, bend_apart
 from refine.coordination.spacing import flight_of
 from refine.corridor.fitting import fit
 from refine.corridor.sampled_stays import violations
@@ -162,16 +162,14 @@ def _places(path: Spline, times: Floats) -> Floats:
 def _parted(problem: Problem, robots: dict[str, RobotFlight], starts: dict[str, float]) -> tuple[Team | DepartureConflict, int]:
     """Return a group whose robots swerve, as slowly as all of its limits ask for, or who came nearest to each other; and evaluations."""
     conflict, evaluations = DepartureConflict(("", ""), 0.0, 0.0), 0
-    for way in _TRIES:
-        if evaluations >= _EVALUATIONS:
-            break
-        movers = _movers(problem, robots, starts, way)
-        bent = bend_apart(movers, problem.spacing, way.beginning)
+    for movers, bent in _bends(problem, robots, starts):
         evaluations += bent.evaluations
         names = list(robots)
         nearest = names[bent.nearest[0]], names[bent.nearest[1]]
         conflict = DepartureConflict(nearest, max(bent.least, 0.0), bent.time)
         if bent.least < problem.spacing.distance:
+            if evaluations >= _EVALUATIONS:
+                break
             continue
         try:
             flown = [_along(problem, *each) for each in zip(robots.values(), movers, bent.points, strict=True)]
@@ -189,6 +187,14 @@ def _parted(problem: Problem, robots: dict[str, RobotFlight], starts: dict[str, 
                 return (team, begun), evaluations
             conflict = met[0]
     return conflict, evaluations
+
+
+def _bends(problem: Problem, robots: dict[str, RobotFlight], starts: dict[str, float]) -> Iterator[tuple[list[Mover], Bent]]:
+    """Yield a group's robots and points through which their paths may be bent, by one try after another."""
+    for way in _TRIES:
+        movers = _movers(problem, robots, starts, way)
+        for bent in bend_apart(movers, problem.spacing, way.beginning):
+            yield movers, bent
 
 
 def _movers(problem: Problem, robots: dict[str, RobotFlight], starts: dict[str, float], way: _Try) -> list[Mover]:

@@ -11,7 +11,7 @@ The sum only knows samples and asks for a few centimetres more than is needed: w
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -53,7 +53,7 @@ class Beginning:
     """Initial guess of the search for bent paths: straight paths that meet in one point have no direction to part in.
 
     Attributes:
-        swirl: Share of its length by which each path swings to its right, all turning one way as in a roundabout; 0.5 is half a circle.
+        swirl: Share of its length by which each path swings to one side, all turning one way as in a roundabout; 0.5 is half a circle.
         layers: Heights among which robots are shared out in turn.
         height: m between the lowest and the highest of them.
     """
@@ -82,8 +82,10 @@ class Bent:
     evaluations: int = 0
 
 
-def bend_apart(movers: Sequence[Mover], spacing: Spacing, beginning: Beginning) -> Bent:
-    """Return points for robots that keep apart at the times of their present paths.
+def bend_apart(movers: Sequence[Mover], spacing: Spacing, beginning: Beginning) -> Iterator[Bent]:
+    """Yield points for robots that keep apart at the times of their present paths: turning to one side, and to the other one.
+
+    Which comes first owes nothing to left and right.
 
     Args:
         movers: The robots; points that are not free stay where they are.
@@ -91,7 +93,19 @@ def bend_apart(movers: Sequence[Mover], spacing: Spacing, beginning: Beginning) 
         beginning: Where the search begins.
     """
     space = _Space(movers, spacing)
-    points = space.begun(beginning)
+    sides = (space.begun(replace(beginning, swirl=turn * beginning.swirl)) for turn in (1.0, -1.0))
+    for points in sorted(sides, key=space.rounded_sum):
+        yield bent_from(space, points, spacing.distance)
+
+
+def bent_from(space: _Space, points: Floats, distance: float) -> Bent:
+    """Return what is found from some points on.
+
+    Args:
+        space: The robots.
+        points: Shape (points, 3).
+        distance: m that robots keep.
+    """
     bent, evaluations = space.bent(points), 0
     for weight in _WEIGHTS:
         for _ in range(_LOOKS):
@@ -108,7 +122,7 @@ def bend_apart(movers: Sequence[Mover], spacing: Spacing, beginning: Beginning) 
             if found.nit < _STEPS:
                 break
         bent = space.bent(points)
-        if bent.least >= spacing.distance + CLEARANCE / 2:
+        if bent.least >= distance + CLEARANCE / 2:
             break
     return replace(bent, evaluations=evaluations)
 
@@ -162,6 +176,11 @@ class _Space:
             points[own] = np.clip(points[own], robot.corridor.low, robot.corridor.high)
         points[~self.free] = self._points[~self.free]
         return points
+
+    def rounded_sum(self, points: Floats) -> float:
+        """Return what is made least, rounded so that it is the same on any processor where sides are alike."""
+        total, _ = self.sum_and_slope(points[self.free].ravel(), self.near(points, _SKIN), _WEIGHTS[0])
+        return float(f"{total:.6g}")
 
     def near(self, points: Floats, skin: float) -> _Near:
         """Return who may come too near whom or what while points move less than half of `skin` m."""

@@ -20,7 +20,7 @@ CHANCE = 0.03
 """By how much paths that are improved by chance may differ: draws go to robots in the order in which they are listed, and are not mirrored."""
 IN_THE_WAY = 0.03
 """By how much a region may change a cost beside what it changes its bound: planned ways lead around all regions that they do not visit."""
-MIRRORED = 0.05
+MIRRORED = 0.01
 """By how much durations of a mission and of its mirror image may differ."""
 
 

@@ -17,7 +17,7 @@ from unittest import mock
 
 from ltlplan import load_mission, plan
 from ltlplan.pipeline import certified_team
-from refine.coordination import joint_avoidance
+from refine.coordination import joint_bending
 from refine.single_robot import time_optimised
 from refine.solvers import qp
 
@@ -61,9 +61,9 @@ def _counting() -> Iterator[Counter[str]]:
     with (
         mock.patch.object(qp, "nnls", counting("projections", qp.nnls, lambda _: 1)),
         mock.patch.object(
-            joint_avoidance,
-            "bend_apart",
-            counting("bending evaluations", joint_avoidance.bend_apart, lambda bent: bent.evaluations),
+            joint_bending,
+            "bent_from",
+            counting("bending evaluations", joint_bending.bent_from, lambda bent: bent.evaluations),
         ),
         mock.patch.object(
             time_optimised, "optimise", counting("time-optimal programmes", time_optimised.optimise, lambda _: 1)

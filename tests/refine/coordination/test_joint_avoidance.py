@@ -92,11 +92,13 @@ def test_bent_points_keep_what_is_not_free_and_the_distance() -> None:
     for name, robot in plan.robots.items():
         corridor = corridor_of(plan.mission, name, robot)
         movers.append(cut_legs(mover(corridor, fit(corridor), 0.0, frozenset()), [8]))
-    bent = bend_apart(movers, Spacing(0.4, 1.0), Beginning(0.02, 2, 0.2))
-    assert bent.least >= 0.4
-    for each, points in zip(movers, bent.points, strict=True):
-        assert np.array_equal(points[[0, -1]], each.path.nodes[[0, -1]])
-        assert not np.allclose(points[1:-1], each.path.nodes[1:-1], atol=0.01)
+    right, left = bend_apart(movers, Spacing(0.4, 1.0), Beginning(0.02, 2, 0.2))
+    for bent in (right, left):
+        assert bent.least >= 0.4
+        for each, points in zip(movers, bent.points, strict=True):
+            assert np.array_equal(points[[0, -1]], each.path.nodes[[0, -1]])
+            assert not np.allclose(points[1:-1], each.path.nodes[1:-1], atol=0.01)
+    assert not np.allclose(right.points[0], left.points[0], atol=0.01)
 
 
 @pytest.mark.slow
