@@ -17,5 +17,6 @@ EQUIVALENT: dict[str, str] = {
     "_cosine_and_sine: 2 -> 1 #1": "the angle is less another number of full turns, which changes neither sine nor cosine, and what Taylor's sums leave out is still added",
     "_scale: 2 -> 1 #3": "halving begins at twice the bound, and ends above it all the same",
     "_scale: 32 -> 33": "one halving more: the bound is still one, and lower by less than 2^-32 of itself",
+    "places_of: 1 -> 2": "one region more than are open cannot be chosen",
 }
 """By the fault's name."""

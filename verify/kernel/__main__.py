@@ -72,7 +72,7 @@ def statement_lines(statement: Statement) -> Iterator[str]:
     trace = f"laps for ever, of which {statement.repeat} are in the files" if statement.lasso else "a finite flight"
     yield f"  formula {show(statement.formula)} ({letters}; {trace})"
     for part in statement.timed or ():
-        yield f"  at time 0 on a reference clock, which differs from the others by no more: {show(part)}"
+        yield f"  at time 0 of a clock that differs from theirs by no more, last letters being held: {show(part)}"
     for key, value in statement._asdict().items():
         if key not in _SAID:
             yield from _lines(_WORDS.get(key, key.replace("_", " ")), value)

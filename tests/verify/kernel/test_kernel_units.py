@@ -320,6 +320,8 @@ def test_json_with_a_key_twice_is_refused() -> None:
     assert read_json('{"a": 1, "b": {"a": 2}}', "proof.json") == {"a": 1, "b": {"a": 2}}
     with pytest.raises(Refused, match=r"proof\.json has a key twice"):
         read_json('{"a": {"b": 1, "b": 2}}', "proof.json")
+    with pytest.raises(Refused, match=r"proof.json cannot be read: Expecting"):
+        read_json('{"a": ', "proof.json")
 
 
 def test_the_scale_of_a_quadric_is_its_greatest_eigenvalue_from_above() -> None:

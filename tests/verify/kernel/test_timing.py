@@ -26,7 +26,8 @@ from verify.data.language.counting import written_out
 from verify.data.language.formula import Formula
 from verify.data.language.formula_reader import parse_formula
 from verify.data.trajectory import Trajectory
-from verify.kernel.statement import Refused, Statement
+from verify.kernel.__main__ import statement_lines
+from verify.kernel.statement import Refused, Statement, read_statement
 from verify.kernel.team import Claim, Places
 from verify.kernel.timing import FOREVER, Times, check_timing, surely, until, within, without
 from verify.model_checking.timeline import Relations
@@ -288,4 +289,17 @@ def test_laps_are_not_covered() -> None:
     claims = checked(proof.statement, proof.evidence, tables(plan, team))
     assert [(one.name, one.missing) for one in claims if one.missing] == [
         ("timing", "bounds in seconds are not followed through laps")
+    ]
+
+
+def test_the_statement_is_printed_with_its_bounds() -> None:
+    plan, team = small_flight("deadlines")
+    statement = read_statement(prove(plan, team, judge(plan, team, largest=False)).statement)
+    lines = [line for line in statement_lines(statement) if "time 0" in line]
+    assert [line.partition(": ")[2] for line in lines] == [
+        "F[0,2.5] G[0,2] a",
+        "F[1,5.5] (count((a | b)) >= 2)",
+        "(!b U[0,2.5] r0.a)",
+        "G (r0.a -> F[0,4] b)",
+        "G[0,1.25] !(r0.a xor r1.b)",
     ]
