@@ -19,7 +19,7 @@ LONG = 0.8
 """s, length of a bump."""
 STEP = 0.2
 """s from one bump to the next."""
-TOGETHER = 6.0
+TOGETHER = 8.0
 """s over which residuals count together."""
 LEVEL = 0.95
 """Rate at which intervals hold what is true."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import dataclass, replace
+from typing import Protocol
 
 import numpy as np
 
@@ -75,6 +76,14 @@ def worst_errors(job: Job, part: tuple[str, Drag, range], report: Progress) -> F
     return peaks(reference, fleet, Chance(draws, job.sensor, air, len(cells)), report)
 
 
+class Blowing(Protocol):
+    """Air at every vehicle, one control step after the other."""
+
+    def after(self, draw: Floats, /) -> Floats:
+        """Return the air's velocity in the next control step, m/s, from standard normal draws. Shape (3, n)."""
+        ...
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class Chance:
     """Air and view of many flights, each cell's the same.
@@ -89,7 +98,7 @@ class Chance:
 
     draws: Draws
     sensor: MotionCapture
-    air: Air
+    air: Blowing
     cells: int
     noise: Floats | None = None
 

@@ -21,7 +21,8 @@ from flight.model.timing import CONTROL_STEP, STEP, SUBSTEPS
 from flight.monitoring.tube import stray_between_steps
 from flight.processes import Processes, Workers, count_of, shared
 from flight.rehearsal.batches import Job, worst_errors
-from flight.rehearsal.corners import fly_corners
+from flight.rehearsal.corners import Corners, fly_corners
+from flight.rehearsal.hunt import hunt, require_wind
 from flight.rehearsal.table import Cell, Rehearsal
 from flight.simulation_setup import is_whole, require_seed
 from verify.certificate import Certificate
@@ -49,6 +50,7 @@ class Combinations:
         drags: Of vehicles whose rotors' drag was not measured: the one that is simulated (`profile`), and the ends of its range (`least`,
             `most`). A team without such a vehicle is flown with the profile's alone.
         corners: Whether the corners of what is not known are flown as well; None: where a vehicle's profile says what that is (`uncertain`).
+        hunt: m/s, speed of winds that are made to push robots out of their tubes and are flown as well; None for no hunt.
         profiles: Of vehicles by their names, whose intervals are flown at the corners in place of the mission's own.
     """
 
@@ -59,6 +61,7 @@ class Combinations:
     drags: tuple[Drag, ...] = DRAGS
     corners: bool | None = None
     profiles: tuple[Vehicle, ...] = ()
+    hunt: float | None = None
 
     def __post_init__(self) -> None:
         for what, values in (
@@ -73,6 +76,8 @@ class Combinations:
             different = {Wind.parse(wind) for wind in self.winds} if values is self.winds else set(values)
             if not values or len(different) < len(values):
                 raise BadInput(f"a rehearsal needs at least one of its {what}, each once, not {values!r}.")
+        if self.hunt is not None:
+            require_wind(self.hunt)
         for name in self.controllers or ():
             CONTROLLERS.find(name)
         for drag in self.drags:
@@ -160,10 +165,12 @@ def rehearse(
     parts: list[tuple[str, Drag, range]] = [
         (name, drag, range(k, min(k + size, seed + runs))) for name, drag in teams for k in starts
     ]
-    ranged = any(airframe.vehicle.uncertain is not None for airframe in job.airframes)
-    corners = ranged if combinations.corners is None else combinations.corners
+    corners = combinations.corners
+    if corners is None:
+        corners = any(airframe.vehicle.uncertain is not None for airframe in job.airframes)
+    alone = not corners and combinations.hunt is None
     say = progress or silent
-    found = _flown(job, parts, workers, part_of(say, 0.0, 0.8) if corners else say)
+    found = _flown(job, parts, workers, say if alone else part_of(say, 0.0, 0.6))
     between = stray_between_steps(mission, planned_paths(mission, team), STEP) / min(*combinations.masses, 1.0)
     margin = None if cert is None else float(cert.margin)
     table: list[Cell] = []
@@ -184,18 +191,28 @@ def rehearse(
         profile=tuple(name or "geometric" for name in profile),
         cells=tuple(table),
         doubts=tuple(dict.fromkeys(airframe.doubt for airframe in job.airframes if airframe.doubt)),
-        corners=fly_corners(
-            mission,
-            team,
-            margin,
-            runs=min(runs, _CORNERED),
-            seed=seed,
-            profiles=combinations.profiles,
-            progress=part_of(say, 0.8, 1.0),
-        )
+        corners=_at_corners(plan, team, margin, combinations, (min(runs, _CORNERED), seed), part_of(say, 0.6, 0.8))
         if corners
         else None,
+        hunt=None
+        if combinations.hunt is None
+        else hunt(mission, team, margin, wind=combinations.hunt, seed=seed, progress=part_of(say, 0.8, 1.0)),
     )
+
+
+# six parameters: a team, and what is flown with it
+def _at_corners(
+    plan: Plan,
+    team: Mapping[str, Trajectory],
+    margin: float | None,
+    combinations: Combinations,
+    flights: tuple[int, int],
+    progress: Progress,
+) -> Corners:
+    """Fly the corners: so many flights of each, from a seed on."""
+    runs, seed = flights
+    profiles = combinations.profiles
+    return fly_corners(plan.mission, team, margin, runs=runs, seed=seed, profiles=profiles, progress=progress)
 
 
 def _teams(combinations: Combinations, airframes: Sequence[Airframe]) -> list[tuple[str, Drag]]:

@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from flight.rehearsal.corners import Corners
+from flight.rehearsal.hunt import Hunt
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,6 +56,7 @@ class Rehearsal:
         cells: Controller by controller, then by drag, mass, latency and wind.
         doubts: Sentences on what of the vehicles is a guess.
         corners: What was found at the corners of what is not known; None where they were not flown.
+        hunt: What was found by winds that are aimed; None where nothing was hunted.
     """
 
     mission: str
@@ -66,6 +68,7 @@ class Rehearsal:
     cells: tuple[Cell, ...]
     doubts: tuple[str, ...] = ()
     corners: Corners | None = None
+    hunt: Hunt | None = None
 
     @property
     def controllers(self) -> tuple[str, ...]:
@@ -98,7 +101,8 @@ class Rehearsal:
             meant = ", whom the margin is meant for," if name in self.profile else ""
             found.append(f"{name}{meant} stayed in the tube of {self.margin:g} m in {kept} of {len(cells)} cells; {farthest}")
         corners = () if self.corners is None else self.corners.sentences
-        return (*found, *self._of_drags(), *corners, *(doubt[:1].upper() + doubt[1:] for doubt in self.doubts))
+        hunted = () if self.hunt is None else (self.hunt.sentence,)
+        return (*found, *self._of_drags(), *corners, *hunted, *(doubt[:1].upper() + doubt[1:] for doubt in self.doubts))
 
     def _of_drags(self) -> list[str]:
         """Say at which end of drags that are a guess controllers leave a tube that they keep to with the profile's."""
@@ -147,6 +151,7 @@ class Rehearsal:
             "profile": list(self.profile),
             "doubts": list(self.doubts),
             **({} if self.corners is None else {"corners": self.corners.to_dict()}),
+            **({} if self.hunt is None else {"hunt": self.hunt.to_dict()}),
             "cells": [
                 {**asdict(cell), "worst": None if cell.worst == float("inf") else cell.worst, "inside": cell.inside}
                 for cell in self.cells

@@ -41,6 +41,9 @@ def command(
         list[Path] | None,
         typer.Option("--profile", help="Profile that `identify` wrote, for its vehicle's corners; several times."),
     ] = None,
+    hunt: Annotated[
+        float | None, typer.Option("--hunt", help="m/s: fly also in winds of this speed that are aimed against the loop.")
+    ] = None,
     noise: Annotated[str, typer.Option("--noise", help="Standard deviation of motion capture's positions, m.")] = "0.001",
     workers: Annotated[int, typer.Option("--workers", min=1, help="Processes; results do not depend on it.")] = 1,
     out: flight_options.OutOption = None,
@@ -66,6 +69,7 @@ def command(
         cast("tuple[Drag, ...]", tuple(drag or USUAL.drags)),  # another word is rejected there
         corners,
         tuple(read_profile(file) for file in profile or ()),
+        hunt,
     )
     cameras = MotionCapture.parse(noise)
     with simulating(out, REHEARSAL_FILES, quiet=json) as progress:
