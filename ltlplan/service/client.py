@@ -16,6 +16,7 @@ from ltlplan.recording_options import in_words
 from ltlplan.service.client_parts.flights_client import FlightsClient
 from ltlplan.service.client_parts.job_handle import Submitted
 from ltlplan.service.client_parts.people_client import PeopleClient
+from ltlplan.service.client_parts.stored_client import StoredClient
 from ltlplan.service.client_parts.transport import checked, job_of, segment, unpacked
 from ltlplan.service.models import Job, State, Whose
 from ltlplan.service.queries import zipped
@@ -38,7 +39,7 @@ _RECORDING = 400_000_000
 _YAML = {"content-type": "application/yaml"}
 
 
-class Client(FlightsClient, PeopleClient):
+class Client(FlightsClient, PeopleClient, StoredClient):
     """A service, by its address.
 
     Use it in a `with` statement, or call `close` at the end.

@@ -293,6 +293,46 @@ class Project(Told):
     jobs: int = 0
 
 
+class StoredMission(Told):
+    """A mission that is stored with all its versions.
+
+    Attributes:
+        id: Names it.
+        name: What its owner calls it.
+        owner: User who stored it first.
+        project: Its project; empty for none. In a shared one everybody sees it, and planners add versions.
+        tags: Words to find it by.
+        version: Number of its newest version, from 1.
+        changed: When that was stored, UTC, ISO 8601.
+        by: Who stored that.
+    """
+
+    id: int
+    name: str
+    owner: str
+    project: str = ""
+    tags: tuple[str, ...] = ()
+    version: int
+    changed: str
+    by: str
+
+
+class MissionVersion(Told):
+    """A version of a stored mission.
+
+    Attributes:
+        number: From 1 on.
+        user: Who stored it.
+        made: When, UTC, ISO 8601.
+        text: YAML as it was written; empty in lists.
+    """
+
+    number: int
+    user: str
+    made: str
+    text: str = ""
+
+
 class LogEntry(Told):
     """An entry of the log of who did what.
 

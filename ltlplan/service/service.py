@@ -12,7 +12,7 @@ from ltlplan.service import queries as asked
 from ltlplan.service.drafts import Drafts
 from ltlplan.service.event_inbox.flights import LiveFlights
 from ltlplan.service.metrics import Metrics
-from ltlplan.service.models import EventsAccepted
+from ltlplan.service.models import EventsAccepted, Job
 from ltlplan.service.people.openid import OpenId
 from ltlplan.service.people.people import People
 from ltlplan.service.people.roles import Action, Principal, require
@@ -85,6 +85,25 @@ class Service:
     def jobs_of(self, principal: Principal) -> UserJobs:
         """Return the jobs as a user has them."""
         return UserJobs(self.jobs, self.people, principal)
+
+    async def plan_stored(self, principal: Principal, mission: int, number: int, *, seed: int | None = None) -> Job:
+        """Submit a version of a stored mission, in its project.
+
+        Args:
+            principal: Who does.
+            mission: The stored mission's id.
+            number: The version's number.
+            seed: Source of every draw, instead of the mission's own.
+
+        Raises:
+            Forbidden: The role is not enough.
+            LtlplanError: As `StoredMissions.version` and `UserJobs.submit`.
+        """
+        require(principal, Action.PLAN)
+        stored = await asyncio.to_thread(self.people.missions.get, principal, mission)
+        version = await asyncio.to_thread(self.people.missions.version, principal, mission, number)
+        asked = await self.mission(version.text, who=principal.client)
+        return await self.jobs_of(principal).submit(asked, seed=seed, project=stored.project or None)
 
     async def tell(self, principal: Principal, flight: str, text: str) -> EventsAccepted:
         """Tell a flight events, as somebody who may; as `LiveFlights.tell`. The log has it before the flight does.

@@ -199,3 +199,32 @@ class ProjectChange(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     shared: bool = Field(description="whether everybody sees its jobs")
+
+
+class MissionStore(BaseModel):
+    """A mission, to be stored."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    name: Annotated[str, Field(max_length=100)]
+    text: str = Field(description="YAML; it may have faults")
+    project: Annotated[str, Field(max_length=60)] = ""
+    tags: Annotated[tuple[str, ...], Field(max_length=20)] = ()
+
+
+class MissionSave(BaseModel):
+    """A version of a stored mission, to be saved."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    text: str = Field(description="YAML; it may have faults")
+    after: int = Field(description="number of the version that it was made of", ge=1)
+
+
+class MissionChange(BaseModel):
+    """Changes of a stored mission that are none of its text."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    project: Annotated[str | None, Field(max_length=60)] = None
+    tags: Annotated[tuple[str, ...] | None, Field(max_length=20)] = None

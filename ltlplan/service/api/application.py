@@ -14,13 +14,16 @@ from starlette.exceptions import HTTPException
 from starlette.routing import Match
 
 import ltlplan
-from ltlplan.service.api import about, flights, jobs, live, login, missions, people
+from ltlplan.service.api import about, flights, jobs, live, login, missions, people, stored
 from ltlplan.service.api.answers import (
     AccountAdded,
     AccountChange,
     LiveAnswers,
     LiveBegin,
     LiveEnd,
+    MissionChange,
+    MissionSave,
+    MissionStore,
     ProjectChange,
     TokenAdded,
     WordsRequest,
@@ -67,7 +70,19 @@ _OF_STATUS: dict[int, type[LtlplanError]] = {
     500: InternalError,
 }
 
-_READ = (WordsRequest, LiveBegin, LiveAnswers, LiveEnd, TokenAdded, AccountAdded, AccountChange, ProjectChange)
+_READ = (
+    WordsRequest,
+    LiveBegin,
+    LiveAnswers,
+    LiveEnd,
+    TokenAdded,
+    AccountAdded,
+    AccountChange,
+    ProjectChange,
+    MissionStore,
+    MissionSave,
+    MissionChange,
+)
 """Values that routes read by themselves."""
 _FIRST_PAGE = 0.5
 """s that the first page has to itself, before other things are loaded."""
@@ -106,7 +121,7 @@ def application(service: Service) -> FastAPI:
         dependencies=[Depends(decide)],
     )
     app.state.service, app.state.streams = service, Streams(service.settings.limits)
-    for routes in (missions, jobs, flights, live, people, login, about):
+    for routes in (missions, stored, jobs, flights, live, people, login, about):
         app.include_router(routes.router)
     about.add_documentation(app)
     with_schema(app, (*_READ, Event))

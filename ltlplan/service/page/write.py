@@ -10,6 +10,7 @@ from ltlplan.missions import shipped_mission_text, shipped_missions, template_te
 from ltlplan.service.page import checking
 from ltlplan.service.page.drafted import Drafted
 from ltlplan.service.page.elements import Editor, Words, World, box, button, say
+from ltlplan.service.page.stored import Stored
 from verify.data import LtlplanError, MissionError
 
 if TYPE_CHECKING:
@@ -32,7 +33,7 @@ class _Writing:
             Words("span", "Start from", "soft")
             for name in (*shipped_missions(), _BLANK):
                 button(name, lambda name=name: self.start_from(name), "quiet")
-            drafts = box("drafts")
+            drafts, stored = box("drafts"), box("stored")
         with box("writing"):
             with box("mission"):
                 self.editor = Editor("The mission, as YAML", language="YAML", on_text=self.typed, on_submit=self.submit)
@@ -54,8 +55,12 @@ class _Writing:
                         self.pace_text = ""
                         self.pace.on("input", self._pace_typed, js_handler="(event) => emit(event.target.value)")
                     Words("span", "Ctrl-Enter in the editor plans, too.", "soft hint")
+                self.stored = Stored(desk, lambda: self.editor.text, self.write)
+                self.stored.draw_saving()
             with drafts:
-                self.drafted = Drafted(desk, self.editor, self.show)
+                self.drafted = Drafted(desk, self.editor, self._open_draft)
+            with stored:
+                self.stored.draw_list()
             with box("beside"):
                 Words("h2", "Formula")
                 self.formula = Editor(
@@ -77,11 +82,17 @@ class _Writing:
         """Begin with a shipped mission, or with a blank one; what was written stays among the drafts."""
         text = template_text("my-mission", alone=True) if name == _BLANK else shipped_mission_text(name)
         self.drafted.begin()
+        self.stored.close()
         await self.show(text, own=False)
 
     async def write(self, text: str) -> None:
         """Begin another draft with a text; what was written stays among the drafts."""
         self.drafted.begin()
+        self.stored.close()
+        await self.show(text)
+
+    async def _open_draft(self, text: str) -> None:
+        self.stored.close()
         await self.show(text)
 
     async def show(self, text: str, *, own: bool = True) -> None:

@@ -10,6 +10,8 @@ what was done.
     job_references(job, user, project, made)           a computation is shared by key, a job is somebody's reference to it
     projects(name, owner, shared, made)                a reference is private unless its project is shared
     leaving(job)                                       jobs whose last reference went, until they are deleted
+    missions(id, name, owner, project, tags, made)     stored missions, and all their versions
+    mission_versions(mission, number, text, user, made)
     log(number, time, user, role, action, object, detail)
 
 Tokens stay in `DATA/tokens.json`: programs have them, and the command line changes them. A user is a name: of an account, or of a token that belongs to none.

@@ -21,14 +21,12 @@ from verify.data.errors import BadInput
 from verify.data.storage.safe_reading import parse_json, read_bytes
 
 FILE = "people.sqlite"
-FORMAT = 1
-"""Version of the tables."""
 PATIENCE = 5.0
 """s that a file that others hold is waited for."""
 EARLIER_SESSIONS = "sessions.json"
 """File of sessions of version 0.2.0, taken over and removed."""
 
-_TABLES = """
+_PEOPLE = """
 CREATE TABLE accounts (
     name TEXT PRIMARY KEY COLLATE NOCASE, role TEXT NOT NULL, password TEXT, temporary INTEGER NOT NULL DEFAULT 0, issuer TEXT, subject TEXT,
     made TEXT NOT NULL, disabled TEXT, UNIQUE (issuer, subject)
@@ -44,6 +42,19 @@ CREATE TABLE log (
 );
 CREATE TABLE facts (name TEXT PRIMARY KEY, value TEXT NOT NULL);
 """
+_MISSIONS = """
+CREATE TABLE missions (
+    id INTEGER PRIMARY KEY AUTOINCREMENT, name TEXT NOT NULL, owner TEXT NOT NULL, project TEXT NOT NULL, tags TEXT NOT NULL, made TEXT NOT NULL,
+    UNIQUE (owner, name)
+);
+CREATE TABLE mission_versions (
+    mission INTEGER NOT NULL, number INTEGER NOT NULL, text TEXT NOT NULL, user TEXT NOT NULL, made TEXT NOT NULL, PRIMARY KEY (mission, number)
+);
+"""
+_STEPS = (_PEOPLE, _MISSIONS)
+"""What each format has more than the one before."""
+FORMAT = len(_STEPS)
+"""Version of the tables."""
 _MOST_BYTES = 20_000_000
 
 
@@ -131,12 +142,13 @@ class PeopleDatabase:
         connection.execute("BEGIN IMMEDIATE")
         try:
             (found,) = connection.execute("PRAGMA user_version").fetchone()
-            if found < FORMAT:  # another process may have been first
-                for statement in filter(str.strip, _TABLES.split(";")):
+            for step in _STEPS[found:]:  # another process may have been first
+                for statement in filter(str.strip, step.split(";")):
                     connection.execute(statement)
+            if found == 0:
                 insert = "INSERT INTO sessions (digest, owner, token, began, ends) VALUES (?, ?, ?, '', ?)"
                 connection.executemany(insert, _earlier_sessions(self.folder / EARLIER_SESSIONS))
-                connection.execute(f"PRAGMA user_version = {FORMAT}")
+            connection.execute(f"PRAGMA user_version = {FORMAT}")
             connection.execute("COMMIT")
         except BaseException:
             connection.execute("ROLLBACK")

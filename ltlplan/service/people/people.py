@@ -11,6 +11,7 @@ from ltlplan.service.people.database import PeopleDatabase
 from ltlplan.service.people.job_references import References
 from ltlplan.service.people.roles import LOCAL, Principal, Role, role_of
 from ltlplan.service.people.sessions import Sessions
+from ltlplan.service.people.stored_missions import StoredMissions
 from ltlplan.service.problems import Conflict, Forbidden
 from ltlplan.service.security.tokens import DEFAULT_ROLE, Tokens
 from verify.data.errors import BadInput
@@ -28,6 +29,7 @@ class People:
         sessions: Browsers that are logged in.
         log: Log of who did what.
         references: Whose jobs are whose.
+        missions: Stored missions.
     """
 
     tokens: Tokens
@@ -37,11 +39,13 @@ class People:
     sessions: Sessions = field(init=False)
     log: AuditLog = field(init=False)
     references: References = field(init=False)
+    missions: StoredMissions = field(init=False)
 
     def __post_init__(self) -> None:
         self.database = PeopleDatabase(self.tokens.folder)
         self.accounts, self.log = Accounts(self.database), AuditLog(self.database)
         self.sessions, self.references = Sessions(self.database, self.tokens), References(self.database)
+        self.missions = StoredMissions(self.database, self.references, self.log)
 
     @property
     def needed(self) -> bool:

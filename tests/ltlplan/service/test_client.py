@@ -247,3 +247,18 @@ def test_an_export_that_takes_long_is_followed(client: Client, done: Submitted, 
     assert answers[0] == 202
     client.export(done, tmp_path / "out", "ros2", rate=23.0, force=True)
     assert all((tmp_path / "out" / name).read_bytes() == data for name, data in unpacked(packed).items())
+
+
+def test_stored_missions_from_afar(client: Client) -> None:
+    first = client.store_mission("afar", ONE_HOOP, tags=("test",))
+    second = client.save_mission(first, ONE_HOOP.replace("one-hoop", "two-hoops"))
+    assert (second.version, client.mission_text(second, 1), len(client.mission_history(second))) == (2, ONE_HOOP, 2)
+    assert "+name: two-hoops" in client.mission_difference(second, 1, 2)
+    with pytest.raises(Conflict, match="saved version 2 meanwhile"):
+        client.save_mission(first, "name: lost")
+    changed = client.change_mission(second, tags=("test", "race"))
+    assert client.stored_missions("two-hoops", tag="race") == (changed,)
+    assert client.plan_version(changed, 1).wait().id == client.submit_text(ONE_HOOP).id
+    client.delete_mission(changed)
+    with pytest.raises(NotFound):
+        client.mission_text(changed)

@@ -98,7 +98,9 @@ def test_the_pace_that_is_typed_is_the_submitted_missions(typed: str, pace: floa
         return None
 
     jobs = SimpleNamespace(submit=submit)
-    service: Any = SimpleNamespace(jobs_of=lambda _: jobs, mission=mission, questions=SimpleNamespace(ask=None))
+    service: Any = SimpleNamespace(
+        jobs_of=lambda _: jobs, mission=mission, questions=SimpleNamespace(ask=None), people=SimpleNamespace(missions=None)
+    )
     desk = Desk(service, client, HERE)
     vars(desk)["open"] = nothing
     writing = _Writing(desk)

@@ -1,0 +1,248 @@
+"""Stored missions where missions are written: found and opened, saved as versions, with who changed what when."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Awaitable, Callable
+from typing import TYPE_CHECKING, Any
+
+from nicegui import ui
+
+from ltlplan.service.page.elements import Part, Words, box, button, say
+from ltlplan.service.people.roles import Action
+from ltlplan.service.problems import Conflict
+from verify.data import LtlplanError
+
+if TYPE_CHECKING:
+    from nicegui.element import Element
+
+    from ltlplan.service.models import MissionVersion, StoredMission
+    from ltlplan.service.page.session_state import Desk
+
+_LISTED = 30
+_NONE = "None is stored yet. Write a mission, give it a name below, and save it."
+_NOT_FOUND = "No stored mission has this in its name, tags or text."
+
+
+class Stored:
+    """The stored missions of who has a page open.
+
+    Args:
+        desk: What the person has open.
+        text: Returns what is written at the moment.
+        opened: Shows a text as another draft.
+    """
+
+    def __init__(self, desk: Desk, text: Callable[[], str], opened: Callable[[str], Awaitable[None]]) -> None:
+        self._desk, self._text, self._opened = desk, text, opened
+        self._missions = desk.service.people.missions
+        self.current: StoredMission | None = None
+        self._name, self._wanted = "", ""
+
+    def draw_list(self) -> None:
+        """Draw what opens a stored mission."""
+        with box(tag="details") as details:
+            Words("summary", "Stored")
+            with box("found"):
+                search = (
+                    ui.element("input")
+                    .props('type=search aria-label="Search stored missions" placeholder="search"')
+                    .classes("search")
+                )
+                search.on(
+                    "input", self._search, js_handler="(event) => emit(event.target.value)", throttle=0.3, leading_events=False
+                )
+                self._list = Part(box())
+        details.on(
+            "toggle", lambda _event: self._guarded(self.refresh()), js_handler="(event) => { if (event.target.open) emit(); }"
+        )
+
+    def draw_saving(self) -> None:
+        """Draw what saves a version."""
+        self._place = box("saving", tag="form")
+        with self._place:
+            with box(tag="label"):
+                Words("span", "stored as")
+                self._field = (
+                    ui.element("input").props('maxlength=60 autocomplete=off placeholder="a name"').classes("stored-name")
+                )
+                self._field.on("input", self._typed, js_handler="(event) => emit(event.target.value)")
+            if self._desk.may(Action.PLAN):
+                button("Save", self._save, "quiet")
+            self._history_button = button("History", self._history, "quiet")
+            self._history_button.set_visibility(False)
+            self._said = Words("span", "", "soft").props("role=status")
+        self._place.on("submit", self._save, js_handler="(event) => { event.preventDefault(); emit(); }")
+
+    def close(self) -> None:
+        """Look at no stored mission any more: another text is written."""
+        self._set(None)
+
+    def _typed(self, event: Any) -> None:  # of any type: NiceGUI's events carry what the browser sends
+        self._name = str(event.args).strip()
+
+    async def _search(self, event: Any) -> None:  # of any type: NiceGUI's events carry what the browser sends
+        self._wanted = str(event.args).strip()
+        await self._guarded(self.refresh())
+
+    async def refresh(self) -> None:
+        """List the stored missions again."""
+        found = await asyncio.to_thread(lambda: self._missions.listed(self._desk.principal, search=self._wanted))
+        self._list.show((self._wanted, found), lambda: self._draw(found))
+
+    def _draw(self, found: tuple[StoredMission, ...]) -> None:
+        if not found:
+            Words("p", _NOT_FOUND if self._wanted else _NONE, "soft")
+        with box(tag="ul"):
+            for each in found[:_LISTED]:
+                with (
+                    box(tag="li"),
+                    button("", lambda each=each: self._guarded(self._open(each)), "quiet", label=f"Open {each.name}"),
+                ):
+                    Words("b", each.name)
+                    Words("small", f" version {each.version} by {each.by}, {_when(each.changed)}{_where(each)}", "soft")
+
+    async def _open(self, mission: StoredMission, number: int | None = None) -> None:
+        found = await asyncio.to_thread(self._missions.version, self._desk.principal, mission.id, number or mission.version)
+        await self._opened(found.text)
+        self._set(mission)
+
+    def _set(self, mission: StoredMission | None) -> None:
+        self.current, self._name = mission, "" if mission is None else mission.name
+        self._desk.client.run_javascript(f"getHtmlElement({self._field.id}).value = {self._name!r}")
+        self._history_button.set_visibility(mission is not None)
+        self._said.set_text("" if mission is None else f"version {mission.version} by {mission.by}{_where(mission)}")
+
+    async def _save(self, _event: object = None) -> None:
+        await self._guarded(self._saved())
+
+    async def _saved(self) -> None:
+        text, who, mission, name = self._text(), self._desk.principal, self.current, self._name
+        try:
+            if mission is not None and name == mission.name:
+                made = await asyncio.to_thread(lambda: self._missions.save(who, mission.id, text, after=mission.version))
+            else:
+                made = await asyncio.to_thread(lambda: self._missions.store(who, name, text))
+        except Conflict as error:
+            present = await asyncio.to_thread(lambda: self._present(name))
+            if present is not None:
+                self._set(present)
+                raise Conflict(
+                    f"{error} Look at the History; Save once more puts yours after version {present.version}."
+                ) from None
+            raise
+        self._set(made)
+        await self.refresh()
+
+    def _present(self, name: str) -> StoredMission | None:
+        """Return the stored mission that a save was about, as it is now."""
+        if self.current is not None and name == self.current.name:
+            return self._missions.get(self._desk.principal, self.current.id)
+        own = self._missions.listed(self._desk.principal, search=name)
+        return next((each for each in own if each.name == name and each.owner == self._desk.principal.user), None)
+
+    async def _history(self) -> None:
+        await self._guarded(self._show_history())
+
+    async def _show_history(self) -> None:
+        if self.current is None:
+            return
+        mission = await asyncio.to_thread(self._missions.get, self._desk.principal, self.current.id)
+        versions = await asyncio.to_thread(self._missions.versions, self._desk.principal, mission.id)
+        with self._place, ui.dialog() as dialog, box("dialog history"):
+            Words("h2", mission.name)
+            if self._desk.may(Action.PLAN) and (mission.owner == self._desk.principal.user or self._desk.principal.sees_all):
+                self._about(mission)
+            changes = Part(box("changes"))
+            with box("scroll"), box(tag="table"), box(tag="tbody"):
+                for each in versions:
+                    with box(tag="tr"):
+                        self._version(mission, each, dialog, changes)
+            with box("row"):
+                button("Close", dialog.close)
+        dialog.open()
+
+    def _version(self, mission: StoredMission, version: MissionVersion, dialog: ui.dialog, changes: Part) -> None:
+        Words("td", f"version {version.number}")
+        Words("td", version.user)
+        Words("td", _when(version.made), "soft")
+
+        async def opened() -> None:
+            dialog.close()
+            await self._guarded(self._open(mission, version.number))
+
+        async def planned() -> None:
+            dialog.close()
+            await self._guarded(self._plan(mission, version.number))
+
+        async def shown() -> None:
+            told = await asyncio.to_thread(
+                self._missions.difference, self._desk.principal, mission.id, version.number - 1, version.number
+            )
+            changes.show(told, lambda: _difference(told))
+
+        with box(tag="td"), box("row"):
+            label = f"version {version.number}"
+            button("Changes", lambda: self._guarded(shown()), "quiet", label=f"Changes of {label}")
+            button("Open", opened, "quiet", label=f"Open {label}")
+            if self._desk.may(Action.PLAN):
+                button("Plan", planned, "quiet", label=f"Plan {label}")
+
+    def _about(self, mission: StoredMission) -> None:
+        """Show the mission's project and tags, and let them be others."""
+
+        def field(label: str, value: str, act: Callable[[str], Awaitable[None]]) -> None:
+            with box(tag="label"):
+                Words("span", f"{label} ", "soft")
+                made = ui.element("input").props("maxlength=200 autocomplete=off")
+                made.props["value"] = value
+            made.on(
+                "change",
+                lambda event: self._guarded(act(str(event.args).strip())),
+                js_handler="(event) => emit(event.target.value)",
+            )
+
+        async def moved(project: str) -> None:
+            who = self._desk.principal
+            self._set(await asyncio.to_thread(lambda: self._missions.change(who, mission.id, project=project)))
+
+        async def tagged(tags: str) -> None:
+            who = self._desk.principal
+            self._set(await asyncio.to_thread(lambda: self._missions.change(who, mission.id, tags=tuple(tags.split()))))
+
+        async def deleted() -> None:
+            await asyncio.to_thread(self._missions.delete, self._desk.principal, mission.id)
+            self._set(None)
+            await self.refresh()
+
+        with box("row"):
+            field("Project", mission.project, moved)
+            field("Tags", " ".join(mission.tags), tagged)
+            button("Delete it", lambda: self._guarded(deleted()), "quiet danger")
+
+    async def _plan(self, mission: StoredMission, number: int) -> None:
+        job = await self._desk.service.plan_stored(self._desk.principal, mission.id, number)
+        await self._desk.open(job.id, "plan")
+
+    async def _guarded(self, work: Awaitable[None]) -> None:
+        try:
+            await work
+        except LtlplanError as error:
+            with self._place:
+                say(error)
+
+
+def _difference(told: str) -> Element:
+    with box("difference scroll", tag="pre") as place:
+        for line in told.splitlines()[2:] or ["nothing changed"]:
+            kind = {"+": "added", "-": "removed", "@": "soft"}.get(line[:1], "")
+            Words("span", line + "\n", kind)
+    return place
+
+
+def _where(mission: StoredMission) -> str:
+    return (f", in {mission.project}" if mission.project else "") + "".join(f" #{tag}" for tag in mission.tags)
+
+
+def _when(time: str) -> str:
+    return f"{time[:16].replace('T', ' ')} UTC"
