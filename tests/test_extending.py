@@ -8,9 +8,11 @@ from __future__ import annotations
 
 import os
 import re
+import shutil
 import subprocess
 import sys
 import tomllib
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -69,12 +71,57 @@ def test_the_example_does_what_the_page_says(section: str, package: Path, tmp_pa
                 assert line in printed, command
 
 
+def groups(change: str) -> Iterator[tuple[list[str], list[str]]]:
+    """Yield the lines that a change takes out, and those that it puts in, place by place; other lines part the places."""
+    for place in re.split(r"^ .*\n", change, flags=re.MULTILINE):
+        lines = place.splitlines()
+        if lines:
+            yield [line[1:] for line in lines if line.startswith("-")], [line[1:] for line in lines if line.startswith("+")]
+
+
+def before(lines: list[str], change: str) -> list[str]:
+    """Return a file's lines as they were before a change."""
+    result, at = list(lines), 0
+    for out, into in groups(change):
+        at = next(k for k in range(at, len(result)) if result[k : k + len(into)] == into)
+        result[at : at + len(into)] = out
+    return result
+
+
+CHANGES = [(name, text) for language, name, text in BLOCK.findall(PAGE) if language == "diff"]
+
+
 def test_what_the_page_shows_as_changed_stands_in_the_code() -> None:
-    changes = [(name, text) for language, name, text in BLOCK.findall(PAGE) if language == "diff"]
-    assert changes
-    for name, text in changes:
+    assert CHANGES
+    for name, text in CHANGES:
         lines = (ROOT / name).read_text(encoding="utf-8").splitlines()
-        assert [line for line in text.splitlines() if (line[1:] in lines) != line.startswith("+")] == []
+        assert [line for line in text.splitlines() if (line[1:] in lines) == line.startswith("-")] == []
+
+
+@pytest.mark.slow
+def test_without_the_changes_there_is_no_such_operator_and_all_else_goes_on(tmp_path: Path) -> None:
+    shutil.copytree(ROOT / "verify", tmp_path / "verify")
+    for name, text in CHANGES:
+        lines = (ROOT / name).read_text(encoding="utf-8").splitlines()
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text("\n".join(before(lines, text)) + "\n", encoding="utf-8")
+    script = """
+from verify.data import FormulaError, parse_formula
+from verify.testing.drawn_words import formulas
+assert str(parse_formula("G count(a) <= 2 & each(F b) & some(a)"))
+try:
+    parse_formula("ever(a) <= 1")
+except FormulaError:
+    print("unknown")
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", script],
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": str(tmp_path)},
+        capture_output=True,
+        text=True,
+    )
+    assert done.stdout == "unknown\n", done.stderr
 
 
 def test_the_table_lists_every_example_and_every_group() -> None:

@@ -15,7 +15,7 @@ from ltlplan.logic.conjunction import Conjunction, conjunct_automata
 from ltlplan.logic.determinisation import intersection, minimise
 from ltlplan.logic.small_automata import small_automaton
 from verify.data import BadInput, Formula, parse_formula
-from verify.data.language.formula import check_formula
+from verify.data.language.formula import WRITTEN_OUT, check_formula
 
 EXPLICIT_STATES = 1024  # products of conjuncts up to which `translate` writes one automaton down
 
@@ -47,7 +47,7 @@ def translate(
         TooLarge: A budget did not suffice.
     """
     value = parse_formula(formula) if isinstance(formula, str) else check_formula(formula)
-    if (node := next((node for node in value.nodes() if node.operator in ("all", "some", "ever", "each")), None)) is not None:
+    if (node := next((node for node in value.nodes() if node.operator in WRITTEN_OUT), None)) is not None:
         raise BadInput(
             f"`{node}` depends on how many robots there are; give a mission, or write it with `count(...)` or robots' names."
         )

@@ -142,7 +142,7 @@ def _after(node: Formula, letter: Letter) -> Formula:
             return _and(_after(parts[1], letter), _or(_after(parts[0], letter), node))
         case "X" | "X[!]":
             raise NotCertified("a mission's formula has no X, so none can be left.")
-        case "all" | "some" | "ever" | "each":
+        case _:
             raise BadInput(
                 f"`{node}` depends on how many robots there are; what is left of a formula is asked of one that is written out."
             )

@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from ltlplan.free_space.free_space import FreeSpace, Place
 from ltlplan.systems.region_labels import Layout
 from verify.data import Formula, Mission, parse_formula
-from verify.data.language.formula import FREE
+from verify.data.language.formula import BOUNDED, FREE
 
 FEW = 150
 """Regions up to which all of them are kept: where the way of a plan is blocked, it may lead through any of them."""
@@ -40,7 +40,7 @@ def _signs(node: Formula, place: int) -> tuple[bool, ...]:
     match node.operator:
         case "<->" | "xor":
             return True, False
-        case "count" | "ever":
+        case operator if operator in BOUNDED:
             sign = "==" if node.bound is None else node.bound[0]
             return (True, False) if sign == "==" else (sign not in ("<", "<="),)
         case "!":

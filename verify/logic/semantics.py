@@ -88,8 +88,6 @@ def _row(node: Formula, arguments: list[tuple[bool, ...]], letters: tuple[Letter
             return [False] * n
         case "name" | "count":
             return [node.atom in letter for letter in letters]
-        case "all" | "some" | "ever" | "each":
-            raise BadInput(f"`{node}` is no formula on letters; `written_out` says for a team what it comes to.")
         case "!":
             return [not x for x in arguments[0]]
         case "&":
@@ -113,6 +111,8 @@ def _row(node: Formula, arguments: list[tuple[bool, ...]], letters: tuple[Letter
             return _backwards(arguments[0], arguments[1], loop, start=node.operator == "W", release=False)
         case "R" | "M":
             return _backwards(arguments[0], arguments[1], loop, start=node.operator == "R", release=True)
+        case _:  # it speaks of how many robots there are
+            raise BadInput(f"`{node}` is no formula on letters; `written_out` says for a team what it comes to.")
 
 
 def _backwards(

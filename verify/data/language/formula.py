@@ -28,6 +28,9 @@ COUNTING = frozenset({"count", "all", "some", "ever", "each"})
 BOUNDED = frozenset({"count", "ever"})
 """Numbers of robots, which are compared with a number."""
 
+WRITTEN_OUT = COUNTING - {"count"}
+"""Operators that come to others; to which, depends on the robots that there are."""
+
 RESERVED_NAMES = frozenset({"F", "G", "X", "U", "W", "R", "M", "V", "true", "false", "xor"}) | COUNTING
 """Words that the formula language keeps for itself."""
 
@@ -236,7 +239,7 @@ class Formula:
                 if self.robot:
                     return f'"{self.robot}.{self.name}"' if quote else f"{self.robot}.{self.name}"
                 return f'"{self.name}"' if quote or not NAME.fullmatch(self.name) else self.name
-            case "count" | "all" | "some" | "ever" | "each":
+            case operator if operator in COUNTING:
                 text = f"{self.operator}({self.arguments[0]._text(quote=False, power=0)})"
                 if self.bound is not None:
                     text = f"{text} {self.bound[0]} {self.bound[1]}"
