@@ -16,6 +16,7 @@ import numpy as np
 from flight.control.profiles import autopilot_of_vehicle, controller_name
 from flight.exports.bundled_scripts import STREAM, about, batteries_said, climb_and_landing, scripts, written
 from flight.exports.crazyflies.inventory import read_inventory, system_ids
+from flight.exports.px4_parameters import px4_parameters
 from flight.exports.target import ExportTarget, Product, Request
 from flight.model.attitude import Floats
 from flight.monitoring.thresholds import PX4_ACCURACY
@@ -50,7 +51,12 @@ def _product(request: Request) -> Product:
         for name, path in request.flown.items()
     }
     robots = {
-        name: {"system": systems[name], "file": f"{name}.tlog", "controller": controller_name(request.mission.vehicle_of(name))}
+        name: {
+            "system": systems[name],
+            "file": f"{name}.tlog",
+            "controller": controller_name(request.mission.vehicle_of(name)),
+            "gains": px4_parameters(request.mission.vehicle_of(name)),
+        }
         for name in request.team
     }
     data = about(request, PX4_ACCURACY, robots) | {
@@ -89,8 +95,8 @@ def _gains_said(request: Request) -> tuple[str, ...]:
         if controller_name(vehicle) == "px4":
             tables.setdefault(autopilot_of_vehicle(vehicle).name, []).append(name)
     return tuple(
-        f"{', '.join(names)} must fly with the parameters that were simulated, PX4's of the table '{table}' (docs/px4.md lists them): neither these files nor the "
-        "script set gains on board."
+        f"{', '.join(names)} must fly with the parameters that were simulated, PX4's of the table '{table}' (docs/px4.md lists them): "
+        "stream_setpoints.py reads the gains on board, and flies with no others; it sets none."
         for table, names in tables.items()
     )
 

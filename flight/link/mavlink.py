@@ -17,6 +17,8 @@ from typing import Any
 import numpy as np
 
 from flight.exports.px4 import FAILSAFE, to_ned
+from flight.exports.px4_parameters import px4_parameters
+from flight.exports.scripts.flying.checks import differing
 from flight.exports.scripts.flying.reports import (
     ARM,
     CUSTOM_MODE,
@@ -273,6 +275,7 @@ class MavlinkLink:
             for vehicle in left:
                 often(vehicle)
             self.sleep(0.02)
+        self._require_gains()
         for key, value in FAILSAFE.items():
 
             def set_it(vehicle: Vehicle, key: str = key, value: float = value) -> None:
@@ -285,6 +288,32 @@ class MavlinkLink:
                 return vehicle.says.board.get(key) == value
 
             self._until(has_it, set_it, f"does not take the parameter {key} = {value:g}")
+
+    def _require_gains(self) -> None:
+        """Read the gains with which vehicles are simulated, and refuse others.
+
+        Raises:
+            LinkLost: A vehicle has others, or does not say.
+        """
+        wanted = {name: px4_parameters(self._mission.vehicle_of(name)) for name in self._vehicles}
+
+        def missing(vehicle: Vehicle) -> set[str]:
+            return wanted[vehicle.name].keys() - vehicle.says.board.keys()
+
+        end = self.now() + ANSWER
+        while self.now() < end and any(missing(vehicle) for vehicle in self._vehicles.values()):
+            for vehicle in self._vehicles.values():
+                if self.now() - vehicle.asked.get("gains", -math.inf) >= AGAIN:
+                    vehicle.asked["gains"] = self.now()
+                    for key in missing(vehicle):
+                        with vehicle.turn:
+                            vehicle.link.mav.param_request_read_send(vehicle.system, 1, key.encode(), -1)
+            self.sleep(0.02)
+        for name, vehicle in self._vehicles.items():
+            if others := differing(vehicle.says.board, wanted[name]):
+                raise LinkLost(
+                    f"{name}: gains on board are not those that its profile has simulated: {', '.join(others)}. Put yours into its `autopilot`, and run again."
+                )
 
     def _until(
         self,

@@ -7,7 +7,7 @@ import socket
 import struct
 import threading
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 SET_MODE, SET_INTERVAL, ARM = 176, 511, 400
 SYS_STATUS, ATTITUDE_REPORT, POSITION_REPORT, ESTIMATOR_STATUS, LANDED_REPORT = 1, 30, 32, 230, 245
@@ -45,6 +45,7 @@ class Manner:
     other_system: int = 0  # it answers as this one instead
     silent: bool = False  # says nothing, and hears
     unplugged: bool = False  # says and hears nothing
+    gains: dict[str, float] = field(default_factory=dict)  # that it answers with when it is asked for them
 
 
 class Px4Peer(threading.Thread):
@@ -179,6 +180,8 @@ class Px4Peer(threading.Thread):
                 (value,) = struct.unpack("<i", struct.pack("<f", value))
             self.parameters[message.param_id] = value
             self.link.mav.param_value_send(message.param_id.encode(), message.param_value, message.param_type, 2, 0)
+        elif message.get_type() == "PARAM_REQUEST_READ" and message.param_id in self.manner.gains:
+            self.link.mav.param_value_send(message.param_id.encode(), self.manner.gains[message.param_id], 9, 2, 0)
         elif message.get_type() == "SET_POSITION_TARGET_LOCAL_NED":
             self.arrivals = [*(t for t in self.arrivals if t > time.monotonic() - 0.6), time.monotonic()]
             if self.mode != OFFBOARD or not self.armed:

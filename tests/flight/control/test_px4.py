@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import math
+import subprocess
+import sys
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,6 +15,8 @@ import flight
 from flight.control.controller import CONTROLLERS
 from flight.control.onboard_controller import setpoint_of
 from flight.control.px4 import _AccelerationLoop, _AttitudeLoop, _VelocityLoop
+from flight.exports.px4_parameters import px4_parameters
+from flight.link.link import LinkLost
 from flight.model.airframe import airframe_of
 from flight.model.attitude import from_euler
 from flight.model.timing import CONTROL_STEP, FRAME_STEPS, STEP, SUBSTEPS
@@ -217,6 +222,70 @@ def test_its_own_flight_opens_the_export_at_the_rate_that_was_flown(hall, tmp_pa
     with pytest.raises(NotCertified, match="strayed"):
         flight.export(team, cert, tmp_path / "far", format="px4", flight=replace(log, peak=[0.11]))
     assert plan.mission.vehicle.controller == "px4"
+
+
+def test_the_parameters_are_those_of_the_table_under_their_names():
+    wanted = px4_parameters(X500)
+    assert len(wanted) == 39
+    assert all(len(name) <= 16 for name in wanted)
+    text = (Path(__file__).parents[3] / "verify" / "data" / "autopilots" / "px4-x500.yaml").read_text(encoding="utf-8")
+    assert [name for name in wanted if name.count("_") < 3 and name.startswith("MPC_") and name not in text] == []
+    assert (wanted["MPC_XY_P"], wanted["MPC_Z_VEL_P_ACC"], wanted["MC_YAWRATE_I"], wanted["MC_PR_INT_LIM"]) == (
+        0.95,
+        4.0,
+        0.1,
+        0.3,
+    )
+    assert px4_parameters(load_vehicle("crazyflie-2.1")) == {}
+
+
+@pytest.mark.parametrize(("off", "said"), [
+    ({}, None),
+    ({"MPC_XY_P": 1.2}, r"MPC_XY_P is 1.2, not 0.95\. Put yours into its `autopilot`"),
+    ({"MC_YAW_TQ_CUTOFF": None}, "MC_YAW_TQ_CUTOFF is not known, not 2"),
+])  # fmt: skip
+def test_a_link_refuses_gains_on_board_that_were_not_simulated(hall, monkeypatch, off, said):
+    pytest.importorskip("pymavlink", reason="pymavlink is not installed")
+    from flight.link import mavlink
+    from tests.helpers.px4_peer import Manner, Px4Peer, free_port
+
+    monkeypatch.setattr(mavlink, "ANSWER", 1.0)
+    board = {name: value for name, value in {**px4_parameters(X500), **off}.items() if value is not None}
+    port = free_port()
+    peer = Px4Peer(1, port, (0.0, 0.0, 0.0), Manner(armed=False, gains=board))
+    peer.start()
+    try:
+        if said is None:
+            link = mavlink.MavlinkLink(hall[0].mission, {"r0": f"udpin:127.0.0.1:{port}"})
+            assert link.parameters("r0")["MPC_XY_P"] == pytest.approx(0.95)
+            link.close()
+            return
+        with pytest.raises(LinkLost, match=said):
+            mavlink.MavlinkLink(hall[0].mission, {"r0": f"udpin:127.0.0.1:{port}"})
+    finally:
+        peer.ended.set()
+        peer.join()
+
+
+def test_an_exported_script_refuses_gains_on_board_that_were_not_simulated(hall, tmp_path):
+    pytest.importorskip("pymavlink", reason="pymavlink is not installed")
+    from tests.helpers.px4_peer import Manner, Px4Peer, free_port
+
+    _, team, cert, log = hall
+    flight.export(team, cert, tmp_path, format="px4", flight=log)
+    port = free_port()
+    x, y, z = team["r0"].evaluate(0.0)[:3]
+    peer = Px4Peer(1, port, (y, x, -z), Manner(gains={**px4_parameters(X500), "MPC_Z_P": 1.5}))
+    peer.start()
+    try:
+        script = [sys.executable, str(tmp_path / "stream_setpoints.py"), f"r0=udpin:127.0.0.1:{port}", "--unchecked=battery"]
+        done = subprocess.run(script, capture_output=True, text=True, check=False, timeout=60)
+    finally:
+        peer.ended.set()
+        peer.join()
+    assert done.returncode != 0
+    assert "gains on board are not those that were simulated: r0: MPC_Z_P is 1.5, not 1" in done.stdout + done.stderr
+    assert peer.before == 0
 
 
 def test_a_rehearsal_flies_what_the_autopilots_run(hall):

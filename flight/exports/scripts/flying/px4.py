@@ -161,6 +161,10 @@ class Vehicle:
         for message, microseconds in intervals(rate):
             self.command(SET_INTERVAL, message, microseconds)
 
+    def read_parameter(self, key: str) -> None:
+        """Ask for a parameter; PX4 answers with what it has, or not at all where it has none."""
+        self.link.mav.param_request_read_send(self.system, 1, key.encode(), -1)
+
     def set_parameter(self, key: str, value: float) -> None:
         """Set a parameter; PX4 answers with what it has then."""
         self.link.mav.param_set_send(self.system, 1, key.encode(), *encoded(value))

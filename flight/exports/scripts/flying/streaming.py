@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 
-from flying.checks import Known, Place, Pose, checks_of_team, refusals
+from flying.checks import Known, Place, Pose, checks_of_team, differing, refusals
 from flying.px4 import AGAIN, Vehicle
 from flying.record import FLIGHT, Record
 from flying.reports import HOLD, LAND, OFFBOARD, PX4
@@ -66,6 +66,7 @@ class Stream:
                 self.say(check.sentence, "check")
         if faults := refusals(found, unchecked):
             raise Refused("; ".join(faults))
+        self._require_gains()
         self._set_failsafe()
 
     def _known(self, vehicle: Vehicle, now: float) -> Known:
@@ -104,6 +105,20 @@ class Stream:
             elif not often(vehicle):
                 faults.append(f"{vehicle.name} does not report its position {self.rate:g} times a second: look at its link")
         raise Refused("; ".join(faults))
+
+    def _require_gains(self) -> None:
+        """Read the gains with which each vehicle was simulated, and refuse others."""
+        wanted: dict[str, dict[str, float]] = {name: row.get("gains", {}) for name, row in self.team.data["robots"].items()}
+
+        def ask(vehicle: Vehicle) -> None:
+            for key in wanted[vehicle.name].keys() - vehicle.says.board.keys():
+                vehicle.read_parameter(key)
+
+        self.wait(time.monotonic() + ANSWER, lambda vehicle: wanted[vehicle.name].keys() <= vehicle.says.board.keys(), ask=ask)
+        found = {vehicle.name: differing(vehicle.says.board, wanted[vehicle.name]) for vehicle in self.vehicles}
+        if any(found.values()):
+            said = "; ".join(f"{name}: {', '.join(each)}" for name, each in found.items() if each)
+            raise Refused(f"gains on board are not those that were simulated: {said}")
 
     def _set_failsafe(self) -> None:
         """Set what acts on board when setpoints end, and read it back."""
