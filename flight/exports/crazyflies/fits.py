@@ -73,6 +73,8 @@ def require_held(mission: Mission, name: str, path: Trajectory, part: str = "") 
     if len(path) <= held:
         return
     holds = f"{name}{part} has {len(path)} pieces; the vehicle's memory holds {held}"
+    if mission.timed_parts:
+        raise DoesNotFit(f"{holds}. Bounds in seconds count no pause between parts, so that it is one: stream it (px4, ros2).")
     if held == PIECES:
         raise DoesNotFit(
             f"{holds}. Plan it for that many (`pieces` of the vehicle's profile or of `limits`), so that it is cut into parts, or stream it."

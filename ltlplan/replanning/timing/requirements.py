@@ -238,7 +238,11 @@ class Requirements:
                         early, late, within = self._alternatives(guard, 3)
                         self._before(last, begin, early, spare=True)
                         self._before(end, first, late, spare=True)
-                        self._either(others, first + -self._error, last + self._error, within)
+                        asked = (
+                            begin if stay.begin is None else first + -self._error,
+                            end if stay.end is None else last + self._error,
+                        )
+                        self._either(others, *asked, within)
                 return
         for within, (part, sign) in zip(self._alternatives(guard, len(parts)), parts, strict=True):
             self._during(part, begin, end, within, negated=sign)
@@ -326,7 +330,8 @@ class Requirements:
         self._before(begin + after, then, guard)
         if within is not None:
             self._before(then, self._deadline(begin, within), guard)
-        self._before(then, self._end, guard, spare=after > 0)  # what is asked for later has to be flown on every clock
+        flown = self._end if after > 0 else self._end + -self._error  # what is asked for has to be flown on every clock
+        self._before(then, flown, guard, spare=after > 0)
         for part in reached:
             self._during(part, then, then, guard, negated=negated)
         if held is not None and (held,) != tuple(Formula("!", (part,)) for part in reached):
@@ -338,6 +343,9 @@ class Requirements:
         self, reached: Sequence[Formula], span: tuple[Time, Time], window: tuple[float, float | None], guard: Guard, negated: bool
     ) -> None:  # fmt: skip
         """Ask that at each time of a span a stay that serves it is within a window: a chain of stays, each long enough for a dwell."""
+        if len(reached) == 1 and _is_absence(reached[0], negated) and window[0] == 0 and window[1] is not None:
+            self._left_soon(reached[0], span, window[1], guard)
+            return
         dwell, served = dwell_of(reached[0]) if len(reached) == 1 and not negated else (0.0, None)
         rows = () if served is None else serving(served, self._flight, laps=self._lap is not None)
         if not rows:
@@ -359,6 +367,19 @@ class Requirements:
                 if number == len(chain) - 1:
                     self._before(end + after, last, chosen, spare=stay.end is not None)
                 since = last + -(after + self._error)
+
+    def _left_soon(self, absence: Formula, span: tuple[Time, Time], within: float, guard: Guard) -> None:
+        """Ask that at each time of a span what may be shown ends within some seconds: each stay is short, or not in the span."""
+        shown = absence.arguments[0] if absence.operator == "!" else absence
+        for name in names_of(shown):
+            for stay in self._stays(name, sure=False):
+                first, last = self._ends(stay)
+                if self._begins_later(stay, span[1]):
+                    continue
+                early, late, short = self._alternatives(guard, 3)
+                self._before(last, span[0], early, spare=True)
+                self._before(span[1], first, late, spare=True)
+                self._before(last + self._error, first + within, short, spare=True)
 
 
 _DUAL = {"F": "G", "G": "F", "U": "R", "R": "U", "W": "M", "M": "W"}

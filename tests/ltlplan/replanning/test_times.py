@@ -9,13 +9,15 @@ import pytest
 
 import ltlplan
 import verify
+from flight.exports.crazyflies.fits import require_held
 from flight.monitoring.monitor import Monitor
 from flight.monitoring.timed_state import TimedState, both
 from ltlplan.pipeline import certified_team
 from tests.helpers.timed_rooms import room
 from verify.checked_claims import checked_certificate
-from verify.data import BadInput, Mission, parse_formula
+from verify.data import BadInput, DoesNotFit, Mission, parse_formula
 from verify.data.plan import plan_from_json
+from verify.data.sections import Limits
 
 
 @functools.cache
@@ -142,6 +144,29 @@ def test_visits_after_a_time_are_hovered_for() -> None:
     certified = certified_team(ltlplan.plan(room("F[5,10] shelf")))
     assert certified.certificate.duration > 5
     assert certified.certificate.holds
+
+
+def test_a_region_is_left_in_time_and_what_follows_goes_on_to_the_end() -> None:
+    for formula, more, agents in (
+        ("G[0,20] (dock -> F[0,3] !dock) & F[0,20] dock", "", ""),
+        ("G[0,9] (quad0.dock -> F[0,5] quad1.dock) & F[0,8] quad0.dock", ", team: joint", "  quad1: {start: [1.0, 0.8, 1.0]}"),
+    ):
+        certified = certified_team(ltlplan.plan(room(formula, more=more, agents=agents)))
+        timing = [claim.outcome for claim in certified.certificate.claims if claim.name == "timing"]
+        assert timing == ["holds", "holds"], formula
+
+
+def test_flights_are_flown_on_every_clock_however_far_these_are_apart() -> None:
+    certified = certified_team(ltlplan.plan(room("F[0,5] dock", planner="clock_error: 0.5")))
+    assert [claim.outcome for claim in certified.certificate.claims if claim.name == "timing"] == ["holds"]
+
+
+def test_a_flight_with_bounds_is_one_part_and_exports_that_hold_fewer_pieces_say_so() -> None:
+    certified, mission = dwelling()
+    assert not any(path.cuts for path in certified.team.values())
+    few = mission.changed(limits=Limits(pieces=2))
+    with pytest.raises(DoesNotFit, match="Bounds in seconds count no pause between parts, so that it is one: stream it"):
+        require_held(few, "quad0", certified.team["quad0"])
 
 
 def test_what_is_waited_for_may_be_what_is_missing() -> None:

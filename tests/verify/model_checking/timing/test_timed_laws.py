@@ -15,6 +15,8 @@ from verify.model_checking.timeline import Change, Enclosure, Relations, Status,
 from verify.model_checking.timing.timed_verdict import RESOLUTION, TimedJudge
 
 NAMES = ("a", "b", "c")
+_OPPOSITE = {"holds": ("fails",), "fails": ("holds", "undecided"), "undecided": ("fails", "undecided")}
+"""Verdicts on the negation; one may hold only where the last letter is held after the flight, which is undecided."""
 
 
 def _drawn(rng: random.Random, *, laps: bool, may: bool = True) -> Timeline:
@@ -63,6 +65,22 @@ def test_time_may_be_counted_in_any_unit(laps: bool) -> None:
         one = TimedJudge({"r": line}, Relations(), error).judge(formula, slack=False)
         judge = TimedJudge({"r": _mapped(line, factor)}, Relations(), error * factor)
         assert judge.judge(_stretched(formula, factor), slack=False).outcome == one.outcome, (str(formula), line, factor)
+
+
+@pytest.mark.parametrize("laps", [False, True])
+def test_what_holds_of_a_flight_holds_later_of_one_that_is_later(laps: bool) -> None:
+    """A flight that waits at its start, and what is asked after that wait, are judged as the flight itself is."""
+    rng = random.Random(2 + laps)
+    for _ in range(60):
+        line, delay = _drawn(rng, laps=laps), Fraction(rng.randint(1, 20), rng.randint(1, 9))
+        formula = drawn_formula(rng, NAMES, rng.randint(1, 3))
+        one = TimedJudge({"r": line}, Relations(), Fraction(0)).judge(formula, slack=False)
+        late = TimedJudge({"r": _mapped(line, Fraction(1), delay)}, Relations(), Fraction(0))
+        for operator in ("F", "G"):
+            asked = Formula(operator, (formula,), window=(delay, delay))
+            verdict = late.judge(asked, slack=False)
+            assert verdict.outcome == one.outcome, (str(formula), line, delay)
+            assert late.judge(Formula("!", (asked,)), slack=False).outcome in _OPPOSITE[verdict.outcome]
 
 
 @pytest.mark.parametrize("laps", [False, True])
