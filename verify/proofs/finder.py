@@ -22,7 +22,7 @@ from verify.kernel.zones import Two, along, opening
 from verify.proofs.half_space_sums import half_space_sums
 from verify.proofs.proposed_limits import FlownPieces
 from verify.proofs.proposed_roots import FlownSegments, parted_trees
-from verify.proofs.search import STYLES, OnTheWay, proof_text, run_lengths, starts_of, trees_of
+from verify.proofs.search import EDGE, FINE, STYLES, OnTheWay, proof_text, run_lengths, starts_of, trees_of
 from verify.proofs.statement import statement_of
 from verify.proofs.words import find_formula, find_ordered
 
@@ -98,7 +98,8 @@ class _Found(Course):
         """Return the leaves of a region's trees; they are sought."""
         kind, rules = key.partition("/")[0], next(iter(cells)).rules
         if key not in self._sought:
-            trees = self.segments.region_trees(self.name, rules) if self.statement.margin and kind == "inside" else ["?"]
+            depth, near = FINE if self.statement.timed else EDGE, self.statement.margin and kind == "inside"
+            trees = self.segments.region_trees(self.name, rules, depth) if near else ["?"]
             told = not any("?" in tree for tree in trees)
             self._sought[key] = trees if told else self._exactly(kind, rules, trees)
         found: list[tuple[Fraction, str]] = []

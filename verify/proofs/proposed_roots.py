@@ -125,15 +125,16 @@ class FlownSegments:
             forms.halve(found == "")
         return ["" if "?" in tree else tree for tree in _joined(levels)]
 
-    def region_trees(self, name: str, rules: Rules) -> list[str]:
+    def region_trees(self, name: str, rules: Rules, depth: int = EDGE) -> list[str]:
         """Return for each segment of a robot the marks of its tree in a region at the margin, open where none can be told.
 
         Args:
             name: The robot's.
             rules: What marks claim.
+            depth: Halvings by which comings and goings are told; the same whenever the rules are.
         """
         if (id(rules),) not in self._known:
-            self._known[(id(rules),)] = rules, self._region_trees(rules, EDGE)
+            self._known[(id(rules),)] = rules, self._region_trees(rules, depth)
         return self._known[(id(rules),)][1][self.of[name]]
 
     def _region_trees(self, rules: Rules, depth: int) -> list[str]:

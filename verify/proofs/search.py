@@ -40,6 +40,9 @@ STYLES: Mapping[str, Style] = {
 EDGE = 12
 """Halvings from which on it is near enough to an instant when a path comes to a region at the margin, or leaves it."""
 
+FINE = 20
+"""The same where a formula is bounded in seconds: the instant is known to a millionth of a segment."""
+
 NEAR = 8
 """Halvings from which on a path inside an opening's cylinder counts as near the opening."""
 

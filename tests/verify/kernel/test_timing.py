@@ -13,6 +13,7 @@ from typing import Any, cast
 
 import numpy as np
 import pytest
+from numpy.polynomial.polynomial import polyval
 
 from tests.helpers.flights import legs, quantised
 from tests.helpers.kernel_words import kernel_timeline
@@ -235,6 +236,17 @@ def test_a_microsecond_at_margin_0() -> None:
     assert timing_of(deadline("2.000001")) == [True, True]
     assert timing_of(deadline("1.999999")) == [False, False]
     assert timing_of(deadline("2", 0.26)) == [True, True]
+
+
+@pytest.mark.parametrize(("later", "is_checked"), [(1e-4, True), (-1e-4, False)])
+def test_a_tenth_of_a_millisecond_at_a_margin(later: float, is_checked: bool) -> None:
+    path = legs([[0, 0, 1], [1, 0, 1]])
+    low, high = 0.0, 2.0
+    for _ in range(50):  # until it is in the region by the margin
+        middle = (low + high) / 2
+        low, high = (middle, high) if polyval(middle, path.coefficients[0, 0]) < 1 - 0.2 + 0.05 else (low, middle)
+    of = mission(f"F[0,{high + later:.7f}] a", [0, 0, 1], regions=A, clock_error="0.0")
+    assert timing_of((planned(of, {"r0": to("a")}), {"r0": path})) == [is_checked]
 
 
 def test_a_flight_that_lands_early() -> None:
