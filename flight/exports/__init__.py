@@ -6,7 +6,7 @@ would void it.
 Those for Crazyflies are in the room `crazyflies`; `parts` and `braking` are what is uploaded of flights that vehicles do not hold at once and
 behind last laps, `flown` is who flew it in simulation before. `vertical_corridors` proves climb and landing, and `bundled_scripts` has the scripts in the room `scripts`
 and the numbers that they fly by.
-`px4` and `ros` are targets in one module each.
+`px4` (with `px4_parameters`) and `ros` are targets in one module each.
 """
 
 from __future__ import annotations

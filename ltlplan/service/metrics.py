@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from ltlplan.service.models import Health
 from ltlplan.service.people.accounts import Account
@@ -11,7 +11,9 @@ from ltlplan.service.people.roles import Role
 from verify.data.errors import MissingEngine
 
 if TYPE_CHECKING:
-    from ltlplan.service.service import Service
+    from ltlplan.service.job_queue.jobs import Jobs
+    from ltlplan.service.people.people import People
+    from ltlplan.service.query_pool import Questions
 
 _SECONDS = (0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1.0, 2.0, 5.0, 10.0, 30.0, 60.0)
 _METHODS = frozenset({"GET", "HEAD", "POST", "PUT", "PATCH", "DELETE", "OPTIONS"})
@@ -59,7 +61,7 @@ class Metrics:
         self._requests.labels(method, route, str(status)).inc()
         self._seconds.labels(method, route).observe(seconds)
 
-    def text(self, service: Service, health: Health) -> bytes:
+    def text(self, service: Counted, health: Health) -> bytes:
         """Return everything in Prometheus' text format.
 
         Args:
@@ -84,10 +86,29 @@ class Metrics:
         return generate_latest(self._registry) + generate_latest(present)
 
 
+class Counted(Protocol):
+    """A service, as far as it is counted."""
+
+    @property
+    def jobs(self) -> Jobs:
+        """Jobs, accepted and done."""
+        ...
+
+    @property
+    def questions(self) -> Questions:
+        """Questions that are answered at once."""
+        ...
+
+    @property
+    def people(self) -> People:
+        """People, with accounts and sessions."""
+        ...
+
+
 Counts = dict[str, tuple[str, str, dict[str, float]]]
 
 
-def _present(service: Service, health: Health) -> Counts:
+def _present(service: Counted, health: Health) -> Counts:
     """Return what there is now: by name its meaning, what its values are told apart by, and these."""
     accounts = service.people.accounts.all()
     return {

@@ -1,7 +1,7 @@
 """People of a service: who they are, what each may do, whose a job is, and who did what.
 
 Read `people` and `roles`, then `accounts` (`passwords`, `openid`), `sessions`, `job_references` and `user_jobs`; `administration` changes people, and `audit_log` lists
-what was done.
+what was done. `stored_missions` are theirs, with all versions.
 
 **Tables** (`DATA/people.sqlite`, one file wherever the jobs are; `database`):
 
