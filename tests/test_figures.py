@@ -11,6 +11,7 @@ import pytest
 from gallery.pages import accepted
 from ltlplan.reproduction.intervals import INTERVALS
 from ltlplan.reproduction.published import PROBLEMS
+from tests.benchmarks.peers import PUBLISHED, table
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
@@ -34,13 +35,15 @@ def tables_of_figures(text: str) -> Iterator[str]:
             yield found
 
 
-WITH_FIGURES = [page for page in PAGES if any(tables_of_figures(page.read_text(encoding="utf-8")))]
+WITH_FIGURES = [
+    page for page in PAGES if page.parent.name == "performance" or any(tables_of_figures(page.read_text(encoding="utf-8")))
+]
 
 
 def test_tables_of_figures_are_told_from_others() -> None:
     figures, words = "| a | s |\n|---|---|\n| b | 1.2 |\n| c | 3 s |\n", "| a | b |\n|---|---|\n| c | d |\n"
     assert list(tables_of_figures(f"{figures}\n{words}")) == [figures]
-    assert DOCS / "performance" / "peers.md" in WITH_FIGURES
+    assert DOCS / "pace.md" in WITH_FIGURES
 
 
 @pytest.mark.parametrize("page", WITH_FIGURES, ids=lambda page: str(page.relative_to(DOCS)))
@@ -63,6 +66,15 @@ def test_benchmarks_that_pages_name_are_there_and_know_their_options(page: Path)
         source = file.read_text(encoding="utf-8") + (ROOT / "tests/helpers/benchmarks.py").read_text(encoding="utf-8")
         unknown = [word for word in rest.split() if word.startswith("--") and f'"{word}"' not in source]
         assert unknown == [], name
+
+
+def test_the_peers_page_has_the_rows_of_its_command() -> None:
+    text = (DOCS / "performance" / "peers.md").read_text(encoding="utf-8")
+    printed = [[cell.strip() for cell in line.split("|")[1:-1]] for line in text.splitlines() if line.startswith("| ")]
+    assert [(row[1], row[5], row[6]) for row in printed if len(row) == 7][1:] == [
+        (row.work, row.proves, row.ours) for row in table("")
+    ]
+    assert [tuple(row) for row in printed if len(row) == 5][1:] == list(PUBLISHED)
 
 
 def test_flights_with_deadlines_last_as_long_as_where_they_are_computed_anew() -> None:

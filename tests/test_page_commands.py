@@ -62,6 +62,7 @@ PREPARED: Mapping[str, Callable[[Reader], None]] = {
     "on-board.md": a_run,
     "px4.md": nothing,
     "recordings.md": a_run,
+    "tracking.md": a_run,
 }
 
 
