@@ -65,6 +65,7 @@ def outcomes(done: LiveFlight, asked: FlightReference, **more) -> dict[str, set[
     return found
 
 
+@pytest.mark.slow
 def test_a_patrol_brakes_to_rest_behind_its_laps_and_lands(patrol) -> None:
     link, looks = link_to(patrol), []
     done = flown_over(link, patrol, show=looks.append)

@@ -82,6 +82,7 @@ def test_who_stays_does_what_is_due_when_another_one_fails() -> None:
     assert flight.verdict
 
 
+@pytest.mark.slow
 def test_a_piece_that_begins_too_late_for_its_deadline_is_refused_by_the_whole_flight() -> None:
     """What is left was planned to begin now; begun later it is a flight that misses the deadline."""
     team = CertifiedTeam(room("F[0,7] shelf"), seed=1)

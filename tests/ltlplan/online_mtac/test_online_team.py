@@ -88,6 +88,7 @@ def test_firefighting_is_flown_and_satisfied(fire):
     assert flight.team.cost < took_off_with
 
 
+@pytest.mark.slow
 def test_the_same_seed_flies_the_same_bytes(fire):
     first, again, other = Flight(fire, seed=3), Flight(fire, seed=3), Flight(fire, seed=4)
     for flight in (first, again, other):

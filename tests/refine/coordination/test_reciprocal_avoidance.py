@@ -54,6 +54,7 @@ def certified(plan: Plan, pace: Pace = 0.7) -> dict[str, Trajectory]:
 
 
 @few_of(1, "half", [0.32, 0.7])
+@pytest.mark.slow
 def test_two_robots_swap_places_through_a_hall(half: float) -> None:
     team = certified(swap(half))
     np.testing.assert_allclose(team["p"].evaluate(100.0)[:3], [1.5, 0, 1], atol=1e-6)

@@ -54,7 +54,7 @@ def test_joint_plans_against_brute_force(formula: Formula) -> None:
 
 
 @few_of(
-    3,
+    2,
     "formula",
     ["F a & F b", "F(a & F b)", "F a & F b & G !(a & b)", "F(a & b)", "F b & G(b -> a)", "F a & F G b", "F(a & F(b & F a))"],
 )
@@ -126,6 +126,7 @@ def test_eight_robots_that_watch_each_other() -> None:
         ("own", 4, "G(p0 -> F p7) & G(p7 -> F p5) & (F p5 -> F(p5 & F p0)) & (!p6 U p7)", (3000, 1000)),
     ],
 )
+@pytest.mark.slow
 def test_a_budget_leaves_a_plan_and_a_bound(team: TeamReading, robots: int, rest: str, budgets: tuple[int, ...]) -> None:
     text = " & ".join(f"F p{i}" for i in range(8)) + " & " + rest
     mission = world(text, regions=GOALS, robots=robots, starts=HOMES, team=team)
