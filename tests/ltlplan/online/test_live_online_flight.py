@@ -391,3 +391,38 @@ def test_an_action_after_a_robot_was_seen_last_and_before_it_was_missed_counts(t
     write_online(flown, ["flown"], tmp_path)
     judged = judge_flight(tmp_path, tmp_path / "flight.csv", max_speed=1.5, error=0.006, start=0.0)
     assert (flown.verdict.outcome, judged.verdict.outcome) == ("holds", "holds")
+
+
+@pytest.fixture(scope="module")
+def in_time():
+    """A certified team that shares its time, and its way to its starts."""
+    team = CertifiedTeam(
+        parse_mission(PAIR.replace("formula: F left & F right", "team: joint, formula: F left & F right")), seed=1
+    )
+    return team, [transfer.stage for transfer in to_starts(team.mission, team.present.team, PLACES)]
+
+
+def test_deadlines_that_come_in_flight_are_kept_though_computing_takes_time(in_time, tmp_path):
+    """The first answer comes later than it was asked for, so that it is asked for anew, with more time."""
+    deadlines = NewFormula(time=1.0, formula="F[0,40] G[0,2] (left & right) & F[0,60] (left & F[0,40] (right & !left))")
+    course, done, asked = fly(in_time, deadlines, computer=Asked(late={next_piece: [5.0, 1.0]}))
+    assert done.flown, done.reason
+    first, second = (q for work, q in zip(asked.kinds, asked.questions, strict=True) if work is next_piece)
+    assert first.latest < second.latest
+    assert all(question.mission.timed_parts for question in (first, second))
+    nothing_flown_that_was_not_proved(course, done)
+    flown = flown_live(course, done, planned_cost=1.0)
+    assert flown.certified
+    assert flown.require().satisfied_at is not None
+    write_online(flown, ["flown"], tmp_path)
+    judged = judge_flight(tmp_path, tmp_path / "flight.csv", max_speed=1.5, error=0.006, start=0.0)
+    assert judged.verdict.outcome == "holds", judged.verdict.sentence
+
+
+def test_a_deadline_that_cannot_be_met_is_said_at_once_and_the_team_lands(in_time):
+    course, done, _ = fly(in_time, NewFormula(time=1.0, formula="F[0,0.5] (left & right)"))
+    assert done.flown, done.reason
+    said = [event for event in done.record.events if "can no longer be met" in event.sentence]
+    assert said[0].sentence.endswith("`F[0,0.5] (left & right)` can no longer be met.")
+    assert said[0].time - course.began < 1.1
+    assert list(done.record.starts)[-1] == "landing"

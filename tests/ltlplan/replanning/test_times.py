@@ -12,7 +12,7 @@ import verify
 from flight.exports.crazyflies.fits import require_held
 from flight.monitoring.monitor import Monitor
 from flight.monitoring.timed_state import TimedState, both
-from ltlplan.pipeline import certified_team
+from ltlplan.pipeline import Certified, certified_team
 from tests.helpers.timed_rooms import room
 from verify.checked_claims import checked_certificate
 from verify.data import BadInput, DoesNotFit, Mission, parse_formula
@@ -21,7 +21,7 @@ from verify.data.sections import Limits
 
 
 @functools.cache
-def dwelling() -> tuple[ltlplan.pipeline.Certified, Mission]:
+def dwelling() -> tuple[Certified, Mission]:
     mission = room("F[0,8] G[0,3] dock & F[9,14] shelf & G[0,12] !pit")
     return certified_team(ltlplan.plan(mission)), mission
 
