@@ -18,7 +18,10 @@ from flight.monitoring.letters import PlannedAction, RegionMasks, region_letters
 from flight.monitoring.timed_state import TimedState, both
 from flight.monitoring.tube import Tube, TubeVerdict, relative_acceleration
 from verify.data import BadInput, Mission, check_mission
+from verify.data.language.relaxation import relaxed
 from verify.data.sections import SoftPart
+from verify.logic.explanation import show
+from verify.logic.normal_form import conjuncts, normal_form, to_formula
 from verify.recordings.planned_paths import PlannedPath
 
 _SOFT: dict[FormulaVerdict, str] = {
@@ -89,6 +92,8 @@ class Monitor:
         self._regions = self._masks.none(len(self._robots))
         self._formula: FormulaState | None = None
         self._timed = TimedState(mission.timed_parts)
+        words = (part for timed in mission.timed_parts for part in conjuncts(normal_form(relaxed(timed))))
+        self._follows = {show(to_formula(part)) for part in words}  # what words know of what is bounded in seconds
         self._soft: list[tuple[SoftPart, FormulaState]] = []
         self._letters: list[frozenset[str]] = []
         self.events: list[Event] = []
@@ -104,7 +109,9 @@ class Monitor:
     @property
     def to_do(self) -> tuple[str, ...]:
         """The formula's parts that would not hold if the flight ended now; none before anything was seen."""
-        return () if self._formula is None else (*self._formula.to_do, *self._timed.to_do)
+        if self._formula is None:
+            return ()
+        return (*self._timed.to_do, *(part for part in self._formula.to_do if part not in self._follows))
 
     @property
     def tube(self) -> TubeVerdict | None:

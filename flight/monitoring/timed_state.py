@@ -15,7 +15,7 @@ from verify.logic.explanation import show
 from verify.logic.team_letters import TeamLetters
 from verify.model_checking.timing.instants import at
 from verify.model_checking.timing.team_instants import TeamInstants, ticks_per_second
-from verify.model_checking.timing.timed_formula import TimedFormula, bounds_of
+from verify.model_checking.timing.timed_formula import TimedFormula, bounds_of, horizon_of
 
 EVERY = Fraction(1, 10)
 """s between two looks at what is open, while no letter changes."""
@@ -76,8 +76,9 @@ class TimedState:
 
     @property
     def to_do(self) -> tuple[str, ...]:
-        """The parts that are neither satisfied nor broken."""
-        return tuple(show(part) for part in self._open)
+        """The parts that are neither satisfied nor broken, with the time by which it is known which."""
+        ends = [(part, horizon_of(part)) for part in self._open]
+        return tuple(show(part) if end is None else f"{show(part)} until {float(end):g} s" for part, end in ends)
 
     def _judge(self, now: Fraction, *, over: bool) -> None:
         for part in tuple(self._open):

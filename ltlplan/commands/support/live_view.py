@@ -72,7 +72,13 @@ def _to_do(look: Look) -> str:
     if not look.to_do:
         return ""
     more = f" and {len(look.to_do) - _PARTS} more" if len(look.to_do) > _PARTS else ""
-    return "; still to do: " + ", ".join(f"`{part}`" for part in look.to_do[:_PARTS]) + more
+    return "; still to do: " + ", ".join(map(_named, look.to_do[:_PARTS])) + more
+
+
+def _named(part: str) -> str:
+    """Return a part that is still to do, its formula set apart from the time until which it is open."""
+    formula, until, end = part.partition(" until ")
+    return f"`{formula}`{until}{end}"
 
 
 @dataclass

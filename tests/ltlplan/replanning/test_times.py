@@ -98,7 +98,7 @@ def test_a_monitor_says_at_once_what_can_no_longer_be_met() -> None:
     state = TimedState([parse_formula("F[0,5] dock"), parse_formula("G[0,4] !pit")])
     nothing, dock, pit = ({"quad0": frozenset(letter)} for letter in ((), ("dock",), ("pit",)))
     assert [state.see(t, nothing) for t in (0.0, 2.0, 4.1, 4.9)] == ["open"] * 4
-    assert state.to_do == ("F[0,5] dock",)
+    assert state.to_do == ("F[0,5] dock until 5 s",)
     assert state.see(5.0, dock) == "satisfied"
     late = TimedState([parse_formula("F[0,5] dock")])
     late.see(0.0, nothing)
@@ -112,6 +112,16 @@ def test_a_monitor_says_at_once_what_can_no_longer_be_met() -> None:
     short.see(0.0, nothing)
     assert short.end(3.0) == "violated"  # nobody wins by landing
     assert both("open", "satisfied") == "open"
+
+
+def test_a_monitor_says_what_is_open_until_when() -> None:
+    mission = room("F[0,8] G[0,3] dock & G (dock -> F[0,20] shelf) & F[2,9] (shelf U[0,4] pit) & F pit")
+    monitor = Monitor(mission, [], margin=None, measurement=0.0, planned_acceleration=0.0)
+    here = np.array([mission.agents["quad0"].start]).T
+    monitor.see(0.0, here, here)
+    assert monitor.to_do == (
+        "F[0,8] G[0,3] dock until 11 s", "G (dock -> F[0,20] shelf)", "F[2,9] (shelf U[0,4] pit) until 13 s", "F pit"
+    )  # fmt: skip
 
 
 def test_recordings_are_held_to_bounds() -> None:

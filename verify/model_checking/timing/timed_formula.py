@@ -36,6 +36,18 @@ def bounds_of(formula: Formula) -> list[Fraction]:
     return [bound for window in windows for bound in window if bound is not None]
 
 
+def horizon_of(formula: Formula) -> Fraction | None:
+    """Return the time, from when a formula is asked, after which nothing matters to it, s; None where all time does."""
+    parts = [horizon_of(part) for part in formula.arguments] if formula.operator != "count" else []
+    known = [part for part in parts if part is not None]
+    if len(known) < len(parts):
+        return None
+    latest = max(known, default=Fraction(0))
+    if formula.operator not in TEMPORAL:
+        return latest
+    return None if formula.window is None or formula.window[1] is None else formula.window[1] + latest
+
+
 @dataclass(frozen=True, slots=True)
 class Sure:
     """Times at which something surely holds, in ticks.
