@@ -327,6 +327,7 @@ class Client(FlightsClient, PeopleClient, StoredClient):
         before: str | None = None,
         whose: Whose = "visible",
         project: str | None = None,
+        search: str | None = None,
     ) -> tuple[Submitted, ...]:
         """Return jobs, the newest first.
 
@@ -336,8 +337,9 @@ class Client(FlightsClient, PeopleClient, StoredClient):
             before: Only those submitted before the job of this id.
             whose: "visible": yours and those of shared projects; "mine"; "all": everybody's, for admins.
             project: Only of this project.
+            search: Only those that have these letters in name, formula, id, owner or project.
         """
-        asked = {"state": state, "limit": limit, "before": before, "whose": whose, "project": project}
+        asked = {"state": state, "limit": limit, "before": before, "whose": whose, "project": project, "search": search}
         told = self._wire.ask("GET", "/api/jobs", params={name: value for name, value in asked.items() if value is not None})
         return tuple(Submitted(self._wire, checked(Job, each)) for each in told.json())
 

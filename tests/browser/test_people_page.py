@@ -120,6 +120,10 @@ def test_three_people_at_once_have_their_own_jobs_and_what_others_need_stays(
     eve.page.locator(".job-list .entry").click()
     eve.page.get_by_role("button", name="Edit and plan again").wait_for()
     assert eve.page.get_by_role("button", name="Delete").count() == 0
+    for tab, words in (("Take away", "crazyswarm2"), ("Write", "Plan it")):
+        eve.tab(tab)
+        eve.page.wait_for_timeout(500)
+        assert not eve.page.get_by_role("button", name=words).is_visible(), "what a viewer may not do is not offered"
     for visitor in (alice, bob, eve):
         visitor.end()
 

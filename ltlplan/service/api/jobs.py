@@ -96,9 +96,10 @@ async def list_jobs(
         Whose, Query(description="yours and those of shared projects, yours alone, or for an admin everybody's")
     ] = "visible",
     project: Project = None,
+    search: Annotated[str, Query(description="letters that name, formula, id, owner or project has", max_length=200)] = "",
 ) -> Response:
     """List jobs, the newest first, without what their stages found."""
-    found = await jobs_of(request).jobs(state=state, limit=limit, before=before, whose=whose, project=project)
+    found = await jobs_of(request).jobs(state=state, limit=limit, before=before, whose=whose, project=project, search=search)
     return Response("[" + ",".join(job.model_dump_json() for job in found) + "]", media_type=JSON)
 
 

@@ -12,6 +12,7 @@ from ltlplan.service import queries as asked
 from ltlplan.service.execution.exporting import ExportAsked
 from ltlplan.service.page.elements import Part, Words, box, button, say
 from ltlplan.service.page.plan import proof_of
+from ltlplan.service.people.roles import Action
 from ltlplan.service.problems import error_of
 from verify.data import LtlplanError
 
@@ -82,6 +83,8 @@ class _Away:
                 _link(f"/api/jobs/{job.id}/proof", "The proof and its checker", "button").props("download")
         for sentence in proof_of(job)[-1:]:
             Words("p", f"{sentence}.", "soft")
+        if not self.desk.may(Action.PLAN):
+            return
         Words("h2", "For a vehicle")
         Words(
             "p",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Awaitable, Callable, Mapping
 from datetime import datetime
 from typing import TYPE_CHECKING, Any
@@ -39,7 +38,7 @@ class _Planning:
                 Words("h2", "Jobs")
                 search = (
                     ui.element("input")
-                    .props('type=search aria-label="Search jobs by name, formula or id" placeholder="search"')
+                    .props('type=search aria-label="Search jobs by name, formula, id, owner or project" placeholder="search"')
                     .classes("search")
                 )
                 search.on(
@@ -64,11 +63,14 @@ class _Planning:
 
     async def refresh(self) -> None:
         """List the jobs again where something changed."""
-        jobs = await self.desk.jobs.jobs(limit=sys.maxsize if self.wanted else self.most + 1)
-        jobs = [job for job in jobs if self.wanted in f"{job.mission} {job.title} {job.id}".casefold()]
+        jobs = await self.desk.jobs.jobs(limit=self.most + 1, search=self.wanted)
         self.more.set_visibility(len(jobs) > self.most)
         jobs = jobs[: self.most]
-        none = "No job has this in its name, formula or id." if self.wanted else "None yet: write a mission and plan it."
+        none = (
+            "No job has this in its name, formula, id, owner or project."
+            if self.wanted
+            else "None yet: write a mission and plan it."
+        )
         chosen = "" if self.desk.job is None else self.desk.job.id
         present = {job.id for job in jobs}
         for gone in [job for job in self.listed if job not in present]:
@@ -84,7 +86,7 @@ class _Planning:
             entry.show(job, job.id == chosen)
 
     async def _search(self, event: Any) -> None:  # of any type: NiceGUI's events carry what the browser sends
-        self.wanted, self.most = str(event.args).strip().casefold(), _MOST
+        self.wanted, self.most = str(event.args).strip(), _MOST
         await self.refresh()
 
     async def _show_more(self) -> None:

@@ -11,6 +11,7 @@ from ltlplan.service.page import checking
 from ltlplan.service.page.drafted import Drafted
 from ltlplan.service.page.elements import Editor, Words, World, box, button, say
 from ltlplan.service.page.stored import Stored
+from ltlplan.service.people.roles import Action
 from verify.data import LtlplanError, MissionError
 
 if TYPE_CHECKING:
@@ -42,6 +43,7 @@ class _Writing:
                     self.listed = box("faults", tag="ul")
                 with box("submit"):
                     self.go = button("Plan it", self.submit, "primary")
+                    self.go.set_visibility(desk.may(Action.PLAN))
                     with box(tag="label"):
                         Words("span", "seed")
                         self.seed = ui.element("input").props("type=number min=0 step=1 inputmode=numeric").classes("seed")

@@ -106,6 +106,7 @@ class UserJobs:
         before: str | None = None,
         whose: Whose = "visible",
         project: str | None = None,
+        search: str = "",
     ) -> list[Job]:
         """Return jobs, newest first, without what their stages found; exports are not listed.
 
@@ -115,6 +116,7 @@ class UserJobs:
             before: Only those that were submitted before the job of this id.
             whose: Whose they are.
             project: Only of this project.
+            search: Only those that have these letters in name, formula, id, owner or project, in any case.
 
         Raises:
             Forbidden: Everybody's are for admins.
@@ -122,12 +124,18 @@ class UserJobs:
         self._require(Action.ADMINISTER if whose == "all" else Action.READ)
         everybodys = whose == "all" or (whose == "visible" and not self._people.needed)
 
+        wanted = search.casefold()
+
         def listed(job: Job) -> bool:
             seen = self._people.references.seen(job.id, self._principal)
             own = seen is not None and (
                 seen.user == self._principal.user or (whose != "mine" and self._people.references.is_shared(seen.project))
             )
-            return (own or everybodys) and (project is None or (seen is not None and seen.project == project))
+            where = "" if seen is None else seen.project
+            if not (own or everybodys) or project not in (None, where):
+                return False
+            owner = "" if seen is None else seen.user
+            return not wanted or wanted in f"{job.mission} {job.title} {job.id} {owner} {where}".casefold()
 
         found = await self._jobs.jobs(state=state, limit=limit, before=before, which=listed)
         return [self._seen(job) for job in found]

@@ -168,6 +168,8 @@ def test_a_shared_project_is_seen_by_all_and_changed_by_its_owners(lab: Lab, peo
         people.references.share("show", True, alice)
         assert await _ids(of("bob")) == await _ids(of("bob"), project="show") == ["a"]
         assert await _ids(of("bob"), whose="mine") == []
+        for search, ids in (("A", ["b", "a"]), ("SHOW", ["a"]), ("alice", ["b", "a"]), ("b", ["b"]), ("nothing", [])):
+            assert await _ids(of("alice"), search=search) == ids, search
         seen = await of("bob").job("a")
         assert (seen.owner, seen.project) == ("alice", "show")
         assert not of("bob").owns(seen)
