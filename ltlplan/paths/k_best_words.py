@@ -135,7 +135,8 @@ def _priced_where_touched(mission: Mission, context: Context, by_metres: Allocat
     spaces = Partition([_Shut(context.blocked)], solve, partial(_without_a_leg, mission), searches=most)
     with contextlib.suppress(TooLarge):
         for bound, _, _, found in spaces:
-            if len(spaces.searched) == most:  # cheaper ones may be missing
+            if len(spaces.searched) == most:  # cheaper ones may be missing, but of the first
+                least = least or bound
                 price, best = _cheaper((price, best), (prices.of(found), found))
                 break
             if not least and touched.isdisjoint(visit.region for does in found.robots.values() for visit in does.visits):

@@ -9,6 +9,8 @@ import pytest
 from scipy.optimize import minimize
 
 import ltlplan
+from ltlplan.allocation import Context
+from ltlplan.paths.k_best_words import exact
 from ltlplan.systems.touching_points import is_large, touching_points
 from refine import refine
 from refine.single_robot.task import Pace
@@ -16,6 +18,7 @@ from tests.helpers.few import few_of
 from tests.helpers.rooms_and_rests import fields_or_spots
 from verify import judge
 from verify.data import mission_to_yaml, parse_mission
+from verify.data.progress import silent
 
 FIELD, SPOT = ((3.0, 0.0), (5.0, 2.0)), ((-1.5, 0.0), (0.4, 0.4))
 DEEP, SHALLOW = 0.185, 0.095
@@ -125,3 +128,11 @@ def test_teams_touch_fields_too_and_cost_little_more_than_their_bound(formula: s
     assert made.lower_bound is not None
     assert made.lower_bound <= made.cost <= 1.3 * made.lower_bound
     assert judge(made, refine(made, pace=pace), largest=False).holds
+
+
+def test_a_team_too_large_for_several_searches_keeps_the_bound_of_the_first() -> None:
+    mission = fields_or_spots(FIELDS, formula="F a & F(b & F c)")
+    agents = {f"q{k}": mission.agents["q"].changed(start=(-5.0 + k, -5.0, 1.0)) for k in range(9)}
+    found = exact(mission.changed(agents=agents), Context(np.random.default_rng(0), silent))
+    assert found.lower_bound is not None
+    assert 0.8 * found.cost <= found.lower_bound <= found.cost
