@@ -8,9 +8,9 @@ from typing import Annotated
 from fastapi import APIRouter, Path, Query, Request, Response
 
 from ltlplan.service.api.answers import AccountAdded, AccountChange, ProjectChange, TokenAdded
-from ltlplan.service.api.request_parsing import JSON, json_list, principal_of, read_json, service_of
+from ltlplan.service.api.request_parsing import json_answer, json_list, principal_of, read_json, service_of
 from ltlplan.service.api.schema import json_body, problems
-from ltlplan.service.models import AccountTold, LogEntry, Project, Secret, Told, WhoAmI
+from ltlplan.service.models import AccountTold, LogEntry, Project, Secret, WhoAmI
 from ltlplan.service.people.administration import Administration
 
 router = APIRouter(prefix="/api", tags=["people"])
@@ -22,14 +22,10 @@ def _office(request: Request) -> Administration:
     return Administration(service_of(request).people, principal_of(request), request.state.asker.session)
 
 
-def _told(value: Told, status: int = 200) -> Response:
-    return Response(value.model_dump_json(), status, media_type=JSON)
-
-
 @router.get("/account", response_model=WhoAmI, responses=problems())
 async def get_account(request: Request) -> Response:
     """Return who asks, and what they may do."""
-    return _told(await asyncio.to_thread(_office(request).who))
+    return json_answer(await asyncio.to_thread(_office(request).who))
 
 
 @router.post(
@@ -42,7 +38,7 @@ async def get_account(request: Request) -> Response:
 async def add_token(request: Request) -> Response:
     """Make a token of your own account, `USER.LABEL`; it is shown once. Who came by a token makes none."""
     asked = await read_json(request, TokenAdded)
-    return _told(await asyncio.to_thread(_office(request).new_token, asked.label), 201)
+    return json_answer(await asyncio.to_thread(_office(request).new_token, asked.label), 201)
 
 
 @router.delete("/account/tokens/{name}", status_code=204, responses=problems(404, changing=True))
@@ -78,7 +74,7 @@ async def put_project(
 ) -> Response:
     """Share a project with everybody who may log in, or make it private; one that there is not yet is made."""
     asked = await read_json(request, ProjectChange)
-    return _told(await asyncio.to_thread(_office(request).share, name, asked.shared))
+    return json_answer(await asyncio.to_thread(_office(request).share, name, asked.shared))
 
 
 @router.get("/accounts", response_model=tuple[AccountTold, ...], responses=problems())
@@ -97,7 +93,7 @@ async def list_accounts(request: Request) -> Response:
 async def add_account(request: Request) -> Response:
     """Make an account; its temporary password is shown once, and changed by its owner at the first login."""
     asked = await read_json(request, AccountAdded)
-    return _told(await asyncio.to_thread(_office(request).add_account, asked.name, asked.role), 201)
+    return json_answer(await asyncio.to_thread(_office(request).add_account, asked.name, asked.role), 201)
 
 
 @router.patch(
@@ -113,13 +109,13 @@ async def change_account(request: Request, name: Name) -> Response:
         await asyncio.to_thread(office.set_role, name, asked.role)
     if asked.disabled is not None:
         await asyncio.to_thread(office.set_disabled, name, asked.disabled)
-    return _told(await asyncio.to_thread(office.account, name))
+    return json_answer(await asyncio.to_thread(office.account, name))
 
 
 @router.post("/accounts/{name}/password", response_model=Secret, responses=problems(404, 409, 501, changing=True))
 async def reset_password(request: Request, name: Name) -> Response:
     """Give an account a temporary password, which is shown once. Its sessions end at once."""
-    return _told(await asyncio.to_thread(_office(request).reset_password, name))
+    return json_answer(await asyncio.to_thread(_office(request).reset_password, name))
 
 
 @router.delete("/accounts/{name}/sessions", status_code=204, responses=problems(404, changing=True))

@@ -1,4 +1,4 @@
-"""Requests taken apart, and lists that answer them: text that is a mission, JSON with one meaning; what is of another kind is rejected by name."""
+"""Answers in JSON, and requests taken apart: text that is a mission, JSON with one meaning; what is of another kind is rejected by name."""
 
 from __future__ import annotations
 
@@ -22,6 +22,11 @@ Model = TypeVar("Model", bound=BaseModel)
 JSON = "application/json"
 TEXTS = ("application/yaml", "application/x-yaml", "text/yaml", "text/x-yaml", "text/plain", JSON)
 """Kinds of content that a mission may come as. A page of another site could send `text/plain` unasked: `origins` refuses it."""
+
+
+def json_answer(value: BaseModel, status: int = 200) -> Response:
+    """Return a value as an answer in JSON."""
+    return Response(value.model_dump_json(), status, media_type=JSON)
 
 
 def json_list(values: Iterable[BaseModel]) -> Response:

@@ -8,21 +8,13 @@ from typing import Annotated
 from fastapi import APIRouter, Path, Query, Request, Response
 
 from ltlplan.service.api.answers import MissionChange, MissionSave, MissionStore
-from ltlplan.service.api.request_parsing import JSON, principal_of, read_json, service_of
+from ltlplan.service.api.request_parsing import JSON, json_answer, json_list, principal_of, read_json, service_of
 from ltlplan.service.api.schema import content, json_body, problems
-from ltlplan.service.models import Job, MissionVersion, StoredMission, Told
+from ltlplan.service.models import Job, MissionVersion, StoredMission
 
 router = APIRouter(prefix="/api/stored", tags=["missions"])
 
 Id = Annotated[int, Path(description="the mission's id", ge=1, le=2**62)]
-
-
-def _told(value: Told, status: int = 200) -> Response:
-    return Response(value.model_dump_json(), status, media_type=JSON)
-
-
-def _listed(values: tuple[Told, ...]) -> Response:
-    return Response("[" + ",".join(value.model_dump_json() for value in values) + "]", media_type=JSON)
 
 
 @router.get("", response_model=tuple[StoredMission, ...], responses=problems())
@@ -34,7 +26,7 @@ async def list_stored(
 ) -> Response:
     """List your stored missions and those of shared projects, the ones that were changed last first."""
     missions, who = service_of(request).people.missions, principal_of(request)
-    return _listed(await asyncio.to_thread(lambda: missions.listed(who, search=search, tag=tag, project=project)))
+    return json_list(await asyncio.to_thread(lambda: missions.listed(who, search=search, tag=tag, project=project)))
 
 
 @router.post(
@@ -48,13 +40,13 @@ async def store_mission(request: Request) -> Response:
     """Store a mission, as its first version; it may have faults."""
     asked, missions, who = await read_json(request, MissionStore), service_of(request).people.missions, principal_of(request)
     made = await asyncio.to_thread(lambda: missions.store(who, asked.name, asked.text, project=asked.project, tags=asked.tags))
-    return _told(made, 201)
+    return json_answer(made, 201)
 
 
 @router.get("/{mission}", response_model=StoredMission, responses=problems(404))
 async def get_stored(request: Request, mission: Id) -> Response:
     """Return a stored mission, without its text."""
-    return _told(await asyncio.to_thread(service_of(request).people.missions.get, principal_of(request), mission))
+    return json_answer(await asyncio.to_thread(service_of(request).people.missions.get, principal_of(request), mission))
 
 
 @router.put(
@@ -66,7 +58,7 @@ async def get_stored(request: Request, mission: Id) -> Response:
 async def save_mission(request: Request, mission: Id) -> Response:
     """Save another version. It names the version that it was made of; where that is not the newest, somebody else saved meanwhile: 409."""
     asked, missions, who = await read_json(request, MissionSave), service_of(request).people.missions, principal_of(request)
-    return _told(await asyncio.to_thread(lambda: missions.save(who, mission, asked.text, after=asked.after)))
+    return json_answer(await asyncio.to_thread(lambda: missions.save(who, mission, asked.text, after=asked.after)))
 
 
 @router.patch(
@@ -78,7 +70,7 @@ async def save_mission(request: Request, mission: Id) -> Response:
 async def change_stored(request: Request, mission: Id) -> Response:
     """Put a stored mission of yours into another project, or give it other tags."""
     asked, missions, who = await read_json(request, MissionChange), service_of(request).people.missions, principal_of(request)
-    return _told(await asyncio.to_thread(lambda: missions.change(who, mission, project=asked.project, tags=asked.tags)))
+    return json_answer(await asyncio.to_thread(lambda: missions.change(who, mission, project=asked.project, tags=asked.tags)))
 
 
 @router.delete("/{mission}", status_code=204, responses=problems(404, changing=True))
@@ -91,7 +83,7 @@ async def delete_stored(request: Request, mission: Id) -> Response:
 @router.get("/{mission}/versions", response_model=tuple[MissionVersion, ...], responses=problems(404))
 async def list_versions(request: Request, mission: Id) -> Response:
     """List who stored which version when, the newest first."""
-    return _listed(await asyncio.to_thread(service_of(request).people.missions.versions, principal_of(request), mission))
+    return json_list(await asyncio.to_thread(service_of(request).people.missions.versions, principal_of(request), mission))
 
 
 @router.get("/{mission}/versions/{number}", response_model=MissionVersion, responses=problems(404))
@@ -99,7 +91,9 @@ async def get_version(
     request: Request, mission: Id, number: Annotated[int, Path(description="the version's number", ge=1, le=10**6)]
 ) -> Response:
     """Return a version with its text."""
-    return _told(await asyncio.to_thread(service_of(request).people.missions.version, principal_of(request), mission, number))
+    return json_answer(
+        await asyncio.to_thread(service_of(request).people.missions.version, principal_of(request), mission, number)
+    )
 
 
 @router.get(
