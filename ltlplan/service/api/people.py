@@ -10,8 +10,8 @@ from fastapi import APIRouter, Path, Query, Request, Response
 from ltlplan.service.api.answers import AccountAdded, AccountChange, ProjectChange, TokenAdded
 from ltlplan.service.api.request_parsing import json_answer, json_list, principal_of, read_json, service_of
 from ltlplan.service.api.schema import json_body, problems
-from ltlplan.service.models import AccountTold, LogEntry, Project, Secret, WhoAmI
 from ltlplan.service.people.administration import Administration
+from ltlplan.service.people_models import AccountTold, LogEntry, Project, Secret, WhoAmI
 
 router = APIRouter(prefix="/api", tags=["people"])
 

@@ -10,7 +10,8 @@ from fastapi import APIRouter, Path, Query, Request, Response
 from ltlplan.service.api.answers import MissionChange, MissionSave, MissionStore
 from ltlplan.service.api.request_parsing import JSON, json_answer, json_list, principal_of, read_json, service_of
 from ltlplan.service.api.schema import content, json_body, problems
-from ltlplan.service.models import Job, MissionVersion, StoredMission
+from ltlplan.service.models import Job
+from ltlplan.service.people_models import MissionVersion, StoredMission
 
 router = APIRouter(prefix="/api/stored", tags=["missions"])
 

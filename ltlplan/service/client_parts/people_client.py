@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from ltlplan.service.client_parts.transport import Wire, checked, segment
-from ltlplan.service.models import AccountTold, Job, LogEntry, Project, Secret, WhoAmI
+from ltlplan.service.models import Job
+from ltlplan.service.people_models import AccountTold, LogEntry, Project, Secret, WhoAmI
 
 
 class PeopleClient:

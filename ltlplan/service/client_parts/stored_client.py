@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ltlplan.service.client_parts.job_handle import Submitted
 from ltlplan.service.client_parts.transport import Wire, checked, job_of
-from ltlplan.service.models import MissionVersion, StoredMission
+from ltlplan.service.people_models import MissionVersion, StoredMission
 
 
 class StoredClient:

@@ -15,8 +15,8 @@ from ltlplan.service.people.roles import Action, Role
 if TYPE_CHECKING:
     from nicegui.element import Element
 
-    from ltlplan.service.models import AccountTold, LogEntry, Project, Secret, WhoAmI
     from ltlplan.service.page.session_state import Desk
+    from ltlplan.service.people_models import AccountTold, LogEntry, Project, Secret, WhoAmI
 
 Found = TypeVar("Found")
 _LOGGED = 50

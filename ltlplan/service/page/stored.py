@@ -16,8 +16,8 @@ from verify.data import LtlplanError
 if TYPE_CHECKING:
     from nicegui.element import Element
 
-    from ltlplan.service.models import MissionVersion, StoredMission
     from ltlplan.service.page.session_state import Desk
+    from ltlplan.service.people_models import MissionVersion, StoredMission
 
 _LISTED = 30
 _NONE = "None is stored yet. Write a mission, give it a name below, and save it."

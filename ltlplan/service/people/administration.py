@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from ltlplan.service.models import AccountTold, LogEntry, Project, Secret, WhoAmI
 from ltlplan.service.people.accounts import Account
 from ltlplan.service.people.people import People
 from ltlplan.service.people.roles import Action, Principal, require, role_of
+from ltlplan.service.people_models import AccountTold, LogEntry, Project, Secret, WhoAmI
 from ltlplan.service.problems import Forbidden, NotFound
 from ltlplan.service.security.tokens import LOCAL
 

@@ -11,10 +11,10 @@ import threading
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from ltlplan.service.models import Project
 from ltlplan.service.people.accounts import utc_now
 from ltlplan.service.people.database import PeopleDatabase
 from ltlplan.service.people.roles import Principal
+from ltlplan.service.people_models import Project
 from ltlplan.service.problems import Forbidden, NotFound
 from verify.data.errors import BadInput
 

@@ -6,10 +6,10 @@ import threading
 
 import pytest
 
-from ltlplan.service.models import StoredMission
 from ltlplan.service.people.people import People
 from ltlplan.service.people.roles import Principal, Role
 from ltlplan.service.people.stored_missions import LONGEST
+from ltlplan.service.people_models import StoredMission
 from ltlplan.service.problems import Conflict, Forbidden, NotFound
 from verify.data import BadInput
 
