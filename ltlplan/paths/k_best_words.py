@@ -70,8 +70,9 @@ def exact(mission: Mission, context: Context) -> Allocation:
     """
     by_metres = exact_by_legs(mission, context)
     if is_counted_by_legs(mission):
-        spaces = _TOUCHING // len(mission.agents)  # of more robots, touching saves little of much work
-        return _priced_where_touched(mission, context, by_metres, spaces) if spaces and _touched(mission) else by_metres
+        touched = _touched(mission)
+        spaces = _TOUCHING // max(len(mission.agents), len(touched) - _TOUCHING)  # of more, touching saves little of much work
+        return _priced_where_touched(mission, context, by_metres, spaces) if spaces and touched else by_metres
     if by_metres.meetings or by_metres.precedences or (mission.spec.trace == "infinite" and len(mission.agents) > 1):
         return _planned_together(mission, context, by_metres)
     prices = _Prices(mission)
