@@ -151,6 +151,7 @@ UNITS = {
     "timelines": ("test_passages", "test_kernel_units", "test_false_certificates:test_sequences"), "zones": ("test_kernel_units", "test_passages", "test_bodies", "test_distances"),
     "formulas": ("test_kernel_units",), "flights": ("test_kernel_units",), "statement": ("test_kernel_units",),
     "team": ("test_kernel_units",), "words": ("test_kernel_units",), "checking": ("test_kernel_units",), "timing": ("test_timing",),
+    "__init__": ("test_kernel_units:test_versions",),
 }  # fmt: skip
 """Tests of single functions, by the module of the kernel that they are about."""
 WORD_TESTS = (

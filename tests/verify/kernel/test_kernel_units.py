@@ -18,6 +18,7 @@ from tests.helpers.plain_team_words import holds
 from tests.helpers.random_teams import random_formula
 from tests.helpers.timelines import mission
 from verify.data.files.mission_file import parse_mission
+from verify.kernel import VERSION, statement, trees
 from verify.kernel.checking import Check, Checked, Owed
 from verify.kernel.flights import HEADER, LARGEST, MOST_PIECES, Path, Segment, read_team
 from verify.kernel.formulas import Table, _least
@@ -314,6 +315,11 @@ def test_a_lap_that_never_keeps_its_promise_is_refused_at_one_level_for_all() ->
     assert evidence
     with pytest.raises(Refused, match="leaves out"):
         check_words(flown(statement, own), Evidence(evidence))
+
+
+def test_versions_rise_when_what_is_checked_changes() -> None:
+    """Another number here means that files of earlier flights are refused, or checked by another kernel than their certificate names."""
+    assert (VERSION, statement.FORMAT, trees.FORMAT) == (6, 4, 5)
 
 
 def test_json_with_a_key_twice_is_refused() -> None:
