@@ -33,7 +33,7 @@ def missing(claims: list[Checked]) -> set[str]:
 
 
 def untrue(claims: list[Checked], certificate: Certificate) -> list[Checked]:
-    """Return the claims that the kernel has checked, and the judge does not prove; those that one robot has several of are told by their count."""
+    """Return the claims that the kernel has checked, and the judge does not prove; those of which there are several are told by their count."""
     refused = {(c.name, *sorted(filter(None, (c.robot, c.other)))) for c in certificate.claims if c.outcome != "holds"}
     checked = [c for c in claims if not c.missing]
     found = [c for c in checked if not _several(c.name) and (c.name, *sorted(c.robots)) in refused]
@@ -45,4 +45,4 @@ def untrue(claims: list[Checked], certificate: Certificate) -> list[Checked]:
 
 
 def _several(name: str) -> bool:
-    return name == "precedences" or name.startswith("limits.legs.")
+    return name in ("precedences", "timing") or name.startswith("limits.legs.")

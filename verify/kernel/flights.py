@@ -117,7 +117,7 @@ def _read_pieces(text: str, name: str, cycle: int | None, repeat: int) -> list[S
 
 def read_team(statement: Statement, texts: Mapping[str, str]) -> Team:
     """Read a team's flight from each robot's CSV file; laps have to be alike, and to begin and end together."""
-    pieces = {name: _read_pieces(texts[name], name, one.cycle, statement.repeat) for name, one in statement.robots.items()}
+    pieces = {of: _read_pieces(texts.get(of, ""), of, one.cycle, statement.repeat) for of, one in statement.robots.items()}
     end = max(row[-1].stop for row in pieces.values())
     paths = {name: _path(name, statement.robots[name], row, end) for name, row in pieces.items()}
     laps = {(path.lap, path.pieces[-1].stop) for path in paths.values()}

@@ -66,6 +66,12 @@ def test_what_is_true_is_checked(proved, name):
     assert missing(claims) == set()
 
 
+def test_a_robot_needs_a_file(lap):
+    _, _, proof = lap
+    with pytest.raises(Refused, match=r"\.csv is no flight"):
+        checked(proof.statement, proof.evidence, {})
+
+
 def changed(statement, **changes):
     """A statement's text with some values changed, by paths such as `robots__quad0__limits__speed`."""
     table = json.loads(statement)
