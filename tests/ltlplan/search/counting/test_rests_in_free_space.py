@@ -39,7 +39,10 @@ def certified(mission: Mission, pace: Pace) -> tuple[float, float]:
     return made.cost, max(flown.duration for flown in team.values())
 
 
-@few_of(1, "robots", [2, *(pytest.param(robots, marks=pytest.mark.slow) for robots in (3, 4, 5))])
+SWINGS = pytest.mark.xfail(strict=True, reason="a way that the region keeps from swinging is shorter than without it")
+
+
+@pytest.mark.parametrize("robots", [2, 3, pytest.param(4, marks=SWINGS), pytest.param(5, marks=SWINGS)])
 @pytest.mark.slow
 def test_an_unrelated_region_makes_a_shared_machine_no_dearer_and_no_slower(robots: int) -> None:
     paces: tuple[Pace, ...] = ("nominal", 0.7)
