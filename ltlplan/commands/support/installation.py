@@ -22,6 +22,7 @@ EXTRAS = {
     "mcap": "write and read flight logs as MCAP, for Foxglove",
     "logs": "judge recordings: PX4's ULog, ROS 2 bags, MCAP",
     "service": "serve planning over HTTP with its page (`ltlplan serve`), and ask a service (`ltlplan.Client`)",
+    "openid": "let people log in to a service by OpenID Connect",
     "postgres": "keep a service's jobs in PostgreSQL",
     "dask": "compute by the workers of a Dask cluster",
     "hypothesis": "random missions and flights in your own tests (`verify.testing`)",
