@@ -184,6 +184,8 @@ def _turns(mission: Mission, system: TransitionSystem, cycle: Sequence[int]) -> 
             f"There is no moment in {system.robot}'s lap at which it rests, in a region without a ring or at its start, so that a lap could "
             "begin: give it such a region to come to."
         )
+    if not system.nodes:
+        return rests
     nodes = [system.nodes[number] for number in cycle]
 
     def sets_out(turn: int) -> bool:

@@ -237,6 +237,17 @@ def test_what_some_robot_shows_or_none_is_shared_out_under_joint_too(each, parts
         assert found.least <= paid + 1e-5
 
 
+def test_laps_of_bare_graphs_are_shared_out():
+    still = TransitionSystem((frozenset(), frozenset()), (((1, 1.0),), ()))
+    turning = TransitionSystem((frozenset("a"), frozenset("b"), frozenset()), (((1, 1.0), (2, 1.0)), ((0, 1.0),), ()))
+    asked = mission("G F a & G F b", robots=2, trace="infinite", team="joint")
+    split = parts_of(asked, asked.formula)
+    assert split is not None
+    found = share_out(asked, [still, turning], split, DEFAULT_BUDGET, longest=False)
+    assert found is not None
+    assert {*found.cycles[1]} == {0, 1}
+
+
 @pytest.mark.parametrize(
     "formula", ["G F (a & b)", "G F count(a) >= 2", "F G a", "G a", "G F !a", "G F free", "G F (q0.a & b)"]
 )
