@@ -103,7 +103,7 @@ def conjuncts(tree: Tree) -> list[Tree]:
 
 
 class Proposition(NamedTuple):
-    """At least `least` of all robots, or one that is named, satisfy a combination of names, text of JSON; `name` where it is that name alone."""
+    """At least `least` of all robots, or one that is named, satisfy a combination of names, text of JSON; `name` where it is a plain name."""
 
     robot: str
     least: int
@@ -158,7 +158,7 @@ class Table:
         return made[name]()
 
     def _proposition(self, robot: str, least: int, counted: Tree) -> int:
-        name = counted[1] if not operands(counted) and counted[0] == "name" else ""
+        name = counted[1] if not operands(counted) and (robot, least, counted[0]) == ("", 1, "name") else ""
         one = Proposition(robot, least, json.dumps(counted), name)
         return self._add("holds", self.propositions.setdefault(one, len(self.propositions)))
 

@@ -174,7 +174,7 @@ class Claim:
         unknown, strange = [*self.names - self.shown, ""][0], [*{p.robot for p in asked} - {"", *self.robots}, ""][0]
         require(not unknown, f"the formula names {unknown[:60]!r}, which no robot shows")
         require(not strange, f"the formula names robot {strange[:60]!r}, which there is not")
-        one_by_one = all(not one.robot and one.least == 1 and one.name for one in asked)
+        one_by_one = all(one.name for one in asked)
         require(self.joint or one_by_one, "the formula counts robots that are read one by one")
 
 
