@@ -1,16 +1,24 @@
-"""Commands of pages that are no walks: each runs in a folder that holds what the page speaks of, but for those that need a radio or another page's service."""
+"""Commands and Python of pages that are no walks: each runs in a folder that holds what the page speaks of.
+
+Commands that need a radio or another page's service do not.
+"""
 
 from __future__ import annotations
 
+import os
 import re
+import subprocess
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Generator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 
+from ltlplan import Client
 from tests.helpers.fleets import show_of, trajectory_of, write_show
-from tests.test_site import DOCS, EXTENDING, FIRST, PAGES, ROOT, WALKS, Reader, named_commands
+from tests.helpers.services import serving
+from tests.test_site import BLOCK, DOCS, EXTENDING, FIRST, PAGES, ROOT, WALKS, Reader, named_commands
 
 RADIO = re.compile(r"--link (crazyflie|mavlink)")
 """Of a command that needs vehicles: it is parsed only."""
@@ -22,6 +30,10 @@ ELSEWHERE: Mapping[str, str] = {
     EXTENDING: "tests/test_extending.py",
 }
 """Where the commands of other pages run."""
+SCRIPTS: Mapping[str, str] = {"library.md": "tests/test_readme.py", EXTENDING: "tests/test_extending.py"}
+"""Where the Python of other pages runs."""
+SERVICE = "http://127.0.0.1:8000"
+"""A service, as pages have it."""
 HALL = """
 format: 1
 name: hall
@@ -90,3 +102,76 @@ def test_commands_of_a_page_run(name: str, tmp_path: Path) -> None:
                 command = command.replace(text, other)
             printed = reader.type(f"{command}\necho ended with $?")
             assert re.search(r"ended with [05]$", printed.strip(), re.MULTILINE), printed
+
+
+def scripts(page: Path) -> list[str]:
+    """Return a page's blocks of Python."""
+    return [text for language, _, text in BLOCK.findall(page.read_text(encoding="utf-8")) if language == "python"]
+
+
+def run_scripts(reader: Reader, texts: list[str]) -> str:
+    """Return what scripts print, each run by itself and to its end."""
+    printed = ""
+    for text in texts:
+        (reader.folder / "script.py").write_text(text, encoding="utf-8")
+        printed += reader.type("python script.py; echo ended with $?")
+        assert printed.endswith("ended with 0\n"), printed
+    return printed
+
+
+def test_the_python_of_each_page_runs_somewhere() -> None:
+    with_python = {str(page.relative_to(DOCS)) for page in PAGES[:-1] if page not in (*WALKS, FIRST) and scripts(page)}
+    assert with_python == {"audit.md", "on-board.md", "service.md", "testing.md", *SCRIPTS}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "prepare"), [("audit.md", flights_of_others), ("on-board.md", nothing)])
+def test_python_of_a_page_runs(name: str, prepare: Callable[[Reader], None], tmp_path: Path) -> None:
+    reader = Reader(tmp_path, Path(sys.executable).parent, str(ROOT))
+    prepare(reader)
+    run_scripts(reader, scripts(DOCS / name))
+
+
+@pytest.mark.slow
+def test_tests_of_the_page_on_testing_pass(tmp_path: Path) -> None:
+    texts = scripts(DOCS / "testing.md")
+    for number, text in enumerate(texts):
+        (tmp_path / f"test_{number}.py").write_text(text, encoding="utf-8")
+    printed = Reader(tmp_path, Path(sys.executable).parent, str(ROOT)).type("python -m pytest -q")
+    count = sum(text.count("\ndef test_") for text in texts)
+    assert f"{count} passed" in printed, printed
+
+
+@contextmanager
+def flying(service: str, reader: Reader) -> Generator[None]:
+    """Have the fire-fighting team in the air, listening as `lab`; it flies to its end."""
+    command = [sys.executable, "-m", "ltlplan", "online", "firefighting", "--certified", "--link", "simulated"]
+    with subprocess.Popen(
+        [*command, "--follow", f"{service}/live/lab"], cwd=reader.folder, env={**os.environ, "PYTHONPATH": reader.paths},
+        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+    ) as flight:  # fmt: skip
+        assert flight.stdout is not None
+        assert any(line.startswith("climb") for line in flight.stdout)
+        try:
+            yield
+            said, _ = flight.communicate(timeout=120)
+            assert flight.returncode == 0, said
+        finally:
+            flight.kill()
+
+
+@pytest.mark.slow
+def test_python_of_the_service_page_runs(tmp_path: Path) -> None:
+    """The recording is the flight of the job that the page asks for; the flight in the air answers as the page says."""
+    reader = Reader(tmp_path, Path(sys.executable).parent, str(ROOT))
+    with serving(tmp_path / "data") as served:
+        with Client(served.url) as client:
+            (tmp_path / "recording.csv").write_bytes(client.submit("firefighting", seed=2).wait().file("flight.csv"))
+        use, live = (text.replace(SERVICE, served.url) for text in scripts(DOCS / "service.md"))
+        assert "1.0 done" in run_scripts(reader, [use])
+        assert (tmp_path / "out" / "certificate.json").exists()
+        assert any((tmp_path / "exported").iterdir())
+        with flying(served.url, reader):
+            printed = run_scripts(reader, [live])
+    assert "1 quad1 fails True quad1 fails and lands, from " in printed
+    assert "2 water moves 0.3,-0.7,0.9 True water moves to " in printed
