@@ -10,7 +10,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from decimal import Decimal
+from decimal import Context, Decimal
 from fractions import Fraction
 from typing import Literal, TypeVar
 
@@ -259,8 +259,8 @@ class Formula:
 
 
 def decimal(seconds: Fraction) -> str:
-    """Return a number as it is read again: in decimals, all of them."""
-    return format(Decimal(seconds.numerator) / Decimal(seconds.denominator), "f")
+    """Return a number as it is read again: in decimals, all of them, whatever precision the caller has set."""
+    return format(Context(prec=28).divide(Decimal(seconds.numerator), Decimal(seconds.denominator)), "f")
 
 
 TRUE = Formula("true")

@@ -1,4 +1,5 @@
 import re
+from decimal import Context, localcontext
 from fractions import Fraction
 
 import pytest
@@ -241,3 +242,9 @@ def test_a_long_conjunction_is_handled_without_recursion() -> None:
     assert len(formula.conjuncts()) == len(formula.of("quad0").names()) == 900
     counted = parse_formula(f"{text} & count(b) >= 2", robots=("one", "two"))
     assert str(written_out(counted, ("one", "two"))) == str(counted)
+
+
+def test_bounds_are_written_in_full_whatever_precision_decimals_have() -> None:
+    text = "F[0.000000000001,999999999999.999999999999] a"
+    with localcontext(Context(prec=3)):
+        assert str(parse_formula(text)) == text
