@@ -28,6 +28,9 @@ ROOM = 1e-9
 _BOTH = 2 * EDGE
 """Halvings of two segments, at the most."""
 
+_MOST = 20_000
+"""Parts of segments that are looked at together; of robots that meet there would be more and more."""
+
 
 @cache
 def _matrix(degree: int) -> Floats:
@@ -224,7 +227,8 @@ def parted_trees(parts: Sequence[Two]) -> list[str]:
         near, far = (np.einsum("nd,ndk->nk", normals, places[:, k]) for k in (0, 1))
         lengths = np.linalg.norm(normals, axis=-1)
         parted = (near.min(axis=-1) - far.max(axis=-1) > (asked[:, 0] * (1 + 1e-6) + 1e-6) * lengths) & (lengths > 300)
-        marks = np.where(beside, "k", np.where(parted, "m", "" if level < _BOTH else "?"))
+        undecided = "" if level < _BOTH and len(places) < _MOST else "?"
+        marks = np.where(beside, "k", np.where(parted, "m", undecided))
         marks[(marks == "") & np.isnan(times[:, :, 2]).any(axis=1)] = "?"
         levels.append(marks)
         open_ = marks == ""

@@ -15,6 +15,7 @@ from verify.kernel.flights import Path, Segment
 from verify.kernel.statement import Refused
 from verify.kernel.trees import Evidence, Polynomial
 from verify.kernel.zones import Flight, Pair
+from verify.proofs.proposed_roots import parted_trees
 from verify.proofs.search import run_lengths, trees_of
 
 STATEMENT: Any = SimpleNamespace(separation=Fraction(3, 8), separation_z=None, margin=Fraction(0))
@@ -67,3 +68,20 @@ def test_what_is_proved_is_so(seed: int, number: int, error: Fraction, least: in
             assert not (is_proved(pair.parts(error), text) and near)
         found[is_proved(pair.parts(error), marks)] += 1
     assert min(found.values()) >= least
+
+
+@few_of(4, "seed", range(40))
+def test_trees_that_floats_propose_are_accepted(seed: int) -> None:
+    rng = random.Random(seed)
+    one, other = (Flight(STATEMENT, flown(rng, odd=odd)) for odd in (False, True))
+    parts = list(Pair(Fraction(3, 8), one, other).parts(Fraction(1, 8)))
+    for part, tree in zip(parts, parted_trees(parts), strict=True):
+        if tree:
+            Evidence({"apart": run_lengths([tree])}).prove("apart", [part])
+
+
+def test_robots_that_meet_are_not_halved_for_ever() -> None:
+    flight = Flight(STATEMENT, flown(random.Random(1), odd=False))
+    parts = list(Pair(Fraction(3, 8), flight, flight).parts(Fraction(0)))
+    assert parts
+    assert "" in parted_trees(parts)
