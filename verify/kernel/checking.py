@@ -41,7 +41,7 @@ class Check:
 
     def __init__(self, statement: Statement, team: Team, evidence: Evidence) -> None:
         self.statement, self.team, self.evidence, self._proved = statement, team, evidence, set[str]()
-        self._obstacle = cache(self._solid)
+        self._obstacle, self._rim = cache(self._solid), cache(rim)
         self.courses: Mapping[str, Course] = {name: Course(statement, path, evidence) for name, path in team.paths.items()}
 
     def claims(self) -> list[Checked]:
@@ -95,7 +95,7 @@ class Check:
         yield Owed("workspace", of, f"The path of {name} stays {float(margin)} m inside the workspace.", walls)
         yield Owed("continuity", of, partial(check_continuity, path, team))
         if hoops := {one: shape for one, shape in statement.regions.items() if shape.ring}:
-            rims = ((f"rims/{name}/{one}", along(path, rim(shape, near))) for one, shape in hoops.items())
+            rims = ((f"rims/{name}/{one}", along(path, self._rim(shape, near))) for one, shape in hoops.items())
             yield Owed("rims", of, f"The path of {name} stays more than {at_least(near)} m from every rim.", rims)
         if statement.obstacles:
             solid = ((f"obstacles/{name}/{one}", along(path, self._obstacle(one, near))) for one in statement.obstacles)

@@ -34,7 +34,7 @@ def along(path: Path, rules: Rules) -> Iterator[Cell]:
 def terms_of(one: Inequality, center: Vector) -> Terms:
     """Return the weights of an inequality around a centre."""
     q, linear = one.quadratic or (NOTHING,) * 3, one.linear or NOTHING
-    pulled = [sum((q[i][k] * center[k] for k in range(3)), ZERO) for i in range(3)]
+    pulled = [sum((q[i][k] * center[k] for k in range(3)), ZERO) for i in range(3)] if one.quadratic else NOTHING
     rest = sum(((pulled[i] - linear[i]) * center[i] for i in range(3)), -one.bound)
     (xx, xy, xz), (_, yy, yz), (_, _, zz) = q
     return (xx, 2 * xy, 2 * xz, yy, 2 * yz, zz, *(linear[i] - 2 * pulled[i] for i in range(3)), rest)

@@ -71,7 +71,8 @@ def _add_sums(sums: list[Sum], planes: _Planes, hulls: _Floats, length: float) -
         clear = (over.min(axis=1) > length + _SLACK).any(axis=1)
         if len(known):
             clear |= (hulls @ known[:, :3].T - known[:, 3]).min(axis=1).max(axis=1) > length + _SLACK
-        hulls, over = hulls[~clear], over[~clear]
+        open_ = ~clear & (np.count_nonzero(over.max(axis=1) > 0, axis=1) > 1)  # no part of others is beyond two half-spaces
+        hulls, over = hulls[open_], over[open_]
         for hull, beyond in zip(hulls, over.mean(axis=1), strict=True):
             new = _proposed(planes, np.maximum(beyond, 0.0))
             if new is None or new in sums:
