@@ -319,7 +319,8 @@ def _row(claim: Claim) -> tuple[str, ...]:
     if claim.other is not None:
         robots = f"{robots}, {claim.other}"
     time = "" if claim.time is None else f"{claim.time:.2f} s"
-    return (claim.name, robots, claim.outcome, _figure(claim.bound, claim.unit), _figure(claim.limit, claim.unit), time)
+    bound = _figure(claim.bound, claim.unit, claim)
+    return (claim.name, robots, claim.outcome, bound, _figure(claim.limit, claim.unit), time)
 
 
 def _room(claim: Claim) -> float:
@@ -329,10 +330,16 @@ def _room(claim: Claim) -> float:
     return claim.margin / abs(claim.limit) if claim.limit else claim.margin
 
 
-def _figure(value: float | None, unit: str) -> str:
+def _figure(value: float | None, unit: str, bound_of: Claim | None = None) -> str:
+    """Return a figure for a person; the bound of a claim is rounded to its safe side."""
     if value is None:
         return ""
     shown = 0.0 if abs(value) < TINY else value
     if unit in ("rad", "rad/s"):  # people and mission files have degrees
         shown, unit = math.degrees(shown), unit.replace("rad", "deg")
-    return f"{shown:.4g} {unit}".rstrip()
+    if bound_of is None or bound_of.limit is None or bound_of.margin is None:
+        return f"{shown:.4g} {unit}".rstrip()
+    from verify.claims.claim import figures
+
+    from_above = (value < bound_of.limit) == (bound_of.margin > 0)
+    return f"{figures(shown, 4, up=from_above)} {unit}".rstrip()

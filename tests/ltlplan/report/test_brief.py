@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from ltlplan import Result
 from ltlplan.report.brief import brief_lines
-from ltlplan.report.summary import summary_lines
+from ltlplan.report.summary import claim_rows, summary_lines
 
 
 def test_a_screen_says_what_was_asked_found_proved_and_flown(shipped_run: Callable[[str], Result]) -> None:
@@ -39,3 +39,14 @@ def test_what_does_not_hold_is_said_whole(shipped_run: Callable[[str], Result]) 
     assert f"not so: {refused.sentence}" in text
     assert f"the claim {first.name} undecided" in text
     assert "campaign" not in text
+
+
+def test_tables_round_bounds_to_their_safe_side(shipped_run: Callable[[str], Result]) -> None:
+    certificate = shipped_run("firefighting").certificate
+    first = certificate.claims[0]
+    least, most = (
+        replace(first, unit="m", bound=bound, limit=limit, margin=abs(bound - limit))
+        for bound, limit in ((1.02674, 0.3), (1.02621, 2.0))
+    )
+    rows = claim_rows(replace(certificate, claims=(least, most)))
+    assert [row[3] for row in rows] == ["1.026 m", "1.027 m"]
