@@ -68,7 +68,7 @@ class Result:
             from flight.rehearsal.corners import fly_corners
 
             margin, seed = float(self.certificate.margin), self.plan.seed
-            self._corners.append(fly_corners(self.mission, self.team, margin, seed=seed))
+            self._corners.append(fly_corners(self.mission, self.team, margin, seeds=(seed,)))
         return self._corners[0]
 
 

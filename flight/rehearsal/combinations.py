@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass
@@ -21,12 +22,12 @@ from flight.model.timing import CONTROL_STEP, STEP, SUBSTEPS
 from flight.monitoring.tube import stray_between_steps
 from flight.processes import Processes, Workers, count_of, shared
 from flight.rehearsal.batches import Job, worst_errors
-from flight.rehearsal.corners import Corners, fly_corners
+from flight.rehearsal.corners import fly_corners
 from flight.rehearsal.hunt import hunt, require_wind
 from flight.rehearsal.table import Cell, Rehearsal
 from flight.simulation_setup import is_whole, require_seed
 from verify.certificate import Certificate
-from verify.data import BadInput, Plan, Trajectory, Vehicle, check_plan, check_trajectories
+from verify.data import BadInput, Mission, Plan, Trajectory, Vehicle, check_plan, check_trajectories
 from verify.data.errors import did_you_mean
 from verify.data.progress import Progress, part_of, silent
 from verify.recordings.planned_paths import planned_paths
@@ -149,39 +150,20 @@ def rehearse(
     if cert is not None:
         require_certificate(cert, plan, team)
     mission = plan.mission
-    sensor = noise if isinstance(noise, MotionCapture) else MotionCapture.parse(noise)
-    job = Job(
-        reference=sample_reference(flown(mission, team), CONTROL_STEP, SUBSTEPS, onward=flown(mission, team, more_laps=1)),
-        airframes=airframes_of(mission, mission.agents),
-        sensor=sensor,
-        masses=combinations.masses,
-        latencies=combinations.latencies,
-        winds=tuple(Wind.parse(wind) for wind in combinations.winds),
-    )
-    robots, cells = job.reference.robots, job.combinations
-    size = max(_TOGETHER // (len(cells) * len(robots)), 1)
-    starts = range(seed, seed + runs, size)
-    teams = _teams(combinations, job.airframes)
-    parts: list[tuple[str, Drag, range]] = [
-        (name, drag, range(k, min(k + size, seed + runs))) for name, drag in teams for k in starts
-    ]
+    job = _job(mission, team, combinations, noise)
+    teams, seeds = _teams(combinations, job.airframes), range(seed, seed + runs)
     corners = combinations.corners
     if corners is None:
         corners = any(airframe.vehicle.uncertain is not None for airframe in job.airframes)
     alone = not corners and combinations.hunt is None
     say = progress or silent
-    found = _flown(job, parts, workers, say if alone else part_of(say, 0.0, 0.6))
+    found = _flown(job, teams, seeds, workers, say if alone else part_of(say, 0.0, 0.6))
     between = stray_between_steps(mission, planned_paths(mission, team), STEP) / min(*combinations.masses, 1.0)
     margin = None if cert is None else float(cert.margin)
-    table: list[Cell] = []
-    for k, (name, drag) in enumerate(teams):
-        errors = np.concatenate(found[k * len(starts) : (k + 1) * len(starts)], axis=1) + between
-        for (mass, latency, wind), each in zip(cells, errors, strict=True):
-            run, robot = np.unravel_index(np.argmax(each), each.shape)
-            left = None if margin is None else int(np.count_nonzero(np.max(each, axis=1) >= margin))
-            worst = float(each[run, robot])
-            table.append(Cell(name, mass, latency, combinations.winds[wind], worst, robots[robot], seed + int(run), left, drag))
-    profile = dict.fromkeys(mission.vehicle_of(robot).controller for robot in robots)
+    table = [
+        _cells(job, one, errors + between, combinations.winds, seed, margin) for one, errors in zip(teams, found, strict=True)
+    ]
+    profile = dict.fromkeys(mission.vehicle_of(robot).controller for robot in job.reference.robots)
     return Rehearsal(
         mission=mission.name,
         margin=margin,
@@ -189,9 +171,11 @@ def rehearse(
         runs=runs,
         seed=seed,
         profile=tuple(name or "geometric" for name in profile),
-        cells=tuple(table),
+        cells=tuple(itertools.chain.from_iterable(table)),
         doubts=tuple(dict.fromkeys(airframe.doubt for airframe in job.airframes if airframe.doubt)),
-        corners=_at_corners(plan, team, margin, combinations, (min(runs, _CORNERED), seed), part_of(say, 0.6, 0.8))
+        corners=fly_corners(
+            mission, team, margin, seeds=seeds[:_CORNERED], profiles=combinations.profiles, progress=part_of(say, 0.6, 0.8)
+        )
         if corners
         else None,
         hunt=None
@@ -200,19 +184,18 @@ def rehearse(
     )
 
 
-# six parameters: a team, and what is flown with it
-def _at_corners(
-    plan: Plan,
-    team: Mapping[str, Trajectory],
-    margin: float | None,
-    combinations: Combinations,
-    flights: tuple[int, int],
-    progress: Progress,
-) -> Corners:
-    """Fly the corners: so many flights of each, from a seed on."""
-    runs, seed = flights
-    profiles = combinations.profiles
-    return fly_corners(plan.mission, team, margin, runs=runs, seed=seed, profiles=profiles, progress=progress)
+def _job(
+    mission: Mission, team: Mapping[str, Trajectory], combinations: Combinations, noise: MotionCapture | str | float
+) -> Job:
+    """Return the settings that all flights have in common."""
+    return Job(
+        sensor=noise if isinstance(noise, MotionCapture) else MotionCapture.parse(noise),
+        reference=sample_reference(flown(mission, team), CONTROL_STEP, SUBSTEPS, onward=flown(mission, team, more_laps=1)),
+        airframes=airframes_of(mission, mission.agents),
+        masses=combinations.masses,
+        latencies=combinations.latencies,
+        winds=tuple(Wind.parse(wind) for wind in combinations.winds),
+    )
 
 
 def _teams(combinations: Combinations, airframes: Sequence[Airframe]) -> list[tuple[str, Drag]]:
@@ -222,7 +205,20 @@ def _teams(combinations: Combinations, airframes: Sequence[Airframe]) -> list[tu
     return [(name, drag) for name in combinations.controllers_for(airframes) for drag in drags]
 
 
-def _flown(job: Job, parts: Sequence[tuple[str, Drag, range]], workers: int | Workers, say: Progress) -> list[Floats]:
+def _flown(job: Job, teams: Sequence[tuple[str, Drag]], seeds: range, workers: int | Workers, say: Progress) -> list[Floats]:
+    """Fly all cells, and return each robot's largest distance from its plan at any step, m.
+
+    Returns:
+        For each controller with its drag. Shape (cells, seeds, robots).
+    """
+    size = max(_TOGETHER // (len(job.combinations) * len(job.reference.robots)), 1)
+    batches = [seeds[k : k + size] for k in range(0, len(seeds), size)]
+    parts: list[tuple[str, Drag, range]] = [(name, drag, batch) for name, drag in teams for batch in batches]
+    found = _in_turn(job, parts, workers, say)
+    return [np.concatenate(found[k : k + len(batches)], axis=1) for k in range(0, len(found), len(batches))]
+
+
+def _in_turn(job: Job, parts: Sequence[tuple[str, Drag, range]], workers: int | Workers, say: Progress) -> list[Floats]:
     """Fly the parts, in order, and return what each found."""
     sentence = "rehearsing the flight"
     if count_of(workers) == 1 and isinstance(workers, int):
@@ -232,3 +228,16 @@ def _flown(job: Job, parts: Sequence[tuple[str, Drag, range]], workers: int | Wo
         return found
     with Processes(workers) if isinstance(workers, int) else nullcontext(workers) as those:
         return shared(worst_errors, job, parts, workers=those, progress=lambda share: say(sentence, share))
+
+
+def _cells(
+    job: Job, team: tuple[str, Drag], errors: Floats, winds: Sequence[str], seed: int, margin: float | None
+) -> list[Cell]:
+    """Return the cells of one controller with one drag, from the errors of its flights."""
+    (name, drag), cells = team, list[Cell]()
+    for (mass, latency, wind), each in zip(job.combinations, errors, strict=True):
+        run, robot = np.unravel_index(np.argmax(each), each.shape)
+        left = None if margin is None else int(np.count_nonzero(np.max(each, axis=1) >= margin))
+        worst = float(each[run, robot])
+        cells.append(Cell(name, mass, latency, winds[wind], worst, job.reference.robots[robot], seed + int(run), left, drag))
+    return cells

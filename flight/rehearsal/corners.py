@@ -132,8 +132,7 @@ def fly_corners(
     team: Mapping[str, Trajectory],
     margin: float | None,
     *,
-    runs: int = 1,
-    seed: int = 0,
+    seeds: Sequence[int] = (0,),
     profiles: Sequence[Vehicle] = (),
     progress: Progress | None = None,
 ) -> Corners:
@@ -143,8 +142,7 @@ def fly_corners(
         mission: Who flies.
         team: Its trajectories.
         margin: Radius of the tube, m; None for none.
-        runs: Flights of each corner.
-        seed: Of the first.
+        seeds: Of the flights of each corner.
         profiles: Of vehicles by their names, whose intervals are flown in place of the mission's own.
         progress: Called with a sentence and the share done.
 
@@ -157,7 +155,7 @@ def fly_corners(
     names = [name for name in USUAL if any(ends[name][0] < ends[name][1] for ends in own)]
     drags: tuple[Drag, ...] = ("least", "most") if any(airframe.drag_range for airframe in airframes) else ("profile",)
     sides = list(itertools.product((0, 1), repeat=len(names)))
-    spread = _Spread(reference, airframes, own, names, sides, range(seed, seed + runs))
+    spread = _Spread(reference, airframes, own, names, sides, seeds)
     between = stray_between_steps(mission, planned_paths(mission, team), STEP)
     say, found = progress or silent, list[Corner]()
     for k, drag in enumerate(drags):
@@ -167,10 +165,10 @@ def fly_corners(
             ends |= {} if drag == "profile" else {"drag": drag}
             run, robot = np.unravel_index(np.argmax(each), each.shape)
             left = None if margin is None else int(np.count_nonzero(np.max(each, axis=1) >= margin))
-            found.append(Corner(ends, float(each[run, robot]), reference.robots[robot], seed + int(run), left))
+            found.append(Corner(ends, float(each[run, robot]), reference.robots[robot], seeds[int(run)], left))
     robots = reference.robots
     follow = {name: controller_name(airframe.vehicle) for name, airframe in zip(robots, airframes, strict=True)}
-    return Corners(margin, runs, follow, dict(zip(robots, own, strict=True)), tuple(found))
+    return Corners(margin, len(seeds), follow, dict(zip(robots, own, strict=True)), tuple(found))
 
 
 def _told(airframes: Sequence[Airframe], profiles: Sequence[Vehicle]) -> list[tuple[Airframe, dict[str, tuple[float, float]]]]:
