@@ -125,11 +125,14 @@ def test_the_python_of_each_page_runs_somewhere() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("name", "prepare"), [("audit.md", flights_of_others), ("on-board.md", nothing)])
-def test_python_of_a_page_runs(name: str, prepare: Callable[[Reader], None], tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("name", "prepare", "says"), [("audit.md", flights_of_others, ""), ("on-board.md", nothing, r"0\.0\d+ 0\.\d+\n")]
+)
+def test_python_of_a_page_runs(name: str, prepare: Callable[[Reader], None], says: str, tmp_path: Path) -> None:
     reader = Reader(tmp_path, Path(sys.executable).parent, str(ROOT))
     prepare(reader)
-    run_scripts(reader, scripts(DOCS / name))
+    printed = run_scripts(reader, scripts(DOCS / name))
+    assert re.fullmatch(f"{says}ended with 0\n", printed), printed
 
 
 @pytest.mark.slow

@@ -212,11 +212,16 @@ def test_somebody_comes_in_by_the_lab_s_own_login_and_goes_at_once_when_disabled
             visitor.tab("People")
             visitor.page.get_by_text("You are alice, planner").wait_for()
             visitor.wait("window.socket?.connected")
+            (cookie,) = (each for each in visitor.context.cookies() if each["name"] == "ltlplan_session")
+            kept = {"cookie": f"ltlplan_session={cookie['value']}"}
+            assert httpx.get(address + "/api/account", headers=kept).json()["user"] == "alice"
             lab.accounts.set_disabled("alice", True)
             visitor.page.wait_for_url(address + "/login", timeout=LIMIT)
             visitor.page.get_by_role("link", name="Log in by the lab's own login").click()
             visitor.page.get_by_role("link", name="Approve").click()
             visitor.page.get_by_text("The account 'alice' is disabled").wait_for()
+            assert visitor.page.url.startswith(address + "/login/openid/back?")
+            assert httpx.get(address + "/api/account", headers=kept).status_code == 401, "the session has ended"
             visitor.context.close()
     lab.close()
 
