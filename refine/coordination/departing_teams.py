@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from refine.coordination.alternative_ways import waits_anywhere
-from refine.coordination.conflict_resolution import departures_of
+from refine.coordination.avoidance.conflict_resolution import departures_of
 from refine.coordination.departures import DepartureConflict
 from refine.coordination.midway_waits import Halt, with_waits
 from refine.coordination.spacing import hovers_of, idle_others

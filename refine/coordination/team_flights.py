@@ -21,11 +21,18 @@ from refine.coordination.alternative_ways import (
     takes_turns,
     waits_anywhere,
 )
-from refine.coordination.conflict_resolution import Together, arrival, departures_of, hurried, resolve_encounters, too_near
+from refine.coordination.avoidance.conflict_resolution import (
+    Together,
+    arrival,
+    departures_of,
+    hurried,
+    resolve_encounters,
+    too_near,
+)
+from refine.coordination.avoidance.joint_avoidance import avoid_jointly
+from refine.coordination.clocks.own_clocks import on_own_clocks
 from refine.coordination.departing_teams import depart, fly_to_meetings
 from refine.coordination.departures import DepartureConflict
-from refine.coordination.joint_avoidance import avoid_jointly
-from refine.coordination.own_clocks import on_own_clocks
 from refine.coordination.safe_intervals import schedule_safe_intervals
 from refine.coordination.spacing import firm_pairs, idle_others, spacing_for
 from refine.coordination.visit_relocation import resting_teams, with_visits_relocated

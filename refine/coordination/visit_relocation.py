@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from refine.coordination.conflict_resolution import departures_of
+from refine.coordination.avoidance.conflict_resolution import departures_of
 from refine.coordination.departures import DepartureConflict
 from refine.coordination.spacing import idle_others
 from refine.corridor.legs import HOVERING

@@ -6,7 +6,7 @@ import pytest
 
 import verify
 from refine import refine
-from tests.refine.coordination.test_joint_avoidance import circle, hall
+from tests.refine.coordination.avoidance.test_joint_avoidance import circle, hall
 from verify.data import Plan
 
 

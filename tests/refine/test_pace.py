@@ -13,7 +13,8 @@ import ltlplan
 import verify
 from ltlplan.pipeline import certified_team
 from refine import parts, refine
-from refine.coordination import conflict_resolution, team_flights
+from refine.coordination import team_flights
+from refine.coordination.avoidance import conflict_resolution
 from refine.coordination.common_clock import Flown, on_faster_clock
 from refine.coordination.midway_waits import with_hovers
 from refine.coordination.spacing import spacing_for

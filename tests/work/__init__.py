@@ -17,7 +17,7 @@ from unittest import mock
 
 from ltlplan import load_mission, plan
 from ltlplan.pipeline import certified_team
-from refine.coordination import joint_bending
+from refine.coordination.avoidance import joint_bending
 from refine.single_robot import time_optimised
 from refine.solvers import qp
 

@@ -9,8 +9,8 @@ import pytest
 
 import verify
 from refine import refine
-from refine.coordination.conflict_intervals import cut_legs, mover
-from refine.coordination.joint_bending import Beginning, bend_apart
+from refine.coordination.avoidance.conflict_intervals import cut_legs, mover
+from refine.coordination.avoidance.joint_bending import Beginning, bend_apart
 from refine.corridor.fitting import fit
 from refine.corridor.planned import corridor_of
 from refine.single_robot.task import Pace

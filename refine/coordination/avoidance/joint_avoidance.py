@@ -13,10 +13,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from refine.coordination.conflict_intervals import Mover, cut_legs
-from refine.coordination.conflict_resolution import along, among, mover_of, paced, timed_faster
+from refine.coordination.avoidance.conflict_intervals import Mover, cut_legs
+from refine.coordination.avoidance.conflict_resolution import along, among, mover_of, paced, timed_faster
+from refine.coordination.avoidance.joint_bending import Beginning, Bent, bend_apart
 from refine.coordination.departures import DepartureConflict, departures
-from refine.coordination.joint_bending import Beginning, Bent, bend_apart
 from refine.coordination.spacing import flight_of
 from refine.corridor.fitting import fit
 from refine.corridor.sampled_stays import violations

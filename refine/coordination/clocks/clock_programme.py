@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.interpolate import BSpline
 
-from refine.coordination.earliest_times import After, Line
+from refine.coordination.clocks.earliest_times import After, Line
 from refine.single_robot.task import RobotFlight
 from refine.solvers.sparse_qp import least
 

@@ -12,11 +12,11 @@ import ltlplan
 import verify
 from refine import refine
 from refine.coordination import team_flights
-from refine.coordination.conflict_resolution import Together, arrival, departures_of
+from refine.coordination.avoidance.conflict_resolution import Together, arrival, departures_of
+from refine.coordination.clocks.earliest_times import Line, Times
+from refine.coordination.clocks.own_clocks import on_own_clocks
+from refine.coordination.clocks.passing_orders import Orders, Stuck, Zone, passing_orders, zones_of
 from refine.coordination.departures import DepartureConflict
-from refine.coordination.earliest_times import Line, Times
-from refine.coordination.own_clocks import on_own_clocks
-from refine.coordination.passing_orders import Orders, Stuck, Zone, passing_orders, zones_of
 from refine.coordination.spacing import spacing_for
 from refine.feedback import feedback_of
 from refine.single_robot.flight import robot_flight

@@ -7,8 +7,8 @@ import pytest
 
 import verify
 from refine import refine
-from refine.coordination.conflict_intervals import mover
-from refine.coordination.reciprocal_avoidance import avoid_by_rule
+from refine.coordination.avoidance.conflict_intervals import mover
+from refine.coordination.avoidance.reciprocal_avoidance import avoid_by_rule
 from refine.corridor.fitting import fit
 from refine.corridor.planned import corridor_of
 from refine.single_robot.task import Pace

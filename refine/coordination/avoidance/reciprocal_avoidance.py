@@ -16,7 +16,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from refine.coordination.conflict_intervals import (
+from refine.coordination.avoidance.conflict_intervals import (
     NEAR,
     Meeting,
     Mover,

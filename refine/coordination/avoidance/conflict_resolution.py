@@ -10,10 +10,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from refine.coordination.avoidance.conflict_intervals import Mover, mover
+from refine.coordination.avoidance.reciprocal_avoidance import Yielding, avoid_by_rule, avoid_in_pair
 from refine.coordination.common_clock import Flown, on_faster_clock
-from refine.coordination.conflict_intervals import Mover, mover
 from refine.coordination.departures import DepartureConflict, departures
-from refine.coordination.reciprocal_avoidance import Yielding, avoid_by_rule, avoid_in_pair
 from refine.coordination.spacing import flight_of
 from refine.corridor.leg_limits import slower_on_ways
 from refine.corridor.planned import hovering_corridor

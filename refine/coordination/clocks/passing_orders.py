@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from refine.coordination.earliest_times import After, Line, Times
+from refine.coordination.clocks.earliest_times import After, Line, Times
 
 Indices = NDArray[np.intp]
 

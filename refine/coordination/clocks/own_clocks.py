@@ -12,12 +12,12 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
-from refine.coordination.clock_programme import OwnClock, clocks_of, halts_of
+from refine.coordination.avoidance.conflict_resolution import Together, along, departures_of, paced
+from refine.coordination.clocks.clock_programme import OwnClock, clocks_of, halts_of
+from refine.coordination.clocks.earliest_times import GAP, After, Line
+from refine.coordination.clocks.passing_orders import Orders, Stuck, passing_orders, zones_of
 from refine.coordination.common_clock import retimed
-from refine.coordination.conflict_resolution import Together, along, departures_of, paced
 from refine.coordination.departures import GRID, STEP, DepartureConflict
-from refine.coordination.earliest_times import GAP, After, Line
-from refine.coordination.passing_orders import Orders, Stuck, passing_orders, zones_of
 from refine.coordination.spacing import flight_of, hovers_of, idle_others
 from refine.corridor.sampled_stays import violations
 from refine.single_robot.flight import robot_flight

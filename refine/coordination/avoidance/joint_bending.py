@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.optimize import minimize
 
-from refine.coordination.conflict_intervals import Mover
+from refine.coordination.avoidance.conflict_intervals import Mover
 from refine.obstacles.keep_out_bodies import Obstacle, within
 from refine.spline.least_snap import banded_problem, solve_banded
 from verify.data.validation.spacing import Spacing
