@@ -11,21 +11,18 @@ from __future__ import annotations
 import sqlite3
 import threading
 from collections.abc import Generator, Iterable
-from contextlib import closing, contextmanager
+from contextlib import contextmanager
 from dataclasses import dataclass
-from datetime import UTC, datetime
 from pathlib import Path
 
 from ltlplan.service.job_queue.store import NoRoom
 from ltlplan.service.models import FlightAnswered, LiveEvent
 from ltlplan.service.problems import Busy
+from ltlplan.service.sqlite_file import connected, transaction, upgrade
+from ltlplan.service.times import utc_now
 from verify.data import BadInput
 
 FILE = "live.sqlite"
-FORMAT = 1
-"""Version of the tables."""
-PATIENCE = 5.0
-"""s that a file that others hold is waited for."""
 
 _TABLES = """
 CREATE TABLE flights (
@@ -78,7 +75,7 @@ class Book:
         """
         self._lock = threading.Lock()
         path = folder / FILE
-        self._file = sqlite3.connect(path, timeout=PATIENCE, isolation_level=None, check_same_thread=False)
+        self._file = connected(path)
         try:
             self._prepare(path)
         except sqlite3.DatabaseError as error:
@@ -89,14 +86,8 @@ class Book:
             raise
 
     def _prepare(self, path: Path) -> None:
-        with self._changing() as run:
-            (found,) = run.execute("PRAGMA user_version").fetchone()
-            if found > FORMAT:
-                raise BadInput(f"{path} was written by a newer ltlplan: start that version, or take another data folder.")
-            if found < FORMAT:
-                for statement in filter(str.strip, _TABLES.split(";")):
-                    run.execute(statement)
-                run.execute(f"PRAGMA user_version = {FORMAT}")
+        with _in_words():
+            upgrade(self._file, path, (_TABLES,))
         for way in ("journal_mode = WAL", "synchronous = FULL", "foreign_keys = ON"):
             self._file.execute(f"PRAGMA {way}")
 
@@ -108,17 +99,8 @@ class Book:
     @contextmanager
     def _changing(self) -> Generator[sqlite3.Cursor]:
         """Make changes, all or none."""
-        with self._lock, closing(self._file.cursor()) as run:
-            try:
-                run.execute("BEGIN IMMEDIATE")
-                try:
-                    yield run
-                except BaseException:
-                    run.execute("ROLLBACK")
-                    raise
-                run.execute("COMMIT")
-            except sqlite3.OperationalError as error:
-                raise _told(error) from None
+        with self._lock, _in_words(), transaction(self._file) as run:
+            yield run
 
     def flights(self, name: str | None = None) -> list[Entry]:
         """Return flights, the newest first.
@@ -217,12 +199,12 @@ class Book:
             run.execute("UPDATE events SET heard = 0, answer = ? WHERE flight = ? AND heard IS NULL", (why, entry.id))
 
 
-def utc_now() -> str:
-    """Return the time, as it is told."""
-    return datetime.now(UTC).isoformat(timespec="milliseconds")
-
-
-def _told(error: sqlite3.OperationalError) -> BadInput:
-    if "full" in str(error):
-        return NoRoom("What flights are told cannot be written: the disk is full. Make room there.")
-    return Busy(f"What flights are told cannot be written at the moment: {error}.", 5.0)
+@contextmanager
+def _in_words() -> Generator[None]:
+    """Turn errors of the disk into sentences."""
+    try:
+        yield
+    except sqlite3.OperationalError as error:
+        if "full" in str(error):
+            raise NoRoom("What flights are told cannot be written: the disk is full. Make room there.") from None
+        raise Busy(f"What flights are told cannot be written at the moment: {error}.", 5.0) from None

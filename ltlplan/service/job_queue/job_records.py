@@ -16,6 +16,7 @@ from ltlplan.service.job_queue.engine import Data, Record
 from ltlplan.service.job_queue.events import Feed, claim_events, stage_event, state_event
 from ltlplan.service.models import ENDED, Event, FileEntry, Job, Problem, Stage
 from ltlplan.service.problems import problem_of
+from ltlplan.service.times import utc_now
 from verify.data import InternalError, Mission
 
 TITLE = 120
@@ -195,8 +196,3 @@ def digests(entry: Entry) -> set[str]:
         found |= {record[name] for name in ("value", "found", "summary") if name in record}
         found |= {file["sha256"] for file in record.get("files", ())}
     return found
-
-
-def utc_now() -> str:
-    """Return the time, as jobs tell it."""
-    return datetime.now(UTC).isoformat(timespec="milliseconds")

@@ -12,11 +12,12 @@ from ltlplan.service.execution.turns import SharedPool
 from ltlplan.service.execution.workers import WorkFuture
 from ltlplan.service.job_queue.engine import Data, Step, Unwritten
 from ltlplan.service.job_queue.events import claim_events, stage_event, state_event
-from ltlplan.service.job_queue.job_records import Entry, utc_now, with_records
+from ltlplan.service.job_queue.job_records import Entry, with_records
 from ltlplan.service.job_queue.results import Results
 from ltlplan.service.job_queue.store import Damaged, NoRoom
 from ltlplan.service.models import ENDED, Problem, Stage, State
 from ltlplan.service.problems import problem_of
+from ltlplan.service.times import utc_now
 from verify.data import LtlplanError
 from verify.data.progress import Progress, silent
 

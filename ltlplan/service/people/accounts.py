@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from datetime import UTC, datetime
 
 from ltlplan.service.people.database import PeopleDatabase
 from ltlplan.service.people.passwords import drawn, hashed, matches
 from ltlplan.service.people.roles import Role, role_of
 from ltlplan.service.problems import Conflict, NotAuthenticated, NotFound
 from ltlplan.service.security.tokens import require_name
+from ltlplan.service.times import utc_now
 from verify.data.errors import BadInput, did_you_mean
 
 _COLUMNS = "name, role, password IS NOT NULL, temporary, issuer, subject, made, disabled"
@@ -206,8 +206,3 @@ def _account(row: tuple[object, ...]) -> Account:
     name, role, has_password, temporary, issuer, subject, made, disabled = row
     text = [None if each is None else str(each) for each in (issuer, subject, disabled)]
     return Account(str(name), role_of(str(role)), bool(has_password), bool(temporary), text[0], text[1], str(made), text[2])
-
-
-def utc_now() -> str:
-    """Return the time, as it is kept."""
-    return datetime.now(UTC).isoformat(timespec="milliseconds")

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ltlplan.service.people.accounts import utc_now
 from ltlplan.service.people.database import PeopleDatabase
 from ltlplan.service.people.roles import Principal
 from ltlplan.service.people_models import LogEntry
+from ltlplan.service.times import utc_now
 
 MOST = 500_000
 """Entries that are kept; of more the oldest go."""

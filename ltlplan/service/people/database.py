@@ -11,18 +11,17 @@ import logging
 import sqlite3
 import threading
 from collections.abc import Generator, Sequence
-from contextlib import closing, contextmanager
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 from ltlplan.service.log import note
 from ltlplan.service.problems import Busy
+from ltlplan.service.sqlite_file import connected, transaction, upgrade
 from verify.data.errors import BadInput
 from verify.data.storage.safe_reading import parse_json, read_bytes
 
 FILE = "people.sqlite"
-PATIENCE = 5.0
-"""s that a file that others hold is waited for."""
 EARLIER_SESSIONS = "sessions.json"
 """File of sessions of version 0.2.0, taken over and removed."""
 
@@ -53,8 +52,6 @@ CREATE TABLE mission_versions (
 """
 _STEPS = (_PEOPLE, _MISSIONS)
 """What each format has more than the one before."""
-FORMAT = len(_STEPS)
-"""Version of the tables."""
 _MOST_BYTES = 20_000_000
 
 
@@ -94,14 +91,8 @@ class PeopleDatabase:
             BadInput: The file cannot be written.
         """
         _, writer = self._connections()
-        with self._writing, closing(writer.cursor()) as run, _in_words():
-            run.execute("BEGIN IMMEDIATE")
-            try:
-                yield run
-            except BaseException:
-                run.execute("ROLLBACK")
-                raise
-            run.execute("COMMIT")
+        with self._writing, _in_words(), transaction(writer) as run:
+            yield run
 
     def close(self) -> None:
         """Close the file; the next use opens it again."""
@@ -116,47 +107,26 @@ class PeopleDatabase:
             with self._opening, _in_words():
                 if self._reader is None or self._writer is None:
                     self._writer = self._prepared()
-                    self._reader = _connected(self.folder / FILE)
+                    self._reader = connected(self.folder / FILE)
         return self._reader, self._writer
 
     def _prepared(self) -> sqlite3.Connection:
         path = self.folder / FILE
-        connection = _connected(path)
+        connection = connected(path)
         try:
             path.chmod(0o600)
             for way in ("journal_mode = WAL", "synchronous = FULL"):
                 connection.execute(f"PRAGMA {way}")
-            (found,) = connection.execute("PRAGMA user_version").fetchone()
-            if found > FORMAT:
-                raise BadInput(f"{path} was written by a newer ltlplan: start that version, or take another data folder.")
-            if found < FORMAT:
-                self._upgrade(connection)
+            upgrade(connection, path, _STEPS, self._take_over)
         except BaseException:
             connection.close()
             raise
         (self.folder / EARLIER_SESSIONS).unlink(missing_ok=True)
         return connection
 
-    def _upgrade(self, connection: sqlite3.Connection) -> None:
-        """Make the tables and take over what an earlier version had elsewhere, all or nothing."""
-        connection.execute("BEGIN IMMEDIATE")
-        try:
-            (found,) = connection.execute("PRAGMA user_version").fetchone()
-            for step in _STEPS[found:]:  # another process may have been first
-                for statement in filter(str.strip, step.split(";")):
-                    connection.execute(statement)
-            if found == 0:
-                insert = "INSERT INTO sessions (digest, owner, token, began, ends) VALUES (?, ?, ?, '', ?)"
-                connection.executemany(insert, _earlier_sessions(self.folder / EARLIER_SESSIONS))
-            connection.execute(f"PRAGMA user_version = {FORMAT}")
-            connection.execute("COMMIT")
-        except BaseException:
-            connection.execute("ROLLBACK")
-            raise
-
-
-def _connected(path: Path) -> sqlite3.Connection:
-    return sqlite3.connect(path, timeout=PATIENCE, isolation_level=None, check_same_thread=False)
+    def _take_over(self, run: sqlite3.Cursor) -> None:
+        insert = "INSERT INTO sessions (digest, owner, token, began, ends) VALUES (?, ?, ?, '', ?)"
+        run.executemany(insert, _earlier_sessions(self.folder / EARLIER_SESSIONS))
 
 
 def _earlier_sessions(path: Path) -> list[tuple[str, str, str, float]]:

@@ -11,11 +11,11 @@ import threading
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from ltlplan.service.people.accounts import utc_now
 from ltlplan.service.people.database import PeopleDatabase
 from ltlplan.service.people.roles import Principal
 from ltlplan.service.people_models import Project
 from ltlplan.service.problems import Forbidden, NotFound
+from ltlplan.service.times import utc_now
 from verify.data.errors import BadInput
 
 EARLIER = "earlier"

@@ -10,9 +10,9 @@ import secrets
 import time
 from dataclasses import dataclass
 
-from ltlplan.service.people.accounts import utc_now
 from ltlplan.service.people.database import PeopleDatabase
 from ltlplan.service.security.tokens import Tokens, digest_of
+from ltlplan.service.times import utc_now
 from verify.data.errors import BadInput
 
 SESSION_SECONDS = 30 * 24 * 3600

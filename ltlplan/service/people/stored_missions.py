@@ -9,13 +9,13 @@ from __future__ import annotations
 import difflib
 from dataclasses import dataclass
 
-from ltlplan.service.people.accounts import utc_now
 from ltlplan.service.people.audit_log import AuditLog
 from ltlplan.service.people.database import PeopleDatabase
 from ltlplan.service.people.job_references import References
 from ltlplan.service.people.roles import Action, Principal, require
 from ltlplan.service.people_models import MissionVersion, StoredMission
 from ltlplan.service.problems import Conflict, Forbidden, NotFound, TooManyRequests
+from ltlplan.service.times import utc_now
 from verify.data.errors import BadInput
 
 LONGEST = 1_000_000
