@@ -3,15 +3,12 @@
 | module | contents |
 |---|---|
 | `simulated_online_flight`, `online_flight` | a mission flown online in simulation, checked afterwards; its result |
-| `certified_team`, `segmented_flight`, `braking`, `segment_planning` | the same team flying certified segments only, its stops, and its next segment |
-| `live_online_flight`, `flight_session` | that team over a link in real time: the flight from event to event, and its present state |
-| `stopping`, `segment_handover` | its stop after an event, and the start of the next segment |
-| `standby`, `joining`, `leaving` | robots that wait on the ground, join it and leave it |
-| `time_left`, `deadlines` | what is left of bounds in seconds; what can no longer be met |
-| `checked_events` | what can change in the world, checked before take-off |
-| `event_queue`, `segment_monitor`, `executors` | pending events, the segment's monitor, and executors of queries |
+| `segments` | the same team flying certified segments only, its stops, and what is left of bounds in seconds |
+| `live` | that team over a link in real time: stops, handovers, robots that join and leave, the measured result |
+| `standby` | robots that wait on the ground until they join |
+| `checked_events`, `event_queue` | what can change in the world, checked before take-off; pending events |
 | `event_sources` | sources of events: lines of files, of a ROS 2 topic |
-| `measured_result`, `observed_timelines`, `files` | the result by measurements, timelines of observations, and the files that are written |
+| `observed_timelines`, `files` | timelines of observations, and the files that are written |
 
 The method itself is in `ltlplan.online_mtac`. Names are loaded at first use, so that modules below this package can use parts of it.
 """
@@ -22,8 +19,8 @@ from verify.data.loading import loaded_at_first_use
 
 TYPE_CHECKING = False  # type checkers take it for True
 if TYPE_CHECKING:
-    from ltlplan.online.certified_team import CertifiedTeam
     from ltlplan.online.online_flight import OnlineFlight
+    from ltlplan.online.segments.certified_team import CertifiedTeam
     from ltlplan.online.simulated_online_flight import fly_online
     from ltlplan.online_mtac.online_team import OnlineTeam
     from ltlplan.online_mtac.team_in_flight import PERIOD, Desired
@@ -48,7 +45,7 @@ if not TYPE_CHECKING:  # which know all names from above, so that a misspelt one
     __getattr__, __dir__ = loaded_at_first_use(
         __name__,
         {
-            "ltlplan.online.certified_team": ("CertifiedTeam",),
+            "ltlplan.online.segments.certified_team": ("CertifiedTeam",),
             "ltlplan.online.simulated_online_flight": ("fly_online",),
             "ltlplan.online.online_flight": ("OnlineFlight",),
             "ltlplan.online_mtac.online_team": ("OnlineTeam",),

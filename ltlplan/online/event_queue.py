@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
-from ltlplan.online.certified_team import CertifiedTeam
 from ltlplan.online.checked_events import in_order
+from ltlplan.online.segments.certified_team import CertifiedTeam
 from ltlplan.online.standby import Standby, shown_at
 from verify.data import BadInput, Mission
 from verify.data.events import RobotJoins, RobotLeaves, WorldEvent

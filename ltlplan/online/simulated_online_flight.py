@@ -23,11 +23,11 @@ from flight.logs.log import Event, FlightLog
 from flight.model.airframe import airframe_of
 from flight.model.attitude import euler
 from flight.model.timing import CONTROL_STEP, STEP, SUBSTEPS
-from ltlplan.online.certified_team import CertifiedTeam
 from ltlplan.online.checked_events import falls_on, in_order
 from ltlplan.online.event_queue import GIVE_UP
 from ltlplan.online.observed_timelines import judged_words, on_grid, seen_timeline
 from ltlplan.online.online_flight import CERTIFIED, NOT_ALL_CERTIFIED, NOT_CERTIFIED, OnlineFlight
+from ltlplan.online.segments.certified_team import CertifiedTeam
 from ltlplan.online_mtac.initial_allocation import NEEDS_WAITS
 from ltlplan.online_mtac.online_team import OnlineTeam
 from ltlplan.online_mtac.team_in_flight import PERIOD, Desired

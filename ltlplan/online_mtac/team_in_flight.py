@@ -1,6 +1,6 @@
 """State of a team in flight, however its robots are led: their positions, the letters shown, and the states that those led to.
 
-`OnlineTeam` leads robots along sampled paths, `ltlplan.online.certified_team.CertifiedTeam` along certified trajectories. Both see letters
+`OnlineTeam` leads robots along sampled paths, `ltlplan.online.segments.certified_team.CertifiedTeam` along certified trajectories. Both see letters
 change, take in changes of the world, let everybody come to rest, and then share what is left again; that much is here. How robots
 are led, when one has come to rest and how what is left is shared is theirs to say.
 """

@@ -21,9 +21,9 @@ import ltlplan
 from flight import Conditions
 from flight.link.live_executive import fly_live
 from flight.link.simulated import SimulatedLink
-from ltlplan.online.certified_team import CertifiedTeam
 from ltlplan.online.event_queue import Happenings, no_news
-from ltlplan.online.live_online_flight import Answered, OnlineCourse
+from ltlplan.online.live.live_online_flight import Answered, OnlineCourse
+from ltlplan.online.segments.certified_team import CertifiedTeam
 from ltlplan.service.execution.background_executor import Beside
 from ltlplan.transfers import to_starts
 from tests.helpers.benchmarks import run_benchmark

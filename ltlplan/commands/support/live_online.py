@@ -39,7 +39,7 @@ from verify.data.progress import part_of
 if TYPE_CHECKING:
     from flight.link.live_executive import LiveFlight
     from ltlplan.commands.support.flight_options import Said
-    from ltlplan.online.live_online_flight import OnlineCourse
+    from ltlplan.online.live.live_online_flight import OnlineCourse
     from ltlplan.online.online_flight import OnlineFlight
     from verify.data import Mission
 
@@ -78,10 +78,10 @@ def online_over_link(mission: Mission, out: Path | None, asked: Asked, said: Sai
     """
     from flight.certificate_checks import require_tube
     from flight.link.live_executive import fly_live
-    from ltlplan.online.certified_team import CertifiedTeam
     from ltlplan.online.event_queue import Happenings, checked_events
     from ltlplan.online.files import ONLINE_FILES
-    from ltlplan.online.live_online_flight import OnlineCourse
+    from ltlplan.online.live.live_online_flight import OnlineCourse
+    from ltlplan.online.segments.certified_team import CertifiedTeam
     from ltlplan.online.standby import standby_of
     from ltlplan.service.execution.background_executor import Beside
     from ltlplan.transfers import to_starts
@@ -138,7 +138,7 @@ def _kept(
 ) -> tuple[tuple[Path, ...], Outcome]:
     """Check what was flown and write it; return the files, and what is shown of how it ended."""
     from ltlplan.online.files import write_online
-    from ltlplan.online.measured_result import flown_live
+    from ltlplan.online.live.measured_result import flown_live
 
     mission = course.team.mission
     flown = None

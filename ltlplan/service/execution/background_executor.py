@@ -6,7 +6,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import Any
 
-from ltlplan.online.executors import NoAnswer
+from ltlplan.online.live.executors import NoAnswer
 from ltlplan.service.execution.resource_limits import Bounds, LimitReached, WorkerDied
 from ltlplan.service.execution.worker_process import Child, warm_up
 from verify.data import LtlplanError

@@ -21,7 +21,7 @@ for _name in (
     "scipy.optimize",
     "ltlplan.service.execution.worker_main",
     "ltlplan.service.execution.stages",
-    "ltlplan.online.executors",
+    "ltlplan.online.live.executors",
     "ltlplan.pipeline",
     "ltlplan.search.exact",
     "ltlplan.search.exact",

@@ -7,7 +7,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from ltlplan.online.braking import Stop, come_to_rest
+from ltlplan.online.segments.braking import Stop, come_to_rest
 from ltlplan.online.simulated_online_flight import fly_online
 from ltlplan.systems.region_labels import Layout
 from refine import refine

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ltlplan.online.certified_team import CertifiedTeam
+from ltlplan.online.segments.certified_team import CertifiedTeam
 from ltlplan.online_mtac.online_team import OnlineTeam
 from verify.data import Mission, parse_mission
 

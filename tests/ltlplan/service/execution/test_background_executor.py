@@ -6,7 +6,7 @@ import time
 
 import pytest
 
-from ltlplan.online.executors import NoAnswer
+from ltlplan.online.live.executors import NoAnswer
 from ltlplan.service.execution.background_executor import Beside
 from tests.helpers import work_for_workers as work
 from verify.data import MissionError

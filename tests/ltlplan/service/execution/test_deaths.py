@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from ltlplan.online.executors import NoAnswer
+from ltlplan.online.live.executors import NoAnswer
 from ltlplan.service.execution.background_executor import Beside
 from ltlplan.service.execution.resource_limits import WorkerDied
 from ltlplan.service.execution.worker_process import warm_up

@@ -14,17 +14,24 @@ import pytest
 import flight
 from flight.link.live_executive import fly_live
 from flight.link.simulated import Faults, SimulatedLink
-from ltlplan.online.certified_team import CertifiedTeam
 from ltlplan.online.event_queue import Happenings, Told, checked_events, fault_of, no_news
-from ltlplan.online.executors import way_to_stop, way_up
 from ltlplan.online.files import write_online
-from ltlplan.online.live_online_flight import OnlineCourse
-from ltlplan.online.measured_result import flown_live
+from ltlplan.online.live.executors import way_to_stop, way_up
+from ltlplan.online.live.live_online_flight import OnlineCourse
+from ltlplan.online.live.measured_result import flown_live
+from ltlplan.online.segments.certified_team import CertifiedTeam
 from ltlplan.online.standby import standby_of
 from ltlplan.recorded import judge_flight
 from ltlplan.transfers import to_starts
 from tests.helpers.live_missions import PAIR
-from tests.ltlplan.online.test_live_online_flight import BACK, PLACES, Asked, died, nothing_flown_that_was_not_proved, sentences
+from tests.ltlplan.online.live.test_live_online_flight import (
+    BACK,
+    PLACES,
+    Asked,
+    died,
+    nothing_flown_that_was_not_proved,
+    sentences,
+)
 from verify.data import Infeasible, parse_mission
 from verify.data.events import NewFormula, ObstacleAppears, RobotJoins, RobotLeaves
 from verify.data.sections import Agent

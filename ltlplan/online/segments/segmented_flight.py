@@ -1,7 +1,7 @@
 """A team that flies pieces: what it flies now and flew before, how it comes to rest when the world changes, and what of it is proved.
 
 A piece is a trajectory for each robot and a time from which it is flown; at a change of the world the present one is closed, and what robots go on
-with is a piece of its own, in the world as it then is, of which nothing is proved until a way to come to rest is (`online.braking`). If they
+with is a piece of its own, in the world as it then is, of which nothing is proved until a way to come to rest is (`braking`). If they
 cannot be brought to rest in a way that the checker accepts (a rim has moved into their way), they stop as soon as they can, which is
 said, and hold for good. A robot that fails or leaves is outside every claim from then on, but for the letter that it held.
 """
@@ -16,8 +16,8 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
-from ltlplan.online.braking import Stop, StoppingManoeuvre, Ways, come_to_rest
-from ltlplan.online.deadlines import Deadlines
+from ltlplan.online.segments.braking import Stop, StoppingManoeuvre, Ways, come_to_rest
+from ltlplan.online.segments.deadlines import Deadlines
 from ltlplan.online_mtac.team_in_flight import PERIOD, LocatedRobot, TeamInFlight
 from verify.data import Mission, Trajectory
 from verify.data.events import WorldEvent

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from flight.link.live_executive import LiveFlight
 from flight.link.phases import FLIGHT
 from flight.logs.log import Event, FlightLog
-from ltlplan.online.live_online_flight import OnlineCourse
+from ltlplan.online.live.live_online_flight import OnlineCourse
 from ltlplan.online.observed_timelines import judged_words, seen_timeline
 from ltlplan.online.online_flight import LIVE, LIVE_NOT_ALL_CERTIFIED, OnlineFlight
 from verify.data import BadInput, Letter, Mission

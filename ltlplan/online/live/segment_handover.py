@@ -7,9 +7,9 @@ from math import ceil
 
 from flight.link.live_executive import STEP
 from flight.link.phases import FLIGHT, Stage, Watched
-from ltlplan.online.executors import Answer, judgement, next_piece
-from ltlplan.online.flight_session import InAir, exact_instant, result_of
-from ltlplan.online.segment_planning import Found, Left, WholeFlight
+from ltlplan.online.live.executors import Answer, judgement, next_piece
+from ltlplan.online.live.flight_session import InAir, exact_instant, result_of
+from ltlplan.online.segments.segment_planning import Found, Left, WholeFlight
 from ltlplan.pipeline import Certified
 from verify.data import LtlplanError
 

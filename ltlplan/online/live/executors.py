@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, Protocol
 
-from ltlplan.online.braking import Stop, StoppingManoeuvre, come_to_rest
-from ltlplan.online.segment_planning import Found, Left, WholeFlight, find_piece, require_proved
+from ltlplan.online.segments.braking import Stop, StoppingManoeuvre, come_to_rest
+from ltlplan.online.segments.segment_planning import Found, Left, WholeFlight, find_piece, require_proved
 from ltlplan.transfers import Place, Solo, Transfer, to_ground, to_join
 from verify.data import LtlplanError, Mission, Trajectory
 from verify.data.progress import Progress

@@ -24,16 +24,16 @@ from math import floor
 
 from flight.link.live_executive import STEP, Alarm, Flying
 from flight.link.phases import FLIGHT, Part
-from ltlplan.online.certified_team import CertifiedTeam
 from ltlplan.online.checked_events import falls_on
 from ltlplan.online.event_queue import GIVE_UP, Happenings, Told, fault_of, no_news
-from ltlplan.online.executors import Computer, way_down
-from ltlplan.online.flight_session import PATIENCE, Answered, InAir, exact_instant, result_of
-from ltlplan.online.joining import Joining
-from ltlplan.online.leaving import Leaving
-from ltlplan.online.segment_handover import WhatFollows, stage_of
+from ltlplan.online.live.executors import Computer, way_down
+from ltlplan.online.live.flight_session import PATIENCE, Answered, InAir, exact_instant, result_of
+from ltlplan.online.live.joining import Joining
+from ltlplan.online.live.leaving import Leaving
+from ltlplan.online.live.segment_handover import WhatFollows, stage_of
+from ltlplan.online.live.stopping import LONGEST_REACTION, ComingToRest
+from ltlplan.online.segments.certified_team import CertifiedTeam
 from ltlplan.online.standby import Standby
-from ltlplan.online.stopping import LONGEST_REACTION, ComingToRest
 from ltlplan.transfers import Place
 from verify.data import LtlplanError, Mission
 from verify.data.events import RobotJoins, RobotLeaves, WorldEvent

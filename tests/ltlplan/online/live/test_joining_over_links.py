@@ -8,17 +8,17 @@ import pytest
 from flight.link.live_executive import fly_live
 from flight.link.mavlink import MavlinkLink
 from ltlplan.commands.support.links import below_starts
-from ltlplan.online.certified_team import CertifiedTeam
 from ltlplan.online.event_queue import Happenings, checked_events, no_news
-from ltlplan.online.live_online_flight import OnlineCourse
+from ltlplan.online.live.live_online_flight import OnlineCourse
+from ltlplan.online.segments.certified_team import CertifiedTeam
 from ltlplan.online.standby import standby_of
 from ltlplan.service.execution.background_executor import Beside
 from ltlplan.transfers import to_starts
 from tests.helpers.live_missions import PAIR
 from tests.helpers.patience import patient  # noqa: F401  # pytest finds the fixture by its name
 from tests.helpers.px4_peer import HOLD, POSITION, Manner, Px4Peer, free_port
-from tests.ltlplan.online.test_joining import climbing, joins, judged, stays
-from tests.ltlplan.online.test_live_online_flight import nothing_flown_that_was_not_proved, sentences
+from tests.ltlplan.online.live.test_joining import climbing, joins, judged, stays
+from tests.ltlplan.online.live.test_live_online_flight import nothing_flown_that_was_not_proved, sentences
 from verify.data import parse_mission
 from verify.data.events import RobotJoins
 

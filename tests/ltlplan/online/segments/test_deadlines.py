@@ -8,8 +8,8 @@ from fractions import Fraction
 
 import pytest
 
-from ltlplan.online.certified_team import CertifiedTeam
-from ltlplan.online.segment_planning import find_piece
+from ltlplan.online.segments.certified_team import CertifiedTeam
+from ltlplan.online.segments.segment_planning import find_piece
 from ltlplan.online.simulated_online_flight import fly_online
 from tests.helpers.few import few_of
 from tests.helpers.timed_rooms import room

@@ -7,14 +7,14 @@ import pytest
 
 from flight.link.live_executive import fly_live
 from flight.link.mavlink import MavlinkLink
-from ltlplan.online.certified_team import CertifiedTeam
 from ltlplan.online.event_queue import Happenings, no_news
-from ltlplan.online.live_online_flight import OnlineCourse
-from ltlplan.online.measured_result import flown_live
+from ltlplan.online.live.live_online_flight import OnlineCourse
+from ltlplan.online.live.measured_result import flown_live
+from ltlplan.online.segments.certified_team import CertifiedTeam
 from ltlplan.service.execution.background_executor import Beside
 from ltlplan.transfers import to_starts
 from tests.helpers.px4_peer import Manner, Px4Peer, free_port
-from tests.ltlplan.online.test_live_online_flight import BACK, PAIR, PLACES, nothing_flown_that_was_not_proved
+from tests.ltlplan.online.live.test_live_online_flight import BACK, PAIR, PLACES, nothing_flown_that_was_not_proved
 from verify.data import parse_mission
 from verify.data.events import NewFormula, RobotLeaves
 

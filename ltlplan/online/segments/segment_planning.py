@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from fractions import Fraction
 
-from ltlplan.online.braking import Ways
+from ltlplan.online.segments.braking import Ways
 from ltlplan.pipeline import Certified, certified_team, plan
 from verify.data import Mission, NotCertified
 from verify.data.mission import check_mission

@@ -11,10 +11,10 @@ from flight.link.link import Link
 from flight.link.live_executive import Alarm, Flying
 from flight.link.record import Record
 from flight.link.tracking_monitor import Watch
-from ltlplan.online.certified_team import CertifiedTeam
-from ltlplan.online.executors import Answer, Computer, NoAnswer
-from ltlplan.online.leaving import Leaving
-from ltlplan.online.segment_monitor import watch_on
+from ltlplan.online.live.executors import Answer, Computer, NoAnswer
+from ltlplan.online.live.leaving import Leaving
+from ltlplan.online.live.segment_monitor import watch_on
+from ltlplan.online.segments.certified_team import CertifiedTeam
 from ltlplan.online_mtac.team_in_flight import PERIOD
 from verify.data.events import WorldEvent
 from verify.data.shapes.inequalities import Point

@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 import ltlplan
-from ltlplan.online.braking import slow_down
-from ltlplan.online.certified_team import CertifiedTeam
 from ltlplan.online.online_flight import NOT_ALL_CERTIFIED
+from ltlplan.online.segments.braking import slow_down
+from ltlplan.online.segments.certified_team import CertifiedTeam
 from ltlplan.online.simulated_online_flight import fly_online
 from tests.helpers import dense_sampler
 from tests.helpers.few import few_of

@@ -31,9 +31,9 @@ from flight.link.live_executive import SETTLE
 from flight.link.phases import Part
 from flight.link.preflight_checks import at_start
 from ltlplan.online.event_queue import TOO_LATE, Told
-from ltlplan.online.executors import Answer, way_up
-from ltlplan.online.flight_session import InAir, result_of
-from ltlplan.online.leaving import Leaving
+from ltlplan.online.live.executors import Answer, way_up
+from ltlplan.online.live.flight_session import InAir, result_of
+from ltlplan.online.live.leaving import Leaving
 from ltlplan.online.standby import Lookout, Standby
 from ltlplan.transfers import Place, Solo
 from verify.data import LtlplanError, Mission

@@ -8,15 +8,15 @@ import pytest
 from flight.link.live_executive import fly_live
 from ltlplan.commands.support.links import below_starts
 from ltlplan.missions import load_mission
-from ltlplan.online.certified_team import CertifiedTeam
 from ltlplan.online.event_queue import Happenings, checked_events, no_news
 from ltlplan.online.files import write_online
-from ltlplan.online.live_online_flight import OnlineCourse
-from ltlplan.online.measured_result import flown_live
+from ltlplan.online.live.live_online_flight import OnlineCourse
+from ltlplan.online.live.measured_result import flown_live
+from ltlplan.online.segments.certified_team import CertifiedTeam
 from ltlplan.recorded import judge_flight
 from ltlplan.service.execution.background_executor import Beside
 from ltlplan.transfers import to_starts
-from tests.ltlplan.online.test_live_online_flight import BACK, PAIR, nothing_flown_that_was_not_proved
+from tests.ltlplan.online.live.test_live_online_flight import BACK, PAIR, nothing_flown_that_was_not_proved
 from verify.data import parse_mission
 from verify.data.events import HoopMoves, NewFormula, RobotLeaves
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 from math import inf
 
 from flight.link.live_executive import STEP, Alarm
-from ltlplan.online.braking import StoppingManoeuvre
-from ltlplan.online.executors import Answer, way_to_stop
-from ltlplan.online.flight_session import InAir, result_of
+from ltlplan.online.live.executors import Answer, way_to_stop
+from ltlplan.online.live.flight_session import InAir, result_of
+from ltlplan.online.segments.braking import StoppingManoeuvre
 from verify.data import Trajectory
 
 REACTION = 0.3

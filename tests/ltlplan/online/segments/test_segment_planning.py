@@ -9,10 +9,10 @@ import pytest
 
 from flight.link.record import Record
 from flight.link.simulated import SimulatedLink
-from ltlplan.online.braking import REACTION, come_to_rest
-from ltlplan.online.certified_team import CertifiedTeam
-from ltlplan.online.segment_monitor import watch_on
-from ltlplan.online.segment_planning import find_piece, require_proved, with_endurance_left
+from ltlplan.online.live.segment_monitor import watch_on
+from ltlplan.online.segments.braking import REACTION, come_to_rest
+from ltlplan.online.segments.certified_team import CertifiedTeam
+from ltlplan.online.segments.segment_planning import find_piece, require_proved, with_endurance_left
 from verify.data import NotCertified, parse_mission
 from verify.data.events import NewFormula
 

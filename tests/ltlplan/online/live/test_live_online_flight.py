@@ -16,12 +16,12 @@ import flight
 from flight.link.live_executive import fly_live
 from flight.link.simulated import Faults, SimulatedLink
 from ltlplan.missions import load_mission
-from ltlplan.online.certified_team import CertifiedTeam
 from ltlplan.online.event_queue import TOO_LATE, Happenings, Told, checked_events, no_news
-from ltlplan.online.executors import Given, NoAnswer, judgement, next_piece, way_down, way_to_stop
 from ltlplan.online.files import write_online
-from ltlplan.online.live_online_flight import OnlineCourse
-from ltlplan.online.measured_result import flown_live
+from ltlplan.online.live.executors import Given, NoAnswer, judgement, next_piece, way_down, way_to_stop
+from ltlplan.online.live.live_online_flight import OnlineCourse
+from ltlplan.online.live.measured_result import flown_live
+from ltlplan.online.segments.certified_team import CertifiedTeam
 from ltlplan.recorded import judge_flight
 from ltlplan.transfers import to_starts
 from tests.helpers.live_missions import PAIR

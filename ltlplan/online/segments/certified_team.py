@@ -1,7 +1,7 @@
 """Online flight that is certified as it goes: robots fly only pieces that were proved for what is left of the formula.
 
 At take-off the whole mission is planned, refined and certified; nobody moves before that has succeeded. When the world
-changes, the certificate no longer speaks of what is flown. Robots come to rest by pieces that are checked first (`team_in_pieces`)
+changes, the certificate no longer speaks of what is flown. Robots come to rest by pieces that are checked first (`segmented_flight`)
 and hold their positions until two things are proved:
 
 * a certificate of what is left, an ordinary mission: it begins where the robots hover, with each one's internal state and the
@@ -21,9 +21,17 @@ from fractions import Fraction
 
 import numpy as np
 
-from ltlplan.online.segment_planning import Found, Left, WholeFlight, find_piece, piece_of, require_proved, with_endurance_left
-from ltlplan.online.segmented_flight import TeamInPieces, exact_step
-from ltlplan.online.time_left import Flown, with_times_left
+from ltlplan.online.segments.segment_planning import (
+    Found,
+    Left,
+    WholeFlight,
+    find_piece,
+    piece_of,
+    require_proved,
+    with_endurance_left,
+)
+from ltlplan.online.segments.segmented_flight import TeamInPieces, exact_step
+from ltlplan.online.segments.time_left import Flown, with_times_left
 from ltlplan.online_mtac.path_blending import ORDERS
 from ltlplan.online_mtac.team_in_flight import Desired
 from ltlplan.pipeline import Certified
