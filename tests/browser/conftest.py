@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -49,6 +50,34 @@ def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
     started = Browser(tmp_path_factory.mktemp("profile"))
     yield started
     started.close()
+
+
+@pytest.fixture(scope="module")
+def driver() -> Iterator[Any]:
+    """Start what drives browsers for the tests of a module that look at the service's page."""
+    from playwright.sync_api import sync_playwright  # tests of other pages do without it
+
+    with sync_playwright() as started:
+        yield started
+
+
+@pytest.fixture(scope="module")
+def chromium(driver: Any) -> Iterator[Any]:
+    """Start Chromium for visitors of the service's page; each has a window of their own."""
+    from tests.browser.visitor import OPTIONS
+
+    started = driver.chromium.launch(executable_path=CHROMIUM, args=OPTIONS)
+    yield started
+    started.close()
+
+
+@pytest.fixture(scope="module")
+def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    """Start a service without tokens on a free port of this machine, and return where it is."""
+    from tests.browser.visitor import served
+
+    with served(tmp_path_factory.mktemp("service") / "data") as found:
+        yield found
 
 
 @pytest.fixture(scope="session")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
 from typing import Any
 
 import httpx
@@ -11,18 +10,10 @@ import pytest
 
 from ltlplan import Client
 from ltlplan.missions import load_mission
-from tests.browser.devtools import CHROMIUM
-from tests.browser.visitor import OPTIONS, Visitor, served
+from tests.browser.visitor import OF_THE_PAGE, Visitor
 from tests.helpers.services import ONE_HOOP
 
-pytest.importorskip("nicegui", reason="needs the service's extra")
-playwright = pytest.importorskip("playwright.sync_api", reason="needs Playwright to drive a browser")
-
-pytestmark = [
-    pytest.mark.browser,
-    pytest.mark.slow,
-    pytest.mark.skipif(CHROMIUM is None, reason="needs Chromium to look at the page"),
-]
+pytestmark = OF_THE_PAGE
 
 NAMED = {
     "button", "link", "textbox", "searchbox", "combobox", "listbox", "checkbox", "radio", "slider", "spinbutton", "tab", "tabpanel", "image", "progressbar",
@@ -41,22 +32,6 @@ STRUCTURE = """() => {
   };
 }"""
 TABS = ("plan", "watch", "trust", "judge", "take-away", "live")
-
-
-@pytest.fixture(scope="module")
-def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
-    """Start a service."""
-    with served(tmp_path_factory.mktemp("service") / "data") as found:
-        yield found
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    """Start Chromium."""
-    with playwright.sync_playwright() as driver:
-        started = driver.chromium.launch(executable_path=CHROMIUM, args=OPTIONS)
-        yield started
-        started.close()
 
 
 def _faults(visitor: Visitor, *, drawn_by_others: bool) -> list[str]:
@@ -87,13 +62,13 @@ def _faults(visitor: Visitor, *, drawn_by_others: bool) -> list[str]:
     return faults
 
 
-def test_every_page_can_be_walked_over(address: str, browser: Any) -> None:
+def test_every_page_can_be_walked_over(address: str, chromium: Any) -> None:
     with Client(address) as client:
         done = client.submit_text(ONE_HOOP).wait().id
         refused = client.submit_text(ONE_HOOP.replace("F hoop0", "F hoop0 & G !hoop0"))
         with pytest.raises(Exception, match="cannot hold together"):
             refused.wait()
-    visitor = Visitor(browser, address)
+    visitor = Visitor(chromium, address)
     paths = [
         "/", *(f"/{tab}" for tab in TABS), *(f"/jobs/{job}/{tab}" for job in (done, refused.id) for tab in TABS[:-1]), "/live/lab",
         "/login", "/docs", "/nothing", "/jobs/nothing/plan", f"/api/jobs/{done}/report",
@@ -110,8 +85,8 @@ def test_every_page_can_be_walked_over(address: str, browser: Any) -> None:
     visitor.context.close()
 
 
-def test_robots_are_drawn_as_large_as_they_are(address: str, browser: Any) -> None:
-    visitor = Visitor(browser, address)
+def test_robots_are_drawn_as_large_as_they_are(address: str, chromium: Any) -> None:
+    visitor = Visitor(chromium, address)
     visitor.open("/")
     visitor.checked()
     for name in ("office", "firefighting"):
@@ -140,7 +115,7 @@ def test_robots_are_drawn_as_large_as_they_are(address: str, browser: Any) -> No
     visitor.end()
 
 
-def test_the_list_of_jobs_goes_on_and_is_searched(address: str, browser: Any) -> None:
+def test_the_list_of_jobs_goes_on_and_is_searched(address: str, chromium: Any) -> None:
     with httpx.Client(base_url=address, timeout=60) as client:
         for seed in range(1000, 1070):
             text = ONE_HOOP.replace("one-hoop", "needle" if seed == 1000 else "hay")
@@ -148,7 +123,7 @@ def test_the_list_of_jobs_goes_on_and_is_searched(address: str, browser: Any) ->
             while (answer := client.post(f"/api/jobs/{job}/cancel")).status_code != 200:
                 time.sleep(0.1)
             assert answer.json()["state"] == "cancelled"
-    visitor = Visitor(browser, address)
+    visitor = Visitor(chromium, address)
     visitor.open("/plan")
     visitor.wait("document.querySelectorAll('.job-list .entry').length === 60")
     assert "needle" not in visitor.said(".job-list")
@@ -166,8 +141,8 @@ def test_the_list_of_jobs_goes_on_and_is_searched(address: str, browser: Any) ->
     visitor.end()
 
 
-def test_a_blank_mission_teaches_only_what_the_page_reads(address: str, browser: Any) -> None:
-    visitor = Visitor(browser, address)
+def test_a_blank_mission_teaches_only_what_the_page_reads(address: str, chromium: Any) -> None:
+    visitor = Visitor(chromium, address)
     visitor.open("/")
     visitor.checked()
     visitor.page.get_by_role("button", name="a blank mission").click()
@@ -176,8 +151,8 @@ def test_a_blank_mission_teaches_only_what_the_page_reads(address: str, browser:
     visitor.end()
 
 
-def test_states_are_not_told_as_places(address: str, browser: Any) -> None:
-    visitor = Visitor(browser, address)
+def test_states_are_not_told_as_places(address: str, chromium: Any) -> None:
+    visitor = Visitor(chromium, address)
     visitor.open("/")
     visitor.checked()
     visitor.page.get_by_role("button", name="office", exact=True).click()

@@ -4,31 +4,19 @@ from __future__ import annotations
 
 import zipfile
 from pathlib import Path
-
-import pytest
+from typing import Any
 
 from ltlplan import Client
-from tests.browser.devtools import CHROMIUM
+from tests.browser.visitor import LIMIT, OF_THE_PAGE
 from tests.helpers.services import ONE_HOOP, serving
 
-pytest.importorskip("nicegui", reason="needs the service's extra")
-playwright = pytest.importorskip("playwright.sync_api", reason="needs Playwright to drive a browser")
-
-pytestmark = [
-    pytest.mark.browser,
-    pytest.mark.slow,
-    pytest.mark.skipif(CHROMIUM is None, reason="needs Chromium to look at the page"),
-]
-
-LIMIT = 240_000
-"""ms that anything may take: many times what an idle machine needs."""
+pytestmark = OF_THE_PAGE
 
 
-def test_an_export_is_downloaded_when_it_is_written(tmp_path: Path) -> None:
-    with serving(tmp_path / "data", page=True) as served, Client(served.url) as client, playwright.sync_playwright() as driver:
+def test_an_export_is_downloaded_when_it_is_written(chromium: Any, tmp_path: Path) -> None:
+    with serving(tmp_path / "data", page=True) as served, Client(served.url) as client:
         job = client.submit_text(ONE_HOOP).wait()
-        browser = driver.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
-        page = browser.new_context(accept_downloads=True).new_page()
+        page = chromium.new_context(accept_downloads=True).new_page()
         page.set_default_timeout(LIMIT)
         page.goto(f"{served.url}/jobs/{job.id}/take-away")
         with page.expect_download(timeout=LIMIT) as download:
@@ -42,4 +30,3 @@ def test_an_export_is_downloaded_when_it_is_written(tmp_path: Path) -> None:
         )
         with zipfile.ZipFile(tmp_path / "export.zip") as archive:
             assert "README.txt" in archive.namelist()
-        browser.close()

@@ -13,17 +13,9 @@ import httpx
 import pytest
 
 from ltlplan.service.security.tokens import Tokens
-from tests.browser.devtools import CHROMIUM
-from tests.browser.visitor import LIMIT, OPTIONS, Visitor, served
+from tests.browser.visitor import LIMIT, OF_THE_PAGE, Visitor, served
 
-pytest.importorskip("nicegui", reason="needs the service's extra")
-playwright = pytest.importorskip("playwright.sync_api", reason="needs Playwright to drive a browser")
-
-pytestmark = [
-    pytest.mark.browser,
-    pytest.mark.slow,
-    pytest.mark.skipif(CHROMIUM is None, reason="needs Chromium to look at the page"),
-]
+pytestmark = OF_THE_PAGE
 
 
 @pytest.fixture(scope="module")
@@ -40,15 +32,6 @@ def address(data: Path) -> Iterator[str]:
     """Start a service that answers to tokens."""
     with served(data) as found:
         yield found
-
-
-@pytest.fixture
-def browser() -> Iterator[Any]:
-    """Start Chromium."""
-    with playwright.sync_playwright() as driver:
-        started = driver.chromium.launch(executable_path=CHROMIUM, args=OPTIONS)
-        yield started
-        started.close()
 
 
 def _give(visitor: Visitor, token: str) -> int:
@@ -83,9 +66,9 @@ def _is_at(visitor: Visitor, path: str) -> None:
     visitor.page.wait_for_url(visitor.address + path, timeout=LIMIT)
 
 
-def test_somebody_logs_in_plans_and_logs_out_in_all_windows(address: str, data: Path, browser: Any) -> None:
+def test_somebody_logs_in_plans_and_logs_out_in_all_windows(address: str, data: Path, chromium: Any) -> None:
     token = Tokens(data).new("alice")
-    visitor = Visitor(browser, address)
+    visitor = Visitor(chromium, address)
     visitor.open("/plan")
     _is_at(visitor, "/login")
     assert _give(visitor, "nonsense") == 401
@@ -112,11 +95,11 @@ def test_somebody_logs_in_plans_and_logs_out_in_all_windows(address: str, data: 
 
 
 def test_what_a_page_asks_is_not_done_once_its_token_is_revoked_and_the_page_leaves(
-    address: str, data: Path, browser: Any
+    address: str, data: Path, chromium: Any
 ) -> None:
     keeper = {"authorization": f"Bearer {Tokens(data).new('auditor')}"}
     token = Tokens(data).new("mallory")
-    visitor = Visitor(browser, address)
+    visitor = Visitor(chromium, address)
     visitor.open("/login")
     _give(visitor, token)
     visitor.checked()
@@ -128,11 +111,11 @@ def test_what_a_page_asks_is_not_done_once_its_token_is_revoked_and_the_page_lea
     visitor.context.close()
 
 
-def test_wrong_tokens_are_slowed_down_and_the_right_one_still_comes_in(address: str, data: Path, browser: Any) -> None:
+def test_wrong_tokens_are_slowed_down_and_the_right_one_still_comes_in(address: str, data: Path, chromium: Any) -> None:
     token = Tokens(data).new("bob")
     wrong = [httpx.post(address + "/login", data={"token": f"guess {i}"}).status_code for i in range(25)]
     assert (wrong[0], wrong[-1]) == (401, 429)
-    visitor = Visitor(browser, address)
+    visitor = Visitor(chromium, address)
     visitor.open("/login")
     with _guessing(address):
         while (status := _give(visitor, "another guess")) == 401:  # one in two seconds is looked at
@@ -144,9 +127,9 @@ def test_wrong_tokens_are_slowed_down_and_the_right_one_still_comes_in(address: 
     visitor.context.close()
 
 
-def test_another_site_s_form_is_refused_in_words(address: str, data: Path, browser: Any) -> None:
+def test_another_site_s_form_is_refused_in_words(address: str, data: Path, chromium: Any) -> None:
     token = Tokens(data).new("carol")
-    visitor = Visitor(browser, address)
+    visitor = Visitor(chromium, address)
     form = f'<form method="post" action="{address}/login"><input name="token" value="{token}"></form><script>document.forms[0].submit()</script>'
     with visitor.page.expect_response(lambda answer: answer.url.endswith("/login")) as coming:
         visitor.page.goto("data:text/html," + urllib.parse.quote(form))

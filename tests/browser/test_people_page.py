@@ -13,19 +13,11 @@ from ltlplan import Client
 from ltlplan.service.people.people import People
 from ltlplan.service.people.roles import Role
 from ltlplan.service.security.tokens import Tokens
-from tests.browser.devtools import CHROMIUM
-from tests.browser.visitor import LIMIT, OPTIONS, Visitor, served
+from tests.browser.visitor import LIMIT, OF_THE_PAGE, Visitor, served
 from tests.helpers.openid_provider import CLIENT, SECRET, providing
 from tests.helpers.services import ONE_HOOP
 
-pytest.importorskip("nicegui", reason="needs the service's extra")
-playwright = pytest.importorskip("playwright.sync_api", reason="needs Playwright to drive a browser")
-
-pytestmark = [
-    pytest.mark.browser,
-    pytest.mark.slow,
-    pytest.mark.skipif(CHROMIUM is None, reason="needs Chromium to look at the page"),
-]
+pytestmark = OF_THE_PAGE
 
 PASSWORD = "twelve letters"
 
@@ -49,18 +41,9 @@ def address(people: People) -> Iterator[str]:
         yield found
 
 
-@pytest.fixture
-def browser() -> Iterator[Any]:
-    """Start Chromium."""
-    with playwright.sync_playwright() as driver:
-        started = driver.chromium.launch(executable_path=CHROMIUM, args=OPTIONS)
-        yield started
-        started.close()
-
-
-def _entered(browser: Any, address: str, name: str, password: str = PASSWORD) -> Visitor:
+def _entered(chromium: Any, address: str, name: str, password: str = PASSWORD) -> Visitor:
     """Return somebody's window, logged in and looking at the missions."""
-    visitor = Visitor(browser, address)
+    visitor = Visitor(chromium, address)
     visitor.open("/")
     visitor.page.get_by_label("Name").fill(name)
     visitor.page.get_by_label("Password", exact=True).fill(password)
@@ -88,9 +71,9 @@ def _entries(visitor: Visitor) -> list[str]:
 
 
 def test_three_people_at_once_have_their_own_jobs_and_what_others_need_stays(
-    address: str, people: People, browser: Any
+    address: str, people: People, chromium: Any
 ) -> None:
-    alice, bob, eve = (_entered(browser, address, name) for name in ("alice", "bob", "eve"))
+    alice, bob, eve = (_entered(chromium, address, name) for name in ("alice", "bob", "eve"))
     job = _planned(alice, 3)
     assert _planned(bob, 3) == job, "one computation"
     eve.open(f"/jobs/{job}/watch")
@@ -129,9 +112,9 @@ def test_three_people_at_once_have_their_own_jobs_and_what_others_need_stays(
 
 
 def test_an_admin_s_page_makes_accounts_and_ends_sessions_while_pages_are_open(
-    address: str, people: People, browser: Any
+    address: str, people: People, chromium: Any
 ) -> None:
-    root, eve = _entered(browser, address, "root"), _entered(browser, address, "eve")
+    root, eve = _entered(chromium, address, "root"), _entered(chromium, address, "eve")
     root.tab("People")
     root.page.locator("input[name=account]").fill("dora")
     root.page.get_by_label("Its role").select_option("pilot")
@@ -140,7 +123,7 @@ def test_an_admin_s_page_makes_accounts_and_ends_sessions_while_pages_are_open(
     eve.tab("Live")
     root.page.get_by_label("Role of eve").select_option("pilot")
     eve.page.wait_for_url(address + "/login", timeout=LIMIT)  # by itself: another role ends the session
-    dora = Visitor(browser, address)
+    dora = Visitor(chromium, address)
     dora.open("/login")
     dora.page.get_by_label("Name").fill("dora")
     dora.page.get_by_label("Password", exact=True).fill(password)
@@ -185,7 +168,7 @@ def test_a_stream_ends_with_the_role_of_who_reads_it(address: str, people: Peopl
             robot.cancel(job)
 
 
-def test_somebody_comes_in_by_the_lab_s_own_login_and_goes_at_once_when_disabled(tmp_path: Path, browser: Any) -> None:
+def test_somebody_comes_in_by_the_lab_s_own_login_and_goes_at_once_when_disabled(tmp_path: Path, chromium: Any) -> None:
     secret = tmp_path / "secret"
     secret.write_text(SECRET)
     data = tmp_path / "data"
@@ -203,7 +186,7 @@ def test_somebody_comes_in_by_the_lab_s_own_login_and_goes_at_once_when_disabled
             "planner",
         )
         with served(data, words=words) as address:
-            visitor = Visitor(browser, address)
+            visitor = Visitor(chromium, address)
             visitor.open("/plan")
             visitor.page.wait_for_url(address + "/login", timeout=LIMIT)
             visitor.page.get_by_role("link", name="Log in by the lab's own login").click()
@@ -226,8 +209,8 @@ def test_somebody_comes_in_by_the_lab_s_own_login_and_goes_at_once_when_disabled
     lab.close()
 
 
-def test_two_windows_write_one_mission_and_nothing_is_lost(address: str, people: People, browser: Any) -> None:
-    alice, bob = _entered(browser, address, "alice"), _entered(browser, address, "bob")
+def test_two_windows_write_one_mission_and_nothing_is_lost(address: str, people: People, chromium: Any) -> None:
+    alice, bob = _entered(chromium, address, "alice"), _entered(chromium, address, "bob")
     alice.checked()
     alice.write(ONE_HOOP)
     alice.wait("document.querySelector('.state').textContent.includes('one-hoop')")

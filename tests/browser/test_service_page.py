@@ -7,57 +7,39 @@ import re
 import subprocess
 import sys
 import zipfile
-from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from ltlplan.online.event_queue import Told
 from ltlplan.service.client_parts.long_polling import FollowedService
 from ltlplan.service.views.watching import watch_json
-from tests.browser.devtools import CHROMIUM
-from tests.browser.visitor import OPTIONS, Visitor, served
+from tests.browser.visitor import OF_THE_PAGE, Visitor
 from verify import judge
 from verify.run_folder import read_folder
 
-pytest.importorskip("nicegui", reason="needs the service's extra")
-playwright = pytest.importorskip("playwright.sync_api", reason="needs Playwright to drive a browser")
-
-pytestmark = [
-    pytest.mark.browser,
-    pytest.mark.skipif(CHROMIUM is None, reason="needs Chromium to look at the page"),
-]
+pytestmark = OF_THE_PAGE
 
 FORMULA = "F loc1 & F loc2 & G(smoke -> carrying)"
 
 
-@pytest.fixture(scope="module")
-def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
-    """Start a service on a free port of this machine, and return where it is."""
-    with served(tmp_path_factory.mktemp("service") / "data") as found:
-        yield found
-
-
-@pytest.mark.slow
-def test_a_mission_from_its_first_mistake_to_a_file_that_is_certified(address: str, tmp_path: Path) -> None:
-    with playwright.sync_playwright() as driver:
-        browser = driver.chromium.launch(executable_path=CHROMIUM, args=OPTIONS)
-        visitor = Visitor(browser, address)
-        _a_mistake_is_underlined_and_mended(visitor)
-        _what_is_written_is_never_markup(visitor)
-        job = _stages_are_seen_as_they_go(visitor)
-        assert re.fullmatch(r"[0-9a-f]+-\d+", job)
-        _the_flight_plays(visitor)
-        _the_tightest_claim_is_shown_where_it_is(visitor, job)
-        _the_kernel_s_word_is_seen_and_its_proof_taken_away(visitor, job, tmp_path / "proof")
-        _a_recorded_flight_is_judged(visitor, job, tmp_path)
-        _files_are_taken_away_and_certified_again(visitor, job, tmp_path / "away")
-        _a_counterexample_plays(visitor, job, tmp_path / "away")
-        _what_is_only_judged_says_so(visitor, job)
-        _a_refusal_says_what_would_mend_it(visitor)
-        visitor.end()
-        _it_is_read_on_a_phone_in_the_dark(Visitor(browser, address, width=390, height=844, dark=True), job)
-        browser.close()
+def test_a_mission_from_its_first_mistake_to_a_file_that_is_certified(address: str, chromium: Any, tmp_path: Path) -> None:
+    visitor = Visitor(chromium, address)
+    _a_mistake_is_underlined_and_mended(visitor)
+    _what_is_written_is_never_markup(visitor)
+    job = _stages_are_seen_as_they_go(visitor)
+    assert re.fullmatch(r"[0-9a-f]+-\d+", job)
+    _the_flight_plays(visitor)
+    _the_tightest_claim_is_shown_where_it_is(visitor, job)
+    _the_kernel_s_word_is_seen_and_its_proof_taken_away(visitor, job, tmp_path / "proof")
+    _a_recorded_flight_is_judged(visitor, job, tmp_path)
+    _files_are_taken_away_and_certified_again(visitor, job, tmp_path / "away")
+    _a_counterexample_plays(visitor, job, tmp_path / "away")
+    _what_is_only_judged_says_so(visitor, job)
+    _a_refusal_says_what_would_mend_it(visitor)
+    visitor.end()
+    _it_is_read_on_a_phone_in_the_dark(Visitor(chromium, address, width=390, height=844, dark=True), job)
 
 
 def _a_mistake_is_underlined_and_mended(visitor: Visitor) -> None:
@@ -257,31 +239,27 @@ def _it_is_read_on_a_phone_in_the_dark(visitor: Visitor, job: str) -> None:
     visitor.end()
 
 
-@pytest.mark.slow
-def test_a_flight_in_the_air_is_told_an_event_and_answers(address: str) -> None:
+def test_a_flight_in_the_air_is_told_an_event_and_answers(address: str, chromium: Any) -> None:
     flight = FollowedService(f"{address}/live/lab", "firefighting")
-    with playwright.sync_playwright() as driver:
-        browser = driver.chromium.launch(executable_path=CHROMIUM, args=OPTIONS)
-        visitor = Visitor(browser, address, width=390)
-        visitor.open("/live/lab")
-        visitor.page.wait_for_selector("text=lab listens")
-        visitor.page.fill("input[name=event]", "quad1 fails")
-        visitor.page.keyboard.press("Enter")
-        visitor.page.wait_for_selector("td:text-is('not answered yet')")
-        visitor.wait("document.querySelector('input[name=event]').value === ''")
-        while not (told := flight()):
-            visitor.page.wait_for_timeout(50)
-        (event,) = told
-        assert isinstance(event, Told)
-        assert str(event.event) == "quad1 fails and lands"
-        event.answer(True, "<b>quad1</b> lands.")
-        visitor.page.wait_for_selector("td:text-is('done: <b>quad1</b> lands.')")
-        visitor.page.fill("input[name=event]", "<i>quad1</i> flies")
-        visitor.page.get_by_role("button", name="Tell").click()
-        visitor.page.wait_for_selector(".q-notification:has-text(\"'<i>quad1</i> flies' is no event\")")
-        assert visitor.page.locator("td i, td b, .q-notification i.x").count() == 0
-        visitor.wait("document.documentElement.scrollWidth <= 390")
-        flight.close()
-        visitor.page.wait_for_selector("text=lab has ended.")
-        visitor.end()
-        browser.close()
+    visitor = Visitor(chromium, address, width=390)
+    visitor.open("/live/lab")
+    visitor.page.wait_for_selector("text=lab listens")
+    visitor.page.fill("input[name=event]", "quad1 fails")
+    visitor.page.keyboard.press("Enter")
+    visitor.page.wait_for_selector("td:text-is('not answered yet')")
+    visitor.wait("document.querySelector('input[name=event]').value === ''")
+    while not (told := flight()):
+        visitor.page.wait_for_timeout(50)
+    (event,) = told
+    assert isinstance(event, Told)
+    assert str(event.event) == "quad1 fails and lands"
+    event.answer(True, "<b>quad1</b> lands.")
+    visitor.page.wait_for_selector("td:text-is('done: <b>quad1</b> lands.')")
+    visitor.page.fill("input[name=event]", "<i>quad1</i> flies")
+    visitor.page.get_by_role("button", name="Tell").click()
+    visitor.page.wait_for_selector(".q-notification:has-text(\"'<i>quad1</i> flies' is no event\")")
+    assert visitor.page.locator("td i, td b, .q-notification i.x").count() == 0
+    visitor.wait("document.documentElement.scrollWidth <= 390")
+    flight.close()
+    visitor.page.wait_for_selector("text=lab has ended.")
+    visitor.end()

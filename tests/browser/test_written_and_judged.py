@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -13,43 +12,14 @@ import pytest
 from ltlplan import Client
 from ltlplan.service.security.tokens import Tokens
 from tests.browser.devtools import CHROMIUM
-from tests.browser.visitor import LIMIT, OPTIONS, Visitor, served
+from tests.browser.visitor import LIMIT, OF_THE_PAGE, OPTIONS, Visitor, served
 from tests.helpers.services import ONE_HOOP
 
-pytest.importorskip("nicegui", reason="needs the service's extra")
-playwright = pytest.importorskip("playwright.sync_api", reason="needs Playwright to drive a browser")
-
-pytestmark = [
-    pytest.mark.browser,
-    pytest.mark.slow,
-    pytest.mark.skipif(CHROMIUM is None, reason="needs Chromium to look at the page"),
-]
+pytestmark = OF_THE_PAGE
 
 MINE = "# mine\n" + ONE_HOOP
 LAST = MINE + "# done\n"
 OTHER = "# other\nname: [half a mission"
-
-
-@pytest.fixture(scope="module")
-def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
-    """Start a service without tokens."""
-    with served(tmp_path_factory.mktemp("service") / "data") as found:
-        yield found
-
-
-@pytest.fixture(scope="module")
-def driver() -> Iterator[Any]:
-    """Start what drives browsers."""
-    with playwright.sync_playwright() as started:
-        yield started
-
-
-@pytest.fixture(scope="module")
-def browser(driver: Any) -> Iterator[Any]:
-    """Start Chromium."""
-    started = driver.chromium.launch(executable_path=CHROMIUM, args=OPTIONS)
-    yield started
-    started.close()
 
 
 def _port(address: str) -> int:
@@ -63,8 +33,8 @@ def _drafts(visitor: Visitor) -> list[str]:
     return [each.partition(",")[0] for each in visitor.page.locator(".drafts li").all_text_contents()]
 
 
-def test_what_was_written_survives_another_mission_a_job_and_a_reload(address: str, browser: Any) -> None:
-    visitor = Visitor(browser, address)
+def test_what_was_written_survives_another_mission_a_job_and_a_reload(address: str, chromium: Any) -> None:
+    visitor = Visitor(chromium, address)
     visitor.open("/")
     visitor.checked()
     assert _drafts(visitor) == [], "what nobody has written is no draft"
@@ -97,11 +67,11 @@ def test_what_was_written_survives_another_mission_a_job_and_a_reload(address: s
     visitor.end()
 
 
-def test_two_windows_write_two_drafts(address: str, browser: Any) -> None:
-    first = Visitor(browser, address)
+def test_two_windows_write_two_drafts(address: str, chromium: Any) -> None:
+    first = Visitor(chromium, address)
     first.open("/")
     first.checked()
-    second = Visitor(browser, address, context=first.context)
+    second = Visitor(chromium, address, context=first.context)
     second.open("/")
     second.checked()
     first.write(MINE)
@@ -130,13 +100,13 @@ def test_what_was_written_while_the_service_was_down_survives_it_and_the_browser
         visitor.end()
 
 
-def test_a_user_finds_what_they_wrote_in_another_browser_and_others_do_not(browser: Any, tmp_path: Path) -> None:
+def test_a_user_finds_what_they_wrote_in_another_browser_and_others_do_not(chromium: Any, tmp_path: Path) -> None:
     data = tmp_path / "data"
     data.mkdir()
     alice, bob = (Tokens(data).new(name) for name in ("alice", "bob"))
 
     def inside(address: str, token: str) -> Visitor:
-        visitor = Visitor(browser, address)
+        visitor = Visitor(chromium, address)
         visitor.open("/login")
         visitor.page.get_by_label("Token").fill(token)
         visitor.page.get_by_role("button", name="Log in").click()
@@ -181,9 +151,9 @@ def flown(address: str, tmp_path_factory: pytest.TempPathFactory) -> tuple[str, 
     return job.id, log
 
 
-def test_a_verdict_goes_with_its_file_its_assumptions_and_its_job(address: str, browser: Any, flown: tuple[str, Path]) -> None:
+def test_a_verdict_goes_with_its_file_its_assumptions_and_its_job(address: str, chromium: Any, flown: tuple[str, Path]) -> None:
     job, log = flown
-    visitor = Visitor(browser, address)
+    visitor = Visitor(chromium, address)
     visitor.open(f"/jobs/{job}/judge")
     visitor.page.wait_for_selector(".flight[data-ready=yes]")
     fields = visitor.page.locator(".bounds input")
@@ -221,10 +191,10 @@ def test_a_verdict_goes_with_its_file_its_assumptions_and_its_job(address: str, 
 
 
 def test_a_verdict_that_comes_after_an_assumption_was_changed_is_not_shown(
-    address: str, browser: Any, flown: tuple[str, Path]
+    address: str, chromium: Any, flown: tuple[str, Path]
 ) -> None:
     job, log = flown
-    visitor = Visitor(browser, address)
+    visitor = Visitor(chromium, address)
     visitor.open(f"/jobs/{job}/judge")
     visitor.page.wait_for_selector(".flight[data-ready=yes]")
     visitor.page.fill("input[name=max_speed]", "1.5")

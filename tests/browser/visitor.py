@@ -13,9 +13,21 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+import pytest
+
+from tests.browser.devtools import CHROMIUM
+
+pytest.importorskip("nicegui", reason="needs the service's extra")
+pytest.importorskip("playwright.sync_api", reason="needs Playwright to drive a browser")
+
+OF_THE_PAGE = [
+    pytest.mark.browser,
+    pytest.mark.slow,
+    pytest.mark.skipif(CHROMIUM is None, reason="needs Chromium to look at the page"),
+]
+"""Marks of tests that look at the service's page."""
 LIMIT = 240_000
 """ms that anything may take: many times what an idle machine needs."""
-
 OPTIONS = [
     "--use-gl=angle",
     "--use-angle=swiftshader",
