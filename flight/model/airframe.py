@@ -8,16 +8,16 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from functools import cache
-from importlib import resources
 from typing import Any, Literal, get_args
 
 from pydantic import Field, model_validator
-from ruamel.yaml import YAML
 
 from verify.data import Mission, Vehicle
+from verify.data.storage.shipped_tables import ShippedTables
 from verify.data.value import Value
 from verify.data.vehicle import NotNegative, Positive
 
+_TABLES = ShippedTables("flight", "airframe")
 _GENERIC = "generic"
 
 
@@ -143,9 +143,7 @@ class Airframe(Value):
 
 def shipped_airframes() -> tuple[str, ...]:
     """Return the names of the vehicles whose airframe is known, sorted."""
-    folder = resources.files("flight") / "airframes"
-    names = (f.name.removesuffix(".yaml") for f in folder.iterdir() if f.name.endswith(".yaml"))
-    return tuple(sorted(name for name in names if name != _GENERIC))
+    return tuple(name for name in _TABLES.names() if name != _GENERIC)
 
 
 def airframe_of(vehicle: Vehicle) -> Airframe:
@@ -195,13 +193,4 @@ def _read(name: str) -> dict[str, Any]:
 
 @cache
 def _load(name: str) -> dict[str, Any]:
-    text = (resources.files("flight") / "airframes" / f"{name}.yaml").read_text(encoding="utf-8")
-    return {key: _value(entry) for key, entry in YAML(typ="safe", pure=True).load(text).items()}
-
-
-def _value(entry: Any) -> Any:
-    """Strip the sources: {value: v, source: s} is v, a section is a table of such."""
-    if "value" not in entry:
-        return {key: _value(part) for key, part in entry.items()}
-    value = entry["value"]
-    return tuple(value) if isinstance(value, list) else value
+    return _TABLES.read(name)

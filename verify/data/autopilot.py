@@ -7,13 +7,12 @@ flies with them. The judge never reads them: they are here so that they stand in
 from __future__ import annotations
 
 from functools import cache
-from importlib import resources
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, TypeVar
 
-from pydantic import BeforeValidator, Field, Strict
-from ruamel.yaml import YAML
+from pydantic import Field, Strict
 
-from verify.data.errors import BadInput, did_you_mean
+from verify.data.errors import BadInput
+from verify.data.storage.shipped_tables import ShippedTables, or_by_name
 from verify.data.value import Value
 
 _Number = Annotated[float, Strict(), Field(gt=0, le=1e9, allow_inf_nan=False)]  # squares and products of which are numbers
@@ -150,10 +149,12 @@ _Kind = TypeVar("_Kind", MellingerGains, LeeGains, PidGains, Px4Gains)
 _CONTROLLERS: dict[type[Value], str] = {MellingerGains: "mellinger", LeeGains: "lee", PidGains: "pid", Px4Gains: "px4"}
 
 
+_TABLES = ShippedTables("verify.data", "autopilot")
+
+
 def shipped_autopilots() -> tuple[str, ...]:
     """Return the names of the shipped tables, sorted."""
-    folder = resources.files("verify.data") / "autopilots"
-    return tuple(sorted(f.name.removesuffix(".yaml") for f in folder.iterdir() if f.name.endswith(".yaml")))
+    return _TABLES.names()
 
 
 @cache
@@ -166,30 +167,8 @@ def load_autopilot(name: str) -> Autopilot:
     Raises:
         BadInput: There is no such table; the message lists those that there are.
     """
-    known = shipped_autopilots()
-    if name not in known:
-        raise BadInput(f"'{name}' is not a shipped autopilot.{did_you_mean(name, known)} Shipped: {', '.join(known)}.")
-    text = (resources.files("verify.data") / "autopilots" / f"{name}.yaml").read_text(encoding="utf-8")
-    sections: dict[str, Any] = YAML(typ="safe", pure=True).load(text)
-    values: dict[str, Any] = {
-        key: {part: _value(entry["value"]) for part, entry in section.items()} for key, section in sections.items()
-    }
-    return Autopilot.model_validate({"name": name, **values})
+    return Autopilot.model_validate({"name": name, **_TABLES.read(name)})
 
 
-def _value(value: Any) -> Any:
-    return tuple(value) if isinstance(value, list) else value
-
-
-def _named(value: object) -> object:
-    """Replace the name of a shipped table by the table."""
-    if not isinstance(value, str):
-        return value
-    try:
-        return load_autopilot(value)
-    except BadInput as error:
-        raise ValueError(str(error)) from None
-
-
-NamedAutopilot = Annotated[Autopilot, BeforeValidator(_named)]
+NamedAutopilot = Annotated[Autopilot, or_by_name(load_autopilot)]
 """An autopilot of a vehicle: a shipped table's name, or a table."""

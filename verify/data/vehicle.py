@@ -8,14 +8,12 @@ from __future__ import annotations
 
 import math
 from functools import cache
-from importlib import resources
-from typing import Annotated, Any
+from typing import Annotated
 
-from pydantic import BeforeValidator, Field, Strict, model_validator
-from ruamel.yaml import YAML
+from pydantic import Field, Strict, model_validator
 
 from verify.data.autopilot import NamedAutopilot
-from verify.data.errors import BadInput, did_you_mean
+from verify.data.storage.shipped_tables import ShippedTables, or_by_name
 from verify.data.trajectory import MAX_PIECES, PIECES
 from verify.data.uncertain import Uncertain
 from verify.data.value import Value
@@ -115,10 +113,12 @@ class Vehicle(Value):
         return self
 
 
+_TABLES = ShippedTables("verify.data", "vehicle")
+
+
 def shipped_vehicles() -> tuple[str, ...]:
     """Return the names of the shipped profiles, sorted."""
-    folder = resources.files("verify.data") / "vehicles"
-    return tuple(sorted(f.name.removesuffix(".yaml") for f in folder.iterdir() if f.name.endswith(".yaml")))
+    return _TABLES.names()
 
 
 @cache
@@ -128,25 +128,8 @@ def load_vehicle(name: str) -> Vehicle:
     Raises:
         BadInput: There is no such profile; the message lists those that there are.
     """
-    known = shipped_vehicles()
-    if name not in known:
-        raise BadInput(f"'{name}' is not a shipped vehicle.{did_you_mean(name, known)} Shipped: {', '.join(known)}.")
-    text = (resources.files("verify.data") / "vehicles" / f"{name}.yaml").read_text(encoding="utf-8")
-    entries: dict[str, Any] = YAML(typ="safe", pure=True).load(text)
-    values = {key: entry["value"] for key, entry in entries.items()}
-    values["inertia"] = tuple(values["inertia"])
-    return Vehicle(name=name, **values)
+    return Vehicle(name=name, **_TABLES.read(name))
 
 
-def _named(value: object) -> object:
-    """Replace the name of a shipped profile by the profile."""
-    if not isinstance(value, str):
-        return value
-    try:
-        return load_vehicle(value)
-    except BadInput as error:
-        raise ValueError(str(error)) from None
-
-
-NamedVehicle = Annotated[Vehicle, BeforeValidator(_named)]
+NamedVehicle = Annotated[Vehicle, or_by_name(load_vehicle)]
 """A vehicle of a mission file: a shipped profile's name, or a table."""
