@@ -12,7 +12,7 @@ SOURCES = {"a": "href", "link": "href", "img": "src", "script": "src", "iframe":
 
 
 class Page(HTMLParser):
-    """What a page links, and the places in it that can be linked."""
+    """Links of a page, and the places in it that can be linked."""
 
     def __init__(self, text: str) -> None:
         super().__init__()

@@ -1,11 +1,11 @@
 """Simulation, monitoring, comparison and export of certified flights, and live flights over a link.
 
-Read `flights` (one simulated flight), `campaigns` (many, in `batches`) and `rehearsal` (all combinations of conditions, and corners of what `identification` does not tell), each in `conditions` (wind,
-sensors, model, controller) and by `closed_loop`, in which `control` steers what `model` moves. `onboard_simulation` is the software that vehicles
-carry; `simulation_setup` and `random_streams` serve both, and `mixed_fleet` several airframes at once. `monitoring` checks in flight, `logs`
-reads and writes flights, and `comparison` compares recordings with a certificate. `exports` writes files for vehicles, `link` flies live, and
-`frames` turns flights into the laboratory's frame. `certificate_checks` guards each entry point. `pictures` draws (`figures` as plain data, over `shapes`), `processes`
-spreads work, and `storage` writes files and folders.
+Read `flights` (one simulated flight), `campaigns` (many, in `batches`) and `rehearsal` (all combinations of conditions, and corners of what
+`identification` does not tell). Each is flown in `conditions` (wind, sensors, model, controller) and by `closed_loop`, in which `control` steers what
+`model` moves. `onboard_simulation` is the software that vehicles carry; `simulation_setup` and `random_streams` serve both, and `mixed_fleet` several
+airframes at once. `monitoring` checks in flight, `logs` reads and writes flights, and `comparison` compares recordings with a certificate. `exports`
+writes files for vehicles, `link` flies live, and `frames` turns flights into the laboratory's frame. `certificate_checks` guards each entry point.
+`pictures` draws (`figures` as plain data, over `shapes`), `processes` spreads work, and `storage` writes files and folders.
 """
 
 from __future__ import annotations

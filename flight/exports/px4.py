@@ -95,7 +95,7 @@ def _gains_said(request: Request) -> tuple[str, ...]:
         if controller_name(vehicle) == "px4":
             tables.setdefault(autopilot_of_vehicle(vehicle).name, []).append(name)
     return tuple(
-        f"{', '.join(names)} must fly with the parameters that were simulated, PX4's of the table '{table}' (docs/px4.md lists them): "
+        f"{', '.join(names)} must fly with the parameters that were simulated, PX4's of the table '{table}' (docs/px4.md lists them). "
         "stream_setpoints.py reads the gains on board, and flies with no others; it sets none."
         for table, names in tables.items()
     )

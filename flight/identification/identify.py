@@ -1,7 +1,7 @@
 """Identify an airframe from a recorded hover and a line: thrust, drag and latency, with intervals, or a refusal.
 
-A flight tells forces only as shares of the mass: m a = s T z - c W (v - w) - m g, with T the commanded thrust, z the body's axis, W the
-sum of rotor speeds and w the air's velocity, gives s/m and c/m. The mass itself comes from scales.
+A flight tells forces only as shares of the mass. Let T be the commanded thrust, z the body's axis, W the sum of rotor speeds and w the air's
+velocity. Then m a = s T z - c W (v - w) - m g gives s/m and c/m. The mass itself comes from scales.
 """
 
 from __future__ import annotations

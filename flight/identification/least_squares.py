@@ -1,8 +1,8 @@
 """Least squares on weighted integrals of a flight, with intervals that hold where what is left over hangs together.
 
-Newton's law is not differentiated from noisy places but tested: multiplied by a smooth bump and integrated, by parts where it has derivatives,
-so that the acceleration of a place becomes the place times the bump's second derivative. Bumps follow one another through the flight.
-What is left over is gusts, which last for seconds, so that neighbouring residuals count together (Newey and West 1987).
+Newton's law is not differentiated from noisy places but tested: multiplied by a smooth bump and integrated, by parts where it has derivatives. So the
+acceleration of a place becomes the place times the bump's second derivative. Bumps follow one another through the flight. What is left over is gusts,
+which last for seconds, so that neighbouring residuals count together (Newey and West 1987).
 """
 
 from __future__ import annotations

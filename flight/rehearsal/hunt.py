@@ -1,8 +1,8 @@
 """The hunt: winds of a given speed that are made to push a team out of its tube, found from the loop's own response.
 
-A hovering vehicle is blown at for 20 ms along each axis, and how it moves is written down. Were the loop linear, the wind that brings it farthest
-at an instant along a direction would be as fast as it may be at all times, and turn as that response does read backwards; that it does by the sum
-of the response's length (the l1 gain of the loop). The flight is flown in such winds for several instants and directions, and again around
+A hovering vehicle is blown at for 20 ms along each axis, and how it moves is written down. Were the loop linear, one wind would bring it farthest at
+an instant along a direction. That wind is as fast as it may be at all times, and turns as that response does read backwards. It brings it there by
+the sum of the response's length (the l1 gain of the loop). The flight is flown in such winds for several instants and directions, and again around
 the worst of them. Nothing is proved by it: it finds what chance does not.
 """
 

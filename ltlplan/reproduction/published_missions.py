@@ -1,10 +1,10 @@
 """Formulas of published case studies for teams, as missions: places in the air are ours, the work is theirs.
 
-Bai: `bairuofei/sampling_ltl_planning`, both cases. KTH: its example for hard and soft formulas. LOMAP: `wasserfeder/lomap`, its example
-ijrr2013 with two robots. Schillinger, Buerger and Dimarogonas: "Simultaneous task allocation and planning for temporal logic goals in
-heterogeneous multi-robot systems" (IJRR 2018), its second and third case. What they say by "until,
-and then not" (`F(p & carry & (carry U (d10 & !carry)))`) is said by actions here: what was picked up is put down where that is
-permitted and nowhere else, and the internal state after it, `left10`, is shown. `bosch` asks the second to the letter, in a small hall.
+Bai: `bairuofei/sampling_ltl_planning`, both cases. KTH: its example for hard and soft formulas. LOMAP: `wasserfeder/lomap`, its example ijrr2013 with
+two robots. Schillinger, Buerger and Dimarogonas: "Simultaneous task allocation and planning for temporal logic goals in heterogeneous multi-robot
+systems" (IJRR 2018), its second and third case. What they say by "until, and then not" (`F(p & carry & (carry U (d10 & !carry)))`) is said by actions
+here. What was picked up is put down where that is permitted and nowhere else, and the internal state after it, `left10`, is shown. `bosch` asks the
+second to the letter, in a small hall.
 """
 
 from __future__ import annotations

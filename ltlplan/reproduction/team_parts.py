@@ -247,7 +247,7 @@ TEAM_PARTS: tuple[Element, ...] = (
     ),
     Element(
         id="2022-section-2.1", publication="2022", kind="section", title="Section 2.1: *end*, good prefixes, repeated laps", shares="2022-def-2.2",
-        says="A finite word is an infinite one on which *end* holds from some letter on; a good prefix suffices for co-safe formulas, and a part may be repeated N times.",
+        says="A finite word is an infinite one on which *end* holds from some letter on. A good prefix suffices for co-safe formulas, and a part may be repeated N times.",
         differs="Missions need no *end*, and a name of that kind means a region; `spec.repeat` counts laps of infinite traces.",
         by=("verify.trace_checking.word_verdict.check_word",), compute=finite_words,
     ),

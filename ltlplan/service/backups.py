@@ -1,8 +1,9 @@
 """Backups of a data folder, made while the service runs, and restored into an empty folder.
 
-Deletions pause, the databases are copied (each a snapshot of an instant), then the values: a value is on the disk before any record names it, so whatever a snapshot names is there.
-People come before jobs: a job that is submitted between the two goes to its submitter at the next start. Secrets stay behind: tokens are not in a backup, which could otherwise bring back
-revoked ones, and sessions are not. A backup is a tar archive whose last member lists the digests of all others; one that was cut off or changed is rejected.
+Deletions pause, the databases are copied (each a snapshot of an instant), then the values. A value is on the disk before any record names it, so
+whatever a snapshot names is there. People come before jobs: a job that is submitted between the two goes to its submitter at the next start. Secrets
+stay behind: tokens are not in a backup, which could otherwise bring back revoked ones, and sessions are not. A backup is a tar archive whose last
+member lists the digests of all others; one that was cut off or changed is rejected.
 """
 
 from __future__ import annotations

@@ -4,10 +4,10 @@ A timeline leaves things open: when exactly a boundary is crossed, and whether a
 robot does. A behaviour is the finite graph of all that it leaves open. Its nodes are letters within a span of time;
 a path from an initial to a final node is one word that the robot can give.
 
-Two facts about paths through closed regions keep the graph exact. A path is continuous, so when it leaves one region
-and enters another at one instant it is in both at that instant: letters only grow or only shrink from one to the
-next. And a crossing that is known to be one crossing happens once. Where its instant is known exactly, too, so is the letter there: the robot is in all
-regions that it enters or leaves at that instant, in none of those that it enters just before, and in none of those that it leaves just after.
+Two facts about paths through closed regions keep the graph exact. A path is continuous, so when it leaves one region and enters another at one
+instant it is in both at that instant. So letters only grow or only shrink from one to the next. And a crossing that is known to be one crossing
+happens once. Where its instant is known exactly, too, so is the letter there. The robot is in all regions that it enters or leaves at that instant.
+It is in none of those that it enters just before, and in none of those that it leaves just after.
 """
 
 from __future__ import annotations
@@ -95,7 +95,7 @@ def from_timeline(timeline: Timeline, relations: Relations) -> RobotBehaviour:
     return merged(_Unfolding(timeline, relations).graph())
 
 
-# A region within one slot of time: "no" and "must" fix it, "may" leaves it free, "rise" and "fall" switch it once, "enters" and "leaves" do so at one
+# A region within one slot of time: "no" and "must" fix it, "may" leaves it free. "rise" and "fall" switch it once; "enters" and "leaves" do so at one
 # exact instant, at which the robot is in it.
 _Mode = Literal["no", "may", "must", "rise", "fall", "enters", "leaves"]
 _ONCE: dict[Status, _Mode] = {"must": "rise", "no": "fall"}

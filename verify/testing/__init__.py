@@ -1,25 +1,11 @@
-"""For other people's tests: assertions about flights that hold for all times, and what hypothesis draws from.
+"""Assertions about flights that hold for all times, for other people's tests, and what hypothesis draws from.
 
 Import from here, or load the module as a pytest plugin (`-p verify.testing`, or `pytest_plugins = ["verify.testing"]`), which
 says in the header of a run what the assertions rest on. A failure prints the sentence, the counterexample and the label timeline.
-
-    from verify.testing import assert_satisfies, assert_within_limits
-
-    def test_course():
-        trajectory = plan_my_course()
-        assert_satisfies(trajectory, "F a & G !b", {"a": ((1, 0, 1), 0.2), "b": ((0, 0, 1), 0.3)})
-        assert_within_limits(trajectory, vehicle="crazyflie-2.1", speed=1.0)
-
 The strategies need hypothesis (`pip install 'ltlplan[hypothesis]'`); nothing of it is loaded before one of them is asked for.
 
-    from hypothesis import given
-    from verify.testing import formulas, team_words
-
-    @given(formulas(("dock",), robots=("quad0", "quad1")), team_words(("quad0", "quad1"), ("dock",)))
-    def test_my_judge_agrees(formula, words):
-        assert my_judge(formula, words) == verify.check_team(formula, words, "joint").parallel.outcome
-
 `assertions` are what tests call; `drawn_words` and `drawn_missions` are the strategies, over `engine`, the adapter to hypothesis.
+Examples are in docs/testing.md.
 """
 
 from __future__ import annotations

@@ -1,11 +1,12 @@
 """Progression of formulas that are bounded in seconds by what was flown: what is left of each, with its bounds counted from a later time.
 
-`F[0,30] a` leaves `F[0,18] a` after 12 s without a. A dwell that has begun leaves its rest, or another one: `F[0,15] G[0,5] a` leaves
-`G[0,2] a | F[0,3] G[0,5] a` after 12 s, the last 3 s of them in a. Whatever is asked for a span of time that was flown is asked at the instants at which letters
-change and a millisecond around them.
+`F[0,30] a` leaves `F[0,18] a` after 12 s without a. A dwell that has begun leaves its rest, or another one. `F[0,15] G[0,5] a` leaves
+`G[0,2] a | F[0,3] G[0,5] a` after 12 s, the last 3 s of them in a. Whatever is asked for a span of time that was flown is asked at the instants at
+which letters change and a millisecond around them.
 
 What comes of it guides planning: a whole flight is judged by its own letters. So it asks for more where it has to choose: what only may have been
-shown was not, and bounds hold for every time between the earliest and the latest at which the rest may begin.
+shown was not. Bounds hold for every time between the earliest and the latest at which the rest may begin.
+
 References: F. Bacchus and F. Kabanza, Planning for temporally extended goals, Annals of Mathematics and Artificial Intelligence 22, 1998;
 O. Maler and D. Nickovic, Monitoring temporal properties of continuous signals, FORMATS 2004.
 """

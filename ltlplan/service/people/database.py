@@ -2,6 +2,10 @@
 
 The command line changes accounts while the service runs, so nothing of them is remembered: each look reads the file (some 20 µs). Readers never wait for
 who writes: they have a connection of their own.
+
+In `accounts` a password is an Argon2id hash; issuer and subject are those of OpenID Connect. `sessions` are of browsers: of an account, or of a token
+(then its digest). `job_references`: a computation is shared by key, a job is somebody's reference to it, private unless its project is shared.
+`leaving` has jobs whose last reference went, until they are deleted. `mission_versions` has all versions of `missions`.
 """
 
 from __future__ import annotations
