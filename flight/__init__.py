@@ -10,7 +10,7 @@ writes files for vehicles, `link` flies live, and `frames` turns flights into th
 
 from __future__ import annotations
 
-from verify.data.loading import loaded_at_first_use
+from verify.data.names.loading import loaded_at_first_use
 
 TYPE_CHECKING = False  # type checkers take it for True
 if TYPE_CHECKING:

@@ -19,8 +19,8 @@ from ltlplan.logic.budget import Budget
 from ltlplan.systems.objective import is_counted_by_legs, objective_text
 from ltlplan.systems.touching_points import is_large, words_touch
 from verify.data import BadInput, Infeasible, Mission, Plan, RobotPlan
-from verify.data.choices import PLANNING_METHODS
 from verify.data.language.counting import first_count
+from verify.data.names.choices import PLANNING_METHODS
 from verify.data.progress import Progress, silent
 
 if TYPE_CHECKING:

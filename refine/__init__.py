@@ -12,7 +12,7 @@ does, and `feedback` turns the checker's witnesses into changes of the next atte
 
 from __future__ import annotations
 
-from verify.data.loading import loaded_at_first_use
+from verify.data.names.loading import loaded_at_first_use
 
 TYPE_CHECKING = False  # type checkers take it for True
 if TYPE_CHECKING:

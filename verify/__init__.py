@@ -13,7 +13,7 @@ and `logic` (semantics of formulas), over `arithmetic`. `data` holds missions, p
 
 from __future__ import annotations
 
-from verify.data.loading import loaded_at_first_use
+from verify.data.names.loading import loaded_at_first_use
 
 TYPE_CHECKING = False  # type checkers take it for True
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ from typing import ClassVar, Protocol
 from flight.model.airframe import Airframe
 from flight.model.attitude import Floats
 from flight.model.plant import Command, Motion
-from verify.data.registry import Registry
+from verify.data.names.registry import Registry
 
 NEAR = 0.05
 """m, most of an error that is summed: large ones are for the other gains, and would only wind the sum up."""

@@ -11,7 +11,7 @@ and the numbers that they fly by.
 
 from __future__ import annotations
 
-from verify.data.loading import loaded_at_first_use
+from verify.data.names.loading import loaded_at_first_use
 
 TYPE_CHECKING = False  # type checkers take it for True
 if TYPE_CHECKING:

@@ -15,7 +15,7 @@ from typing import Any, Protocol
 from flight.control.profiles import PROFILES
 from verify.data import BadInput, Mission, Trajectory
 from verify.data.errors import did_you_mean
-from verify.data.registry import Registry
+from verify.data.names.registry import Registry
 
 NOTE = "README.txt"
 """The readable note of every export."""

@@ -23,7 +23,7 @@ from verify.certificate import Certificate
 from verify.checked_claims import proof_sentences
 from verify.data import BadInput, DoesNotFit, Mission, NotCertified, Trajectory, check_trajectories
 from verify.data.events import unknown
-from verify.data.former_names import former_arguments
+from verify.data.names.former_names import former_arguments
 
 
 @dataclass(frozen=True, slots=True)

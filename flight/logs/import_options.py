@@ -13,7 +13,7 @@ import numpy as np
 from flight.model.attitude import Floats
 from verify.data import BadInput
 from verify.data.errors import did_you_mean
-from verify.data.former_names import former_arguments, warn_former
+from verify.data.names.former_names import former_arguments, warn_former
 from verify.recordings.measurement import LARGEST
 
 Axes = tuple[tuple[int, float], tuple[int, float], tuple[int, float]]

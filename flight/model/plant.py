@@ -13,7 +13,7 @@ import numpy as np
 
 from flight.model.airframe import Airframe
 from flight.model.attitude import Floats, matrix
-from verify.data.registry import Registry
+from verify.data.names.registry import Registry
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,7 +15,7 @@ The method itself is in `ltlplan.online_mtac`. Names are loaded at first use, so
 
 from __future__ import annotations
 
-from verify.data.loading import loaded_at_first_use
+from verify.data.names.loading import loaded_at_first_use
 
 TYPE_CHECKING = False  # type checkers take it for True
 if TYPE_CHECKING:

@@ -6,7 +6,7 @@
   snap     integral of |r''''|^2 dt, m^2/s^7
   energy   integral of (|f|/g)^(3/2) dt with f = r'' + g e3: hover power times s, by momentum theory
 
-A term is a function from `SampledPaths` to one number a path, registered by one line (`verify.data.choices`); another package brings
+A term is a function from `SampledPaths` to one number a path, registered by one line (`verify.data.names.choices`); another package brings
 one by an entry point of the group `ltlplan.cost_terms`.
 """
 

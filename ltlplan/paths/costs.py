@@ -19,8 +19,8 @@ from ltlplan.search.memoization import memoized
 from ltlplan.systems.objective import flown_weights
 from verify.data import BadInput, Plan, RobotPlan, Trajectory
 from verify.data.arrays import Floats
-from verify.data.choices import COST_TERMS
 from verify.data.mission import Mission
+from verify.data.names.choices import COST_TERMS
 from verify.data.sections import Costs
 
 

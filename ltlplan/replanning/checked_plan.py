@@ -17,7 +17,7 @@ from ltlplan.planner import SEQUENCE, make_plan, with_pace, with_seed
 from ltlplan.search.exact import without_legs
 from ltlplan.search.lawler import Member, Partition
 from verify.data import BadInput, Infeasible, InternalError, Mission, NotCertified, Plan, Unsatisfiable, check_mission
-from verify.data.choices import PLANNING_METHODS
+from verify.data.names.choices import PLANNING_METHODS
 from verify.data.progress import Progress, silent
 from verify.data.sections import Pace
 

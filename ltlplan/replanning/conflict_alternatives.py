@@ -19,7 +19,7 @@ from ltlplan.replanning.cuts import Candidate, Cut, CutKind, digest
 from ltlplan.replanning.refusal import Refusal
 from ltlplan.search.orders.planned_words import hold_under_precedences, systems_of_words
 from verify.data import Infeasible, LtlplanError, NotCertified, Plan, Witness
-from verify.data.choices import PLANNING_METHODS
+from verify.data.names.choices import PLANNING_METHODS
 
 _OTHERS = 4
 """Other plans that are tried."""

@@ -22,7 +22,7 @@ from ltlplan.search.exact import under_precedences
 from ltlplan.search.lawler import Member
 from ltlplan.search.orders.planned_words import with_planned_waits
 from verify.data import Mission, Plan, Unsatisfiable, Witness
-from verify.data.choices import PLANNING_METHODS
+from verify.data.names.choices import PLANNING_METHODS
 
 _SHUT = 12  # legs that are shut in turn, each for one search
 _OTHERS = 3

@@ -22,7 +22,7 @@ from ltlplan.service.models import Job, State, Whose
 from ltlplan.service.queries import zipped
 from ltlplan.service.recordings import ENDINGS
 from verify.data import BadInput, Mission, Plan, mission_to_yaml, parse_mission
-from verify.data.former_names import former_arguments
+from verify.data.names.former_names import former_arguments
 from verify.data.progress import Progress
 from verify.data.storage.safe_reading import read_bytes
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from verify.data import registry
+from verify.data.names import registry
 
 
 def install(

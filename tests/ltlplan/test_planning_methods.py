@@ -17,9 +17,9 @@ from tests.helpers.packages import install
 from tests.helpers.random_missions import random_mission
 from tests.verify.test_run_folder import write_folder
 from verify.data import BadInput, Mission, NotCertified, Plan, mission_to_yaml, parse_mission
-from verify.data.choices import COST_TERMS, PLANNING_METHODS
 from verify.data.files.mission_file import load_mission_file
 from verify.data.mission import check_mission
+from verify.data.names.choices import COST_TERMS, PLANNING_METHODS
 from verify.data.validation.faults import MissionError
 
 MODULE = '''

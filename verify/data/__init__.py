@@ -1,16 +1,15 @@
 """The plain data that planner, refinement, flight and checker share, and the vocabulary of the claim.
 
-Read `mission` (of `sections`, `shapes` and `language`, under `validation`), `plan`, `trajectory` and `witness`: what travels between the packages;
-`files` and `storage` are how it is kept. `value`, `errors` and `progress` are what all are made with, and `registry` and `choices` the names that
-other packages may bring. `events` is what may change in flight, `vehicle` what flies, `uncertain` what is not known of it. `arrays` are types for
-signatures. `obstruction` says why no flight was found. `frame` places a mission in the laboratory, `autopilot` reads what on-board software is tuned
-to, and `loading` loads names at their first use, `former_names` keeps renamed ones. `helper_process` asks a process of one's own, once more where it
-was killed.
+Read `mission` (of `sections`, `shapes` and `language`, under `validation`), `plan`, `trajectory` and `witness`: what travels between
+the packages; `files` and `storage` are how it is kept. `value`, `errors` and `progress` are what all are made with. `names` holds the
+names that other packages may bring, and former ones. `events` are what may change in flight, `vehicle` what flies, `uncertain` what is not
+known of it. `arrays` are types for signatures. `obstruction` says why no flight was found. `frame` places a mission in the laboratory,
+`autopilot` reads what on-board software is tuned to. `helper_process` asks a process of one's own, once more where it was killed.
 """
 
 from __future__ import annotations
 
-from verify.data.loading import loaded_at_first_use
+from verify.data.names.loading import loaded_at_first_use
 
 TYPE_CHECKING = False  # type checkers take it for True
 if TYPE_CHECKING:

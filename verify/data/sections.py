@@ -17,7 +17,7 @@ from verify.data.value import Value
 from verify.data.vehicle import Held, NamedVehicle, NotNegative, Number, Positive, Vehicle
 
 ChoiceName = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_.-]{0,99}$")]
-"""Name of something that another package may bring: which there are is known by `verify.data.choices`."""
+"""Name of something that another package may bring: which there are is known by `verify.data.names.choices`."""
 Costs = dict[ChoiceName, NotNegative]
 Trace = Literal["finite", "infinite"]
 TeamReading = Literal["own", "joint"]

@@ -10,7 +10,7 @@ Examples are in docs/testing.md.
 
 from __future__ import annotations
 
-from verify.data.loading import loaded_at_first_use
+from verify.data.names.loading import loaded_at_first_use
 from verify.testing.assertions import Regions, Samples, assert_satisfies, assert_within_limits
 
 TYPE_CHECKING = False  # type checkers take it for True

@@ -12,8 +12,8 @@ import numpy as np
 
 from verify.arithmetic.balls import Floats
 from verify.data.errors import BadInput, did_you_mean
-from verify.data.former_names import former_arguments, warn_former
 from verify.data.mission import Mission
+from verify.data.names.former_names import former_arguments, warn_former
 from verify.data.sections import Box
 from verify.data.vehicle import Vehicle, load_vehicle
 from verify.third_party.extremes import Direction, Rate

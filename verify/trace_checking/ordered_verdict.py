@@ -12,10 +12,10 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from verify.data.errors import BadInput
-from verify.data.former_names import former_arguments
 from verify.data.language.counting import Atom, atoms
 from verify.data.language.formula import Formula
 from verify.data.language.word import Letter
+from verify.data.names.former_names import former_arguments
 from verify.data.sections import TeamReading
 from verify.logic.explanation import show
 from verify.logic.normal_form import Normal

@@ -6,7 +6,7 @@ and hold their positions until two things are proved:
 
 * a certificate of what is left, an ordinary mission: it begins where the robots hover, with each one's internal state and the
   region that it visited last, and its formula is what is left of the whole one in every way to read the letters so far
-  (`sharing.residual`);
+  (`formula_progression`);
 * the whole formula on the whole flight (`verify.flight_segments`): the label timelines of all that was flown, slowing down included,
   each in the world as it then was, with the new piece at the end. Between the two, robots only hover.
 

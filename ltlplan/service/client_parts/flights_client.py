@@ -6,7 +6,7 @@ from typing import Self
 
 from ltlplan.service.client_parts.transport import Wire, checked, segment
 from ltlplan.service.models import EventsAccepted, Health, LiveEvent, LiveFlight
-from verify.data.former_names import warn_former
+from verify.data.names.former_names import warn_former
 
 PATIENCE = 60.0
 """s that an answer is waited for."""

@@ -15,7 +15,7 @@ from typing import Any
 from pydantic import TypeAdapter, ValidationError
 
 from verify.data.errors import BadInput
-from verify.data.registry import Registry
+from verify.data.names.registry import Registry
 from verify.data.shapes.inequalities import GREATEST_RADIUS, LEAST_RADIUS, Inequality, Matrix, Point, quadratic_form
 from verify.data.value import FaultsWithin
 from verify.data.vehicle import Positive

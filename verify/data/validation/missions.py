@@ -11,13 +11,13 @@ from typing import Any
 
 import numpy as np
 
-from verify.data.choices import COST_TERMS, PLANNING_METHODS
 from verify.data.errors import did_you_mean
 from verify.data.language.counting import first_count
 from verify.data.language.formula import FREE, NAME, RESERVED_NAMES
 from verify.data.language.formula_error import FormulaError
 from verify.data.language.formula_reader import parse_formula
 from verify.data.language.sequence import SequenceError, parse_sequence
+from verify.data.names.choices import COST_TERMS, PLANNING_METHODS
 from verify.data.sections import Agent, Box, Environment, Planner, Robot, Spec
 from verify.data.shapes.region import Hoop
 from verify.data.storage.file_names import robot_name_fault

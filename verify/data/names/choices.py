@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from verify.data.registry import Registry
+from verify.data.names.registry import Registry
 
 Function = Callable[..., Any]  # of any type: each choice has its own
 """What is registered are functions; their types are said where they are called (`ltlplan.allocation`, `ltlplan.paths.costs`)."""

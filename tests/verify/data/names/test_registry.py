@@ -10,7 +10,7 @@ import pytest
 
 from tests.helpers.packages import install
 from verify.data import BadInput
-from verify.data.registry import Registry
+from verify.data.names.registry import Registry
 
 MODULE = """
 from fractions import Fraction
@@ -21,7 +21,7 @@ text = "no fraction"
 
 def fractions() -> Registry[Fraction]:
     """Return a registry of fractions with one of ours."""
-    return Registry("a fraction", "tests.fractions", {"half": "tests.verify.data.test_registry:HALF"}, Fraction)
+    return Registry("a fraction", "tests.fractions", {"half": "tests.verify.data.names.test_registry:HALF"}, Fraction)
 
 
 HALF = Fraction(1, 2)

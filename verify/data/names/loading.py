@@ -9,7 +9,7 @@ from __future__ import annotations
 import importlib
 import sys
 
-from verify.data.former_names import warn_former
+from verify.data.names.former_names import warn_former
 
 TYPE_CHECKING = False  # type checkers take it for True; `typing` takes long to load for what must be quick to begin
 if TYPE_CHECKING:
