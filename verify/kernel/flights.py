@@ -1,6 +1,6 @@
-"""A team's flight as its CSV files say: one polynomial piece a line, in float32 numbers, exactly. A robot's path is a row of segments without gaps:
-the step from its start to where its first piece begins, its pieces, between them the steps from one piece's end to the next one's beginning, and the
-hover from its own end to the team's, or the step back to where its lap begins. A step takes no time.
+"""A team's flight as its CSV files say: one polynomial piece a line, in float32 numbers, exactly. A robot's path is a row of segments without gaps.
+First is the step from its start to where its first piece begins. Then come its pieces, and between them the steps from one piece's end to the next
+one's beginning. Last is the hover from its own end to the team's, or the step back to where its lap begins. A step takes no time.
 """
 
 import re
@@ -24,7 +24,7 @@ GRAVITY = Fraction(9.80665)  # m/s^2
 
 @dataclass(frozen=True)
 class Segment:
-    """A part of one robot's path: x, y and z, and of a piece the heading, over its own time, s; of a step, which takes no time, over u from 0 to 1."""
+    """A part of one robot's path: x, y and z, and of a piece the heading, over its own time, s. A step takes no time; it goes over u from 0 to 1."""
 
     start: Fraction
     stop: Fraction

@@ -4,8 +4,8 @@ All operators come to constants, propositions, negation, `and` and `until`:
 
     F f = true U f     G f = !F !f     f R g = !(!f U !g)     f W g = g R (f | g)     f M g = g U (f & g)
 
-*Progression.* A word with first letter a satisfies a formula exactly if the rest of it satisfies one of the formula's *alternatives* after a: each a
-set of untils and negated ones, all of which are still owed. For `f U g` that is g's alternatives, or f's with `f U g` owed again: then it was *put
+*Progression.* A word with first letter a satisfies a formula exactly if the rest of it satisfies one of the formula's *alternatives* after a. Each is
+a set of untils and negated ones, all of which are still owed. For `f U g` that is g's alternatives, or f's with `f U g` owed again: then it was *put
 off*. The empty word keeps negated untils and no others. (Coq: `progress_state_sat`, `accepts_sound`; `normal_sat` of negations.)
 
 A proposition is a number of robots: at least k of some robots' letters satisfy a combination of names. A plain name is one robot of all. Operators

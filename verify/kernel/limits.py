@@ -4,8 +4,8 @@ long it lasts. Each jump at a joint of pieces, of parts or of laps is the exact 
 With f = r'' + g e3 the thrust is m |f| and the body's z axis f / |f|; roll and pitch turn it at |r''' x f| / |f|^2. All are asked squared, and
 multiplied out, so that nothing is divided.
 
-*Turning.* With heading psi (Z-Y-X Euler: the body's x axis lies in the plane of (cos psi, sin psi, 0) and the vertical), let (p, q, w) be f turned
-back by psi, F = |f|, D = p^2 + w^2, and j = r''', s = r'''' turned likewise:
+*Turning.* Heading is psi (Z-Y-X Euler: the body's x axis lies in the plane of (cos psi, sin psi, 0) and the vertical). Let (p, q, w) be f turned back
+by psi, F = |f|, D = p^2 + w^2, and j = r''', s = r'''' turned likewise:
 
     x_B = (w, 0, -p) / sqrt D     y_B = (-p q, D, -q w) / (F sqrt D)     z_B = (p, q, w) / F
     rate about y_B:  K / (F sqrt D)            with K = jx w - p jz

@@ -8,9 +8,9 @@ here.) Laps are unrolled: slots of the prefix, of one lap and of its copy, a lap
 
 Robots are *followed*, or only counted. Of a robot that is not followed no more is used than what it may show in each span.
 
-*Moves.* Under `own` a position of the word is one robot's letter: a robot that is followed is read, or another one is; or a robot goes on to a next
-place in silence, where that changes its letter only after it was read. Letters are cut down to names of the formula and others that the proof adds:
-fewer names give fewer changes, before which a robot has to be read, and so more words. Under `joint` any of the robots that are followed go on at one
+*Moves.* Under `own` a position of the word is one robot's letter. A robot that is followed is read, or another one is. Or a robot goes on to a next
+place in silence, where that changes its letter only after it was read. Letters are cut down to names of the formula and others that the proof adds.
+Fewer names give fewer changes, before which a robot has to be read, and so more words. Under `joint` any of the robots that are followed go on at one
 instant, and the letter is that of the whole team. In each span a letter is read, for there is an instant in it, and a letter that is held may be read
 again: no formula has a next.
 
@@ -39,9 +39,9 @@ Slot = tuple[Fraction, Fraction, Mapping[str, str], Shown, int, int]
 
 
 class Places(NamedTuple):
-    """All that one robot may do, by the numbers of its places: each has a lap, 0 in a flight or prefix, 1 in the first lap, 2 in its copy; regions
-    that hold the robot there, all that it shows there, from when to when it may be there, s, and places that may come next. It begins in `initial`
-    ones; a finite flight ends in `final` ones. `shift` leads from a place of the first lap to that of its copy.
+    """All that one robot may do, by the numbers of its places. Each has a lap, 0 in a flight or prefix, 1 in the first lap, 2 in its copy. It has
+    regions that hold the robot there, all that it shows there, from when to when it may be there, s, and places that may come next. A robot begins in
+    `initial` ones; a finite flight ends in `final` ones. `shift` leads from a place of the first lap to that of its copy.
     """
 
     robot: str
@@ -154,7 +154,7 @@ _T = TypeVar("_T")
 class Claim:
     """One conjunct, and the team of which it is claimed.
 
-    `places` returns one robot's places, of letters cut down to some names; `lap` is when a lap begins and ends; of two events that are waited for,
+    `places` returns one robot's places, of letters cut down to some names; `lap` is when a lap begins and ends. Of two events that are waited for,
     the second comes after the first, not with it. `names` are asked of letters, `shown` are all. `counted` has the tables of what is counted.
     """
 

@@ -1,7 +1,7 @@
 """One robot's flight: when it must be in each region, and must not; its stays there, which are its visits; its actions, passages and waits.
 
 All of it is said of every path that stays within the margin of the robot's own at every time. Of a lasso, rows of spans are *unrolled* where visits
-are compared: prefix and three laps, times going on, of which the first two show all that the later ones repeat.
+are compared: prefix and three laps, times going on. The first two laps show all that the later ones repeat.
 """
 
 import re
@@ -238,7 +238,7 @@ class Course:
     def windows(self, visit: int) -> list[Window]:
         """Return the times at which it may be on its way to a visit, in prefix and first lap.
 
-        The way ends when the robot must be in the region, and begins with the last earlier visit that is over before the robot may be in the region,
+        The way ends when the robot must be in the region. It begins with the last earlier visit that is over before the robot may be in the region,
         once that one may have been left; without one, with the flight. Times in which it must be in either do not count, gaps between them do. After
         the last time surely in the region the nominal path's excursions count until it leaves for good.
         """

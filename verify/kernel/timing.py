@@ -1,7 +1,7 @@
 """Bounds in seconds: the times at which a formula surely holds, on a reference clock, whatever the team does in the tube and clocks show.
 
-`f U[a,b] g` holds at t if g does at some t' from t + a to t + b, and f from t until then; or if g does just after some t' before t + b, and f until
-t' with it: regions are closed, so what holds outside of one begins at no first instant. All else comes to that (`formulas`).
+`f U[a,b] g` holds at t if g does at some t' from t + a to t + b, and f from t until then. It also holds there if g does just after some t' before t +
+b, and f until t' with it. Regions are closed, so what holds outside of one begins at no first instant. All else comes to that (`formulas`).
 
 Of each part of a formula two sets are computed, of times at which it surely holds and at which its negation does; of other times nothing is known. A
 letter may be shown while its place allows, earlier and later by the clock error: the reference clock is one more clock. (Coq: `windows_shown`, `windows_close`)

@@ -95,7 +95,7 @@ _SIGNS = {"<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.
 
 
 class Bernstein:
-    """A polynomial on an interval: numbers[k] / unit, with unit above zero, are its Bernstein coefficients; its values lie between the least and the
+    """A polynomial on an interval: numbers[k] / unit, with unit above zero, are its Bernstein coefficients. Its values lie between the least and the
     greatest of them, and rise, or fall, where these do (Coq: `bern_lower`, `bern_upper`, `bern_positive`, `bern_monotone`).
     """
 

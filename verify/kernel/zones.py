@@ -1,8 +1,8 @@
 """Zones that all of the ball around a path is inside of, or outside of: regions, obstacles, openings, rims, the workspace.
 
 Each inequality is f(x) <= 0, by the weights of xx, xy, xz, yy, yz, zz, x, y, z and 1 in f. A quadric is (x - c)'Q(x - c) <= B with Q semidefinite,
-its square completed. Of a ball of radius d around x all points keep it where sqrt((x - c)'Q(x - c)) <= sqrt(B) - s d, and none does where it is above
-sqrt(B) + s d, s^2 being at least Q's greatest eigenvalue (Coq: `quadric_must`, `quadric_no`). A half-space n.x <= h moves by |n| d (Coq:
+its square completed. Of a ball of radius d around x all points keep it where sqrt((x - c)'Q(x - c)) <= sqrt(B) - s d. None does where it is above
+sqrt(B) + s d. Here s^2 is at least Q's greatest eigenvalue (Coq: `quadric_must`, `quadric_no`). A half-space n.x <= h moves by |n| d (Coq:
 `half_space_must`, `half_space_no`).
 
 Last, distances between robots, of all times that their clocks, which differ, may show at one moment.
@@ -81,8 +81,8 @@ def asked(terms: Terms, margin: Fraction) -> tuple[list[Atom], Atom]:
 
 @lru_cache(maxsize=4096)
 def region(shape: Shape, margin: Fraction) -> Rules:
-    """Return the claims `m` that a path is inside a region by a margin, `n` that it is outside, `y` that it is so nowhere, and `i` that it is so up
-    to some time, if at all, and then nowhere, or `o` the other way round.
+    """Return the claims `m` that a path is inside a region by a margin, `n` that it is outside, and `y` that it is so nowhere. Claim `i` is that it
+    is so up to some time, if at all, and then nowhere; `o` is the other way round.
 
     Outside it breaks an inequality of each part. Inside it keeps one of each `choice`, so that all of the ball is in some part, or in one part alone
     where choices are too many. If functions that break one only fall, or only rise, it comes, or goes, once (Coq: `comes_near_once`, `leaves_once`).
@@ -121,8 +121,8 @@ def _meet(one: Terms, other: Terms) -> bool:
 
 
 class Hoop:
-    """A hoop with centre c and normal n. Of a place r, D = (r - c) . n and P = |r - c|^2 |n|^2 - D^2: |D| / |n| is how far r is from the opening's
-    plane, and sqrt(P) / |n| how far from its axis. Lengths are compared with |n|^2, or with `high`, above |n|.
+    """A hoop with centre c and normal n. Of a place r, D = (r - c) . n and P = |r - c|^2 |n|^2 - D^2. Then |D| / |n| is how far r is from the
+    opening's plane, and sqrt(P) / |n| how far from its axis. Lengths are compared with |n|^2, or with `high`, above |n|.
     """
 
     def __init__(self, shape: Shape) -> None:
@@ -149,8 +149,9 @@ class Hoop:
 
 
 def opening(shape: Shape, lengths: tuple[Fraction, Fraction]) -> Rules:
-    """Return the claims `n` that no point within a margin is in a hoop's opening, and `F` and `R` that a vehicle there is inside by its radius, and
-    flies on, forward or in reverse, or stays near the plane (Coq: `before_plane`, `behind_plane`, `beside_opening`, `inside_opening`).
+    """Return the claims `n` that no point within a margin is in a hoop's opening, and `F` and `R` of a vehicle there. These say that it is inside by
+    its radius, and flies on, forward or in reverse, or stays near the plane (Coq: `before_plane`, `behind_plane`, `beside_opening`,
+    `inside_opening`).
     """
     (margin, radius), hoop = lengths, Hoop(shape)
     inside = [(hoop.across, "<=", bound) for _, _, bound in hoop.within(margin + radius)]
@@ -160,8 +161,8 @@ def opening(shape: Shape, lengths: tuple[Fraction, Fraction]) -> Rules:
 
 
 def rim(shape: Shape, length: Fraction) -> Rules:
-    """Return the claim `n` that a path stays farther than a length from a hoop's rim: in its plane by one side of a right triangle, along the axis by
-    the other, of which the length is the longest, in some of 32 directions (Coq: `rim_clear`).
+    """Return the claim `n` that a path stays farther than a length from a hoop's rim. It is so in its plane by one side of a right triangle, along
+    the axis by the other, in some of 32 directions (Coq: `rim_clear`). The length is the triangle's longest side.
     """
     hoop, ways = Hoop(shape), list[list[list[Atom]]]()
     wide = hoop.ring.rim
@@ -174,7 +175,7 @@ def rim(shape: Shape, length: Fraction) -> Rules:
 
 def obstacle(solid: Solid, length: Fraction) -> Rules:
     """Return the claim `n` that a path is farther than a length from all that is solid of an obstacle. Of each part one inequality is broken by the
-    length, or one sum of half-spaces, which all its points keep (Coq: `quadric_no`, `farkas_keeps`, `farkas_ball`), or all within the length is in
+    length, or one sum of half-spaces, which all its points keep (Coq: `quadric_no`, `farkas_keeps`, `farkas_ball`). Or all within the length is in
     the opening of a hoop that leads through the part, which holds its centre.
     """
     (shape, hoops, sums), clauses = solid, list[list[Atom]]()
@@ -255,7 +256,7 @@ class Pair:
         self.apart += f", a metre in z counted as {float(one.weight):.4g}," if one.weight != 1 else ""
 
     def parts(self, error: Fraction) -> "Iterator[Two]":
-        """Yield the claims that they are far enough apart at times that differ by at most an error, s, where boxes do not part them; of segments that
+        """Yield the claims that they are far enough apart at times that differ by at most an error, s, where boxes do not part them. Of segments that
         meet at one instant their neighbours are looked at: a robot may be anywhere on a step.
         """
         one, other = self.flights
