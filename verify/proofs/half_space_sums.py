@@ -37,12 +37,13 @@ def half_space_sums(statement: Statement, team: Team, hulls: Mapping[str, _Float
     alike: dict[Fraction, list[str]] = {}
     for name, path in team.paths.items():
         alike.setdefault(path.robot.radius, []).append(name)
+    rows = {radius: np.concatenate([hulls[name] for name in names]) for radius, names in alike.items()}
     for name, obstacle in statement.obstacles.items():
         every: list[list[Sum]] = [[] for _ in obstacle.parts]
         for part, sums in zip(obstacle.parts, every, strict=True):
-            for radius, names in alike.items():
-                rows = np.concatenate([hulls[name] for name in names])
-                _add_sums(sums, _Planes.of(obstacle, part), rows, float(statement.margin + radius))
+            planes = _Planes.of(obstacle, part)
+            for radius, those in rows.items():
+                _add_sums(sums, planes, those, float(statement.margin + radius))
         if any(every):
             found[f"sums/{name}"] = every
     return found

@@ -53,13 +53,10 @@ def products(one: Floats, other: Floats) -> Floats:
 
 def powers_of(segments: Sequence[Segment], axes: int) -> Floats:
     """Return coefficients over u from 0 to 1. Shape (segments, axes, 8)."""
-    found = np.zeros((len(segments), axes, 8))
-    for row, segment in zip(found, segments, strict=True):
-        scale = float(segment.length) ** np.arange(8)
-        for values, axis in zip(row, segment.axes, strict=False):
-            values[: len(axis.numbers)] = [n / (1 << axis.shift) for n in axis.numbers]
-        row *= scale
-    return found
+    empty = [0.0] * 8
+    rows = [[math.ldexp(n, -axis.shift) for n in axis.numbers] for one in segments for axis in one.axes[:axes]]
+    found = np.array([[*row, *empty[len(row) :]] for row in rows]).reshape(len(segments), axes, 8)
+    return found * np.array([float(one.length) for one in segments])[:, None, None] ** np.arange(8)
 
 
 def _summed(weights: Floats, rows: Floats) -> Floats:
