@@ -56,7 +56,8 @@ def powers_of(segments: Sequence[Segment], axes: int) -> Floats:
     empty = [0.0] * 8
     rows = [[math.ldexp(n, -axis.shift) for n in axis.numbers] for one in segments for axis in one.axes[:axes]]
     found = np.array([[*row, *empty[len(row) :]] for row in rows]).reshape(len(segments), axes, 8)
-    return found * np.array([float(one.length) for one in segments])[:, None, None] ** np.arange(8)
+    lengths = np.array([float(one.length) for one in segments])
+    return found * lengths[:, None, None] ** np.arange(8.0)
 
 
 def _summed(weights: Floats, rows: Floats) -> Floats:

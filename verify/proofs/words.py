@@ -87,16 +87,17 @@ class _Edge:
 def _finite(team: Team) -> tuple[list[int | None], list[list[Configuration]]] | None:
     """Return the configurations of each span, those left out that another one covers; None where the flight may end badly."""
     table = team.claim.table
-    waiting: list[Configuration] = _after(team, team.begin(), frozenset({table.root}))
+    waiting = list(_after(team, team.begin(), frozenset({table.root}), set()))
     sets: list[list[Configuration]] = []
     count = 0
     for span in range(team.size):
         here: dict[tuple[int, ...], list[Configuration]] = {}
+        seen = set(waiting)
         work = deque(waiting)
         while work:
             one = work.popleft()
             known = here.setdefault(one.at, [])
-            if one in known or any(_covers(other, one) for other in known):
+            if any(_covers(other, one) for other in known):
                 continue
             if not one.owed:
                 return None
@@ -105,22 +106,24 @@ def _finite(team: Team) -> tuple[list[int | None], list[list[Configuration]]] | 
             count += 1
             if count > MOST_CONFIGURATIONS:
                 raise _OutOfBudget("too many configurations")
-            work.extend(_after(team, team.moves(span, (one.at, one.read)), one.owed))
+            work.extend(_after(team, team.moves(span, (one.at, one.read)), one.owed, seen))
         sets.append(sorted((one for row in here.values() for one in row), key=_order))
         if span + 1 == team.size:
             break
-        waiting = [new for one in sets[-1] for new in _after(team, team.handed(span, (one.at, one.read))[1], one.owed)]
+        seen = set()
+        waiting = [new for one in sets[-1] for new in _after(team, team.handed(span, (one.at, one.read))[1], one.owed, seen)]
     if any(team.may_end((one.at, one.read)) and table.empty_word_keeps(one.owed) for one in sets[-1]):
         return None
     return [None], sets
 
 
-def _after(team: Team, steps: Iterator[Step] | Sequence[Step], owed: Owed) -> list[Configuration]:
-    found: list[Configuration] = []
+def _after(team: Team, steps: Iterable[Step], owed: Owed, seen: set[Configuration]) -> Iterator[Configuration]:
+    """Yield what steps lead to, but for what was seen before."""
     for letter, (at, read) in steps:
-        left = [owed] if letter is None else [then for then, _ in team.claim.table.after(letter, owed)]
-        found += [Configuration(at, read, then) for then in left]
-    return found
+        for then in (owed,) if letter is None else [then for then, _ in team.claim.table.after(letter, owed)]:
+            if (new := Configuration(at, read, then)) not in seen:
+                seen.add(new)
+                yield new
 
 
 def _covers(one: Configuration, other: Configuration) -> bool:
