@@ -149,9 +149,8 @@ class Hoop:
 
 
 def opening(shape: Shape, lengths: tuple[Fraction, Fraction]) -> Rules:
-    """Return the claims `n` that no point within a margin is in a hoop's opening, and `F` and `R` of a vehicle there. These say that it is inside by
-    its radius, and flies on, forward or in reverse, or stays near the plane (Coq: `before_plane`, `behind_plane`, `beside_opening`,
-    `inside_opening`).
+    """Return the claims `n` that no point within a margin is in a hoop's opening, and `F` and `R` of a vehicle there: it is inside by its radius, and
+    flies on, forward or in reverse, or stays near the plane (Coq: `before_plane`, `behind_plane`, `beside_opening`, `inside_opening`).
     """
     (margin, radius), hoop = lengths, Hoop(shape)
     inside = [(hoop.across, "<=", bound) for _, _, bound in hoop.within(margin + radius)]
