@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
@@ -16,6 +16,7 @@ from flight.link.link import Link, LinkLost
 from flight.link.phases import BRAKING, Part, Stage, Watched
 from flight.link.preflight_checks import at_start, before_take_off
 from flight.link.record import Record
+from flight.link.stop_orders import Alarm, Level, StopOrders
 from flight.link.tracking_monitor import Look, Watch
 from flight.monitoring.thresholds import limits
 from verify.data import BadInput, DoesNotFit, Trajectory
@@ -50,8 +51,17 @@ class LiveFlight:
     unsafe: tuple[str, ...]
 
 
-class Alarm(Exception):
-    """The flight does not go on; the message says why."""
+@dataclass(frozen=True, slots=True)
+class Operator:
+    """Operator of a flight: sees it, and may stop it.
+
+    Attributes:
+        show: Told what a person is shown, at every look.
+        orders: Orders to stop, heeded where the link heeds them (`ObservedLink`).
+    """
+
+    show: Callable[[Look], None]
+    orders: StopOrders = field(default_factory=StopOrders)
 
 
 @dataclass(slots=True)
@@ -226,7 +236,7 @@ def fly_live(
     stages: Sequence[Stage],
     *,
     grounds: Mapping[str, float],
-    show: Callable[[Look], None] | None = None,
+    operator: Operator | None = None,
     onwards: Onwards | None = None,
     unchecked: Collection[str] = (),
 ) -> LiveFlight:
@@ -239,7 +249,7 @@ def fly_live(
         link: To the robots.
         stages: What is flown one after another: the first begins where robots stand, each other where the one before ends.
         grounds: z in m of the ground below each robot.
-        show: Told what a person is shown, at every look.
+        operator: Who sees the flight, and may order it to stop.
         onwards: What is flown after the stages; None where they end just above the ground.
         unchecked: Checks without which the operator flies where they cannot be made, such as `battery`; else they keep all on the ground.
 
@@ -251,7 +261,8 @@ def fly_live(
         DoesNotFit: A vehicle's memory does not hold a stage; nothing spins.
     """
     _require_joined(stages, grounds)
-    record = Record()
+    operator = operator or Operator(_nobody)
+    record, orders = Record(), operator.orders
     record.parameters.update({robot: link.parameters(robot) for robot in link.robots})
     lasts = sum(stage.duration + SETTLE * (len(stage.parts) - 1) for stage in stages) + (
         0.0 if onwards is None else onwards.duration
@@ -261,31 +272,37 @@ def fly_live(
         record.note(link.now(), check.sentence, check.robot, "check")
     if failed := refusals(checks, unchecked):
         return LiveFlight(False, "; ".join(failed), checks, record, ())
-    flying = Flying(link, record, tuple(stages[0].paths), show or _nobody, unchecked=frozenset(unchecked))
+    flying = Flying(link, record, tuple(stages[0].paths), operator.show, unchecked=frozenset(unchecked))
+    orders.begin_flying()
     try:
-        reason = _flown(flying, stages, onwards)
+        reason = _flown(flying, stages, onwards, orders)
     except BaseException as error:
         if isinstance(error, DoesNotFit) and not flying.began:
             raise
         reason = INTERRUPTED  # once more, as why was still looked at
-
+    orders.begin_ending()
     ending = Ending(link, record.note, lambda robots: record.see(link, robots), grounds.__getitem__, limits(link.accuracy))
 
     def end() -> list[str]:
+        if reason:
+            record.broken_off = record.note(link.now(), reason, kind="alarm").time
+        if orders.level is Level.MOTORS and flying.began:
+            return ending.stop_motors(flying.robots, flying.grounded)
         if not reason:
             return ending.set_down(flying.robots, flying.grounded)
-        record.broken_off = record.note(link.now(), reason, kind="alarm").time
         return ending.end_safely(flying.robots if flying.began else (), flying.grounded)
 
     unsafe = insisted(end, (*flying.robots, *flying.grounded))
     return LiveFlight(not reason and not unsafe, reason, checks, record, tuple(unsafe))
 
 
-def _flown(flying: Flying, stages: Sequence[Stage], onwards: Onwards | None) -> str:
+def _flown(flying: Flying, stages: Sequence[Stage], onwards: Onwards | None, orders: StopOrders) -> str:
     """Fly all; return why it was broken off, or nothing."""
     try:
+        orders.heed()
         stored = [flying.store_all(stage) for stage in stages]
         for numbers, stage in zip(stored, stages, strict=True):
+            orders.heed()
             flying.began = True
             flying.fly(stage, numbers)
         if onwards is not None:

@@ -17,6 +17,7 @@ from flight.link.link import Link, Pose
 from flight.link.phases import Part, Watched
 from flight.link.record import Record
 from flight.logs.log import Event
+from flight.monitoring.formula_state import PartState
 from flight.monitoring.monitor import COVERED
 from flight.monitoring.thresholds import FRESH, bounds
 
@@ -33,6 +34,7 @@ class Look:
         margin: m.
         events: New ones.
         to_do: Parts of the formula that are still to be done.
+        parts: Its parts, each with its state.
     """
 
     stage: str
@@ -42,6 +44,7 @@ class Look:
     margin: float
     events: tuple[Event, ...]
     to_do: tuple[str, ...] = ()
+    parts: tuple[tuple[str, PartState], ...] = ()
 
 
 class Watch:
@@ -132,7 +135,7 @@ class Watch:
         self._record.events += new
         return Look(
             self._name, self._on_plan(now), self._watched.duration, dict(zip(self._paths, errors.tolist(), strict=True)),
-            self._watched.margin, tuple(new), self._monitor.to_do,
+            self._watched.margin, tuple(new), self._monitor.to_do, self._monitor.parts,
         )  # fmt: skip
 
     def finish(self, *, covered: str = COVERED) -> None:

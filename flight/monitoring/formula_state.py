@@ -21,6 +21,9 @@ from verify.logic.team_letters import TeamLetters
 
 FormulaVerdict = Literal["open", "satisfied", "violated", "undecided"]
 
+PartState = Literal["done", "kept", "to do", "broken"]
+"""State of a part of a formula: it holds whatever comes; it holds if the flight ended now; it does not yet; it cannot any more."""
+
 MAX_TOGETHER = 8
 """Most robots whose letters may change on one sample; with more the state is undecided."""
 
@@ -96,6 +99,11 @@ class FormulaState:
             self._to_do = tuple(left) if self.verdict == "open" else ()
         return self._to_do
 
+    @property
+    def parts(self) -> tuple[tuple[str, PartState], ...]:
+        """Each part of the topmost conjunction with its state."""
+        return tuple((part.text, _state(part)) for part in self._parts)
+
     def end(self, *, finite: bool) -> FormulaVerdict:
         """Return the verdict when the flight is over; over infinite traces what is open stays open."""
         if self.verdict == "open" and finite:
@@ -111,6 +119,12 @@ class FormulaState:
             self.verdict, self.broken = "violated", refuted[0]
         elif all(part.settled for part in self._parts):
             self.verdict = "satisfied"
+
+
+def _state(part: _Own | _Joint) -> PartState:
+    if part.refuted:
+        return "broken"
+    return "done" if part.settled else "kept" if part.ends_well() else "to do"
 
 
 class _Own:

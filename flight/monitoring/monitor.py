@@ -13,7 +13,7 @@ import numpy as np
 
 from flight.logs.log import Event
 from flight.model.attitude import Floats
-from flight.monitoring.formula_state import FormulaState, FormulaVerdict, has_formula
+from flight.monitoring.formula_state import FormulaState, FormulaVerdict, PartState, has_formula
 from flight.monitoring.letters import PlannedAction, RegionMasks, region_letters
 from flight.monitoring.timed_state import TimedState, both
 from flight.monitoring.tube import Tube, TubeVerdict, relative_acceleration
@@ -112,6 +112,13 @@ class Monitor:
         if self._formula is None:
             return ()
         return (*self._timed.to_do, *(part for part in self._formula.to_do if part not in self._follows))
+
+    @property
+    def parts(self) -> tuple[tuple[str, PartState], ...]:
+        """The formula's parts, each with its state; none before anything was seen, and where nothing is asked."""
+        if self._formula is None or not has_formula(self.mission):
+            return ()
+        return (*self._timed.parts, *(part for part in self._formula.parts if part[0] not in self._follows))
 
     @property
     def tube(self) -> TubeVerdict | None:

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 
-from flight.monitoring.formula_state import FormulaVerdict
+from flight.monitoring.formula_state import FormulaVerdict, PartState
 from verify.data import Formula, Letter
 from verify.data.language.counting import atoms
 from verify.logic.explanation import show
@@ -79,6 +79,14 @@ class TimedState:
         """The parts that are neither satisfied nor broken, with the time by which it is known which."""
         ends = [(part, horizon_of(part)) for part in self._open]
         return tuple(show(part) if end is None else f"{show(part)} until {float(end):g} s" for part, end in ends)
+
+    @property
+    def parts(self) -> tuple[tuple[str, PartState], ...]:
+        """Each part with its state."""
+        texts = [(part, show(part)) for part in self._parts]
+        return tuple(
+            (text, "broken" if text == self.broken else "to do" if part in self._open else "done") for part, text in texts
+        )
 
     def _judge(self, now: Fraction, *, over: bool) -> None:
         for part in tuple(self._open):

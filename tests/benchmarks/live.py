@@ -22,7 +22,7 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 import ltlplan
 from flight.exports.scripts.flying.checks import NAMES
 from flight.link.link import Health, Pose
-from flight.link.live_executive import fly_live
+from flight.link.live_executive import Operator, fly_live
 from flight.link.mavlink import RATE, MavlinkLink
 from flight.link.phases import Stage
 from ltlplan.pipeline import certified_team
@@ -127,7 +127,7 @@ def main() -> None:
         OnPlan(stage),
         (stage,),
         grounds=dict.fromkeys(mission.agents, 0.0),
-        show=lambda _: looks.append(time.perf_counter()),
+        operator=Operator(lambda _: looks.append(time.perf_counter())),
         unchecked=NAMES,
     )
     assert flown.flown, flown.reason

@@ -57,7 +57,7 @@ def fly_over_link(source: str, out: Path | None, asked: Asked, said: Said, seed:
         BadInput: A place or an address makes no sense.
         LinkLost: A robot cannot be reached.
     """
-    from flight.link.live_executive import fly_live
+    from flight.link.live_executive import Operator, fly_live
     from ltlplan.live_phases import stages
 
     require_sense(asked, said)
@@ -85,7 +85,7 @@ def fly_over_link(source: str, out: Path | None, asked: Asked, said: Said, seed:
         view = View(quiet=json)
         with interrupts_land() as heard:
             grounds = {name: place[2] for name, place in stand.items()}
-            done = fly_live(link, flown, grounds=grounds, show=view.show, unchecked=asked.unchecked)
+            done = fly_live(link, flown, grounds=grounds, operator=Operator(view.show), unchecked=asked.unchecked)
     view.end()
     texts = flown_over(asked.kind, done.record.files(mission.frame))
     files = written(out, lambda folder: write_texts(texts, folder))

@@ -77,7 +77,7 @@ def online_over_link(mission: Mission, out: Path | None, asked: Asked, said: Sai
         DoesNotFit: The mission has places that vehicles cannot be sent.
     """
     from flight.certificate_checks import require_tube
-    from flight.link.live_executive import fly_live
+    from flight.link.live_executive import Operator, fly_live
     from ltlplan.online.event_queue import Happenings, checked_events
     from ltlplan.online.files import ONLINE_FILES
     from ltlplan.online.live.live_online_flight import OnlineCourse
@@ -124,7 +124,7 @@ def online_over_link(mission: Mission, out: Path | None, asked: Asked, said: Sai
                 link,
                 [transfer.stage for transfer in before],
                 grounds=grounds,
-                show=view.show,
+                operator=Operator(view.show),
                 onwards=course,
                 unchecked=asked.unchecked,
             )

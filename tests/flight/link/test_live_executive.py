@@ -12,7 +12,7 @@ import pytest
 
 import flight
 import ltlplan
-from flight.link.live_executive import fly_live
+from flight.link.live_executive import Operator, fly_live
 from flight.link.phases import Stage
 from flight.link.preflight_checks import before_take_off
 from flight.link.simulated import Faults, SimulatedLink
@@ -55,7 +55,7 @@ def instants(flown: tuple[Stage, ...]) -> dict[str, float]:
 def test_a_team_that_stands_the_wrong_way_round_flies_all_stages_and_lands(ready) -> None:
     mission, flown = ready
     link, looks = link_to(mission, noise=0.001), []
-    done = fly_live(link, flown, grounds=GROUNDS, show=looks.append)
+    done = fly_live(link, flown, grounds=GROUNDS, operator=Operator(looks.append))
     assert done.flown, done.reason
     covered = [event.sentence for event in done.record.events if event.kind == "tube"]
     assert len(covered) == len(flown), covered

@@ -10,7 +10,7 @@ import pytest
 import flight
 from flight.exports.scripts.flying.checks import Check
 from flight.link import live_executive
-from flight.link.live_executive import PATIENCE, SETTLE, LiveFlight, fly_live
+from flight.link.live_executive import PATIENCE, SETTLE, LiveFlight, Operator, fly_live
 from flight.link.phases import Stage
 from flight.link.preflight_checks import at_start
 from flight.link.simulated import Faults, SimulatedLink
@@ -68,7 +68,7 @@ def outcomes(done: LiveFlight, asked: FlightReference, **more) -> dict[str, set[
 @pytest.mark.slow
 def test_a_patrol_brakes_to_rest_behind_its_laps_and_lands(patrol) -> None:
     link, looks = link_to(patrol), []
-    done = flown_over(link, patrol, show=looks.append)
+    done = flown_over(link, patrol, operator=Operator(looks.append))
     assert done.flown, done.reason
     assert link.spinning == ()
     stage, record = patrol[1], done.record
@@ -141,7 +141,7 @@ def test_a_braking_that_is_not_proved_is_no_stage(patrol) -> None:
 
 def test_a_flight_in_parts_pauses_between_them_and_is_judged_whole(parts) -> None:
     link, looks = link_to(parts, noise=0.0005), []
-    done = flown_over(link, parts, show=looks.append)
+    done = flown_over(link, parts, operator=Operator(looks.append))
     assert done.flown, done.reason
     assert link.spinning == ()
     pauses, stage = done.record.pauses("flight"), parts[1]

@@ -110,9 +110,19 @@ class Ending:
         try:
             left = self._down(robots) + self._stopped(grounded)
         except BaseException as error:  # a second Ctrl-C
-            self._say(f"interrupted again ({type(error).__name__}): all motors are stopped.")
-            left = insisted(lambda: self._stopped((*robots, *grounded)), (*robots, *grounded))
+            self._say(f"interrupted again ({type(error).__name__}).")
+            return self.stop_motors(robots, grounded)
         return self._named(left)
+
+    def stop_motors(self, robots: Sequence[str], grounded: Sequence[str] = ()) -> list[str]:
+        """Stop all motors at once, wherever robots are; return those that have not acknowledged it.
+
+        Args:
+            robots: Whose motors were started.
+            grounded: Robots that stand on the ground with motors that may turn.
+        """
+        self._say("all motors are stopped.")
+        return self._named(insisted(lambda: self._stopped((*robots, *grounded)), (*robots, *grounded)))
 
     def set_down(self, robots: Sequence[str], grounded: Sequence[str] = ()) -> list[str]:
         """Land robots after the last stage, and stop motors; return those that have not acknowledged it.
