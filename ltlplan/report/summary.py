@@ -284,6 +284,7 @@ def summary_data(result: Result) -> dict[str, object]:
             {
                 "name": c.name,
                 "robot": c.robot,
+                "other": c.other,
                 "verdict": c.outcome,
                 **proof_word(c),
                 "bound": c.bound,

@@ -4,7 +4,7 @@ Read `server` (composition, start and stop), `settings` (every limit) and `data_
 crashes), `execution` (computation, never in the serving process), `api` (routes) and `event_inbox` (operator events for flights). The others are
 `security` (access, rates and sizes), `people` (accounts, roles and whose a job is), `page` (the browser's page) and `views` (its pictures and
 sentences). Between them stand `queries` (short requests; `query_pool` answers them), `problems` (errors over HTTP and back), `models` and
-`people_models` (values that are sent) and `service` (common to routes and page). `client` with `client_parts` offers all that under the library's
+`people_models` and `study_models` (values that are sent), `figures` (of a job, for tables) and `service` (common to routes and page). `client` with `client_parts` offers all that under the library's
 names. `log` is the service's log, `metrics` counts for Prometheus, `backups` are made behind a `deletion_pause`. `provenance` is what results depend
 on, `recordings` reads uploaded recordings, `drafts` stores texts that are being written, and `database_url` finds the database. `sqlite_file`
 opens and changes its other SQLite files, `times` says what time it is. `computing` is an earlier place of `execution`.

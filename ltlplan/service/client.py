@@ -15,13 +15,15 @@ from typing import TYPE_CHECKING, Any
 from ltlplan.recording_options import in_words
 from ltlplan.service.client_parts.flights_client import FlightsClient
 from ltlplan.service.client_parts.job_handle import Submitted
+from ltlplan.service.client_parts.missions_client import YAML
 from ltlplan.service.client_parts.people_client import PeopleClient
 from ltlplan.service.client_parts.stored_client import StoredClient
+from ltlplan.service.client_parts.studies_client import StudiesClient
 from ltlplan.service.client_parts.transport import checked, job_of, segment, unpacked
 from ltlplan.service.models import Job, State, Whose
 from ltlplan.service.queries import zipped
 from ltlplan.service.recordings import ENDINGS
-from verify.data import BadInput, Mission, Plan, mission_to_yaml, parse_mission
+from verify.data import BadInput, Mission, Plan, mission_to_yaml
 from verify.data.names.former_names import former_arguments
 from verify.data.progress import Progress
 from verify.data.storage.safe_reading import read_bytes
@@ -36,10 +38,9 @@ if TYPE_CHECKING:
 
 _RECORDING = 400_000_000
 """Bytes of a recording, all of its files together."""
-_YAML = {"content-type": "application/yaml"}
 
 
-class Client(FlightsClient, PeopleClient, StoredClient):
+class Client(FlightsClient, PeopleClient, StoredClient, StudiesClient):
     """A service, by its address.
 
     Use it in a `with` statement, or call `close` at the end.
@@ -125,39 +126,6 @@ class Client(FlightsClient, PeopleClient, StoredClient):
         asked = {name: notation(word) for name, word in words.items()}
         told = self._wire.ask("POST", "/api/words/check", json={"formula": formula, "words": asked, "reading": team}).json()
         return TeamVerdict(verdict_of(told["sequential"]), verdict_of(told["parallel"]))
-
-    def load_mission(self, source: str | os.PathLike[str]) -> Mission:
-        """Read a mission: a shipped one of the service's by its name, or a file of yours.
-
-        Args:
-            source: Name or path.
-
-        Raises:
-            BadInput: There is no such mission, or it has faults.
-        """
-        if isinstance(source, str) and not Path(source).suffix and not Path(source).exists():
-            for each in self.missions():
-                if each["name"] == source:
-                    return parse_mission(each["text"], f"{source}.yaml")
-        from ltlplan.missions import load_mission
-
-        return load_mission(source)
-
-    def missions(self) -> list[dict[str, Any]]:
-        """Return the shipped missions: name, robots, trace, what each asks, and its text."""
-        return self._wire.ask("GET", "/api/missions").json()
-
-    def check_mission(self, text: str) -> Mission:
-        """Return the mission of a text, after the service has checked it.
-
-        Args:
-            text: YAML or JSON.
-
-        Raises:
-            MissionError: All faults, with their lines.
-        """
-        self._wire.ask("POST", "/api/missions/check", content=text.encode(), headers=_YAML)
-        return parse_mission(text)
 
     # as many parameters as `ltlplan.judge_flight` has
     def judge_flight(
@@ -316,7 +284,7 @@ class Client(FlightsClient, PeopleClient, StoredClient):
             LtlplanError: What else the service refused.
         """
         given = {name: value for name, value in (("seed", seed), ("pace", pace), ("project", project)) if value is not None}
-        told = self._wire.ask("POST", "/api/jobs", content=text.encode(), headers=_YAML, params=given)
+        told = self._wire.ask("POST", "/api/jobs", content=text.encode(), headers=YAML, params=given)
         return Submitted(self._wire, job_of(told.content))
 
     def jobs(

@@ -10,14 +10,16 @@ import io
 import json
 import shutil
 import zipfile
-from collections.abc import Generator, Mapping
+from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ltlplan.service.models import ProblemFault
 from ltlplan.service.problems import NotFound, faults_of
 from ltlplan.service.recordings import RecordingAsked, put_recording
+from ltlplan.service.study_models import Varied
 from verify.data import BadInput, LtlplanError, Mission, MissionError, parse_mission
 from verify.data.progress import Progress
 
@@ -88,6 +90,65 @@ def read_mission(text: str, report: Progress) -> Mission:
     """
     del report
     return parse_mission(text)
+
+
+def varied_missions(text: str, key: str, values: tuple[Varied, ...], report: Progress) -> list[Mission]:
+    """Return a mission once for each value of one of its keys.
+
+    Args:
+        text: YAML or JSON.
+        key: Key with its sections, such as `limits.speed`.
+        values: The values.
+        report: Receives nothing.
+
+    Raises:
+        MissionError: All faults of the text, or with the first value that makes some; that value is named.
+        BadInput: The key can have no value there.
+    """
+    del report
+    from verify.data.files.mission_tree import read_tree
+
+    data, found = read_tree(text, "mission").data, list[Mission]()
+    for value in values:
+        written = json.dumps(_with_value(data, key.split("."), value), default=str)
+        try:
+            found.append(parse_mission(written, f"{key} = {json.dumps(value)}"[:200]))
+        except MissionError as error:
+            unplaced = [replace(fault, line=None) for fault in error.faults]
+            raise MissionError(error.source, unplaced) from None
+    return found
+
+
+def _with_value(data: Any, steps: Sequence[str], value: Varied) -> Any:  # of any type: YAML nests
+    """Return plain data with another value at a key; sections that are not there are made.
+
+    Raises:
+        BadInput: There is no place for it.
+    """
+    if not steps:
+        return value
+    first, *rest = steps
+    if isinstance(data, list) and first.isdecimal() and int(first) < len(data):
+        at = int(first)
+        return [*data[:at], _with_value(data[at], rest, value), *data[at + 1 :]]
+    if not isinstance(data, dict):
+        raise BadInput(f"The mission has no key '{first[:60]}' there: it stands in what is no section.")
+    return {**data, first: _with_value(data.get(first, {}), rest, value)}
+
+
+def mission_difference(first: str, second: str, report: Progress) -> str:
+    """Return what changed from one mission to another, as a unified diff.
+
+    Args:
+        first: YAML.
+        second: YAML.
+        report: Receives nothing.
+    """
+    del report
+    import difflib
+
+    before, after = ([f"{line}\n" for line in text.splitlines()] for text in (first, second))
+    return "".join(difflib.unified_diff(before, after, "first", "second", n=1))
 
 
 def shipped_missions(report: Progress) -> bytes:

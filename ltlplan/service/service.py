@@ -17,6 +17,7 @@ from ltlplan.service.people.openid import OpenId
 from ltlplan.service.people.people import People
 from ltlplan.service.people.roles import Action, Principal, require
 from ltlplan.service.people.user_jobs import UserJobs
+from ltlplan.service.people.user_studies import UserStudies
 from ltlplan.service.problems import Conflict, NotFound
 from ltlplan.service.queries import Place
 from ltlplan.service.query_pool import Questions
@@ -85,6 +86,10 @@ class Service:
     def jobs_of(self, principal: Principal) -> UserJobs:
         """Return the jobs as a user has them."""
         return UserJobs(self.jobs, self.people, principal)
+
+    def studies_of(self, principal: Principal) -> UserStudies:
+        """Return the studies as a user has them."""
+        return UserStudies(self.jobs_of(principal), self.people, self.questions, principal)
 
     async def plan_stored(self, principal: Principal, mission: int, number: int, *, seed: int | None = None) -> Job:
         """Submit a version of a stored mission, in its project.

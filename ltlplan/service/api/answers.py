@@ -8,6 +8,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from ltlplan.service.event_inbox.names import FLIGHT
 from ltlplan.service.models import FlightAnswered, ProblemFault
+from ltlplan.service.study_models import Varied
 from verify.data.sections import TeamReading, Trace
 
 _WORD = Annotated[str, Field(min_length=1, max_length=100_000)]
@@ -162,6 +163,23 @@ class LiveEnd(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     flight: FlightId
+
+
+class StudyAsked(BaseModel):
+    """A study, to be made."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    mission: str = Field(description="the mission, YAML or JSON")
+    key: Annotated[str, Field(min_length=1, max_length=200, pattern=r"^[\w-]+(\.[\w-]+)*$")] = Field(
+        description="the key that is varied, with its sections; `seed` for `planner.seed`", examples=["seed", "limits.speed"]
+    )
+    values: Annotated[tuple[Varied, ...], Field(min_length=1, max_length=200)] = Field(
+        description="a job each", examples=[[0, 1, 2]]
+    )
+    name: Annotated[str, Field(max_length=120)] = Field(default="", description="by default the mission with the key")
+    project: Annotated[str, Field(max_length=60)] = Field(default="", description="of the study and its jobs")
+    pace: Annotated[str | None, Field(max_length=30)] = Field(default=None, description="instead of `planner.pace`")
 
 
 RoleName = Literal["viewer", "planner", "pilot", "admin"]

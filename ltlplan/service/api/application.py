@@ -14,7 +14,7 @@ from starlette.exceptions import HTTPException
 from starlette.routing import Match
 
 import ltlplan
-from ltlplan.service.api import about, flights, jobs, live, login, missions, people, stored
+from ltlplan.service.api import about, flights, jobs, live, login, missions, people, stored, studies
 from ltlplan.service.api.answers import (
     AccountAdded,
     AccountChange,
@@ -25,6 +25,7 @@ from ltlplan.service.api.answers import (
     MissionSave,
     MissionStore,
     ProjectChange,
+    StudyAsked,
     TokenAdded,
     WordsRequest,
 )
@@ -43,6 +44,7 @@ from verify.data.errors import BadInput, InternalError, LtlplanError
 _TAGS = [
     {"name": "missions", "description": "Missions to start from, and a mission as it is typed."},
     {"name": "jobs", "description": "Submit a mission and follow it until it is certified and flown in simulation."},
+    {"name": "studies", "description": "The same mission over values of one key, and two results side by side."},
     {"name": "files", "description": "Take away what a job made."},
     {"name": "exports", "description": "Certified flights, written for vehicles."},
     {"name": "judge", "description": "Words, recorded flights and certificates, judged."},
@@ -82,6 +84,7 @@ _READ = (
     MissionStore,
     MissionSave,
     MissionChange,
+    StudyAsked,
 )
 """Values that routes read by themselves."""
 _FIRST_PAGE = 0.5
@@ -121,7 +124,7 @@ def application(service: Service) -> FastAPI:
         dependencies=[Depends(decide)],
     )
     app.state.service, app.state.streams = service, Streams(service.settings.limits)
-    for routes in (missions, stored, jobs, flights, live, people, login, about):
+    for routes in (missions, stored, jobs, studies, flights, live, people, login, about):
         app.include_router(routes.router)
     about.add_documentation(app)
     with_schema(app, (*_READ, Event))

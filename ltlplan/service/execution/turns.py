@@ -1,7 +1,7 @@
 """Fair shares of a pool: its users take turns, and each one's work is begun in the order in which it came.
 
-Start-time fair queueing, each piece of work counting one: a user's first piece has the rank that has come, every further one the rank
-after that user's last. Pools begin what has the lowest rank.
+Start-time fair queueing, each piece of work counting one, of studies more: a user's first piece has the rank that has come, every further one a
+rank after that user's last. Pools begin what has the lowest rank.
 """
 
 from __future__ import annotations
@@ -19,15 +19,16 @@ class Turns:
         self._next: dict[str, int] = {}
         self._lock = threading.Lock()
 
-    def rank(self, user: str) -> int:
+    def rank(self, user: str, *, cost: int = 1) -> int:
         """Return the rank of a user's next piece of work.
 
         Args:
             user: A token's name, or an address.
+            cost: How many turns of others pass before this user's next.
         """
         with self._lock:
             rank = max(self._now, self._next.get(user, 0))
-            self._next[user] = rank + 1
+            self._next[user] = rank + cost
             return rank
 
     def ended(self, rank: int) -> None:

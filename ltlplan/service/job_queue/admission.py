@@ -42,23 +42,23 @@ class Admission:
             self._known.put((id(mission), seed), known)
         return known[:2]
 
-    def require_room(self, who: str) -> None:
-        """Require that one more job may wait.
+    def require_room(self, who: str, count: int = 1) -> None:
+        """Require that more jobs may wait.
 
         Args:
-            who: Who asks for it.
+            who: Who asks for them.
+            count: How many.
 
         Raises:
             TooManyRequests: Too many jobs wait.
             NoRoom: The disk is full.
         """
         waiting = self.register.count("queued")
-        if who and (own := self.register.count("queued", who)) >= self.limits.queued_each:
-            raise TooManyRequests(
-                f"{own} of your jobs are waiting already, the most there may be; submit this one later.", 30.0
-            )
-        if waiting >= self.limits.queued:
-            raise TooManyRequests(f"{waiting} jobs are waiting already, the most there may be; submit this one later.", 30.0)
+        more = "submit this one later" if count == 1 else f"{count} more are too many; submit them later"
+        if who and (own := self.register.count("queued", who)) + count > (most := self.limits.queued_each):
+            raise TooManyRequests(f"{own} of your jobs are waiting already, and {most} may; {more}.", 30.0)
+        if waiting + count > (most := self.limits.queued):
+            raise TooManyRequests(f"{waiting} jobs are waiting already, and {most} may; {more}.", 30.0)
         self.results.require_room()
 
 

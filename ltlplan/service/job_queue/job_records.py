@@ -86,7 +86,7 @@ def entry_of(record: Record) -> Entry:
     return entry
 
 
-def record_of(mission: Mission, value: str, key: str, who: str) -> Data:
+def record_of(mission: Mission, value: str, key: str, who: str, lane: str = "") -> Data:
     """Return what a job's workflow is begun with, now: of plain data, as the database keeps it.
 
     Args:
@@ -94,6 +94,7 @@ def record_of(mission: Mission, value: str, key: str, who: str) -> Data:
         value: Its digest in the store.
         key: What the same mission, seed and versions have in common.
         who: Who asks.
+        lane: "study" where a study submits it; empty otherwise.
     """
     return {
         "mission": value,
@@ -103,6 +104,7 @@ def record_of(mission: Mission, value: str, key: str, who: str) -> Data:
         "key": key,
         "submitted": utc_now(),
         "who": who,
+        **({"lane": lane} if lane else {}),
     }
 
 

@@ -51,6 +51,7 @@ class Jobs:
         settings: Where, and within which limits.
         workers: Who computes missions.
         register: All jobs in memory.
+        admission: Rules of acceptance.
         referring: Held while users' references and the jobs that they keep are changed together.
     """
 
@@ -70,7 +71,7 @@ class Jobs:
         self._url = url_of(settings.data, settings.database)
         self._health: Health | None = None
         self.register = Register()
-        self._admission = Admission(settings.limits, self.register, self._results)
+        self.admission = Admission(settings.limits, self.register, self._results)
         self._submitting, self.referring = asyncio.Lock(), asyncio.Lock()
         self._engine: Engine | None = None
         self._watching: asyncio.Task[None] | None = None
@@ -117,7 +118,7 @@ class Jobs:
 
     # What is asked
 
-    async def submit(self, mission: Mission, *, seed: int | None = None, who: str = "") -> Job:
+    async def submit(self, mission: Mission, *, seed: int | None = None, who: str = "", lane: str = "") -> Job:
         """Accept a mission: when this returns, it will be done, whatever is killed.
 
         The same mission with the same seed and versions is the same job, unless that was cancelled or ended for a reason that is not
@@ -127,6 +128,7 @@ class Jobs:
             mission: What is asked.
             seed: Source of every draw, instead of the mission's own.
             who: Who asks: a token's name, or an address.
+            lane: "study" where a study submits it; plans of all users come before most of these.
 
         Raises:
             BadInput: The mission is not allowed.
@@ -134,13 +136,13 @@ class Jobs:
             Busy: The database does not answer.
             NoRoom: The disk is full.
         """
-        key, mission = await self._admission.asked(mission, seed)
+        key, mission = await self.admission.asked(mission, seed)
         async with self._submitting:
             if (known := self.register.answer(key)) is not None:
                 return known
-            self._admission.require_room(who)
+            self.admission.require_room(who)
             value = await asyncio.to_thread(self._results.ask, mission)
-            return await self._accept(record_of(mission, value, key, who))
+            return await self._accept(record_of(mission, value, key, who, lane))
 
     async def export(self, job_id: str, asked: ExportAsked, *, who: str = "") -> Job:
         """Accept an export of a job's flight, as `submit` does a mission: when this returns, it will be done.
@@ -168,7 +170,7 @@ class Jobs:
             self.register.entry(job_id)  # it may have been deleted while this waited
             if (known := self.register.answer(key)) is not None:
                 return known
-            self._admission.require_room(who)
+            self.admission.require_room(who)
             value = await self._read(self._results.ask_export, job_id, asked)
             return await self._accept(export_record(flown.job, asked.target, value, key, who))
 

@@ -24,6 +24,11 @@ from verify.data.progress import Progress, silent
 AGAIN = 2.0
 """s until what had to wait for room is tried again."""
 
+STUDY = "study"
+"""Lane of jobs that were submitted by a study."""
+STUDY_COST = 4
+"""Turns of plans that pass for each of a user's studies: a study of hundreds holds up nobody's plan, and still goes on beside many."""
+
 _log = logging.getLogger("ltlplan.service")
 
 
@@ -77,7 +82,8 @@ class Runner:
 
     def rank(self, entry: Entry) -> None:
         """Give a job its turn; those that were accepted first have to come first."""
-        turn = self.shared(entry).turns.rank(str(entry.asked.get("who", "")))
+        who, study = str(entry.asked.get("who", "")), entry.asked.get("lane") == STUDY
+        turn = self.shared(entry).turns.rank(f"{who} {STUDY}" if study else who, cost=STUDY_COST if study else 1)
         entry.rank = turn + 1e-9 * next(self._numbers)  # of one turn, in the order in which they came, from stage to stage
 
     async def do(self, entry: Entry, step: Step) -> Data:

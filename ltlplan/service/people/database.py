@@ -5,7 +5,8 @@ who writes: they have a connection of their own.
 
 In `accounts` a password is an Argon2id hash; issuer and subject are those of OpenID Connect. `sessions` are of browsers: of an account, or of a token
 (then its digest). `job_references`: a computation is shared by key, a job is somebody's reference to it, private unless its project is shared.
-`leaving` has jobs whose last reference went, until they are deleted. `mission_versions` has all versions of `missions`.
+`leaving` has jobs whose last reference went, until they are deleted. `mission_versions` has all versions of `missions`, `study_members` the jobs of
+`studies`.
 """
 
 from __future__ import annotations
@@ -54,7 +55,13 @@ CREATE TABLE mission_versions (
     mission INTEGER NOT NULL, number INTEGER NOT NULL, text TEXT NOT NULL, user TEXT NOT NULL, made TEXT NOT NULL, PRIMARY KEY (mission, number)
 );
 """
-_STEPS = (_PEOPLE, _MISSIONS)
+_STUDIES = """
+CREATE TABLE studies (
+    id INTEGER PRIMARY KEY AUTOINCREMENT, name TEXT NOT NULL, owner TEXT NOT NULL, project TEXT NOT NULL, varied TEXT NOT NULL, made TEXT NOT NULL
+);
+CREATE TABLE study_members (study INTEGER NOT NULL, number INTEGER NOT NULL, value TEXT NOT NULL, job TEXT NOT NULL, PRIMARY KEY (study, number));
+"""
+_STEPS = (_PEOPLE, _MISSIONS, _STUDIES)
 """What each format has more than the one before."""
 _MOST_BYTES = 20_000_000
 

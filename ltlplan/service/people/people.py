@@ -12,6 +12,7 @@ from ltlplan.service.people.job_references import References
 from ltlplan.service.people.roles import LOCAL, Principal, Role, role_of
 from ltlplan.service.people.sessions import Sessions
 from ltlplan.service.people.stored_missions import StoredMissions
+from ltlplan.service.people.studies import Studies
 from ltlplan.service.problems import Conflict, Forbidden
 from ltlplan.service.security.tokens import DEFAULT_ROLE, Tokens
 from verify.data.errors import BadInput
@@ -30,6 +31,7 @@ class People:
         log: Log of who did what.
         references: Whose jobs are whose.
         missions: Stored missions.
+        studies: Studies, and which jobs are in them.
     """
 
     tokens: Tokens
@@ -40,12 +42,14 @@ class People:
     log: AuditLog = field(init=False)
     references: References = field(init=False)
     missions: StoredMissions = field(init=False)
+    studies: Studies = field(init=False)
 
     def __post_init__(self) -> None:
         self.database = PeopleDatabase(self.tokens.folder)
         self.accounts, self.log = Accounts(self.database), AuditLog(self.database)
         self.sessions, self.references = Sessions(self.database, self.tokens), References(self.database)
         self.missions = StoredMissions(self.database, self.references, self.log)
+        self.studies = Studies(self.database, self.references)
 
     @property
     def needed(self) -> bool:

@@ -33,13 +33,14 @@ class UserJobs:
     def __init__(self, jobs: Jobs, people: People, principal: Principal) -> None:
         self._jobs, self._people, self._principal = jobs, people, principal
 
-    async def submit(self, mission: Mission, *, seed: int | None = None, project: str | None = None) -> Job:
+    async def submit(self, mission: Mission, *, seed: int | None = None, project: str | None = None, lane: str = "") -> Job:
         """Accept a mission, and refer to its job; as `Jobs.submit`.
 
         Args:
             mission: What is asked.
             seed: Source of every draw, instead of the mission's own.
             project: Project to put it into, empty for none; None leaves one that is known where it is.
+            lane: As `Jobs.submit`.
 
         Raises:
             Forbidden: The role is not enough.
@@ -50,7 +51,7 @@ class UserJobs:
         if project:
             await asyncio.to_thread(references.require_project, project, self._principal)
         for _ in range(_TRIES):
-            job = await self._jobs.submit(mission, seed=seed, who=self._principal.client)
+            job = await self._jobs.submit(mission, seed=seed, who=self._principal.client, lane=lane)
             async with self._jobs.referring:
                 if self._jobs.register.find(job.id) is not None:
                     new = references.find(job.id, self._principal.user) is None
@@ -69,7 +70,7 @@ class UserJobs:
             LtlplanError: As `Jobs.export`.
         """
         self._require(Action.PLAN)
-        self._require_seen(job_id)
+        self.require_seen(job_id)
         made = await self._jobs.export(job_id, asked, who=self._principal.client)
         if not made.found:
             await self._log("export", job_id, asked.target)
@@ -87,7 +88,7 @@ class UserJobs:
             Conflict: It is another's.
         """
         self._require(Action.PLAN)
-        job = self._require_seen(job_id)
+        job = self.require_seen(job_id)
         references = self._people.references
         if job.of is not None or references.find(job_id, self._principal.user) is None:
             raise Conflict(
@@ -146,7 +147,7 @@ class UserJobs:
         Raises:
             NotFound: There is no such job that the user sees.
         """
-        self._require_seen(job_id)
+        self.require_seen(job_id)
         return self._seen(await self._jobs.job(job_id))
 
     async def events(self, job_id: str, *, after: int = 0) -> AsyncIterator[Event]:
@@ -155,10 +156,10 @@ class UserJobs:
         Raises:
             NotFound: There is no such job that the user sees.
         """
-        self._require_seen(job_id)
+        self.require_seen(job_id)
         async for event in self._jobs.events(job_id, after=after):
             if event.kind != "progress":
-                self._require_seen(job_id)
+                self.require_seen(job_id)
             yield event
 
     async def waited(self, job_id: str, seconds: float) -> Job:
@@ -167,7 +168,7 @@ class UserJobs:
         Raises:
             NotFound: There is no such job that the user sees.
         """
-        self._require_seen(job_id)
+        self.require_seen(job_id)
         return self._seen(await self._jobs.waited(job_id, seconds))
 
     async def cancel(self, job_id: str) -> Job:
@@ -222,7 +223,7 @@ class UserJobs:
         Raises:
             NotFound: There is no such job that the user sees, or it has no such file.
         """
-        self._require_seen(job_id)
+        self.require_seen(job_id)
         return await self._jobs.file(job_id, name)
 
     async def plan(self, job_id: str) -> tuple[str, str] | None:
@@ -231,7 +232,7 @@ class UserJobs:
         Raises:
             NotFound: There is no such job that the user sees.
         """
-        self._require_seen(job_id)
+        self.require_seen(job_id)
         return await self._jobs.plan(job_id)
 
     async def mission(self, job_id: str) -> str:
@@ -240,19 +241,23 @@ class UserJobs:
         Raises:
             NotFound: There is no such job that the user sees.
         """
-        self._require_seen(job_id)
+        self.require_seen(job_id)
         return await self._jobs.mission(job_id)
 
     def owns(self, job: Job) -> bool:
         """Return whether the user may cancel and delete a job that is seen."""
         return self._principal.sees_all or job.owner == self._principal.user
 
+    def require_room(self, count: int) -> None:
+        """Require that more jobs of the user may wait; as `Admission.require_room`."""
+        self._jobs.admission.require_room(self._principal.client, count)
+
     # What is decided
 
     def _require(self, action: Action) -> None:
         require(self._principal, action)
 
-    def _require_seen(self, job_id: str) -> Job:
+    def require_seen(self, job_id: str) -> Job:
         """Return a job, without what its stages found; of an export, who sees the flown job sees it.
 
         Raises:
@@ -266,7 +271,7 @@ class UserJobs:
         return job
 
     def _require_own(self, job_id: str, what: str) -> Job:
-        job = self._require_seen(job_id)
+        job = self.require_seen(job_id)
         if self._principal.sees_all:
             return job
         users = self._people.references.users(job.of or job.id)

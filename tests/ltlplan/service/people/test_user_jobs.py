@@ -27,7 +27,7 @@ class _Jobs:
         self.held: dict[str, Job] = {}
         self.cancelled: list[str] = []
 
-    async def submit(self, mission: Any, *, seed: int | None, who: str) -> Job:
+    async def submit(self, mission: Any, *, seed: int | None, who: str, lane: str) -> Job:
         await asyncio.sleep(0)
         known = self.held.get(mission)
         if known is not None:
