@@ -61,6 +61,7 @@ def _planned(visitor: Visitor, seed: int) -> str:
     visitor.wait("document.querySelector('.state').textContent.includes('one-hoop')")
     visitor.page.locator("input.seed").first.fill(str(seed))
     visitor.page.get_by_role("button", name="Plan it").click()
+    visitor.page.wait_for_url("**/jobs/*/**", timeout=LIMIT)  # a job that is found at once may be seen before it is the address
     visitor.page.wait_for_selector('[role=status][data-state="done"]')
     return visitor.page.url.split("/jobs/")[1].split("/")[0]
 
