@@ -733,14 +733,26 @@ Proof.
         destruct (in_sweep _ _ _ _ _ D) as (e & I & <-); apply (begun_le c (fst e)); auto using clt_le.
 Qed.
 
-Lemma sweep_rising : forall least s n on, in_order s -> rising (sweep least n on s).
+Fixpoint strict (s : list cut) : Prop :=
+  match s with c :: (d :: _) as r => clt c d /\ strict r | _ => True end.
+
+Lemma strict_rising : forall s, strict s -> rising s.
+Proof.
+  induction s as [|c [|d s] IH]; cbn [strict rising]; auto.
+  intros [L S]; split; [apply clt_le; auto | apply IH, S].
+Qed.
+
+Lemma sweep_strict : forall least s n on, in_order s -> strict (sweep least n on s).
 Proof.
   induction s as [|[c m] s IH]; intros n on O; cbn [sweep]; [exact I|]. destruct O as [A O].
   destruct (Bool.eqb _ on); auto.
-  assert (H : rising (sweep least (n + m) (negb on) s)) by auto.
+  assert (H : strict (sweep least (n + m) (negb on) s)) by auto.
   destruct (sweep least (n + m) (negb on) s) as [|d r] eqn:E; [exact I|]. split; auto.
-  destruct (in_sweep least s (n + m)%Z (negb on) d) as (e & J & <-); [rewrite E; cbn; auto | apply clt_le; auto].
+  destruct (in_sweep least s (n + m)%Z (negb on) d) as (e & J & <-); [rewrite E; cbn; auto | auto].
 Qed.
+
+Lemma sweep_rising : forall least s n on, in_order s -> rising (sweep least n on s).
+Proof. intros; apply strict_rising, sweep_strict; auto. Qed.
 
 Theorem within_exact : forall spans least t, 0 <= t -> (0 < least)%Z \/ (0 <= count spans t)%Z ->
   (inside (within spans least) t <-> (least <= count spans t)%Z).
@@ -759,23 +771,11 @@ Qed.
 
 Definition ends_of (spans : list span) : list cut := flat_map (fun p => [fst p; snd p]) spans.
 
-Fixpoint strict (s : list cut) : Prop :=
-  match s with c :: (d :: _) as r => clt c d /\ strict r | _ => True end.
-
 Lemma pairs_apart : forall n s, (length s <= n)%nat -> Nat.even (length s) = true -> strict s -> apart (pairs s).
 Proof.
   induction n as [|n IH]; intros s L E S; destruct s as [|c [|d s]]; cbn in L; try lia; try exact I; try discriminate.
   destruct S as [H S]. destruct s as [|e [|f s]]; [cbn; auto | cbn in E; discriminate|].
   destruct S as [K S]. split; [exact H|]. split; [exact K|]. apply (IH (e :: f :: s)); auto; cbn in *; lia.
-Qed.
-
-Lemma sweep_strict : forall least s n on, in_order s -> strict (sweep least n on s).
-Proof.
-  induction s as [|[c m] s IH]; intros n on O; cbn [sweep]; [exact I|]. destruct O as [A O].
-  destruct (Bool.eqb _ on); auto.
-  assert (H : strict (sweep least (n + m) (negb on) s)) by auto.
-  destruct (sweep least (n + m) (negb on) s) as [|d r] eqn:E; [exact I|]. split; auto.
-  destruct (in_sweep least s (n + m)%Z (negb on) d) as (e & J & <-); [rewrite E; cbn; auto | auto].
 Qed.
 
 Fixpoint sum (s : list (cut * Z)) : Z := match s with [] => 0 | (_, m) :: r => m + sum r end.
