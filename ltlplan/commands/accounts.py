@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from enum import StrEnum
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from ltlplan.commands.support.options import JsonOption
+from ltlplan.commands.support.options import DataOption, JsonOption
 
 if TYPE_CHECKING:
     from ltlplan.service.people.people import People
@@ -37,9 +36,7 @@ def command(
         typer.Option("--role", help="viewer, planner, pilot (may tell live flights) or admin; of a new account, planner."),
     ] = None,
     limit: Annotated[int, typer.Option("--limit", min=1, help="Entries of the log.")] = 50,
-    data: Annotated[
-        Path | None, typer.Option("--data", help="Folder of the service's data (default: your data folder).")
-    ] = None,
+    data: DataOption = None,
     json: JsonOption = False,
 ) -> None:
     """List accounts of the service, make one, reset its password, give it a role, disable it; or print who did what. It counts at once."""
@@ -102,7 +99,9 @@ def _list(people: People) -> list[dict[str, Any]]:  # as JSON
 
 
 def _log(people: People, limit: int) -> list[dict[str, Any]]:  # as JSON
-    return [entry.model_dump() for entry in people.log.entries(limit=limit)]
+    from ltlplan.service.people.audit_log import LogQuery
+
+    return [entry.model_dump() for entry in people.log.entries(LogQuery(limit=limit))]
 
 
 def _show(done: dict[str, Any] | list[dict[str, Any]], *, as_json: bool) -> None:

@@ -7,14 +7,12 @@ from typing import Annotated
 
 import typer
 
-from ltlplan.commands.support.options import JsonOption
+from ltlplan.commands.support.options import DataOption, JsonOption
 
 
 def command(
     out: Annotated[Path, typer.Argument(help="File to write, such as lab.tar.", show_default=False)],
-    data: Annotated[
-        Path | None, typer.Option("--data", help="Folder of the service's data (default: your data folder).")
-    ] = None,
+    data: DataOption = None,
     json: JsonOption = False,
 ) -> None:
     """Back up a service's jobs, accounts, log, drafts and events, while it runs. Tokens and sessions are not in it."""

@@ -34,6 +34,7 @@ PaceOption = Annotated[
     ),
 ]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON document instead of text.")]
+DataOption = Annotated[Path | None, typer.Option("--data", help="Folder of the service's data (default: your data folder).")]
 SequenceOption = Annotated[
     str | None, typer.Option("--sequence", help="Hoops to fly, such as 'hoop0F hoop1R', instead of the mission's.")
 ]

@@ -11,6 +11,7 @@ from ltlplan.service.api.answers import AccountAdded, AccountChange, ProjectChan
 from ltlplan.service.api.request_parsing import json_answer, json_list, principal_of, read_json, service_of
 from ltlplan.service.api.schema import json_body, problems
 from ltlplan.service.people.administration import Administration
+from ltlplan.service.people.audit_log import LogQuery
 from ltlplan.service.people_models import AccountTold, LogEntry, Project, Secret, WhoAmI
 
 router = APIRouter(prefix="/api", tags=["people"])
@@ -134,5 +135,4 @@ async def read_log(
     before: Annotated[int | None, Query(description="only entries of smaller numbers", ge=0, le=2**62)] = None,
 ) -> Response:
     """Return who did what, the newest first."""
-    office = _office(request)
-    return json_list(await asyncio.to_thread(lambda: office.log(user=user, action=action, limit=limit, before=before)))
+    return json_list(await asyncio.to_thread(_office(request).log, LogQuery(user, action, limit, before)))

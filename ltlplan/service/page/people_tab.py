@@ -10,6 +10,7 @@ from nicegui import ui
 
 from ltlplan.service.page.elements import Part, Words, box, button, table
 from ltlplan.service.people.administration import Administration
+from ltlplan.service.people.audit_log import LogQuery
 from ltlplan.service.people.roles import Action, Role
 
 if TYPE_CHECKING:
@@ -53,7 +54,7 @@ class _People:
         self.projects.show(projects, lambda: self._projects(projects))
         if self.desk.may(Action.ADMINISTER):
             accounts = await asyncio.to_thread(office.accounts)
-            log = await asyncio.to_thread(lambda: office.log(limit=_LOGGED))
+            log = await asyncio.to_thread(office.log, LogQuery(limit=_LOGGED))
             self.accounts.show(accounts, lambda: self._accounts(accounts))
             self.log.show(log, lambda: _log(log))
 

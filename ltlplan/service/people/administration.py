@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from ltlplan.service.people.accounts import Account
+from ltlplan.service.people.audit_log import NEWEST, LogQuery
 from ltlplan.service.people.people import People
 from ltlplan.service.people.roles import Action, Principal, require, role_of
 from ltlplan.service.people_models import AccountTold, LogEntry, Project, Secret, WhoAmI
@@ -150,19 +151,14 @@ class Administration:
         self._log("end sessions", account.name)
         self._people.sessions.end_all(account.name)
 
-    def log(
-        self, *, user: str | None = None, action: str | None = None, limit: int = 100, before: int | None = None
-    ) -> tuple[LogEntry, ...]:
+    def log(self, asked: LogQuery = NEWEST) -> tuple[LogEntry, ...]:
         """Return who did what, the newest first.
 
         Args:
-            user: Only of this user.
-            action: Only of this action.
-            limit: At most so many.
-            before: Only those of smaller numbers.
+            asked: Which entries.
         """
         self._require_admin()
-        return self._people.log.entries(user=user, action=action, limit=limit, before=before)
+        return self._people.log.entries(asked)
 
     def _require_admin(self) -> None:
         require(self._principal, Action.ADMINISTER)

@@ -15,6 +15,26 @@ _LONGEST = 2000
 
 
 @dataclass(frozen=True, slots=True)
+class LogQuery:
+    """Entries of the log that somebody asks for.
+
+    Attributes:
+        user: Only of this user.
+        action: Only of this action.
+        limit: At most so many.
+        before: Only those of smaller numbers.
+    """
+
+    user: str | None = None
+    action: str | None = None
+    limit: int = 100
+    before: int | None = None
+
+
+NEWEST = LogQuery()
+
+
+@dataclass(frozen=True, slots=True)
 class AuditLog:
     """The log of a data folder.
 
@@ -44,21 +64,16 @@ class AuditLog:
             )
             run.execute("DELETE FROM log WHERE number <= (SELECT max(number) FROM log) - ?", (MOST,))
 
-    def entries(
-        self, *, user: str | None = None, action: str | None = None, limit: int = 100, before: int | None = None
-    ) -> tuple[LogEntry, ...]:
+    def entries(self, asked: LogQuery = NEWEST) -> tuple[LogEntry, ...]:
         """Return entries, the newest first.
 
         Args:
-            user: Only of this user.
-            action: Only of this action.
-            limit: At most so many.
-            before: Only those of smaller numbers.
+            asked: Which ones.
         """
-        asked = (
+        statement = (
             "SELECT number, time, user, role, action, object, detail FROM log WHERE (?1 IS NULL OR user = ?1) AND (?2 IS NULL OR action = ?2)"
             " AND (?3 IS NULL OR number < ?3) ORDER BY number DESC LIMIT ?4"
         )
-        rows = self.database.read(asked, (user, action, before, limit))
+        rows = self.database.read(statement, (asked.user, asked.action, asked.before, asked.limit))
         names = ("number", "time", "user", "role", "action", "object", "detail")
         return tuple(LogEntry.model_validate(dict(zip(names, row, strict=True))) for row in rows)

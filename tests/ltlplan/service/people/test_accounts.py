@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from ltlplan.service.people.administration import Administration
+from ltlplan.service.people.audit_log import LogQuery
 from ltlplan.service.people.passwords import hashed, matches
 from ltlplan.service.people.people import People
 from ltlplan.service.people.roles import LEAST, Action, Principal, Role, allows, require, role_of
@@ -190,7 +191,7 @@ def test_administration_is_for_admins_and_stands_in_the_log(people: People) -> N
         ("root", "disable account", "eve", ""), ("root", "set role", "eve", "pilot"), ("root", "add account", "eve", "viewer"),
     ]  # fmt: skip
     assert made.secret not in str(root.log())
-    assert len(root.log(action="set role")) == len(root.log(limit=1)) == 1
-    assert len(root.log(before=root.log()[0].number)) == 2
+    assert len(root.log(LogQuery(action="set role"))) == len(root.log(LogQuery(limit=1))) == 1
+    assert len(root.log(LogQuery(before=root.log()[0].number))) == 2
     with pytest.raises(Forbidden, match="ltlplan accounts add NAME --role admin"):
         Administration(people, people.local("127.0.0.1")).add_account("x", "admin")

@@ -20,6 +20,7 @@ from fastapi.routing import APIRoute
 
 from ltlplan import Client
 from ltlplan.service.api.route_actions import ACTIONS, REST, decide
+from ltlplan.service.people.audit_log import LogQuery
 from ltlplan.service.people.people import People
 from ltlplan.service.people.roles import LEAST, Action, Principal, Role
 from ltlplan.service.problems import Forbidden, NotAuthenticated, NotFound
@@ -168,7 +169,7 @@ def test_guesses_run_out_for_an_address_and_for_an_account(gate: Gate) -> None:
     elsewhere = _Browser(gate, "10.1.1.2")
     assert elsewhere.log_in("ALICE", "another guess").status_code == 429, "and this account, by other addresses and letters"
     assert elsewhere.log_in("bob", "another guess").status_code == 401
-    assert [(entry.action, entry.object) for entry in people.log.entries(limit=2)] == [
+    assert [(entry.action, entry.object) for entry in people.log.entries(LogQuery(limit=2))] == [
         ("log in refused", "bob"),
         ("log in refused", "alice"),
     ]
