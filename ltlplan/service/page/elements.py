@@ -221,6 +221,20 @@ def button(content: str, act: Callable[[], object], classes: str = "", *, label:
     return made
 
 
+def search_field(label: str, search: Callable[[str], Awaitable[None]]) -> Element:
+    """Return a field to search in.
+
+    Args:
+        label: What is searched, for those who cannot see it.
+        search: Called with what is wanted, a moment after it was typed.
+    """
+    made = ui.element("input").props("type=search placeholder=search").classes("search")
+    made.props["aria-label"] = label
+    typed = "(event) => emit(event.target.value)"
+    made.on("input", lambda event: search(str(event.args).strip()), js_handler=typed, throttle=0.3, leading_events=False)
+    return made
+
+
 def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> Element:
     """Return a table of text.
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from nicegui import ui
 
-from ltlplan.service.page.elements import Part, Words, box, button, say, table
+from ltlplan.service.page.elements import Part, Words, box, button, say, search_field, table
 from ltlplan.service.people.roles import Action
 
 if TYPE_CHECKING:
@@ -36,14 +36,7 @@ class _Planning:
         with box("planning"):
             with box("jobs", tag="section").props('aria-label="Jobs"'):
                 Words("h2", "Jobs")
-                search = (
-                    ui.element("input")
-                    .props('type=search aria-label="Search jobs by name, formula, id, owner or project" placeholder="search"')
-                    .classes("search")
-                )
-                search.on(
-                    "input", self._search, js_handler="(event) => emit(event.target.value)", throttle=0.3, leading_events=False
-                )
+                search_field("Search jobs by name, formula, id, owner or project", self._search)
                 self.list = box("job-list", tag="ul")
                 self.more = button("Show more", self._show_more, "quiet")
             with box("job", tag="section").props('aria-label="The job"'):
@@ -85,8 +78,8 @@ class _Planning:
                 entry.place.move(target_index=index)
             entry.show(job, job.id == chosen)
 
-    async def _search(self, event: Any) -> None:  # of any type: NiceGUI's events carry what the browser sends
-        self.wanted, self.most = str(event.args).strip(), _MOST
+    async def _search(self, wanted: str) -> None:
+        self.wanted, self.most = wanted, _MOST
         await self.refresh()
 
     async def _show_more(self) -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from nicegui import ui
 
-from ltlplan.service.page.elements import Part, Words, box, button, say
+from ltlplan.service.page.elements import Part, Words, box, button, say, search_field
 from ltlplan.service.people.roles import Action
 from ltlplan.service.problems import Conflict
 from verify.data import LtlplanError
@@ -44,14 +44,7 @@ class Stored:
         with box(tag="details") as details:
             Words("summary", "Stored")
             with box("found"):
-                search = (
-                    ui.element("input")
-                    .props('type=search aria-label="Search stored missions" placeholder="search"')
-                    .classes("search")
-                )
-                search.on(
-                    "input", self._search, js_handler="(event) => emit(event.target.value)", throttle=0.3, leading_events=False
-                )
+                search_field("Search stored missions", self._search)
                 self._list = Part(box())
         details.on(
             "toggle", lambda _event: self._guarded(self.refresh()), js_handler="(event) => { if (event.target.open) emit(); }"
@@ -81,8 +74,8 @@ class Stored:
     def _typed(self, event: Any) -> None:  # of any type: NiceGUI's events carry what the browser sends
         self._name = str(event.args).strip()
 
-    async def _search(self, event: Any) -> None:  # of any type: NiceGUI's events carry what the browser sends
-        self._wanted = str(event.args).strip()
+    async def _search(self, wanted: str) -> None:
+        self._wanted = wanted
         await self._guarded(self.refresh())
 
     async def refresh(self) -> None:
