@@ -235,6 +235,25 @@ def search_field(label: str, search: Callable[[str], Awaitable[None]]) -> Elemen
     return made
 
 
+def named_field(label: str, value: str, changed: Callable[[str], Awaitable[None]], *, hint: str = "") -> Element:
+    """Return a field for a short text, with its label.
+
+    It begins with a value and then belongs to who types: a `value` would be put back whenever anything on the page changes.
+
+    Args:
+        label: What is entered.
+        value: Its beginning.
+        changed: Called with the text once it was entered.
+        hint: Shown while it is empty.
+    """
+    with box(tag="label") as place:
+        Words("span", f"{label} ", "soft")
+        made = ui.element("input").props("maxlength=200 autocomplete=off")
+        made.props["defaultValue"], made.props["placeholder"] = value, hint
+    made.on("change", lambda event: changed(str(event.args).strip()), js_handler="(event) => emit(event.target.value)")
+    return place
+
+
 def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> Element:
     """Return a table of text.
 

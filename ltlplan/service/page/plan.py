@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from nicegui import ui
 
-from ltlplan.service.page.elements import Part, Words, box, button, say, search_field, table
+from ltlplan.service.page.elements import Part, Words, box, button, named_field, say, search_field, table
 from ltlplan.service.people.roles import Action
 
 if TYPE_CHECKING:
@@ -128,15 +128,10 @@ class _Planning:
 
     def _project(self, job: Job) -> None:
         """Show the job's project, and let it be another; projects are shared under People."""
-        with box("project", tag="label"):
-            Words("span", "Project ", "soft")
-            field = ui.element("input").props('maxlength=60 autocomplete=off placeholder="none"')
-            field.props["value"] = job.project
-
-        async def moved(event: Any) -> None:  # of any type: NiceGUI's events carry what the browser sends
-            await self.desk.guarded(self._move(job, str(event.args).strip()), self.actions.place)
-
-        field.on("change", moved, js_handler="(event) => emit(event.target.value)")
+        place = self.actions.place
+        named_field(
+            "Project", job.project, lambda project: self.desk.guarded(self._move(job, project), place), hint="none"
+        ).classes("project")
 
     async def _move(self, job: Job, project: str) -> None:
         await self.desk.jobs.move(job.id, project)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from nicegui import ui
 
-from ltlplan.service.page.elements import Part, Words, box, button, say, search_field
+from ltlplan.service.page.elements import Part, Words, box, button, named_field, say, search_field
 from ltlplan.service.people.roles import Action
 from ltlplan.service.problems import Conflict
 from verify.data import LtlplanError
@@ -184,17 +184,6 @@ class Stored:
     def _about(self, mission: StoredMission) -> None:
         """Show the mission's project and tags, and let them be others."""
 
-        def field(label: str, value: str, act: Callable[[str], Awaitable[None]]) -> None:
-            with box(tag="label"):
-                Words("span", f"{label} ", "soft")
-                made = ui.element("input").props("maxlength=200 autocomplete=off")
-                made.props["value"] = value
-            made.on(
-                "change",
-                lambda event: self._guarded(act(str(event.args).strip())),
-                js_handler="(event) => emit(event.target.value)",
-            )
-
         async def moved(project: str) -> None:
             who = self._desk.principal
             self._set(await asyncio.to_thread(lambda: self._missions.change(who, mission.id, project=project)))
@@ -209,8 +198,8 @@ class Stored:
             await self.refresh()
 
         with box("row"):
-            field("Project", mission.project, moved)
-            field("Tags", " ".join(mission.tags), tagged)
+            named_field("Project", mission.project, lambda project: self._guarded(moved(project)))
+            named_field("Tags", " ".join(mission.tags), lambda tags: self._guarded(tagged(tags)))
             button("Delete it", lambda: self._guarded(deleted()), "quiet danger")
 
     async def _plan(self, mission: StoredMission, number: int) -> None:
