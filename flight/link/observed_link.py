@@ -53,6 +53,7 @@ class Observation:
         began: When that began, s of the link's clock.
         look: The monitor's last look; None before the first.
         ending: Whether the flight ends: all hold or land.
+        accuracy: Bound on the error of a measured position, m.
     """
 
     time: float
@@ -61,6 +62,7 @@ class Observation:
     began: float
     look: Look | None
     ending: bool
+    accuracy: float
 
 
 class ObservedLink:
@@ -129,7 +131,8 @@ class ObservedLink:
         end = self.link.now() + seconds
         while True:
             self.link.sleep(min(max(end - self.link.now(), 0.0), STEP))
-            self._observe()
+            if self.link.now() - self._seen >= EVERY - STEP / 2:
+                self.observe()
             self.orders.heed()
             if self.link.now() >= end - 1e-9:
                 return
@@ -201,13 +204,12 @@ class ObservedLink:
             self._acknowledged[robot] = command
         return acknowledged
 
-    def _observe(self) -> None:
+    def observe(self) -> None:
+        """Show how it is now."""
         now, link = self.link.now(), self.link
-        if now - self._seen < EVERY - STEP / 2:
-            return
         self._seen = now
         robots = {name: SeenRobot(link.pose(name), link.health(name), self._acknowledged.get(name)) for name in link.robots}
         with suppress(Exception):  # no flight ends for what is shown of it
-            self._show(Observation(now, robots, self._flown, self._began, self._look, self.orders.ending))
+            self._show(Observation(now, robots, self._flown, self._began, self._look, self.orders.ending, link.accuracy))
         if self._look is not None:
             self._look = replace(self._look, events=())

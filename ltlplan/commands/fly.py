@@ -51,6 +51,13 @@ def command(
     inventory: flight_options.InventoryOption = None,
     unchecked: flight_options.UncheckedOption = None,
     real_time: Annotated[bool, typer.Option("--real-time", help="With --link simulated: a second takes a second.")] = False,
+    follow: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--follow",
+            help="With --link: http://HOST:PORT/live/NAME, a service at which the flight is seen, and from which it may be stopped.",
+        ),
+    ] = None,
     json: options.JsonOption = False,
 ) -> None:
     """Fly a certified mission once in simulation, or live over a link; exit code 5 if it left its tube, violated its formula or was ended."""
@@ -64,12 +71,18 @@ def command(
         from ltlplan.commands.support.live_flight import fly_over_link
 
         kind = Asked(
-            str(link), tuple(place or ()), tuple(address or ()), inventory, real_time, tuple(map(str, unchecked or ()))
+            str(link),
+            tuple(place or ()),
+            tuple(address or ()),
+            inventory,
+            real_time,
+            tuple(map(str, unchecked or ())),
+            tuple(follow or ()),
         )
         fly_over_link(source, out, kind, said, seed, json=json)
         return
-    if place or real_time or address or inventory or unchecked:
-        raise BadInput("--place, --address, --inventory, --unchecked and --real-time go with --link.")
+    if place or real_time or address or inventory or unchecked or follow:
+        raise BadInput("--place, --address, --inventory, --unchecked, --follow and --real-time go with --link.")
     with simulating(out, LOG_FILES, quiet=json) as progress:
         plan, team, certificate = certified(source, part_of(progress, 0.0, 0.5))
         progress("flying in simulation", 0.5)

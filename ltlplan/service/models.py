@@ -211,6 +211,9 @@ class LiveFlight(Told):
         silent: s since it asked last, or since the service was started; None where it has ended.
         events: How many events it was told.
         open: How many of them it has not answered.
+        run: Its number among all flights.
+        connected: Whether it is seen live, and hears an order to stop.
+        recorded: Whether it can be replayed.
     """
 
     name: str
@@ -220,6 +223,29 @@ class LiveFlight(Told):
     silent: float | None = None
     events: int = 0
     open: int = 0
+    run: int = 0
+    connected: bool = False
+    recorded: bool = False
+
+
+class StopReceipt(Told):
+    """The service's receipt for an order to stop: it was put on the line to the flight. What the flight and each vehicle did, frames say.
+
+    Attributes:
+        order: Names the order; frames say what became of it.
+        name: What the flight listens as.
+        run: Its number among all flights.
+        level: `land`: all hold while all are seen, then land. `motors`: all motors stop.
+        who: Who ordered it.
+        expires: s after which the flight does not heed it any more.
+    """
+
+    order: str
+    name: str
+    run: int
+    level: Literal["land", "motors"]
+    who: str
+    expires: float
 
 
 class LiveEvent(Told):

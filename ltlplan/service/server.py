@@ -274,12 +274,11 @@ def _run(gate: Gate, service: Service, listener: socket.socket, ready: Callable[
 
     config = uvicorn.Config(
         gate,
-        http=with_head_clock(limits.head_seconds, Waiting(limits.waiting, limits.waiting_of_one)),
+        http=with_head_clock(limits.head_seconds, Waiting(limits.waiting, limits.waiting_of_one), limits.connections),
         log_config=None,
         access_log=False,
         server_header=False,
         proxy_headers=bool(service.settings.names),
-        limit_concurrency=limits.connections,
         timeout_keep_alive=15,
         timeout_graceful_shutdown=GRACE,
         ws_max_size=limits.body_bytes,

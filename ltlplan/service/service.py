@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import ipaddress
+import logging
 from collections import OrderedDict
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
@@ -11,8 +12,9 @@ from typing import TYPE_CHECKING
 from ltlplan.service import queries as asked
 from ltlplan.service.drafts import Drafts
 from ltlplan.service.event_inbox.flights import LiveFlights
+from ltlplan.service.log import note
 from ltlplan.service.metrics import Metrics
-from ltlplan.service.models import EventsAccepted, Job
+from ltlplan.service.models import EventsAccepted, Job, StopReceipt
 from ltlplan.service.people.openid import OpenId
 from ltlplan.service.people.people import People
 from ltlplan.service.people.roles import Action, Principal, require
@@ -23,6 +25,7 @@ from ltlplan.service.queries import Place
 from ltlplan.service.query_pool import Questions
 from ltlplan.service.security.tokens import LOCAL
 from ltlplan.service.settings import Settings
+from verify.data.errors import LtlplanError
 
 if TYPE_CHECKING:
     from ltlplan.service.job_queue.jobs import Jobs
@@ -59,6 +62,7 @@ class Service:
     metrics: Metrics = field(init=False)
     _missions: OrderedDict[str, Mission] = field(default_factory=OrderedDict, init=False, repr=False)
     _shipped: bytes | None = field(default=None, init=False, repr=False)
+    _logging: set[asyncio.Task[None]] = field(default_factory=set[asyncio.Task[None]], init=False, repr=False)
 
     def __post_init__(self) -> None:
         self.drafts = Drafts(self.settings.data)
@@ -125,6 +129,32 @@ class Service:
         require(principal, Action.FLY)
         await asyncio.to_thread(self.people.log.write, principal, "tell", flight, text)
         return await self.live.tell(flight, text, principal.client)
+
+    def stop_flight(self, principal: Principal, flight: str, run: int, *, motors: bool) -> StopReceipt:
+        """Order a flight to stop, as somebody who may. The flight hears it before the log has it, and whether or not it can be written.
+
+        Args:
+            principal: Who orders it.
+            flight: What it listens as.
+            run: Its number among all flights.
+            motors: Whether all motors are to stop at once.
+
+        Raises:
+            Forbidden: The role is not enough.
+            LtlplanError: As `Hub.stop`.
+        """
+        require(principal, Action.FLY)
+        receipt = self.live.hub.stop(flight, run, "motors" if motors else "land", principal.client)
+        self._logging.add(task := asyncio.get_running_loop().create_task(self._log_stop(principal, receipt)))
+        task.add_done_callback(self._logging.discard)
+        return receipt
+
+    async def _log_stop(self, principal: Principal, receipt: StopReceipt) -> None:
+        note("stop", flight=receipt.name, run=receipt.run, stops=receipt.level, client=receipt.who, order=receipt.order)
+        try:
+            await asyncio.to_thread(self.people.log.write, principal, "stop", receipt.name, f"{receipt.level} {receipt.order}")
+        except LtlplanError as error:
+            note("a stop was not logged", level=logging.WARNING, order=receipt.order, reason=str(error))
 
     def close(self) -> None:
         """End all processes; jobs that have not ended go on at the next start."""

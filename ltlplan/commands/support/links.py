@@ -35,6 +35,7 @@ class Asked:
         inventory: A file of addresses, weights and motion capture; None for none.
         real_time: Whether a simulated second takes a second.
         unchecked: Checks without which the operator flies where they cannot be made.
+        followed: Services at which a stored flight is seen.
     """
 
     kind: str
@@ -43,6 +44,7 @@ class Asked:
     inventory: Path | None
     real_time: bool
     unchecked: tuple[str, ...] = ()
+    followed: tuple[str, ...] = ()
 
 
 def require_sense(asked: Asked, said: Said) -> None:

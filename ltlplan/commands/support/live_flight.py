@@ -23,6 +23,7 @@ from ltlplan.commands.support.links import (
     vehicles,
 )
 from ltlplan.commands.support.live_view import View, interrupts_land
+from ltlplan.commands.support.onlookers import followed_services, seen_at, services
 from ltlplan.commands.support.simulation import Outcome, certified, simulating, written
 from ltlplan.output import write_texts
 from verify.data.progress import part_of
@@ -57,7 +58,7 @@ def fly_over_link(source: str, out: Path | None, asked: Asked, said: Said, seed:
         BadInput: A place or an address makes no sense.
         LinkLost: A robot cannot be reached.
     """
-    from flight.link.live_executive import Operator, fly_live
+    from flight.link.live_executive import fly_live
     from ltlplan.live_phases import stages
 
     require_sense(asked, said)
@@ -65,6 +66,7 @@ def fly_over_link(source: str, out: Path | None, asked: Asked, said: Said, seed:
     mission = _mission(source)
     told, conditions = told_places(asked.places, mission), said.conditions(mission)
     with ExitStack() as opened:
+        news = [opened.enter_context(closing(source)) for source in followed_services(asked.followed, mission.name)]
         with simulating(out, FILES, quiet=json) as progress:
             progress("reaching the robots", 0.0)  # before what takes its time: who is not there is said at once
             link = None if asked.kind == "simulated" else opened.enter_context(closing(vehicles(asked, mission, source)))
@@ -83,9 +85,10 @@ def fly_over_link(source: str, out: Path | None, asked: Asked, said: Said, seed:
             seed = plan.seed if seed is None else seed
             link = opened.enter_context(closing(simulated_robots(mission, stand, conditions, seed, real_time=asked.real_time)))
         view = View(quiet=json)
-        with interrupts_land() as heard:
-            grounds = {name: place[2] for name, place in stand.items()}
-            done = fly_live(link, flown, grounds=grounds, operator=Operator(view.show), unchecked=asked.unchecked)
+        grounds = {name: place[2] for name, place in stand.items()}
+        seen = seen_at(services(news), link, view.show, lambda: mission, hears=False)
+        with interrupts_land() as heard, seen as (observed, operator):
+            done = fly_live(observed, flown, grounds=grounds, operator=operator, unchecked=asked.unchecked)
     view.end()
     texts = flown_over(asked.kind, done.record.files(mission.frame))
     files = written(out, lambda folder: write_texts(texts, folder))

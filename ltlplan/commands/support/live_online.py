@@ -30,6 +30,7 @@ from ltlplan.commands.support.live_flight import (
     worst_lines,
 )
 from ltlplan.commands.support.live_view import View, interrupts_land
+from ltlplan.commands.support.onlookers import seen_at, services
 from ltlplan.commands.support.simulation import Outcome, simulating, written
 from ltlplan.online.event_sources.lines import parse_events
 from ltlplan.output import write_texts
@@ -77,7 +78,7 @@ def online_over_link(mission: Mission, out: Path | None, asked: Asked, said: Sai
         DoesNotFit: The mission has places that vehicles cannot be sent.
     """
     from flight.certificate_checks import require_tube
-    from flight.link.live_executive import Operator, fly_live
+    from flight.link.live_executive import fly_live
     from ltlplan.online.event_queue import Happenings, checked_events
     from ltlplan.online.files import ONLINE_FILES
     from ltlplan.online.live.live_online_flight import OnlineCourse
@@ -119,12 +120,13 @@ def online_over_link(mission: Mission, out: Path | None, asked: Asked, said: Sai
         if not json:
             typer.echo(batteries, nl=bool(batteries))
         view, grounds = View(quiet=json), {name: place[2] for name, place in stand.items()}
-        with interrupts_land() as heard:
+        seen = seen_at(services(news), link, view.show, lambda: course.team.mission, hears=True)
+        with interrupts_land() as heard, seen as (observed, operator):
             done = fly_live(
-                link,
+                observed,
                 [transfer.stage for transfer in before],
                 grounds=grounds,
-                operator=Operator(view.show),
+                operator=operator,
                 onwards=course,
                 unchecked=asked.unchecked,
             )

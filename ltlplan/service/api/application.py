@@ -14,7 +14,7 @@ from starlette.exceptions import HTTPException
 from starlette.routing import Match
 
 import ltlplan
-from ltlplan.service.api import about, flights, jobs, live, login, missions, people, stored, studies
+from ltlplan.service.api import about, flights, jobs, live, live_view, login, missions, people, stored, studies
 from ltlplan.service.api.answers import (
     AccountAdded,
     AccountChange,
@@ -124,7 +124,7 @@ def application(service: Service) -> FastAPI:
         dependencies=[Depends(decide)],
     )
     app.state.service, app.state.streams = service, Streams(service.settings.limits)
-    for routes in (missions, stored, jobs, studies, flights, live, people, login, about):
+    for routes in (missions, stored, jobs, studies, flights, live, live_view, people, login, about):
         app.include_router(routes.router)
     about.add_documentation(app)
     with_schema(app, (*_READ, Event))
@@ -171,6 +171,8 @@ def _tell_errors(app: FastAPI) -> None:
     """Let every error be told as problem details."""
 
     async def tell(request: Request, error: Exception) -> Response:
+        if request.scope["type"] == "websocket":  # the gate closes it, with the reason
+            raise error
         return answer_of(request, error)
 
     async def tell_validation(request: Request, error: Exception) -> Response:

@@ -33,6 +33,12 @@ async def get_flight(request: Request, name: Name) -> Response:
     return Response((await service_of(request).live.flight(name)).model_dump_json(), media_type=JSON)
 
 
+@router.get("/{name}/runs", response_model=tuple[LiveFlight, ...], responses=problems())
+async def list_runs(request: Request, name: Name) -> Response:
+    """List all flights that are known of a name, the newest first; those that were recorded can be replayed."""
+    return json_list(await service_of(request).live.runs(name))
+
+
 @router.put(
     "/{name}",
     response_model=LiveFlight,

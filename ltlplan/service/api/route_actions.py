@@ -5,7 +5,7 @@ A route that is not in the table is answered to nobody: it cannot be forgotten w
 
 from __future__ import annotations
 
-from fastapi import Request
+from fastapi.requests import HTTPConnection
 
 from ltlplan.service.people.roles import Action, require
 from ltlplan.service.problems import Forbidden
@@ -77,6 +77,11 @@ ACTIONS: dict[tuple[str, str], Action] = {
     ("POST", "/api/live/{name}/events"): _FLY,
     ("POST", "/api/live/{name}/answers"): _FLY,
     ("POST", "/api/live/{name}/end"): _FLY,
+    ("WEBSOCKET", "/api/live/{name}/feed"): _FLY,
+    ("WEBSOCKET", "/api/live/{name}/watch"): _READ,
+    ("POST", "/api/live/{name}/stop"): _FLY,
+    ("GET", "/api/live/{name}/runs"): _READ,
+    ("GET", "/api/live/{name}/replays/{run}"): _READ,
     ("GET", "/api/account"): _READ,
     ("POST", "/api/account/tokens"): _READ,
     ("DELETE", "/api/account/tokens/{name}"): _READ,
@@ -88,19 +93,20 @@ ACTIONS: dict[tuple[str, str], Action] = {
     ("DELETE", "/api/accounts/{name}/sessions"): _ADMINISTER,
     ("GET", "/api/log"): _ADMINISTER,
 }
-"""By method and path."""
+"""By method and path; sockets have the method "WEBSOCKET"."""
 REST = "/api/{rest:path}"
 """Path of the route that says that there is nothing."""
 
 
-async def decide(request: Request) -> None:
+async def decide(request: HTTPConnection) -> None:
     """Reject a request whose user may not make it.
 
     Raises:
         Forbidden: The role is not enough, or nobody may.
     """
     path = request.scope["route"].path
-    method = "GET" if request.method == "HEAD" else request.method
+    method = request.scope.get("method", "WEBSOCKET")
+    method = "GET" if method == "HEAD" else method
     if path == REST:
         return
     request.state.route = path

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Self
 
 from ltlplan.service.client_parts.transport import Wire, checked, segment
-from ltlplan.service.models import EventsAccepted, Health, LiveEvent, LiveFlight
+from ltlplan.service.models import EventsAccepted, Health, LiveEvent, LiveFlight, StopReceipt
 from verify.data.names.former_names import warn_former
 
 PATIENCE = 60.0
@@ -82,6 +82,22 @@ class FlightsClient:
         """
         sent = self._wire.ask("GET", f"/api/live/{segment(flight)}/events", params={"after": after}).json()
         return tuple(checked(LiveEvent, each) for each in sent)
+
+    def stop_flight(self, flight: LiveFlight, *, motors: bool = False) -> StopReceipt:
+        """Order all robots of a flight to hold and land, or their motors to stop; the receipt says that the order is on the line, no more.
+
+        It is no safety function: the flight's terminal and the kill switch come first.
+
+        Args:
+            flight: The flight, of `flights()`; no other one of its name is meant.
+            motors: Stop all motors at once; only who ordered a stop before may.
+
+        Raises:
+            BadInput: It is not connected, so that nobody hears this.
+        """
+        asked = {"run": flight.run, "motors": motors}
+        answer = self._wire.ask("POST", f"/api/live/{segment(flight.name)}/stop", params=asked)
+        return checked(StopReceipt, answer.json())
 
     def tell(self, flight: str, *events: str) -> EventsAccepted:
         """Send events by this method's former name, with a `DeprecationWarning`; as `send_events`."""

@@ -36,7 +36,12 @@ _LETTERS = 2000
 
 
 class FollowedService:
-    """Events as they are told; asking for them never waits."""
+    """Events as they are told; asking for them never waits.
+
+    Attributes:
+        address: Of the service and of the flight in it.
+        token: A bearer token, where the service needs one.
+    """
 
     def __init__(self, address: str, mission: str, token: str | None = None) -> None:
         """Begin to listen.
@@ -51,7 +56,8 @@ class FollowedService:
             MissingEngine: The extra `service` is not installed.
         """
         url, name = parts_of(address)
-        self._address, self._mission, self._path = address, mission, f"/api/live/{segment(name)}"
+        self.address, self.token = address, token
+        self._mission, self._path = mission, f"/api/live/{segment(name)}"
         self._wire = Wire(url, token, PATIENCE)
         self._flight, self._after = uuid.uuid4().hex, 0
         self._told: queue.SimpleQueue[LiveEvent | str] = queue.SimpleQueue()
@@ -66,6 +72,11 @@ class FollowedService:
         self._answering = threading.Thread(target=self._answer, name=f"answers {address}", daemon=True)
         self._listening.start()
         self._answering.start()
+
+    @property
+    def flight(self) -> str:
+        """The flight's own name for itself, drawn by chance."""
+        return self._flight
 
     def __call__(self) -> Sequence[Told | str]:
         """Return what was told since it was asked last; a text where the line broke, or came back."""
@@ -168,7 +179,7 @@ class FollowedService:
                 time.sleep(PAUSE / 5 if self._ended.is_set() else PAUSE)
 
     def _say(self, sentence: str) -> None:
-        self._told.put(f"{self._address}: {sentence}")
+        self._told.put(f"{self.address}: {sentence}")
 
 
 def _next(waiting: queue.SimpleQueue[LiveEvent | str]) -> LiveEvent | str | None:

@@ -21,6 +21,8 @@ from ltlplan.online.event_sources.lines import event_told, meant
 from ltlplan.service.event_inbox.event_store import Book, Entry
 from ltlplan.service.job_queue.results import RESERVE
 from ltlplan.service.job_queue.store import NoRoom
+from ltlplan.service.live_view.flight_recorder import FlightRecorder
+from ltlplan.service.live_view.hub import Hub, Listening
 from ltlplan.service.models import EventsAccepted, FlightAnswered, LiveEvent, LiveFlight
 from ltlplan.service.problems import Busy, Conflict, NotFound, TooManyRequests
 from verify.data import BadInput
@@ -40,7 +42,12 @@ _GONE = "the flight ended without hearing it."
 
 
 class LiveFlights:
-    """Flights that listen, and what they are told."""
+    """Flights that listen, and what they are told.
+
+    Attributes:
+        hub: What is seen of them, and orders to stop.
+        recorder: Keeps what is seen.
+    """
 
     def __init__(self, folder: Path, limits: Limits) -> None:
         """Open nothing yet.
@@ -54,6 +61,7 @@ class LiveFlights:
         self._asked: dict[str, float] = {}
         self._started = 0.0
         self._changed, self._one = asyncio.Event(), asyncio.Lock()
+        self.hub, self.recorder = Hub(), FlightRecorder(folder)
 
     def open(self) -> None:
         """Open the book.
@@ -127,8 +135,41 @@ class LiveFlights:
         if listening >= self._limits.live_flights:
             raise TooManyRequests(f"{listening} flights listen already, the most there may be.", 30.0)
         self._require_room()
-        await asyncio.to_thread(lambda: self._book.begin(name, flight, mission, keep=2 * self._limits.live_flights))
+        await asyncio.to_thread(self._enter, name, flight, mission)
         return self._sign_of_life(await self._entry(name)), True
+
+    def _enter(self, name: str, flight: str, mission: str) -> None:
+        self._book.begin(name, flight, mission, keep=2 * self._limits.live_flights)
+        self.recorder.forget({entry.id for entry in self._book.flights()})
+
+    async def listening(self, name: str, flight: str) -> Listening:
+        """Return a flight that listens.
+
+        Args:
+            name: What it listens as.
+            flight: Its own name for itself.
+
+        Raises:
+            NotFound: No flight ever listened as that.
+            Conflict: This one does not.
+        """
+        entry = await self._entry(name)
+        self._require_listening(entry, flight)
+        self._sign_of_life(entry)
+        return Listening(entry.name, entry.id, entry.flight, entry.mission, entry.opened)
+
+    async def runs(self, name: str) -> tuple[LiveFlight, ...]:
+        """Return all flights that are known of a name, the newest first."""
+        return tuple(self._told(entry) for entry in await asyncio.to_thread(self._book.flights, name))
+
+    async def require_run(self, name: str, run: int) -> None:
+        """Reject a flight that never listened as a name.
+
+        Raises:
+            NotFound: It did not.
+        """
+        if not any(entry.id == run for entry in await asyncio.to_thread(self._book.flights, name)):
+            raise NotFound(f"There is no flight {run} of '{name[:60]}'.")
 
     async def tell(self, name: str, text: str, who: str) -> EventsAccepted:
         """Tell a flight events, all or none: when this returns, they are on the disk.
@@ -231,6 +272,7 @@ class LiveFlights:
         await asyncio.to_thread(self._book.end, entry, _GONE)
         self._asked.pop(flight, None)
         self._wake()
+        self.hub.tell_state(name)
 
     async def _entry(self, name: str) -> Entry:
         found = await asyncio.to_thread(self._book.flights, name)
@@ -260,6 +302,7 @@ class LiveFlights:
         return LiveFlight(
             name=entry.name, mission=entry.mission, opened=entry.opened, ended=entry.ended,
             silent=None if entry.ended is not None else round(self._silent(entry), 1), events=entry.events, open=entry.open,
+            run=entry.id, connected=self.hub.connected(entry.name, entry.id), recorded=self.recorder.recorded(entry.id),
         )  # fmt: skip
 
     def _wake(self) -> None:

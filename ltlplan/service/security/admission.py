@@ -8,7 +8,7 @@ from ltlplan.service.metrics import Metrics
 from ltlplan.service.people.people import People
 from ltlplan.service.people.roles import Principal
 from ltlplan.service.problems import NotAuthenticated
-from ltlplan.service.security.asker import ASSETS, LOGIN, Asker, is_open
+from ltlplan.service.security.asker import ASSETS, LOGIN, Asker, is_open, is_urgent
 from ltlplan.service.security.body_limits import Bodies, Body, Receive
 from ltlplan.service.security.open_requests import OpenRequests
 from ltlplan.service.security.origins import SAFE, require_own_host, require_own_page
@@ -85,9 +85,8 @@ class Admission:
         who = self.holder_of(asker.bearer or "", asker.address) if by_token else self.who(asker)
         if who is None and not is_open(asker.path):
             raise NotAuthenticated(_HOW if self.rules.people.needed else _NONE_LEFT)
-        if asker.path != LOGIN and not asker.path.startswith(
-            ASSETS
-        ):  # wrong tokens are counted, and nobody's others keep one out
+        if not (asker.path == LOGIN or asker.path.startswith(ASSETS) or is_urgent(asker.path)):
+            # wrong tokens are counted, and nobody's others keep one out
             (self._reads if method in SAFE else self._asked).take(client_of(who, asker))
         return who
 

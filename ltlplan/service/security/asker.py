@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import http.cookies
+import re
 from dataclasses import dataclass
 
 COOKIE = "ltlplan_session"
@@ -16,6 +17,8 @@ OPEN_FOLDERS = ("/docs/", "/problems/")
 """Of what lies right in them, the same is so."""
 ASSETS = ("/_nicegui/", "/docs/")
 """Files that a page fetches by the dozen, which no rate counts."""
+
+_STOP = re.compile(r"/api/live/[^/]+/stop")
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,6 +55,11 @@ def is_open(path: str) -> bool:
     """Return whether a path is answered without a token."""
     folder, slash, name = path.rpartition("/")
     return path in OPEN or (bool(name) and folder + slash in OPEN_FOLDERS)
+
+
+def is_urgent(path: str) -> bool:
+    """Return whether a path is that of an order to stop a flight, which passes all limits on how much and how often."""
+    return _STOP.fullmatch(path) is not None
 
 
 def cookie(headers: dict[str, str]) -> str:

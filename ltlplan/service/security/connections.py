@@ -10,7 +10,10 @@ import asyncio
 from dataclasses import dataclass, field
 from typing import Any
 
+from uvicorn.protocols.http.flow_control import service_unavailable
 from uvicorn.protocols.http.h11_impl import H11Protocol
+
+from ltlplan.service.security.asker import is_urgent
 
 
 @dataclass
@@ -53,12 +56,22 @@ class Waiting:
         first.transport.abort()
 
 
-def with_head_clock(seconds: float, waiting: Waiting) -> type[H11Protocol]:
+def _urgent_only(app: Any) -> Any:  # as uvicorn declares applications
+    """Return an application that answers orders to stop, and nothing else."""
+
+    async def answer(scope: Any, receive: Any, send: Any) -> None:
+        await (app if is_urgent(scope["path"]) else service_unavailable)(scope, receive, send)
+
+    return answer
+
+
+def with_head_clock(seconds: float, waiting: Waiting, most: int) -> type[H11Protocol]:
     """Return uvicorn's HTTP protocol with a clock on each request's head. h11 bounds a head's size; the faster parser does not.
 
     Args:
         seconds: s within which a head must have come, from the connection's beginning or the head's first byte.
         waiting: Where connections are counted while they wait for one.
+        most: Connections at the same time; a further one is answered orders to stop, and nothing else.
     """
 
     class Protocol(H11Protocol):
@@ -76,6 +89,8 @@ def with_head_clock(seconds: float, waiting: Waiting) -> type[H11Protocol]:
 
         def connection_made(self, transport: Any) -> None:  # as asyncio declares it
             super().connection_made(transport)
+            if len(self.connections) > most:
+                self.app = _urgent_only(self.app)
             waiting.add(self._address, self)
             self._start()
 

@@ -52,13 +52,17 @@ class OpenRequests:
         self._of: Counter[str] = Counter()
         self._watching: asyncio.Task[None] | None = None
 
-    def enter(self, request: Open) -> None:
+    def enter(self, request: Open, *, urgent: bool = False) -> None:
         """Count a request in; of a client that has too many, the one goes that has waited longest for what is sent to it.
+
+        Args:
+            request: The request.
+            urgent: Whether it is let in however many there are.
 
         Raises:
             Busy: The client has too many, and none of them waits.
         """
-        if self._of[request.client] >= self._most:
+        if self._of[request.client] >= self._most and not urgent:
             waiting = next((each for each in self._open if each.client == request.client and each.waits), None)
             if waiting is None:
                 raise Busy(f"{self._most} requests of yours are open, which is the most; end some of them.")

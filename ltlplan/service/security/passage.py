@@ -11,7 +11,7 @@ from ltlplan.service.log import note, note_bug
 from ltlplan.service.people.roles import Principal
 from ltlplan.service.problems import NotAuthenticated, WrongHost
 from ltlplan.service.security.admission import Admission, client_of
-from ltlplan.service.security.asker import ASSETS, LOGIN, Asker, is_open
+from ltlplan.service.security.asker import ASSETS, LOGIN, Asker, is_open, is_urgent
 from ltlplan.service.security.body_limits import Body, Message, Receive
 from ltlplan.service.security.open_requests import gone
 from ltlplan.service.security.origins import SAFE
@@ -98,7 +98,7 @@ class Passage:
         try:
             self._principal = self._admission.admit(self._method, self._asker, self._headers)
             self.client = client_of(self._principal, self._asker)
-            self._admission.open.enter(self)
+            self._admission.open.enter(self, urgent=is_urgent(self._path))
             async with self._clock:
                 await self._answered()
         except LtlplanError as error:

@@ -16,7 +16,7 @@ from typing import Any
 import httpx
 import pytest
 from fastapi import FastAPI, Request
-from fastapi.routing import APIRoute
+from fastapi.routing import APIRoute, APIWebSocketRoute
 
 from ltlplan import Client
 from ltlplan.service.api.route_actions import ACTIONS, REST, decide
@@ -74,15 +74,19 @@ class _Browser:
 def _routes(app: FastAPI) -> set[tuple[str, str]]:
     """Return every method and path that the application answers."""
     found: set[tuple[str, str]] = set()
-    for method, path in ((method, route.path) for route in _all(app.router.routes) for method in route.methods or ()):
+    for method, path in (
+        (method, route.path)
+        for route in _all(app.router.routes)
+        for method in getattr(route, "methods", None) or ("WEBSOCKET",)
+    ):
         if path not in (REST, "/openapi.json"):
             found.add((method, path))
     return found
 
 
-def _all(routes: Any, prefix: str = "") -> Iterator[APIRoute]:
+def _all(routes: Any, prefix: str = "") -> Iterator[APIRoute | APIWebSocketRoute]:
     for route in routes:
-        if isinstance(route, APIRoute):
+        if isinstance(route, APIRoute | APIWebSocketRoute):
             yield route
         elif hasattr(route, "original_router"):
             yield from _all(route.original_router.routes)
@@ -107,11 +111,36 @@ def test_every_route_is_answered_to_its_roles_and_no_others(gate: Gate) -> None:
         if least is None or (role is not None and role >= least):
             asyncio.run(decide(_asked(method, path, role)))
             continue
-        answer = _Browser(gate).ask(
-            method, path.replace("{name:path}", "x").replace("{", "").replace("}", ""), headers=headers[role]
-        )
+        plain = path.replace("{name:path}", "x").replace("{", "").replace("}", "")
+        if method == "WEBSOCKET":
+            assert _first_of_socket(gate, plain, headers[role])["type"] == "websocket.close", (path, role)
+            continue
+        answer = _Browser(gate).ask(method, plain, headers=headers[role])
         refused = (401, "not-authenticated") if role is None else (403, "forbidden")
         assert (answer.status_code, answer.json()["type"].rpartition("/")[2]) == refused, (method, path, role)
+
+
+def _first_of_socket(gate: Gate, path: str, headers: dict[str, str]) -> dict[str, Any]:
+    """Ask for a socket, and return what comes first."""
+    came: list[dict[str, Any]] = []
+
+    async def receive() -> dict[str, Any]:
+        return {"type": "websocket.connect"}
+
+    async def send(message: Any) -> None:
+        came.append(dict(message))
+
+    named = [(name.encode(), value.encode()) for name, value in {"host": "localhost", **headers}.items()]
+    scope = {
+        "type": "websocket",
+        "path": path,
+        "headers": named,
+        "client": ("127.0.0.1", 1),
+        "query_string": b"",
+        "subprotocols": [],
+    }
+    asyncio.run(gate(scope, receive, send))
+    return came[0]
 
 
 def _asked(method: str, path: str, role: Role | None) -> Request:
@@ -196,7 +225,7 @@ def test_another_site_s_page_changes_nothing_in_somebody_s_name(headers: dict[st
     browser = _Browser(gate)
     assert browser.log_in("root", PASSWORD, headers=headers).status_code == 403
     browser.cookies.set(COOKIE, people.sessions.begin_of_account("root"))
-    for method, path in ((method, path) for method, path in ACTIONS if method not in ("GET",)):
+    for method, path in ((method, path) for method, path in ACTIONS if method not in ("GET", "WEBSOCKET")):
         asked = browser.ask(method, path.replace("{name}", "root").replace("{", "").replace("}", ""), headers=headers)
         assert (asked.status_code, "another site" in asked.text) == (403, True), (method, path)
 
