@@ -62,6 +62,10 @@ class Itinerary:
 
     def legs(self, mission: Mission, robot: str) -> frozenset[Leg]:
         """Return the legs that a robot of the mission flies by it; a lasso's closing leg too."""
+        return frozenset(self.route(mission, robot))
+
+    def route(self, mission: Mission, robot: str) -> list[Leg]:
+        """Return the legs that a robot of the mission flies by it, in order; a lasso's closing leg too."""
         stops = self.all_stops
         start, regions = mission.agents[robot].start, [self.visits[stop].region for stop in stops]
         if regions and float(mission.all_regions[regions[0]].level(np.array(start))) <= 1.0:
@@ -69,7 +73,7 @@ class Itinerary:
         places: list[Point | str] = [start, *regions]
         if (first := self.first_of_lap) is not None and first < len(stops):
             places.append(self.visits[stops[first]].region)
-        return frozenset((robot, a, b) for a, b in itertools.pairwise(places) if isinstance(b, str))
+        return [(robot, a, b) for a, b in itertools.pairwise(places) if isinstance(b, str)]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -136,17 +136,24 @@ def _priced_where_touched(mission: Mission, context: Context, by_metres: Allocat
     spaces = Partition([_Shut(context.blocked)], solve, partial(_without_a_leg, mission), searches=most)
     with contextlib.suppress(TooLarge):
         for bound, _, _, found in spaces:
-            if len(spaces.searched) == most:  # cheaper ones may be missing, but of the first
+            last = len(spaces.searched) == most
+            if last:  # cheaper ones may be missing, but of the first
                 least = least or bound
-                price, best = _cheaper((price, best), (prices.of(found), found))
-                break
-            if not least and touched.isdisjoint(visit.region for does in found.robots.values() for visit in does.visits):
+            elif not least and touched.isdisjoint(visit.region for does in found.robots.values() for visit in does.visits):
                 return by_metres  # nothing that touches is cheaper
-            least, complete = max(least, bound), price <= (1.0 + _SMOOTH) * bound + TIES
-            if complete:
+            else:
+                least, complete = max(least, bound), price <= (1.0 + _SMOOTH) * bound + TIES
+            if not complete and (found.complete or _along(mission, found, legs) < _along(mission, best, legs)):
+                price, best = _cheaper((price, best), (prices.of(found), found))
+            if complete or last:
                 break
-            price, best = _cheaper((price, best), (prices.of(found), found))
     return replace(best, cost=price, lower_bound=min(least, price), complete=complete)
+
+
+def _along(mission: Mission, found: Allocation, leg: Cost) -> float:
+    """Return the objective by the legs of an allocation, those of a lap once."""
+    costs = [sum(itertools.starmap(leg, does.route(mission, name))) for name, does in found.robots.items()]
+    return team_cost(mission, costs)
 
 
 def _cheaper(best: tuple[float, Allocation], other: tuple[float, Allocation]) -> tuple[float, Allocation]:

@@ -34,6 +34,8 @@ MANY = 10
 GREEDY = (1.5, 3.0)  # how much the rest counts where any run will do; with the first, runs are nearer the cheapest
 _FEW = 10
 """Share of the states, one in so many, of a first search that tracks no conjuncts but those that orders broke."""
+_MOSTLY = 2
+"""Up to how many times the conjuncts that some order broke are tracked without such a search, with all that are like them."""
 _ALONE = 6  # how much more may be spent on one robot by itself than on two
 _ROUNDING = 1e-9  # by which sums of the same costs may differ
 MAX_SINGLES = 20  # robots up to which each is tried as the only one that flies
@@ -194,14 +196,10 @@ def _least_sum(task: TeamTask, budget: Budget) -> PlanningOutcome:
         TooLarge: The budget was used up before any plan was found.
     """
     budget = replace(budget, states=max(1, budget.states // task.share))
-    few, found = max(1, budget.states // _FEW), PlanningOutcome(None, None, 0)
-    for most, alike in ((budget.states, True),) if task.alike else ((few, False), (budget.states, True)):
-        search = partial(least_sum, most=most, candidates=budget.candidates)
-        found = _refined(task, search, Objective(), found.tracked, alike=alike)
-        if found.stopped is None:
-            return found
-    assert found.stopped is not None, "the last search was stopped"
-    return _any_run(task, found, found.stopped, budget)
+    search = partial(least_sum, most=budget.states, candidates=budget.candidates)
+    first = None if task.alike else partial(least_sum, most=max(1, budget.states // _FEW), candidates=budget.candidates)
+    found = _refined(task, search, Objective(), first=first)
+    return found if found.stopped is None else _any_run(task, found, found.stopped, budget)
 
 
 def _least_within(task: TeamTask, budget: Budget, objective: Objective) -> PlanningOutcome:
@@ -216,6 +214,7 @@ def _refined(
     tracked: Collection[int] = (),
     *,
     alike: bool = True,
+    first: Callable[[SequentialReading[Any]], Found] | None = None,
 ) -> PlanningOutcome:
     """Search, and search again with the conjuncts tracked that some order broke, until a plan is kept by all orders.
 
@@ -225,18 +224,26 @@ def _refined(
         objective: The order on plans, and limits on robots.
         tracked: Conjuncts, by index, to begin with.
         alike: Whether a search for the least sum tracks those that are like them, too.
+        first: A shorter search, for which these are not tracked, while they are many.
     """
     found = PlanningOutcome(None, None, 0, tracked=frozenset(tracked))
     while True:
+        among = _with_alike(task, found.tracked) if alike and objective == Objective() else sorted(found.tracked)
+        short = None if len(among) <= _MOSTLY * len(found.tracked) else first
         try:
-            among = _with_alike(task, found.tracked) if alike and objective == Objective() else sorted(found.tracked)
-            reading = task.reading(among, objective)
-            answer = search(reading)
+            reading = task.reading(sorted(found.tracked) if short else among, objective)
+            answer = (short or search)(reading)
             run = _run_of(reading, answer)
             failing = {} if run is None else task.failing_orders(run.paths)
         except TooLarge as error:  # of trying orders
-            return replace(found, stopped=error)
+            if not short:
+                return replace(found, stopped=error)
+            first = None
+            continue
         found = replace(found, first=found.first or run, tried=found.tried + answer.tried, bound=max(found.bound, answer.bound))
+        if answer.stopped is not None and short:
+            first = None
+            continue
         if answer.stopped is not None:
             return replace(found, stopped=_shortage(answer))
         if not failing:

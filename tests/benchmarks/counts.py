@@ -74,7 +74,7 @@ def come_apart(robots: int, count: int) -> None:
     missions |= {f"patrol of four places, {n} robots": patrol(n) for n in (2, 3) if n <= robots}
     missions |= {f"three parcels, {n} robots": parcels(n) for n in (2, 3, 6) if n <= robots}
     missions |= {
-        f"{count} goals, one robot, {'on a grid' if seed == 0 else f'seed {seed}'}": goals(count, seed) for seed in range(4)
+        f"{count} goals, one robot, {'on a grid' if seed == 0 else f'seed {seed}'}": goals(count, seed) for seed in range(6)
     }
     for name, mission in missions.items():
         conjunct_automaton.cache_clear()

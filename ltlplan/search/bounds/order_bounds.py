@@ -15,7 +15,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from typing import Generic, TypeVar
 
-from ltlplan.search.bounds.conjunct_bounds import ConjunctBounds
+from ltlplan.search.bounds.conjunct_bounds import ConjunctBounds, To
 from ltlplan.search.bounds.conjunct_graph import Node
 from ltlplan.search.memoization import memoized
 from ltlplan.search.team_reading import UNREACHABLE
@@ -23,10 +23,13 @@ from ltlplan.search.team_reading import UNREACHABLE
 Effect = TypeVar("Effect", int, tuple[int, ...])
 """What a word does to a conjunct."""
 
+Begin = TypeVar("Begin", int, tuple[int, int])
+"""Where a word begins: the conjunct's state and, where it is read while others hold something, what they hold."""
+
 _ALL_ORDERS = 3  # words up to which all their orders are looked at; of more the sorted one and its reverse
 
 
-class OrderBounds(ABC, Generic[Effect, Node]):
+class OrderBounds(ABC, Generic[Effect, Begin, Node]):
     """Lower bounds for one conjunct that every order of the robots has to keep.
 
     Args:
@@ -46,39 +49,59 @@ class OrderBounds(ABC, Generic[Effect, Node]):
             waiting: What is held by those still to fly, as bits.
             node: Where the conjunct is in the order in which robots are followed.
         """
-        left, needed = self._bound(own, done, waiting)
+        left, needed = self.left(own, done, waiting)
         plain = self._bounds.of(self.index, node)
         return (left - plain if left > plain else 0.0), needed
 
     @memoized
-    def _bound(self, own: Effect, done: tuple[Effect, ...], waiting: int) -> tuple[float, int]:
-        """Return a lower bound on the cost that is left, and what must still be shown, as bits."""
-        moved = tuple(sorted(word for word in done if self.moves(word)))
-        orders = sorted(set(itertools.permutations(moved))) if len(moved) <= _ALL_ORDERS else [moved, moved[::-1]]
+    def left(self, own: Effect, done: tuple[Effect, ...], waiting: int) -> tuple[float, int]:
+        """Return a lower bound on the cost that is left, and what must still be shown, as bits.
+
+        Args:
+            own: What the word of the robot that flies has done so far.
+            done: What the words of robots that flew before it do.
+            waiting: What is held by those still to fly, as bits.
+        """
         cost, missing = 0.0, 0
-        for order, cut in itertools.product(orders, range(len(moved) + 1)):
-            between = self.between((*order[:cut], own), order[cut:], done, waiting)
-            if between is None:
+        for begin, (costs, needed) in self._begins(self.first(own), done, waiting):
+            node = self.read(own, begin)
+            if node is None:
                 cost = UNREACHABLE
                 continue
-            node, goals = between
-            costs, needed = self._bounds.to(self.index, goals)
             cost, missing = max(cost, costs.get(node, UNREACHABLE)), missing | needed.get(node, 0)
         return cost, missing
+
+    @memoized
+    def _begins(self, first: int, done: tuple[Effect, ...], waiting: int) -> Sequence[tuple[Begin, To[Node]]]:
+        """Return where the word of the robot that flies may begin in some order, each with what is left from where it leads."""
+        moved = tuple(sorted(word for word in done if self.moves(word)))
+        orders = sorted(set(itertools.permutations(moved))) if len(moved) <= _ALL_ORDERS else [moved, moved[::-1]]
+        cuts = [(order[:cut], order[cut:]) for order in orders for cut in range(len(moved) + 1)]
+        found = dict.fromkeys(self.begin(first, before, after, done, waiting) for before, after in dict.fromkeys(cuts))
+        return [(begin, self._bounds.to(self.index, goals)) for begin, goals in found]
 
     @abstractmethod
     def moves(self, word: Effect) -> bool:
         """Tell whether a word changes anything where it is read."""
 
     @abstractmethod
-    def between(
-        self, before: Sequence[Effect], after: Sequence[Effect], done: Sequence[Effect], waiting: int, /
-    ) -> tuple[Node, frozenset[Node]] | None:
-        """Return where words take the conjunct, and the nodes from which others, read later, may lead to a goal; None where it is lost.
+    def first(self, own: Effect) -> int:
+        """Return what a robot holds before it flies, as bits."""
+
+    @abstractmethod
+    def begin(
+        self, first: int, before: Sequence[Effect], after: Sequence[Effect], done: Sequence[Effect], waiting: int, /
+    ) -> tuple[Begin, frozenset[Node]]:
+        """Return where the word of the robot that flies begins, and the nodes from which others, read later, may lead to a goal.
 
         Args:
-            before: The words, the last one that of the robot that flies.
+            first: What that robot holds before it flies, as bits.
+            before: Words that are read earlier.
             after: Words that are read later.
             done: All words of robots that have landed, also those that do not move.
             waiting: What is held by those still to fly, as bits.
         """
+
+    @abstractmethod
+    def read(self, own: Effect, begin: Begin, /) -> Node | None:
+        """Return where the word of the robot that flies takes the conjunct; None where it is lost."""

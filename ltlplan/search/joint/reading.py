@@ -16,6 +16,7 @@ from ltlplan.search.bounds.conjunct_graph import ConjunctGraph
 from ltlplan.search.bounds.order_bounds import OrderBounds
 from ltlplan.search.joint.conjuncts import JointConjunct, WordEffects, subsets
 from ltlplan.search.memoization import memoized
+from ltlplan.search.numbering import Numbers
 from ltlplan.search.reduced_graph import ReducedGraph
 from ltlplan.search.sequential_reading import Objective, SequentialReading
 from ltlplan.search.team_planning import TeamTask
@@ -106,11 +107,10 @@ class JointTask(TeamTask):
         return found
 
 
-Progress = tuple[int, tuple[int, ...], int, int, tuple[int, ...], tuple[tuple[int, ...], ...]]
-"""Who flies, the conjuncts' states, what that robot and those who have landed hold, and for each tracked conjunct what the
-flying robot's word does so far and what the words before it did."""
+Progress = tuple[int, tuple[int, ...], int, int, tuple[int, ...]]
+"""Who flies, the conjuncts' states, what that robot and those who have landed hold, and for each tracked conjunct what words do to it, by number."""
 
-_NOT_YET = -1  # what a robot holds whose word has not begun
+_NOT_YET = -1  # what a robot holds whose word has not begun, and what that word does
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,12 +120,14 @@ class _Shown:
     Attributes:
         states: The conjuncts' states.
         rest: A lower bound on what is left to fly.
+        each: What each tracked conjunct adds to it.
         missing: What must still be shown, as bits.
         asked: The propositions that unfinished conjuncts speak of.
     """
 
     states: tuple[int, ...]
     rest: float
+    each: tuple[float, ...]
     missing: int
     asked: int
 
@@ -142,36 +144,30 @@ class JointReading(SequentialReading[Progress]):
     def __init__(self, joint: JointTask, tracked: Sequence[int], objective: Objective) -> None:
         self._parts, self._masks, self._bounds = joint.parts, joint.masks, joint.bounds
         self._waiting = [*accumulate(reversed(joint.first[1:]), or_, initial=0)][::-1]  # held by those still to fly
-        self._words = [WordEffects(joint.parts[index], joint.contexts(joint.parts[index])) for index in tracked]
-        self._orders = [
-            (place, _Orders(words, index, joint.bounds))
-            for place, (index, words) in enumerate(zip(tracked, self._words, strict=True))
-            if joint.repeats and joint.bounds.rest[index] is not None
-        ]
+        self._tracked = [_Tracked(joint, index, self._waiting) for index in tracked]
         initial = tuple(part.initial for part in self._parts)
-        super().__init__(joint.graph, joint.bounds.tree, (0, initial, _NOT_YET, 0, (), ((),) * len(tracked)), objective)
+        begun = tuple([conjunct.begin() for conjunct in self._tracked])
+        super().__init__(joint.graph, joint.bounds.tree, (0, initial, _NOT_YET, 0, begun), objective)
 
     def read(self, progress: Progress, letter: int) -> int:
         """Return the progress, by number, after a letter of the robot that flies; `DEAD` where the task is lost."""
-        robot, states, own, held, elements, before = progress
-        letter, waiting = self._masks[letter], self._waiting[robot]
-        shown = letter | held | waiting
+        robot, states, own, held, words = progress
+        letter = self._masks[letter]
         # a later robot's first letter was held, and read, all the time
-        then = self._read_by_all(states, shown, own != _NOT_YET or robot == 0)
+        then = self._read_by_all(states, letter | held | self._waiting[robot], own != _NOT_YET or robot == 0)
         if then is None:
             return DEAD
-        if own == _NOT_YET:
-            elements = tuple([words.begin(letter) for words in self._words])
-        else:
-            elements = tuple([words.read(element, letter) for words, element in zip(self._words, elements, strict=True)])
-        rest, missing = then.rest, then.missing
-        for place, bound in self._orders:
-            node = then.states[bound.index], shown & self._parts[bound.index].mask
-            more, needed = bound.more(elements[place], before[place], waiting & self._parts[bound.index].mask, node)
-            rest, missing = rest + more, missing | needed
+        rest, missing, after = then.rest, then.missing, list[int]()
+        for conjunct, number, plain in zip(self._tracked, words, then.each, strict=True):
+            number = conjunct.read(number, letter)
+            left = conjunct.left[number]
+            if left > plain:
+                rest += left - plain
+            missing |= conjunct.needed[number]
+            after.append(number)
         if rest == UNREACHABLE:
             return DEAD
-        return self._number((robot, then.states, letter & then.asked, held & then.asked, elements, before), rest, missing)
+        return self._number((robot, then.states, letter & then.asked, held & then.asked, tuple(after)), rest, missing)
 
     @memoized
     def _read_by_all(self, states: tuple[int, ...], shown: int, is_new: bool) -> _Shown | None:
@@ -182,8 +178,11 @@ class JointReading(SequentialReading[Progress]):
                 return None
         seen = [(state, shown & part.mask) for part, state in zip(self._parts, states, strict=True)]
         rest, missing = self._bounds(seen)
+        if rest == UNREACHABLE:
+            return None
+        each = tuple([self._bounds.of(conjunct.index, seen[conjunct.index]) for conjunct in self._tracked])
         masks = (part.mask for part, state in zip(self._parts, states, strict=True) if not part.finished(state))
-        return None if rest == UNREACHABLE else _Shown(states, rest, missing, reduce(or_, masks, 0))
+        return _Shown(states, rest, each, missing, reduce(or_, masks, 0))
 
     def hand_over(self, progress: Progress, rest: float, missing: int, /) -> int:
         """Return the progress, by number, when a robot has landed and the next one has not begun; `DEAD` where some order is lost.
@@ -193,12 +192,9 @@ class JointReading(SequentialReading[Progress]):
             rest: A lower bound on what is left then.
             missing: What must still be shown, as bits.
         """
-        robot, states, own, held, elements, before = progress
-        done = tuple(tuple(sorted((*those, element))) for those, element in zip(before, elements, strict=True))
-        for index, (words, numbers) in enumerate(zip(self._words, done, strict=True)):
-            if self._breaks(index, numbers, self._waiting[robot] & words.part.mask, False):
-                return DEAD
-        return self._number((robot + 1, states, _NOT_YET, held | own, (), done), rest, missing)
+        robot, states, own, held, words = progress
+        after = tuple([conjunct.land(number) for conjunct, number in zip(self._tracked, words, strict=True)])
+        return DEAD if DEAD in after else self._number((robot + 1, states, _NOT_YET, held | own, after), rest, missing)
 
     def is_accepting(self, progress: Progress) -> bool:
         """Tell whether everything is done, in the order in which the robots were followed."""
@@ -206,16 +202,90 @@ class JointReading(SequentialReading[Progress]):
 
     def holds_in_every_order(self, progress: Progress) -> bool:
         """Tell whether the words keep the tracked conjuncts in every order of the robots."""
-        pairs = enumerate(zip(progress[5], progress[4], strict=True))
-        return not any(self._breaks(i, tuple(sorted((*those, element))), 0, True) for i, (those, element) in pairs)
+        return all(conjunct.holds(number) for conjunct, number in zip(self._tracked, progress[4], strict=True))
+
+
+class _Tracked:
+    """Effects of robots' words on a conjunct that every order of them has to keep, as numbers.
+
+    A number stands for the robot that flies, what its word does so far and what the words before it did.
+
+    Args:
+        joint: The team and its task.
+        index: The conjunct's.
+        waiting: For each robot, what those hold that fly after it.
+
+    Attributes:
+        index: The conjunct's.
+        left: For each number a lower bound on what is left in the order of the words that asks for most; 0 where nothing is known.
+        needed: What must still be shown, as bits.
+    """
+
+    def __init__(self, joint: JointTask, index: int, waiting: Sequence[int]) -> None:
+        part = joint.parts[index]
+        self.index, self._words = index, WordEffects(part, joint.contexts(part))
+        self._waiting = [held & part.mask for held in waiting]
+        known = joint.repeats and joint.bounds.rest[index] is not None
+        self._orders = _Orders(self._words, index, joint.bounds) if known else None
+        self._numbers = Numbers[tuple[int, int, tuple[int, ...]]]()
+        self.left: list[float] = []
+        self.needed: list[int] = []
+
+    def begin(self) -> int:
+        """Return the number where nothing was read."""
+        return self._number(0, _NOT_YET, ())
 
     @memoized
-    def _breaks(self, index: int, numbers: tuple[int, ...], waiting: int, finished: bool) -> bool:
-        """Tell whether some order of words breaks a tracked conjunct."""
-        return self._words[index].failing_order(numbers, waiting=waiting, finished=finished) is not None
+    def read(self, number: int, letter: int) -> int:
+        """Return the number after a letter of the robot that flies.
+
+        Args:
+            number: Before it.
+            letter: As bits.
+        """
+        robot, word, before = self._numbers.known[number]
+        longer = self._words.begin(letter) if word == _NOT_YET else self._words.read(word, letter)
+        return self._number(robot, longer, before)
+
+    @memoized
+    def land(self, number: int) -> int:
+        """Return the number when the robot that flies has landed; `DEAD` where some order of the words is lost.
+
+        Args:
+            number: Before that.
+        """
+        robot, word, before = self._numbers.known[number]
+        done = tuple(sorted((*before, word)))
+        waiting = self._waiting[robot]
+        if self._words.failing_order(done, waiting=waiting, finished=False) is not None:
+            return DEAD
+        return self._number(robot + 1, _NOT_YET, done)
+
+    @memoized
+    def holds(self, number: int) -> bool:
+        """Tell whether the words, of all robots now, keep the conjunct in every order.
+
+        Args:
+            number: When the last robot has landed.
+        """
+        _, word, before = self._numbers.known[number]
+        return self._words.failing_order(sorted((*before, word))) is None
+
+    def _number(self, robot: int, word: int, before: tuple[int, ...]) -> int:
+        number = self._numbers[robot, word, before]
+        if number == len(self.left):
+            orders = None if word == _NOT_YET else self._orders
+            left, needed = (0.0, 0) if orders is None else orders.left(word, before, self._waiting[robot])
+            self.left.append(left)
+            self.needed.append(needed)
+        return number
 
 
-class _Orders(OrderBounds[int, Seen]):
+_Begin = tuple[int, int]
+"""The conjunct's state before a word, and what others hold during it, as bits."""
+
+
+class _Orders(OrderBounds[int, _Begin, Seen]):
     """Bounds for a conjunct that is read while others hold something.
 
     It has to be one for which reading a letter twice changes nothing. What each robot holds is known but for where robots come to rest
@@ -229,33 +299,50 @@ class _Orders(OrderBounds[int, Seen]):
     def moves(self, word: int) -> bool:
         return self._words.moved[word]
 
-    def between(
-        self, before: Sequence[int], after: Sequence[int], done: Sequence[int], waiting: int, /
-    ) -> tuple[Seen, frozenset[Seen]] | None:
+    def first(self, own: int) -> int:
+        return self._words.first[own]
+
+    def begin(
+        self, first: int, before: Sequence[int], after: Sequence[int], done: Sequence[int], waiting: int, /
+    ) -> tuple[_Begin, frozenset[Seen]]:
         words = self._words
-        still = self._union(words.last, [word for word in done if not words.moved[word]], waiting)
-        later = self._union(words.first, after, still)
-        state = words.part.step(words.part.initial, self._union(words.first, before, later))
-        for place, word in enumerate(before):
-            context = self._union(words.last, before[:place], self._union(words.first, before[place + 1 :], later))
-            state = words.apply(word, state, context)
-        seen = state, self._union(words.last, before, later) & words.part.mask
-        landed = self._union(words.last, before[:-1], 0)  # the last one is still to fly on
-        return None if state == DEAD else (seen, self._goals_before(tuple(after), landed))
+        later = self._union(words.first, after, self._union(words.last, [w for w in done if not words.moved[w]], waiting))
+        landed = self._union(words.last, before, 0)
+        return (self._after(tuple(before), later | first), landed | later), self._goals_before(tuple(after), landed)
+
+    @memoized
+    def _after(self, before: tuple[int, ...], later: int) -> int:
+        """Return the conjunct's state after some words, while those that are read later hold `later`."""
+        words = self._words
+        if not before:
+            return words.part.step(words.part.initial, later)
+        *earlier, word = before
+        state = self._after(tuple(earlier), later | words.first[word])
+        return words.apply(word, state, self._union(words.last, earlier, later))
+
+    def read(self, own: int, begin: _Begin, /) -> Seen | None:
+        words, (state, held) = self._words, begin
+        after = words.apply(own, state, held)
+        return None if after == DEAD else (after, held | words.last[own])
 
     @memoized
     def _goals_before(self, after: tuple[int, ...], landed: int) -> frozenset[Seen]:
         """Return from where some words lead to a goal, while those that flew before hold `landed`, or up to what is held in all."""
-        words, part = self._words, self._words.part
-        flown = [self._union(words.last, after[:place], 0) for place in range(len(after))]
-        sure = [self._union(words.first, after[place + 1 :], own | landed) for place, own in enumerate(flown)]
-        found: set[Seen] = set()
-        for held in subsets(part.mask):
-            states = frozenset(filter(part.accepting, part.domain))
-            for word, least, own in reversed([*zip(after, sure, flown, strict=True)]):
-                states = self._leading_to(word, least, own | held, states)
-            found.update((state, held) for state in states)
-        return frozenset(found)
+        return frozenset(
+            (state, held) for held in subsets(self._words.part.mask) for state in self._states_before(after, landed, held)
+        )
+
+    @memoized
+    def _states_before(self, after: tuple[int, ...], least: int, most: int) -> frozenset[int]:
+        """Return the states from which some words may lead to a goal, while others hold what they hold at the least and at the most."""
+        if not after:
+            return frozenset(filter(self._words.part.accepting, self._words.part.domain))
+        (word, *later), words = after, self._words
+        sure = self._union(words.first, later, least)
+        if sure & ~most:
+            return frozenset()
+        last = words.last[word]
+        return self._leading_to(word, sure, most, self._states_before(tuple(later), least | last, most | last))
 
     @memoized
     def _leading_to(self, word: int, least: int, most: int, goals: frozenset[int]) -> frozenset[int]:

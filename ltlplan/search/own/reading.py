@@ -190,7 +190,7 @@ class OwnReading(SequentialReading[Progress]):
 _Effect = tuple[int, ...]
 
 
-class _Orders(OrderBounds[_Effect, int]):
+class _Orders(OrderBounds[_Effect, int, int]):
     """Bounds for a conjunct whose words take each state to another one."""
 
     def __init__(self, part: Deterministic, index: int, bounds: ConjunctBounds[int]) -> None:
@@ -200,14 +200,22 @@ class _Orders(OrderBounds[_Effect, int]):
     def moves(self, word: _Effect) -> bool:
         return word != self._part.identity
 
-    def between(self, before: Sequence[_Effect], after: Sequence[_Effect], *_: object) -> tuple[int, frozenset[int]] | None:
+    def first(self, own: _Effect) -> int:
+        del own
+        return 0
+
+    def begin(self, first: int, before: Sequence[_Effect], after: Sequence[_Effect], *_: object) -> tuple[int, frozenset[int]]:
+        del first
         part = self._part
         state = part.initial
         for effect in before:
             state = DEAD if state == DEAD else effect[state]
         then = reduce(part.compose, after, part.identity)
-        goals = frozenset(state for state in part.identity if then[state] != DEAD and part.accepting(then[state]))
-        return None if state == DEAD else (state, goals)
+        return state, frozenset(state for state in part.identity if then[state] != DEAD and part.accepting(then[state]))
+
+    def read(self, own: _Effect, begin: int, /) -> int | None:
+        after = DEAD if begin == DEAD else own[begin]
+        return None if after == DEAD else after
 
 
 def _backwards(part: Part, bit: dict[str, int], masks: Sequence[int], shown: Sequence[int]) -> ConjunctGraph[int] | None:

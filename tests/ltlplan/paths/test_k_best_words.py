@@ -5,13 +5,15 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import ltlplan
-from ltlplan.allocation import Itinerary
+from ltlplan.allocation import Context, Itinerary
+from ltlplan.paths import k_best_words
 from ltlplan.paths.costs import team_cost
 from ltlplan.paths.improvement import improved_path, own_draws
 from ltlplan.paths.nominal import lay_path
@@ -134,6 +136,22 @@ def test_a_bound_by_middles_and_one_for_all_paths_are_told_apart() -> None:
     lines = plan_lines(ltlplan.plan("firefighting"))
     assert sum("straight" in line for line in lines) == 1
     assert any("By straight legs between middles the assignment is the cheapest" in line for line in lines)
+
+
+@pytest.mark.parametrize(("complete", "order"), [(False, ["a", "b"]), (True, ["b", "a"])])
+def test_what_was_found_unproved_is_taken_only_where_its_legs_between_edges_are_shorter(
+    complete: bool, order: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A path that happens to be smoother does not make up for a longer route, unless nothing is shorter for sure."""
+    mission = world("F a & F b", regions={"a": (1.0, 0.0), "b": (4.0, 0.0)}, radii={"a": 0.5, "b": 0.5}, starts=((-2.0, 0.0),))
+    nearest = k_best_words.exact_by_legs(mission, Context(np.random.default_rng(0)))
+    visits = (Visit(region="b"), Visit(region="a"))
+    does = replace(nearest.robots["quad0"], visits=visits, word=word_of(mission, "quad0", visits))
+    longer = replace(nearest, robots={"quad0": does}, complete=complete, lower_bound=0.0)
+    monkeypatch.setattr("ltlplan.paths.k_best_words._Shut.cheapest", lambda *_: longer)  # stands for a search that was stopped
+    monkeypatch.setattr("ltlplan.paths.k_best_words._Prices.of", lambda _, found: 1.0 if found is longer else 2.0)
+    found = k_best_words.exact(mission, Context(np.random.default_rng(0)))
+    assert [visit.region for visit in found.robots["quad0"].visits] == order
 
 
 def test_what_is_minimised_is_said_unless_it_is_length() -> None:

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Collection
 
 import pytest
 from hypothesis import strategies as st
@@ -11,11 +12,13 @@ from ltlplan.logic.conjunction import conjunct_automata
 from ltlplan.logic.translation import translate
 from ltlplan.search.exact import assign
 from ltlplan.search.explanations.unsatisfiable_cores import NoPlan
-from ltlplan.search.joint.reading import JointTask
+from ltlplan.search.joint.reading import JointReading, JointTask
+from ltlplan.search.sequential_reading import Objective
 from ltlplan.search.team_planning import least_in_one_order, plan_team
 from ltlplan.systems.robot_systems import Systems
 from ltlplan.systems.transition_systems import TransitionSystem
 from ltlplan.systems.visit_words import word_of
+from tests.helpers.apart_missions import parcels
 from tests.helpers.few import few_of, given_few
 from tests.helpers.graphs import simple_words, systems, tasks
 from tests.helpers.worlds import world
@@ -115,6 +118,22 @@ def test_eight_robots_that_watch_each_other() -> None:
     assert check_team(mission.formula, {n: r.word for n, r in plan.robots.items()}, team="joint").sequential
     alone = assign(world(text.replace(" & F(p3 & p5)", ""), regions=GOALS, robots=8, starts=HOMES, team="joint"))
     assert alone.cost <= plan.cost + 1e-9  # less is asked
+
+
+def test_conjuncts_of_one_form_are_tracked_at_once_where_most_of_them_break(monkeypatch: pytest.MonkeyPatch) -> None:
+    tracked = list[int]()
+    reading = JointTask.reading
+
+    def recorded(task: JointTask, conjuncts: Collection[int], *rest: Objective) -> JointReading:
+        tracked.append(len(conjuncts))
+        return reading(task, conjuncts, *rest)
+
+    monkeypatch.setattr(JointTask, "reading", recorded)
+    mission = parcels(3)
+    plan = assign(mission)
+    assert tracked == [0, 3]  # some order breaks two of three, and no search follows that tracks these two alone
+    assert plan.complete
+    assert check_team(mission.formula, {n: r.word for n, r in plan.robots.items()}, team="joint").sequential
 
 
 @few_of(
