@@ -163,11 +163,11 @@ def _by_straight_legs(mission: Mission, allocation: Allocation) -> tuple[str, ..
     lasso = mission.spec.trace == "infinite"
     laps = f" of all {mission.spec.repeat} laps" if lasso and mission.spec.repeat > 1 else ""
     large = words_touch(mission) and any(is_large(mission, name) for name in mission.regions)
-    ends = ", and to where regions are touched," if large else ""
-    how = "is the cheapest" if allocation.complete else "is not sure to be the cheapest; that costs at least"
-    return (
-        f"By straight legs between middles{laps}{ends} the {'word' if lasso else 'assignment'} {how}: {allocation.lower_bound:.3f}.",
-    )
+    ends = " and touched places" if large else ""
+    counted = f"By straight legs between middles{laps}{ends} the {'word' if lasso else 'assignment'}"
+    if allocation.complete:
+        return (f"{counted} is the cheapest: {allocation.lower_bound:.3f}.",)
+    return (f"{counted} may not be the cheapest; the bound is {allocation.lower_bound:.3f}.",)
 
 
 def with_seed(mission: Mission, seed: int | None) -> Mission:

@@ -26,7 +26,7 @@ NOT_COVERED = "judged, not covered by the kernel"
 """Of what the checker says beside its claims: braking to a hover, soft specifications."""
 
 NO_PROOF = "all claims are judged: there is no proof for the kernel"
-BOUNDS = "bounds are judged; the kernel checks the limits"
+BOUNDS = "the kernel checks each limit; the bounds beside it are the checker's own"
 
 _NO_CLAIM = "the kernel has no such claim"
 _REFUTED = "the checker does not prove it"

@@ -77,7 +77,7 @@ def proved_run(folder: str | Path) -> ProvedRun:
     if not folder.is_dir():
         raise BadInput(f"{folder} is no folder; name one that `ltlplan run` or `ltlplan certify` wrote.")
     written = read_certificate(folder / CERTIFICATE_FILE)
-    mission = load_mission_file(folder / MISSION_FILE, installed=False, alone=True)
+    mission = mission_of(folder)
     if mission.digest() != written["mission"]:
         raise NotCertified(f"{folder / MISSION_FILE} was changed: it is not the mission that was certified.")
     plan = load_plan(folder / PLAN_FILE, mission)
@@ -103,6 +103,17 @@ def proved_run(folder: str | Path) -> ProvedRun:
     return ProvedRun(certificate, plan, team, proof)
 
 
+def mission_of(folder: Path) -> Mission:
+    """Read the mission of a run's folder.
+
+    Raises:
+        BadInput: The folder holds none, or it is unreadable.
+    """
+    if not (folder / MISSION_FILE).exists():
+        raise BadInput(f"{folder} has no {MISSION_FILE}; name a folder that `ltlplan run` or `ltlplan certify` wrote.")
+    return load_mission_file(folder / MISSION_FILE, installed=False, alone=True)
+
+
 def read_folder(folder: str | Path) -> tuple[Plan, dict[str, Trajectory]]:
     """Read a folder's plan (with its mission) and trajectories.
 
@@ -114,7 +125,7 @@ def read_folder(folder: str | Path) -> tuple[Plan, dict[str, Trajectory]]:
         BadInput: A file is missing or unreadable, or no cycle can be found.
     """
     folder = Path(folder)
-    mission = load_mission_file(folder / MISSION_FILE, installed=False, alone=True)
+    mission = mission_of(folder)
     plan = load_plan(folder / PLAN_FILE, mission)
     team = {name: load_csv(_csv(folder, name)) for name in mission.agents}
     if (cut := _as_cut(folder, mission, team)) is not None:

@@ -27,7 +27,8 @@ def shipped_mission_text(name: str) -> str:
     known = shipped_missions()
     if name not in known:
         files = [file for file in (f"{name}.yaml", f"{name}.yml") if Path(file).is_file()]
-        hint = f" Did you mean '{files[0]}'?" if files else did_you_mean(name, known)
+        here = [each.name for each in Path().iterdir() if each.is_dir() or each.suffix in (".yaml", ".yml")]
+        hint = f" Did you mean '{files[0]}'?" if files else did_you_mean(name, (*known, *here))
         raise BadInput(f"'{name}' is neither a file nor a shipped mission.{hint} Shipped: {', '.join(known)}.")
     return (resources.files("ltlplan.missions") / f"{name}.yaml").read_text(encoding="utf-8")
 

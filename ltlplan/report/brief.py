@@ -62,8 +62,8 @@ def _found(result: Result) -> list[str]:
             f"{', '.join(still[:ROBOTS])}{', ...' if len(still) > ROBOTS else ''} {'stays' if len(still) == 1 else 'stay'}"
         )
     bound = plan.lower_bound
-    known = f"; none costs less than {bound:.3f}" if plan.method == "exact" and bound is not None and bound > TINY else ""
-    lines.append(f"cost {plan.cost:.3f} ({plan.method}{known}), {result.certificate.duration:.2f} s of flight")
+    known = f"; no plan costs less than {bound:.3f}" if plan.method == "exact" and bound is not None and bound > TINY else ""
+    lines.append(f"cost {plan.cost:.3f} (method {plan.method}{known}), {result.certificate.duration:.2f} s of flight")
     notes = [f"note: {note}" for note in plan.notes]
     return [*lines, *notes[:NOTES]]
 

@@ -67,7 +67,7 @@ def test_what_is_missing_is_said_once_for_claims_that_are_alike() -> None:
     assert proof_sentences(said, 1) == (
         "separation of a and b, and 1 more like it: judged, not checked: no marks",
         "abort: not covered, not checked: the kernel has no such claim",
-        "bounds are judged; the kernel checks the limits",
+        "the kernel checks each limit; the bounds beside it are the checker's own",
         "1 of 4 claims checked by the kernel",
     )
     assert (word_of(said[:2]), word_of(said[1:3]), checked_of(said)) == ("judged", "1 of 2 checked", "1 of 4")

@@ -461,3 +461,5 @@ def test_a_folder_without_a_certificate_is_named(tmp_path):
         recheck(tmp_path)
     with pytest.raises(BadInput, match=r"absent is no folder"):
         recheck(tmp_path / "absent")
+    with pytest.raises(BadInput, match=r"has no mission.yaml; name a folder"):
+        read_folder(tmp_path)

@@ -20,7 +20,7 @@ from verify.data.files.mission_file import load_mission_file
 from verify.data.mission import Mission, check_mission
 from verify.data.plan import Plan, check_plan, load_plan
 from verify.data.trajectory import PAUSE, Trajectory, check_trajectories
-from verify.run_folder import CERTIFICATE_FILE, MISSION_FILE, PLAN_FILE, ProvedRun, proved_run, read_folder
+from verify.run_folder import CERTIFICATE_FILE, PLAN_FILE, ProvedRun, mission_of, proved_run, read_folder
 
 
 @dataclass(frozen=True, slots=True)
@@ -185,12 +185,10 @@ def load_reference(source: str | Path, pauses: Sequence[float] = ()) -> FlightRe
         run = proved_run(source)
         return FlightReference.of_certificate(run.certificate, run.team, run.plan)
     if (source / EVENTS_FILE).exists():
-        return of_events(
-            load_mission_file(source / MISSION_FILE, installed=False, alone=True), load_events(source / EVENTS_FILE)
-        )
+        return of_events(mission_of(source), load_events(source / EVENTS_FILE))
     if not (source / PLAN_FILE).exists():
-        return FlightReference.of_mission(load_mission_file(source / MISSION_FILE, installed=False, alone=True))
-    mission = load_mission_file(source / MISSION_FILE, installed=False, alone=True)
+        return FlightReference.of_mission(mission_of(source))
+    mission = mission_of(source)
     if not any((source / f"{name}.csv").exists() for name in mission.agents):
         plan = load_plan(source / PLAN_FILE, mission)
         return FlightReference((World(0.0, mission),), None, plan, mission.margin)

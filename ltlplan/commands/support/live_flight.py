@@ -140,11 +140,10 @@ def _abort(kind: str, flown: tuple[Stage, ...]) -> str:
 def _mission(source: str) -> Mission:
     """Read the mission that is to be flown, without proving anything."""
     from ltlplan.missions import load_mission
-    from verify.data.files.mission_file import load_mission_file
-    from verify.run_folder import MISSION_FILE
+    from verify.run_folder import mission_of
 
     folder = Path(source)
-    return load_mission_file(folder / MISSION_FILE, installed=False, alone=True) if folder.is_dir() else load_mission(source)
+    return mission_of(folder) if folder.is_dir() else load_mission(source)
 
 
 def _outcome(done: LiveFlight, mission: str, failsafe: str, abort: str) -> Outcome:

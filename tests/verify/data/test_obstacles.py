@@ -67,7 +67,8 @@ def test_missions_without_obstacles_say_nothing_of_them() -> None:
         ("r0: {center: [1, 0, 1], radii: [0.2, 0.2", "r0: {center: [0, 0.8, 1], radii: [0.02, 0.02", "regions.r0", "lies inside"),
         ("size: [0.05", "sizes: [0.05", "obstacles.wall.radii", "missing: an obstacle needs its shape"),
         ("size: [0.05", "radii: [1, 1, 1], size: [0.05", "obstacles.wall.size", "an obstacle has one shape"),
-        ("size: [0.05, 2.0, 2.0]", "size: [0.05, 2.0]", "obstacles.wall.size.2", "this key is required"),
+        ("size: [0.05, 2.0, 2.0]", "size: [0.05]", "obstacles.wall.size", "must have 3 entries, not 1: [0.05]"),
+        ("size: [0.05, 2.0, 2.0]", "size: [0.05, 2.0]", "obstacles.wall.size", "must have 3 entries, not 2: [0.05, 2.0]"),
     ],
 )  # fmt: skip
 def test_what_is_wrong_is_said_where_it_is(old: str, new: str, keys: str, sentence: str) -> None:

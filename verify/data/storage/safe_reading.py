@@ -6,10 +6,13 @@ A pipe is not waited for, a device not drained, and no text is read on past its 
 from __future__ import annotations
 
 import codecs
+import difflib
 import json
 import os
 import re
 import stat
+from contextlib import suppress
+from pathlib import Path
 from typing import Any
 
 from verify.data.errors import BadInput
@@ -126,7 +129,8 @@ def _read(path: str | os.PathLike[str], count: int, what: str) -> bytes:
         # Not to wait for the other end of a pipe; of a regular file the flag changes nothing.
         handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
     except (OSError, ValueError) as error:
-        raise BadInput(f"{_shown(path)} cannot be read: {_reason(error)}.") from None
+        hint = _near(path) if isinstance(error, FileNotFoundError) else ""
+        raise BadInput(f"{_shown(path)} cannot be read: {_reason(error)}.{hint}") from None
     try:
         found = os.fstat(handle)
         mode = found.st_mode
@@ -175,6 +179,17 @@ def _no_duplicates(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 def _reason(error: Exception) -> str:
     return getattr(error, "strerror", None) or str(error)
+
+
+def _near(path: str | os.PathLike[str]) -> str:
+    """Return the name that is there and nearest to one that is not, as a question; nothing where none is near."""
+    wanted = Path(path)
+    while not wanted.parent.is_dir():
+        wanted = wanted.parent
+    with suppress(OSError):
+        near = difflib.get_close_matches(wanted.name, [each.name for each in wanted.parent.iterdir()], n=1)
+        return f" Did you mean '{wanted.with_name(near[0])}'?" if near else ""
+    return ""
 
 
 def _shown(path: str | os.PathLike[str]) -> str:

@@ -150,6 +150,13 @@ def _readable(error: ValidationError, keys: KeyPath) -> Iterator[Finding]:
                 reason = f"unknown key.{did_you_mean(str(where[-1]), known)}" + (
                     f" Known here: {', '.join(known)}." if known else ""
                 )
+            case "missing" if isinstance(item["loc"][-1], int):
+                ends = [
+                    each["loc"][-1]
+                    for each in error.errors()
+                    if each["type"] == "missing" and each["loc"][:-1] == item["loc"][:-1]
+                ]
+                where, reason = where[:-1], f"must have {int(ends[-1]) + 1} entries, not {len(value or ())}: {_short(value)}."
             case "missing":
                 reason = "missing: this key is required."
             case "value_error":

@@ -23,6 +23,21 @@ def test_a_file_and_a_link_to_one_are_read(tmp_path: Path) -> None:
     assert not begins_with(tmp_path / "a", b"b", "list")
 
 
+@pytest.mark.parametrize(
+    ("wanted", "near"), [("runs/rom.yaml", "runs/room.yaml"), ("rnus/room.yaml", "runs"), ("runs/x", ""), ("a/b/c", "")]
+)
+def test_a_file_that_is_missing_is_answered_with_the_nearest_name(
+    wanted: str, near: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "runs").mkdir()
+    (tmp_path / "runs" / "room.yaml").touch()
+    monkeypatch.chdir(tmp_path)
+    hint = f" Did you mean '{near}'?" if near else ""
+    with pytest.raises(BadInput) as caught:
+        read(Path(wanted))
+    assert str(caught.value) == f"{wanted} cannot be read: No such file or directory.{hint}"
+
+
 @pytest.mark.parametrize("kind", ["pipe", "link to a pipe", "device", "folder", "missing", "too large", "loop", "nul"])
 def test_whatever_is_no_such_file_is_refused_at_once(tmp_path: Path, kind: str) -> None:
     path = tmp_path / "a"
