@@ -10,7 +10,7 @@ from nicegui import ui
 
 from ltlplan.service import queries as asked
 from ltlplan.service.execution.exporting import ExportAsked
-from ltlplan.service.page.elements import Part, Words, box, button, say
+from ltlplan.service.page.elements import Part, Words, box, button, link, say
 from ltlplan.service.page.plan import proof_of
 from ltlplan.service.people.roles import Action
 from ltlplan.service.problems import error_of
@@ -55,7 +55,7 @@ class _Away:
         if job is None:
             Words("p", "Choose a job under Plan; what it made is here.", "soft")
             return
-        self._link(job)
+        self._address(job)
         if not job.files:
             Words("p", "This job has made no files.", "soft")
             return
@@ -63,11 +63,11 @@ class _Away:
             self._together(job)
         _files(job)
 
-    def _link(self, job: Job) -> None:
+    def _address(self, job: Job) -> None:
         with box("row link"):
             Words("span", "A link to this job:", "soft")
             path = f"/jobs/{job.id}"
-            _link(path, path)
+            link(path, path)
             button(
                 "Copy it",
                 lambda: ui.run_javascript(f"navigator.clipboard.writeText(location.origin + {json.dumps(path)})"),
@@ -77,10 +77,10 @@ class _Away:
     def _together(self, job: Job) -> None:
         with box("row"):
             if any(file.name == "report.html" for file in job.files):
-                _link(f"/api/jobs/{job.id}/report", "Open the report", "button primary").props("target=_blank")
-            _link(f"/api/jobs/{job.id}/archive", "All files as one archive", "button").props("download")
+                link(f"/api/jobs/{job.id}/report", "Open the report", "button primary").props("target=_blank")
+            link(f"/api/jobs/{job.id}/archive", "All files as one archive", "button").props("download")
             if any(file.name == "statement.json" for file in job.files):
-                _link(f"/api/jobs/{job.id}/proof", "The proof and its checker", "button").props("download")
+                link(f"/api/jobs/{job.id}/proof", "The proof and its checker", "button").props("download")
         for sentence in proof_of(job)[-1:]:
             Words("p", f"{sentence}.", "soft")
         if not self.desk.may(Action.PLAN):
@@ -140,15 +140,9 @@ def _files(job: Job) -> None:
             )
             with box(tag="tr"):
                 with box(tag="td"):
-                    _link(f"/api/jobs/{job.id}/files/{file.name}", file.name).props("download")
+                    link(f"/api/jobs/{job.id}/files/{file.name}", file.name).props("download")
                 Words("td", f"{file.size / 1000:,.1f} kB", "number")
                 Words("td", what, "soft")
-
-
-def _link(address: str, content: str, classes: str = "") -> Words:
-    made = Words("a", content, classes)
-    made.props["href"] = address  # called, it would read an address as a list of properties
-    return made
 
 
 def take_away_tab(desk: Desk) -> None:

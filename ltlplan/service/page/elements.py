@@ -5,7 +5,7 @@ They are small Vue components over what NiceGUI brings in its wheel (CodeMirror,
 
 from __future__ import annotations
 
-from collections.abc import Awaitable, Callable, Iterable, Sequence
+from collections.abc import Awaitable, Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 import nicegui
@@ -270,6 +270,51 @@ def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> Element:
                 with box(tag="tr"):
                     for cell in row:
                         Words("td", cell)
+    return place
+
+
+def choice(label: str, options: Mapping[str, str], chosen: str, act: Callable[[str], object]) -> Element:
+    """Return a choice of one of several.
+
+    Args:
+        label: What is chosen.
+        options: In words, by what the choice is told as.
+        chosen: The one that is chosen at first.
+        act: Receives another one; may return something to wait for.
+    """
+    with box("choice", tag="label") as place:
+        Words("span", f"{label} ", "soft")
+        with ui.element("select") as made:
+            for value, words in options.items():
+                option = Words("option", words)
+                option.props["value"], option.props["selected"] = value, value == chosen
+    made.on("change", lambda event: act(str(event.args)), js_handler="(event) => emit(event.target.value)")
+    return place
+
+
+def link(address: str, content: str, classes: str = "") -> Words:
+    """Return a link.
+
+    Args:
+        address: Where it leads.
+        content: What stands on it.
+        classes: Of CSS.
+    """
+    made = Words("a", content, classes)
+    made.props["href"] = address  # called, it would read an address as a list of properties
+    return made
+
+
+def differing(told: str) -> Element:
+    """Return a unified diff, what was added and what was removed in colours of their own.
+
+    Args:
+        told: The diff; empty where nothing changed.
+    """
+    with box("difference scroll", tag="pre") as place:
+        for line in told.splitlines()[2:] or ["nothing changed"]:
+            kind = {"+": "added", "-": "removed", "@": "soft"}.get(line[:1], "")
+            Words("span", line + "\n", kind)
     return place
 
 

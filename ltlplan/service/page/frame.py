@@ -14,6 +14,7 @@ from ltlplan.report.inline import package_text
 from ltlplan.service.api.application import answer_bug, answer_of
 from ltlplan.service.event_inbox.names import NAME
 from ltlplan.service.page.certificate_tab import trust_tab
+from ltlplan.service.page.compare_tab import compare_tab
 from ltlplan.service.page.downloads_tab import take_away_tab
 from ltlplan.service.page.elements import Flight, Words, box, button, say
 from ltlplan.service.page.live import live_tab
@@ -88,6 +89,16 @@ def put_pages(server: FastAPI, service: Service) -> None:
     async def of_job(job: str) -> None:
         await at_tab("plan", job)
 
+    @ui.page("/studies/{study}")
+    async def of_study(study: int) -> None:
+        desk = _desk(service)
+        desk.study = study
+        await _page(desk, "compare", None)
+
+    @ui.page("/jobs/{job}/compare/{other}")
+    async def of_two(job: str, other: str) -> None:
+        await _page(_desk(service), "compare", job, other)
+
     @ui.page("/live/{flight}")
     async def of_flight(flight: str) -> None:
         await _page(_desk(service, flight if re.fullmatch(NAME, flight) else None), "live", None)
@@ -118,7 +129,7 @@ def _desk(service: Service, flight: str | None = None) -> Desk:
     return Desk(service, client, asked.state.principal, asked.state.asker.session, flight=flight)
 
 
-async def _page(desk: Desk, tab: str, job: str | None) -> None:
+async def _page(desk: Desk, tab: str, job: str | None, other: str = "") -> None:
     client = desk.client
     client.on_delete(desk.leave)
     client.layout.classes("page")
@@ -141,6 +152,8 @@ async def _page(desk: Desk, tab: str, job: str | None) -> None:
         judge_tab(desk, flight)
     with panels["take away"]:
         take_away_tab(desk)
+    with panels["compare"]:
+        compare_tab(desk, (job or "", other) if other else ("", ""))
     with panels["live"]:
         live_tab(desk)
     with panels["people"]:
@@ -190,6 +203,8 @@ def _header(desk: Desk) -> Element:
     def turned(to: str) -> None:
         title.props["aria-label"] = f"ltlplan: {to}"
         title.update()
+        seen = f"document.getElementById('{ADDRESS[to]}-tab')?.scrollIntoView({{ block: 'nearest', inline: 'nearest' }})"
+        desk.client.run_javascript(seen)
         for name, tab in tabs.items():
             tab.props(f"aria-selected={'true' if name == to else 'false'} tabindex={0 if name == to else -1}")
 

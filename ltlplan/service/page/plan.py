@@ -120,6 +120,8 @@ class _Planning:
             button("Cancel", lambda: self.desk.guarded(self._cancel(job), self.actions.place), "danger")
         elif job.state == "done":
             button("Watch it", lambda: self.desk.show("watch"), "primary")
+        if job.ended is not None:
+            button("Compare", lambda: self.desk.show("compare"), label="Compare with another result")
         button("Edit and plan again", lambda: self.desk.guarded(self._edit(job), self.actions.place))
         if mine and (job.ended is not None or self.desk.user is not None):
             button("Delete", lambda: self.desk.guarded(self._delete(job), self.actions.place), "quiet")

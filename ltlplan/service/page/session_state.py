@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from ltlplan.service.models import Job
     from ltlplan.service.service import Service
 
-TABS = ("write", "plan", "watch", "trust", "judge", "take away", "live", "people")
+TABS = ("write", "plan", "watch", "trust", "judge", "take away", "compare", "live", "people")
 ADDRESS = {tab: tab.replace(" ", "-") for tab in TABS}
 
 
@@ -34,6 +34,7 @@ class Desk:
         job: The job that is looked at.
         tab: The tab that is seen.
         flight: Name of the flight in the air that is looked at.
+        study: The study that is looked at.
         principal: Who looks.
         session: The session by which they logged in, if they did.
         texts: Missions as they were written, by the job that was made of them.
@@ -51,6 +52,7 @@ class Desk:
     job: Job | None = None
     tab: str = "write"
     flight: str | None = None
+    study: int | None = None
     texts: dict[str, str] = field(default_factory=dict[str, str])
     on_job: list[Callable[[Job | None], None]] = field(default_factory=list[Callable[["Job | None"], None]])
     on_progress: list[Callable[[str, float], None]] = field(default_factory=list[Callable[[str, float], None]])
@@ -118,11 +120,22 @@ class Desk:
             path = "/live" if self.flight is None else f"/live/{self.flight}"
         elif tab == "people":
             path = "/people"
+        elif tab == "compare" and self.study is not None:
+            path = f"/studies/{self.study}"
         elif self.job is None:
             path = f"/{ADDRESS[tab]}"
         else:
             path = f"/jobs/{self.job.id}/{ADDRESS[tab]}"
+        self.note_address(path)
+
+    def note_address(self, path: str) -> None:
+        """Let the browser's address say what is seen, so that a reload and a link show it again."""
         self.client.run_javascript(f"history.replaceState(null, '', {path!r})")
+
+    def show_study(self, study: int) -> None:
+        """Show a study."""
+        self.study = study
+        self.show("compare")
 
     async def edit(self, text: str) -> None:
         """Show a mission's text where missions are written."""

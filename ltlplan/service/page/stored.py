@@ -8,14 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 from nicegui import ui
 
-from ltlplan.service.page.elements import Part, Words, box, button, named_field, say, search_field
+from ltlplan.service.page.elements import Part, Words, box, button, differing, named_field, say, search_field
 from ltlplan.service.people.roles import Action
 from ltlplan.service.problems import Conflict
 from verify.data import LtlplanError
 
 if TYPE_CHECKING:
-    from nicegui.element import Element
-
     from ltlplan.service.page.session_state import Desk
     from ltlplan.service.people_models import MissionVersion, StoredMission
 
@@ -172,7 +170,7 @@ class Stored:
             told = await asyncio.to_thread(
                 self._missions.difference, self._desk.principal, mission.id, version.number - 1, version.number
             )
-            changes.show(told, lambda: _difference(told))
+            changes.show(told, lambda: differing(told))
 
         with box(tag="td"), box("row"):
             label = f"version {version.number}"
@@ -212,14 +210,6 @@ class Stored:
         except LtlplanError as error:
             with self._place:
                 say(error)
-
-
-def _difference(told: str) -> Element:
-    with box("difference scroll", tag="pre") as place:
-        for line in told.splitlines()[2:] or ["nothing changed"]:
-            kind = {"+": "added", "-": "removed", "@": "soft"}.get(line[:1], "")
-            Words("span", line + "\n", kind)
-    return place
 
 
 def _where(mission: StoredMission) -> str:

@@ -11,6 +11,7 @@ from ltlplan.service.page import checking
 from ltlplan.service.page.drafted import Drafted
 from ltlplan.service.page.elements import Editor, Words, World, box, button, say
 from ltlplan.service.page.stored import Stored
+from ltlplan.service.page.varying import begin_study
 from ltlplan.service.people.roles import Action
 from verify.data import LtlplanError, MissionError
 
@@ -44,6 +45,8 @@ class _Writing:
                 with box("submit"):
                     self.go = button("Plan it", self.submit, "primary")
                     self.go.set_visibility(desk.may(Action.PLAN))
+                    if desk.may(Action.PLAN):
+                        button("Study ...", self._study, label="Plan it for many seeds or values of a key")
                     with box(tag="label"):
                         Words("span", "seed")
                         self.seed = ui.element("input").props("type=number min=0 step=1 inputmode=numeric").classes("seed")
@@ -73,6 +76,9 @@ class _Writing:
                 self.automata = ui.html("", sanitize=True).classes("automata")
                 Words("h2", "World")
                 self.world = World("3-D picture of the mission's regions and starts")
+
+    def _study(self) -> None:
+        begin_study(self.desk, lambda: self.editor.text, lambda: self.pace_text)
 
     def _seed_typed(self, event: Any) -> None:  # of any type: NiceGUI's events carry what the browser sends
         self.seed_text = str(event.args).strip()

@@ -1,0 +1,41 @@
+"""The tab of results beside each other: studies of one mission over values, and two results side by side."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from nicegui import ui
+
+from ltlplan.service.page.comparing import Comparing
+from ltlplan.service.page.elements import box
+from ltlplan.service.page.studies import Studies
+
+if TYPE_CHECKING:
+    from ltlplan.service.page.session_state import Desk
+
+
+def compare_tab(desk: Desk, pair: tuple[str, str]) -> None:
+    """Make the tab.
+
+    Args:
+        desk: What the person has open.
+        pair: Jobs that are compared at first; empty for none.
+    """
+    with box("compare") as place:
+        studies = box()
+        comparing = Comparing(desk, place, pair)
+
+        async def compare(first: str, second: str) -> None:
+            comparing.first, comparing.second = first, second
+            await comparing.refresh()
+            desk.client.run_javascript("scrollTo(0, 0)")
+
+        with studies:
+            listed = Studies(desk, compare)
+
+    def turned(tab: str) -> None:
+        if tab == "compare":
+            ui.timer(0.0, comparing.refresh, once=True)
+            ui.timer(0.0, listed.refresh, once=True)
+
+    desk.on_tab.append(turned)

@@ -1,0 +1,127 @@
+"""Two results side by side: their figures, words and claims, what changed in the mission, and both flights on one clock."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ltlplan.report.summary import TINY
+from ltlplan.service.figures import claim_pairs
+from ltlplan.service.page.elements import Part, Words, box, button, choice, differing, table
+from ltlplan.service.page.flight_pair import PairOfFlights
+from ltlplan.service.page.studies import STATES, cells
+from verify.data import LtlplanError
+
+if TYPE_CHECKING:
+    from nicegui.element import Element
+
+    from ltlplan.service.models import Job
+    from ltlplan.service.page.session_state import Desk
+    from ltlplan.service.study_models import ClaimFigure, Comparison
+
+_LISTED = 60
+_ROWS = ("cost", "duration", "largest margin", "worst tracking error", "computed in")
+
+
+class Comparing:
+    """The comparison while the tab is used.
+
+    Args:
+        desk: What the person has open.
+        whole: The tab, in which two results come first once they are chosen.
+        pair: Jobs that are compared at first; empty for none.
+    """
+
+    def __init__(self, desk: Desk, whole: Element, pair: tuple[str, str]) -> None:
+        self.desk, self.whole = desk, whole
+        self.first, self.second = pair
+        with box("comparing", tag="section").props('aria-label="Two results"'):
+            Words("h2", "Two results")
+            self.chooser, self.said = Part(box("row")), Part(box())
+            self.pair = PairOfFlights()
+            self.found = Part(box("compared"))
+        desk.on_job.append(self._job)
+
+    def _job(self, job: Job | None) -> None:
+        if job is not None and not self.second:
+            self.first = job.id
+
+    async def refresh(self) -> None:
+        """Offer the newest jobs, and compare what is chosen."""
+        jobs = {job.id: _named(job) for job in await self.desk.jobs.jobs(limit=_LISTED)}
+        for chosen in filter(None, (self.first, self.second)):
+            if chosen not in jobs:
+                jobs[chosen] = chosen
+        self.chooser.show((jobs, self.first, self.second), lambda: self._choices(jobs))
+        both = bool(self.first and self.second)
+        self.whole.classes(add="two") if both else self.whole.classes(remove="two")
+        if both:
+            await self.show(self.first, self.second)
+
+    def _choices(self, jobs: dict[str, str]) -> None:
+        offered = {"": "choose a job", **jobs}
+
+        async def turned(first: str, second: str) -> None:
+            self.first, self.second = first, second
+            await self.refresh()
+
+        choice("First", offered, self.first, lambda job: turned(job, self.second))
+        choice("Second", offered, self.second, lambda job: turned(self.first, job))
+        if self.first and self.second:
+            button("Swap", lambda: turned(self.second, self.first), "quiet")
+
+    async def show(self, first: str, second: str) -> None:
+        """Compare two jobs."""
+        self.first, self.second = first, second
+        try:
+            found = await self.desk.service.studies_of(self.desk.principal).compare(first, second)
+            files = [{file.name for file in (await self.desk.jobs.job(job)).files} for job in (first, second)]
+        except LtlplanError as error:
+            text = str(error)
+            self.said.show(text, lambda: Words("p", text, "soft").props("role=alert"))
+            return
+        self.said.show("", lambda: None)
+        self.pair.show(*(f"/api/jobs/{job}/files/watch.json" if "watch.json" in has else None
+                         for job, has in zip((first, second), files, strict=True)))  # fmt: skip
+        self.found.show(found, lambda: _draw(found))
+        self.desk.note_address(f"/jobs/{first}/compare/{second}")
+
+
+def _named(job: Job) -> str:
+    return f"{job.mission}, seed {job.seed}, {STATES[job.state]}, {job.submitted[:16].replace('T', ' ')}"
+
+
+def _draw(found: Comparison) -> None:
+    first, second = found.first, found.second
+    Words("h3", "Figures")
+    rows = [("state", STATES[first.state], STATES[second.state])]
+    rows += list(zip(_ROWS, cells(first), cells(second), strict=True))
+    table(("", "first", "second"), rows)
+    Words("h3", "Words")
+    robots = dict.fromkeys((*first.words, *second.words))
+    words = [(robot, first.words.get(robot, ""), second.words.get(robot, "")) for robot in robots]
+    table(("robot", "first", "second"), words)
+    if words and all(one == other for _, one, other in words):
+        Words("p", "The same words.", "soft")
+    Words("h3", "Claims")
+    pairs = claim_pairs(found)
+    rows = [_claims(*pair) for pair in pairs]
+    table(("claim", "robot", "first", "second", "limit"), rows)
+    Words("h3", "What changed in the mission")
+    differing(found.difference)
+
+
+def _claims(first: ClaimFigure | None, second: ClaimFigure | None) -> tuple[str, ...]:
+    either = first or second
+    assert either is not None
+    limits = {
+        f"{each.limit:.4g} {each.unit}".strip() for each in (first, second) if each is not None and each.limit is not None
+    }
+    return (either.name, either.robot or "team", _told(first), _told(second), " / ".join(sorted(limits)))
+
+
+def _told(claim: ClaimFigure | None) -> str:
+    if claim is None:
+        return "none"
+    bound = None if claim.bound is None else 0.0 if abs(claim.bound) < TINY else claim.bound
+    figure = "" if bound is None else f" {bound:.4g} {claim.unit}".rstrip()
+    return f"{claim.verdict}{figure}"
