@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, get_args
 
 from nicegui import ui
 
-from ltlplan.service.page.elements import Part, Words, box, button, choice, link, say
+from ltlplan.service.page.elements import Part, Words, box, button, choice, link, say, search_field
 from ltlplan.service.people.roles import Action
 from ltlplan.service.people.user_studies import written
 from ltlplan.service.study_models import Figure
@@ -47,12 +47,7 @@ class Studies:
         with box("planning"):
             with box("jobs", tag="section").props('aria-label="Studies"'):
                 Words("h2", "Studies")
-                search = (
-                    ui.element("input")
-                    .props('type=search aria-label="Search studies by name, key, owner or project" placeholder="search"')
-                    .classes("search")
-                )
-                search.on("input", self._search, js_handler="(event) => emit(event.target.value)", throttle=0.3)
+                search_field("Search studies by name, key, owner or project", self._search)
                 self.list = Part(box("job-list", tag="ul"))
             with box("job", tag="section").props('aria-label="The study"') as self.place:
                 self.head, self.plot = Part(box("head")), Part(box("study-plot"))
@@ -60,8 +55,8 @@ class Studies:
         desk.on_tab.append(lambda tab: self.timer.activate() if tab == "compare" else self.timer.deactivate())
         self.timer = ui.timer(_REFRESH, self.refresh, active=False)
 
-    async def _search(self, event: Any) -> None:  # of any type: NiceGUI's events carry what the browser sends
-        self.wanted = str(event.args).strip()
+    async def _search(self, wanted: str) -> None:
+        self.wanted = wanted
         await self.refresh()
 
     async def refresh(self) -> None:

@@ -72,7 +72,7 @@ def begin_study(desk: Desk, text: Callable[[], str], pace: Callable[[], str]) ->
         with box(tag="label"):
             Words("span", "Values")
             area = ui.element("textarea").props("rows=4 name=values")
-            area.props["value"] = said["values"]
+            area.props["defaultValue"] = said["values"]
             area.on("input", typed("values"), js_handler="(event) => emit(event.target.value)")
         Words("p", _HINT, "soft")
         _field("Called", "name", typed, hint="by its mission and key")
@@ -111,7 +111,7 @@ def _field(
     with box(tag="label"):
         Words("span", label)
         made = ui.element("input").props(f"name={name} maxlength=200 autocomplete=off")
-        made.props["value"], made.props["placeholder"] = value, hint
+        made.props["defaultValue"], made.props["placeholder"] = value, hint
         if listed:
             made.props("list=varied-keys")
             with ui.element("datalist").props("id=varied-keys"):
