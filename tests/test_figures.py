@@ -23,6 +23,10 @@ PAGES = [page for page in sorted(DOCS.rglob("*.md")) if str(page.relative_to(DOC
 TABLE = re.compile(r"^\|.*\n\|[-| :]+\n(?:\|.*\n?)+", re.MULTILINE)
 NUMBER = re.compile(r"[-+~]?[\d.,]+( ?(%|s|ms|m|mm|MB|GB|x)\b)?")
 COMMAND = re.compile(r"tests[./]benchmarks|pytest |ltlplan [a-z]+|flight\.campaign|python -m tests\.")
+SAID = re.compile(
+    r"\b(?:takes?|took|weighs?) (?:about |up to |at most |less than )*\d[\d.,]*(?: to \d[\d.,]*)? ?(?:s|ms|MB|kB|GB|minutes?|hours?)\b"
+)
+"""Of a measurement that a sentence tells."""
 BENCHMARK = re.compile(r"tests[./]benchmarks[./](\w+)(?:\.py)?((?: [^\s`|#;,)]+)*)")
 
 
@@ -56,6 +60,18 @@ def test_a_page_with_measurements_names_machine_versions_and_commands(page: Path
         section.splitlines()[0] for section in sections if any(tables_of_figures(section)) and not COMMAND.search(section)
     ]
     assert without == [] or COMMAND.search(beginning), "the command that prints a table"
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(DOCS)))
+def test_a_sentence_that_tells_a_measurement_has_its_command_beside_it(page: Path) -> None:
+    """Or a link to the page that has it."""
+    beginning, *sections = re.split(r"^(?=## )", page.read_text(encoding="utf-8"), flags=re.MULTILINE)
+    without = {
+        section.splitlines()[0]: told
+        for section in sections
+        if (told := SAID.findall(" ".join(section.split()))) and not COMMAND.search(section) and "](performance/" not in section
+    }
+    assert without == {} or COMMAND.search(beginning)
 
 
 @pytest.mark.parametrize("page", [*PAGES, ROOT / "CONTRIBUTING.md"], ids=lambda page: page.name)

@@ -40,3 +40,13 @@ def two_rooms(formula: str, *, gap: float = 0.8, **changed: Any) -> Mission:  # 
         "workspace": {"min": (0.0, 0.0, 0.2), "max": (4.0, 4.0, 1.8)},
     }
     return Mission.model_validate({**fields, **changed})
+
+
+def shelves(rows: int, formula: str) -> Mission:
+    """Ten columns of posts, with a region beside each."""
+    cells = [(i, j) for i in range(10) for j in range(rows)]
+    obstacles = {f"post{i}_{j}": box((2.0 * i + 1.0, 2.0 * j + 1.0, 1.0), (0.8, 1.2, 2.0)) for i, j in cells}
+    regions = {f"at{i}_{j}": box((2.0 * i + 2.0, 2.0 * j + 1.0, 1.0), (0.4, 0.4, 0.4)) for i, j in cells}
+    agents = {"quad0": {"start": (0.2, 0.2, 1.0)}}
+    space = {"min": (0.0, 0.0, 0.2), "max": (21.0, 2.0 * rows + 0.5, 1.8)}
+    return two_rooms(formula, obstacles=obstacles, regions=regions, agents=agents, workspace=space)
