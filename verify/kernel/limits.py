@@ -1,8 +1,8 @@
 """Limits of a robot's nominal flight: polynomials, and by intervals the rate about the body's z axis and the thrust of each rotor; its joints; how
 long it lasts. Each jump at a joint of pieces, of parts or of laps is the exact difference of two derivatives.
 
-With f = r'' + g e3 the thrust is m |f| and the body's z axis f / |f|; roll and pitch turn it at |r''' x f| / |f|^2. All are asked squared, and
-multiplied out, so that nothing is divided.
+With f = r'' + g e3 the thrust is m |f| and the body's z axis f / |f|; roll and pitch turn it at |r''' x f| / |f|^2. All are squared and
+multiplied out: nothing is divided.
 
 *Turning.* Heading is psi (Z-Y-X Euler: the body's x axis lies in the plane of (cos psi, sin psi, 0) and the vertical). Let (p, q, w) be f turned back
 by psi, F = |f|, D = p^2 + w^2, and j = r''', s = r'''' turned likewise:
@@ -34,9 +34,7 @@ BITS = 64
 ONE = 1 << BITS
 PI = Fraction(3141592653589793238462643383279502884197, 10**39)  # below pi, by less than 1e-39
 _GRID = 1 << 16
-
 TURNING = ("yaw_rate", "rotor_thrust_max", "rotor_thrust_min")
-
 JUMPS = (Fraction(1, 10_000), Fraction(1, 1_000), Fraction(1, 100), Fraction(1, 10))
 """Greatest jumps in position (m), velocity, acceleration and jerk, and the same in rad for heading, its rate and its acceleration."""
 _UP_TO = f"up to jumps of {', '.join(str(float(jump)) for jump in JUMPS)} in place and its derivatives"

@@ -15,14 +15,12 @@ FORMAT = 4
 LARGEST = 10**9
 """Numbers are no larger in size, so that a mission of absurd numbers costs no more than another one; whole ones are below 2^64."""
 ZERO = Fraction(0)
-_hints = cache(get_type_hints)
-"""Fields of a type and their types; to find them takes long."""
-MOST = {
+_hints = cache(get_type_hints)  # a type's fields and their types; to find them takes long
+MOST = {  # of something the kernel looks at, so that its work is bounded
     "parts of a formula": 20_000, "parts of a formula in one another": 400, "alternatives of what is left of a formula": 500,
     "regions open at one time": 6, "states of a transition system": 100_000, "ways to go on at one instant": 20_000,
     "letters of a team at one place": 64, "halvings of an interval": 64, "sums of half-spaces": 64, "choices of faces": 300, "spans of time within bounds": 200_000,
 }  # fmt: skip
-"""How many of something the kernel looks at, so that its work is bounded."""
 
 
 class Refused(Exception):
@@ -199,6 +197,8 @@ def read(kind: Any, value: Any, where: str) -> Any:
         value: The value.
         where: Where it stands.
     """
+    if kind is Fraction and (type(value) is int or isinstance(value, Fraction)) and abs(value) <= LARGEST:
+        return Fraction(value)
     origin, args = get_origin(kind), get_args(kind)
     if type(None) in args:
         return None if value is None else read(args[0], value, where)
@@ -206,8 +206,6 @@ def read(kind: Any, value: Any, where: str) -> Any:
         found = read(args[0], value, where)
         require(found > 0 or (found == 0 and args[1] != "positive"), f"{where} is not allowed to be {float(found):g}.")
         return found
-    if kind is Fraction and (type(value) is int or isinstance(value, Fraction)) and abs(value) <= LARGEST:
-        return Fraction(value)
     plain = kind == Any or (kind in (str, bool) and type(value) is kind and len(str(value)) < 1000)
     if plain or (origin is Literal and value in args) or (kind is int and type(value) is int and 0 <= value < 1 << 64):
         return value

@@ -11,8 +11,7 @@ Robots are *followed*, or only counted. Of a robot that is not followed no more 
 *Moves.* Under `own` a position of the word is one robot's letter. A robot that is followed is read, or another one is. Or a robot goes on to a next
 place in silence, where that changes its letter only after it was read. Letters are cut down to names of the formula and others that the proof adds.
 Fewer names give fewer changes, before which a robot has to be read, and so more words. Under `joint` any of the robots that are followed go on at one
-instant, and the letter is that of the whole team. In each span a letter is read, for there is an instant in it, and a letter that is held may be read
-again: no formula has a next.
+instant; the letter is the whole team's. In each span, which has an instant, a letter is read. One that is held may be read again: there is no next.
 
 *Spans.* Each place has a window, widened by the clock error at both ends: two clocks never differ by more. Spans are the instants at which windows
 begin or end, and what is between them. Those of laps end in the middle of the second lap, where the last one hands over to the middle of the first.
@@ -176,6 +175,19 @@ class Claim:
         require(not strange, f"the formula names robot {strange[:60]!r}, which there is not")
         one_by_one = all(one.name for one in asked)
         require(self.joint or one_by_one, "the formula counts robots that are read one by one")
+        self.spans = cache(self._spans)
+
+    def _spans(self, more: frozenset[str]) -> tuple[list[tuple[Fraction, Fraction]], int | None]:
+        """Return from when to when each span is, and to which one the last hands over."""
+        windows = [window for robot in self.robots for window in self.places(robot, self.names | more).windows]
+        times = {time for low, high in windows for time in (low - self.error, high + self.error)}
+        if not self.lap:
+            return instants_and_gaps(sorted(times)), None
+        (begin, end), length = self.lap, self.lap[1] - self.lap[0]
+        middle, last = begin + length / 2, end + length / 2
+        require(2 * self.error < length, "two clocks may be half a lap apart")
+        spans = instants_and_gaps(sorted({middle, last, *(time for time in times if time <= last)}))
+        return spans[:-1], spans.index((middle, middle))  # the last one begins in the middle of the second lap
 
 
 class Team:
@@ -187,17 +199,8 @@ class Team:
     def __init__(self, claim: Claim, names: Sequence[str], more: frozenset[str] = frozenset()) -> None:
         self.claim, lines = claim, {robot: claim.places(robot, claim.names | more) for robot in claim.robots}
         self.followed, others = [lines[robot] for robot in names], [lines[robot] for robot in lines if robot not in names]
-        windows = [window for places in lines.values() for window in places.windows]
-        lows, highs = {low - claim.error for low, _ in windows}, {high + claim.error for _, high in windows}
-        begin, end = claim.lap or (ZERO, ZERO)
-        middle, last = (begin + end) / 2, end + (end - begin) / 2
-        require(not claim.lap or 2 * claim.error < end - begin, "two clocks may be half a lap apart")
-        times = {*lows, *highs, *((middle, last) if claim.lap else ())}
-        spans = instants_and_gaps(sorted(time for time in times if not claim.lap or time <= last))
-        if claim.lap:
-            spans.pop()  # which begins in the middle of the second lap
-        self.size, self.back = len(spans), spans.index((middle, middle)) if claim.lap else None
-        self._lefts, self._rights = [left for left, _ in spans], [right for _, right in spans]
+        spans, self.back = claim.spans(more)
+        self.size, self._lefts, self._rights = len(spans), [left for left, _ in spans], [right for _, right in spans]
         self._when = [[self._spans_of(window) for window in places.windows] for places in self.followed]
         self._others = [(places.robot, self._seen(places)) for places in others]
         letters = zip(*(seen for _, seen in self._others), strict=True) if others else [()] * self.size

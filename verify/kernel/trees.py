@@ -70,7 +70,7 @@ class Polynomial:
 
     def at(self, place: Fraction | int) -> Fraction:
         """Return its value."""
-        row = self.stretched(place)
+        row = self.stretched(place) if place else Polynomial(self.numbers[:1], self.shift)
         return Fraction(sum(row.numbers), 1 << row.shift)
 
     def bernstein(self, degree: int | None = None) -> Bernstein:

@@ -12,12 +12,10 @@ the proof lists configurations; the kernel checks that they cover all that may c
 A configuration is covered by one with the same places, as many robots read or more, and no more owed (Coq: `check_invariant_sound`).
 
 *Laps.* Configurations have a level, which never rises. Each level names an until, which every reading within the level puts off, or the lap, which is
-then not gone round within the level. A flight goes round for ever, and so stays within a level that names an until in the end; that is put off for
-ever, and was not satisfied. (Coq: `check_laps_sound`.)
+then not gone round within it. A flight goes round for ever, and so ends within an until's level, which is put off for ever (Coq: `check_laps_sound`).
 
 *Planned words.* Every team word that keeps the plan's waits satisfies the formula, whatever the times. Robots come to the letters of their words one
-after another, at any times and at one instant as well. Of a wait the second event comes after the first one, not with it. So places are letters, and
-all of them are possible in one span.
+after another, at any times and at one instant as well. Of a wait the second event comes after the first, not with it. Places are letters, in one span.
 """
 
 from collections import defaultdict

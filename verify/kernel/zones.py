@@ -2,10 +2,8 @@
 
 Each inequality is f(x) <= 0, by the weights of xx, xy, xz, yy, yz, zz, x, y, z and 1 in f. A quadric is (x - c)'Q(x - c) <= B with Q semidefinite,
 its square completed. Of a ball of radius d around x all points keep it where sqrt((x - c)'Q(x - c)) <= sqrt(B) - s d. None does where it is above
-sqrt(B) + s d. Here s^2 is at least Q's greatest eigenvalue (Coq: `quadric_must`, `quadric_no`). A half-space n.x <= h moves by |n| d (Coq:
-`half_space_must`, `half_space_no`).
-
-Last, distances between robots, of all times that their clocks, which differ, may show at one moment.
+sqrt(B) + s d; s^2 is at least Q's greatest eigenvalue. A half-space n.x <= h moves by |n| d (Coq: `quadric_must`, `quadric_no`, `half_space_must`,
+`half_space_no`). Last, distances between robots, of all times that their clocks, which differ, may show at one moment.
 """
 
 import operator
@@ -33,11 +31,14 @@ def along(path: Path, rules: Rules) -> Iterator[Cell]:
 
 def terms_of(one: Inequality, center: Vector) -> Terms:
     """Return the weights of an inequality around a centre."""
-    q, linear = one.quadratic or (NOTHING,) * 3, one.linear or NOTHING
-    pulled = [sum((q[i][k] * center[k] for k in range(3)), ZERO) for i in range(3)] if one.quadratic else NOTHING
-    rest = sum(((pulled[i] - linear[i]) * center[i] for i in range(3)), -one.bound)
+    linear, q = one.linear or NOTHING, one.quadratic
+    rest = sum((-linear[i] * center[i] for i in range(3) if linear[i]), -one.bound)
+    if q is None:
+        return (*NOTHING, *NOTHING, *linear, rest)
     (xx, xy, xz), (_, yy, yz), (_, _, zz) = q
-    return (xx, 2 * xy, 2 * xz, yy, 2 * yz, zz, *(linear[i] - 2 * pulled[i] for i in range(3)), rest)
+    pulled = [sum((q[i][k] * center[k] for k in range(3)), ZERO) for i in range(3)]
+    (x, y, z), last = (linear[i] - 2 * pulled[i] for i in range(3)), sum((pulled[i] * center[i] for i in range(3)), rest)
+    return xx, 2 * xy, 2 * xz, yy, 2 * yz, zz, x, y, z, last
 
 
 def pivots(terms: Terms) -> list[Fraction]:
@@ -231,7 +232,9 @@ class Flight:
         self.radius, self.loose = self.stretch * path.robot.radius, self.stretch * (statement.margin + step)
         for one in (one for one in path.segments if one.start < one.stop):
             every = zip(one.axes, (self.unit, self.unit, weight.numerator), strict=False)
-            places = [one.bernstein(axis * Polynomial([times]), 7) for axis, times in every]  # of one degree, as pieces are
+            places = [
+                one.bernstein(Polynomial([times * n for n in axis.numbers], axis.shift), 7) for axis, times in every
+            ]  # as pieces
             box = [((row.lowest << BITS) // row.unit, -((-row.highest << BITS) // row.unit)) for row in places]
             self.rows.append(Flown(one.start, one.stop, places, box))
         axes = zip(*(one.box for one in self.rows), strict=True)

@@ -153,15 +153,15 @@ class FlownSegments:
             room = ROOM * (1 + np.maximum(abs(low), abs(high)))
             marks = np.full(low.shape[1], "", dtype="<U1")
             inside, never, within, beyond = high < inner - room, low > inner, high < outer - room, low > outer + room
-            lost = _all(_any(never[one].all(axis=0) for one in way) for way in claims)
-            marks[_any(within[part].all(axis=0) for part in parts) & (lost | (level == depth))] = "y"
-            marks[_any(_all(inside[one].any(axis=0) for one in way) for way in claims)] = "m"
-            marks[_all(beyond[part].any(axis=0) for part in parts)] = "n"
+            lost = _all(_any(_all(never[k] for k in one) for one in way) for way in claims)
+            marks[_any(_all(within[k] for k in part) for part in parts) & (lost | (level == depth))] = "y"
+            marks[_any(_all(_any(inside[k] for k in one) for one in way) for way in claims)] = "m"
+            marks[_all(_any(beyond[k] for k in part) for part in parts)] = "n"
             if level == depth:
                 for mark, once in forms.changes(room):
-                    marks[
-                        _all(beyond[part].any(axis=0) | (within | once)[part].all(axis=0) for part in parts) & (marks == "")
-                    ] = mark
+                    near = within | once
+                    found = _all(_any(beyond[k] for k in part) | _all(near[k] for k in part) for part in parts)
+                    marks[found & (marks == "")] = mark
             levels.append(marks)
             if marks.all():
                 break
