@@ -344,7 +344,7 @@ def _in_order(
             other = pairs.met(flight.name, departure, chosen)
             if other is not None:
                 return pairs.conflict(flight.name, departure, other, chosen[other])
-            if not least - GRID / 2 <= departure <= latest + GRID / 2:
+            if not least - STEP <= departure <= latest + STEP:  # half of what `late` leaves beyond the clocks' error
                 return DepartureConflict((flight.name, flight.name), 0.0, 0.0)
             chosen[flight.name] = departure
             continue
@@ -361,7 +361,7 @@ def _in_order(
 def _earliest(name: str, earliest: float, last: float, chosen: Mapping[str, float], pairs: _Pairs) -> float | DepartureConflict:
     """Return a robot's first departure on the grid that meets nobody, or whom the last one meets."""
     departure, other = earliest, None
-    for departure in np.arange(earliest, last + GRID / 4, GRID).tolist():
+    for departure in np.arange(earliest, last + STEP, GRID).tolist():
         other = pairs.met(name, departure, chosen)
         if other is None:
             return departure
