@@ -6,10 +6,12 @@ and fro around its waypoints, so time to get going and to come to rest is added 
 
 from __future__ import annotations
 
+import itertools
+import math
 import zlib
 from collections.abc import Callable
 from dataclasses import replace
-from operator import attrgetter
+from operator import attrgetter, itemgetter
 
 import numpy as np
 from numpy.random import Generator
@@ -20,16 +22,20 @@ from ltlplan.paths.final_hover import until_hover
 from ltlplan.paths.flight_times import lasts_too_long
 from ltlplan.paths.path_result import candidate_plans, keeps
 from ltlplan.paths.sampling.path_problem import path_problem
-from verify.data import Mission, RobotPlan, Word
+from verify.data import Mission, RobotPlan, Waypoint, Word
 
 RAMPS = (0.5, 1.0)
 """s more on the first and on the last segment that are tried."""
-_LONG_RAMPS = (*RAMPS, 2.0, 4.0)
-"""Those of paths that nothing but their times makes cheaper."""
+_LONG_RAMPS = (0.25, *RAMPS, 2.0, 4.0)
+"""Those of paths that are flown as they are laid."""
 _SWINGS = 1.05
-"""Times as dear as with longer ramps: a path that turns back on its way."""
-_AS_CHEAP = 1.02
-"""Times the least cost at which the shortest ramps are taken."""
+"""Times the least cost up to which a path does not swing: of those that do not, the soonest is taken."""
+_LONG = 2.0
+"""Times as long as a leg beside it, from where on a leg gets a point in its middle."""
+_HALVINGS = 3
+"""Times that legs are halved so, at the most."""
+_STRAIGHT = 1e-9
+"""m by which a way by a point on its line may be longer."""
 
 
 def improved_path(
@@ -125,9 +131,10 @@ def with_ramped_times(plan: RobotPlan, cost: WeightedCost) -> RobotPlan:
 
 
 def without_swings(mission: Mission, robot: str, nominal: RobotPlan) -> RobotPlan:
-    """Return a nominal path with more time to get going and to come to rest, where its spline swings to and fro; its points stay.
+    """Return a nominal path whose spline does not swing to and fro: it gets going and comes to rest slowly, and keeps to long legs by their middles.
 
-    That is for paths that are flown as they are laid, as those of robots that wait for each other.
+    That is for paths that are flown as they are laid, as those of robots that wait for each other. Points that only keep a spline to its leg
+    are left out first, so that what is beside a path decides nothing where a steady one keeps clear of it.
 
     Args:
         mission: What must be kept, and what counts.
@@ -136,18 +143,48 @@ def without_swings(mission: Mission, robot: str, nominal: RobotPlan) -> RobotPla
     """
     if len(nominal.waypoints) < 3:
         return nominal
-    function = cost_of(mission, robot)
-    priced = [(plan_cost(other, function), other) for other in (_ramped(nominal, ramp) for ramp in _LONG_RAMPS)]
-    cheaper = [
-        (cost, other) for cost, other in priced if nominal.cost > _SWINGS * cost and not lasts_too_long(mission, robot, other)
-    ]
-    if not cheaper:
+    function, bare = cost_of(mission, robot), _without_straighteners(nominal)
+    finer = itertools.accumulate(range(_HALVINGS), lambda form, _: _with_middles(form), initial=bare)
+    ways = [nominal, *(_ramped(form, ramp) for form in dict.fromkeys((nominal, *finer)) for ramp in (0.0, *_LONG_RAMPS))]
+    priced = sorted(((plan_cost(way, function), way) for way in ways), key=itemgetter(0))
+    if nominal == bare and nominal.cost <= _SWINGS * priced[0][0]:
         return nominal
     problem = path_problem(mission.seen_by(robot), nominal, function)
-    kept = [(cost, other) for cost, other in cheaper if keeps(problem, other)]
-    least = min((cost for cost, _ in kept), default=0.0)
-    soonest = (other.model_copy(update={"cost": cost}) for cost, other in kept if cost <= _AS_CHEAP * least)
-    return next(soonest, nominal)
+
+    def flown(way: RobotPlan) -> bool:
+        return way is nominal or (not lasts_too_long(mission, robot, way) and keeps(problem, way))
+
+    least = next(cost for cost, way in priced if flown(way))
+    steady = sorted(((way.times[-1], cost, way) for cost, way in priced if cost <= _SWINGS * least), key=itemgetter(0, 1))
+    return next(way.model_copy(update={"cost": cost}) for _, cost, way in steady if flown(way))
+
+
+def _without_straighteners(plan: RobotPlan) -> RobotPlan:
+    """Return a plan without points that stand for nothing and lie on the line between their neighbours."""
+    kept = [0]
+    for k, (here, after) in enumerate(itertools.pairwise(plan.waypoints[1:]), start=1):
+        a, b, c = (np.array(waypoint.position) for waypoint in (plan.waypoints[kept[-1]], here, after))
+        bent = float(np.linalg.norm(b - a) + np.linalg.norm(c - b) - np.linalg.norm(c - a)) > _STRAIGHT
+        if bent or here.role != "via" or here.region is not None:
+            kept.append(k)
+    kept.append(len(plan.waypoints) - 1)
+    return plan.model_copy(
+        update={"waypoints": tuple(plan.waypoints[k] for k in kept), "times": tuple(plan.times[k] for k in kept)}
+    )
+
+
+def _with_middles(plan: RobotPlan) -> RobotPlan:
+    """Return a plan with a point in the middle of each leg that is much longer than a leg beside it, where its spline swings."""
+    lengths = [math.dist(a.position, b.position) for a, b in itertools.pairwise(plan.waypoints)]
+    waypoints, times = [plan.waypoints[0]], [plan.times[0]]
+    for k, (a, b) in enumerate(itertools.pairwise(plan.waypoints)):
+        if lengths[k] > _LONG * min(lengths[max(k - 1, 0) : k + 2]):
+            x, y, z = np.add(a.position, b.position) / 2.0
+            waypoints.append(Waypoint(position=(float(x), float(y), float(z)), role="via", visit=b.visit))
+            times.append((plan.times[k] + plan.times[k + 1]) / 2.0)
+        waypoints.append(b)
+        times.append(plan.times[k + 1])
+    return plan.model_copy(update={"waypoints": tuple(waypoints), "times": tuple(times)})
 
 
 def _ramped(plan: RobotPlan, ramp: float) -> RobotPlan:
