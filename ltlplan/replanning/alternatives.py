@@ -97,7 +97,7 @@ def _flown_at_nominal_times(refusal: Refusal) -> Candidate | None:
     if tried or all(mission.pace_of(name) == "nominal" for name in mission.agents):
         return None
     other = _at_nominal_times(refusal.plan)
-    if other is None:
+    if other is None or (refusal.impossible and other.words == refusal.plan.words):
         return None
     note = "No faster flight was certified: the plan's own times are flown."
     return refusal.answered("tracking", other.noting(note), anew=True)

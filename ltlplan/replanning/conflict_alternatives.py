@@ -105,7 +105,9 @@ def _held_letter(made: Plan) -> list[str]:
     mission, systems = made.mission, systems_of_words(made)
     if mission.spec.team == "joint" or mission.spec.trace == "infinite" or systems is None or hold_under_precedences(made):
         return []
-    return held_letter(mission, systems, mission.formula, lambda asked: plan_or_none(asked) is not None)
+    return held_letter(
+        mission, systems, mission.formula, lambda asked: plan_or_none(asked, known=Known(budget=_BUDGET)) is not None
+    )
 
 
 def _given_up(candidate: Candidate) -> Cut | None:

@@ -7,6 +7,7 @@ person, and no plan: a robot cannot choose when a letter that it holds is looked
 from __future__ import annotations
 
 import itertools
+from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
 
 from ltlplan.logic.automaton import DEAD
@@ -14,11 +15,12 @@ from ltlplan.logic.budget import TooLarge
 from ltlplan.logic.conjunct_automata import bits
 from ltlplan.logic.conjunction import conjunct_automata, conjuncts
 from ltlplan.search.counting.counting_propositions import Marks
+from ltlplan.search.label_setting import distances
 from ltlplan.search.numbering import Numbers
 from ltlplan.search.orders.linearisations import Linearisations
 from ltlplan.search.orders.planning import words_and_order
 from ltlplan.search.orders.reading import Nodes, is_event, shown_by, steps_along
-from ltlplan.search.team_reading import Step, TeamReading, complete, least_sum
+from ltlplan.search.team_reading import UNREACHABLE, Step, TeamReading, complete, least_sum
 from ltlplan.systems.transition_systems import TransitionSystem
 from verify.data import Formula, Mission
 from verify.data.language.word import show_letter
@@ -76,21 +78,41 @@ def _shown(systems: Sequence[TransitionSystem], path: Sequence[_Place]) -> str:
     return ", ".join(text for text, _ in itertools.groupby(said))
 
 
+def _steps_to_an_end(system: TransitionSystem) -> dict[int, float]:
+    """Return for each node of a robot how many steps and readings lead to where it may end; none from where nothing does."""
+    back: dict[int, list[tuple[int, float]]] = defaultdict(list)
+    for node, edges in enumerate(system.edges):
+        for target, _ in edges:
+            back[target].append((node, 2.0 if is_event(system, node, target) else 1.0))
+    ends = [node for node in range(len(system.labels)) if system.ending(node) is not None]
+    return distances(ends, lambda node: back.get(node, ()))
+
+
 _Place = tuple[Nodes, tuple[int, ...], int]
 """Where robots are, the conjuncts' states, and the robots not yet read, as bits."""
 
 
 class _LetterReading(TeamReading):
-    """Words whose letters are read one by one: steps of robots, and readings of what one of them shows, of which each counts 1."""
+    """Words whose letters are read one by one: steps of robots, and readings of what one of them shows, of which each counts 1.
+
+    At least as much is left as each robot takes to where it may end, each letter on its way read once.
+    """
+
+    ties = "farthest"
 
     def __init__(self, systems: Sequence[TransitionSystem], marks: Marks) -> None:
         self._systems, self._marks = systems, marks
+        self._ends = [_steps_to_an_end(system) for system in systems]
         self._letters = [[marks.letter(own[0]) for own in each] for each in shown_by(marks, systems)]
         self.places: Numbers[_Place] = Numbers()
 
     def begin(self) -> int:
         initial = tuple(system.initial for system in self._systems)
         return self.places[initial, self._marks.initial, (1 << len(initial)) - 1]
+
+    def left(self, state: int) -> float:
+        nodes, _, unread = self.places.known[state]
+        return sum(own.get(node, UNREACHABLE) for own, node in zip(self._ends, nodes, strict=True)) + unread.bit_count()
 
     def steps(self, state: int) -> Iterator[Step]:
         nodes, states, unread = self.places.known[state]

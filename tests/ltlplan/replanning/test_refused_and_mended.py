@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 
 import ltlplan
@@ -9,6 +11,8 @@ import verify
 from ltlplan.pipeline import attempted, candidates, certified_team
 from ltlplan.replanning.cuts import MAX_ROUNDS, Candidate, Flight
 from ltlplan.replanning.refusal import Refusal
+from ltlplan.search.explanations.held_letters import held_letter
+from ltlplan.search.orders.planned_words import systems_of_words
 from verify.data import Infeasible, NotCertified, Unsatisfiable, parse_mission
 
 HEAD = "format: 1\nname: asked\nvehicle: crazyflie-2.1\n"
@@ -164,9 +168,22 @@ def test_flights_within_a_short_endurance_are_certified_as_fast_as_limits_allow(
 
 @pytest.mark.slow
 def test_a_refusal_under_own_names_the_letter_and_the_reading_that_has_a_plan() -> None:
+    said = list[str]()
     with pytest.raises(NotCertified, match=r"r\d's letter \{.*\} breaks `F .*Under `team: joint`.*a plan exists") as caught:
-        ltlplan.run(parse_mission(DELIVERIES))
+        ltlplan.run(parse_mission(DELIVERIES), progress=lambda sentence, _: said.append(sentence))
     assert "Whatever robots wait for" in str(caught.value)
+    assert not any("round 2" in sentence for sentence in said), "no other times are tried of words that no times mend"
+
+
+def test_the_letter_that_breaks_words_of_six_robots_is_found_where_most_of_them_rest() -> None:
+    resting = "".join(f", r{i}: {{start: [{i - 2.5}, -1.5, 1]}}" for i in range(2, 6))
+    made = ltlplan.plan(
+        parse_mission(DELIVERIES.replace("r1: {start: [-1.5, -1.5, 1]}", "r1: {start: [-1.5, -1.5, 1]}" + resting))
+    )
+    systems = systems_of_words(made)
+    assert systems is not None
+    (said,) = held_letter(made.mission, systems, made.mission.formula, lambda _: False)
+    assert re.match(r"A single interleaving satisfies it .* breaks `F ", said)
 
 
 @pytest.mark.slow
