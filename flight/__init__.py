@@ -1,7 +1,7 @@
 """Simulation, monitoring, comparison and export of certified flights, and live flights over a link.
 
 Read `flights` (one simulated flight), `campaigns` (many, in `batches`) and `rehearsal` (all combinations of conditions, and corners of what
-`identification` does not tell). Each is flown in `conditions` (wind, sensors, model, controller) and by `closed_loop`, in which `control` steers what
+`identification` does not tell). Each is flown in `conditions` (wind, sensors, model, controller; `condition_options` in words) and by `closed_loop`, in which `control` steers what
 `model` moves. `onboard_simulation` is the software that vehicles carry; `simulation_setup` and `random_streams` serve both, and `mixed_fleet` several
 airframes at once. `monitoring` checks in flight, `logs` reads and writes flights, and `comparison` compares recordings with a certificate. `exports`
 writes files for vehicles, `link` flies live, and `frames` turns flights into the laboratory's frame. `certificate_checks` guards each entry point.

@@ -39,9 +39,10 @@ def command(
     Controllers and conditions are those of `fly`, whose flight with the same options and seed is one of them.
     """
     from flight import campaign
+    from flight.condition_options import Said
     from ltlplan.output import CAMPAIGN_FILES, write_campaign
 
-    said = flight_options.Said(wind, noise, model, controller, estimator, latency, mass)
+    said = Said(wind, noise, model, controller, estimator, latency, mass)
     said.require_sense()
     with simulating(out, CAMPAIGN_FILES, quiet=json) as progress:
         with nullcontext(workers or 1) if dask is None else machines.cluster_at(dask, workers) as those:

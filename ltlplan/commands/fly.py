@@ -62,9 +62,10 @@ def command(
 ) -> None:
     """Fly a certified mission once in simulation, or live over a link; exit code 5 if it left its tube, violated its formula or was ended."""
     from flight import fly
+    from flight.condition_options import Said
     from ltlplan.output import LOG_FILES, write_flight
 
-    said = flight_options.Said(wind, noise, model, controller, estimator, latency, mass)
+    said = Said(wind, noise, model, controller, estimator, latency, mass)
     said.require_sense()
     if link is not None:
         from ltlplan.commands.support.links import Asked

@@ -78,7 +78,9 @@ def command(
         if not certified:
             raise BadInput("over a link only certified pieces are flown: add --certified.")
         follower = None if controller == flight_options.GEOMETRIC else controller
-        said = flight_options.Said(wind, noise, model, follower, None, None, None)
+        from flight.condition_options import Said
+
+        said = Said(wind, noise, model, follower, None, None, None)
         kind = Asked(str(link), tuple(place or ()), tuple(address or ()), inventory, False, tuple(map(str, unchecked or ())))
         asked = with_seed(options.read_mission(mission, pace=pace), seed)
         online_over_link(

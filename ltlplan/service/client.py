@@ -12,7 +12,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ltlplan.recording_options import in_words
+from ltlplan.service.client_parts.derived_client import DerivedClient, recording_form
 from ltlplan.service.client_parts.flights_client import FlightsClient
 from ltlplan.service.client_parts.job_handle import Submitted
 from ltlplan.service.client_parts.missions_client import YAML
@@ -21,12 +21,9 @@ from ltlplan.service.client_parts.stored_client import StoredClient
 from ltlplan.service.client_parts.studies_client import StudiesClient
 from ltlplan.service.client_parts.transport import checked, job_of, segment, unpacked
 from ltlplan.service.models import Job, State, Whose
-from ltlplan.service.queries import zipped
-from ltlplan.service.recordings import ENDINGS
 from verify.data import BadInput, Mission, Plan, mission_to_yaml
 from verify.data.names.former_names import former_arguments
 from verify.data.progress import Progress
-from verify.data.storage.safe_reading import read_bytes
 
 if TYPE_CHECKING:
     from flight import RecordingOptions
@@ -36,11 +33,8 @@ if TYPE_CHECKING:
     from verify.data.sections import TeamReading
     from verify.trace_checking.word_verdict import Letters
 
-_RECORDING = 400_000_000
-"""Bytes of a recording, all of its files together."""
 
-
-class Client(FlightsClient, PeopleClient, StoredClient, StudiesClient):
+class Client(DerivedClient, FlightsClient, PeopleClient, StoredClient, StudiesClient):
     """A service, by its address.
 
     Use it in a `with` statement, or call `close` at the end.
@@ -153,14 +147,8 @@ class Client(FlightsClient, PeopleClient, StoredClient, StudiesClient):
         Raises:
             LtlplanError: It cannot be checked, and why.
         """
-        flown = _sent(Path(recording))
-        parts: list[tuple[str, tuple[str, bytes, str]]] = [
-            ("recording", (Path(recording).name, flown, "application/octet-stream"))
-        ]
-        given = {"max_speed": max_speed, "error": error, "start": start if told is None else None}
-        data: dict[str, Any] = {name: repr(float(value)) for name, value in given.items() if value is not None}
-        data |= {} if told is None else in_words(told)
-        data["pauses"] = [repr(float(pause)) for pause in pauses]
+        part, data = recording_form(recording, max_speed=max_speed, error=error, told=told, pauses=pauses, start=start)
+        parts = [part]
         if isinstance(source, Submitted):
             data["job"] = source.id
         elif Path(source).is_dir():
@@ -340,11 +328,3 @@ class Client(FlightsClient, PeopleClient, StoredClient, StudiesClient):
 
     def _id(self, job: Submitted | str) -> str:
         return job.id if isinstance(job, Submitted) else job
-
-
-def _sent(recording: Path) -> bytes:
-    """Return a recording as it is sent: a file as it is, the files of a folder in a ZIP archive."""
-    if not recording.is_dir():
-        return read_bytes(recording, most=_RECORDING, what="recording")
-    files = sorted(path for path in recording.iterdir() if path.suffix in ENDINGS)
-    return zipped({path.name: read_bytes(path, most=_RECORDING, what="recording") for path in files})

@@ -16,6 +16,9 @@ Whose = Literal["visible", "mine", "all"]
 
 Kind = Literal["state", "stage", "progress", "claim"]
 
+DerivedKind = Literal["export", "campaign", "rehearsal", "recording"]
+"""What is made of a job's flight, by jobs of their own."""
+
 ONLY_OF_JOBS = ("manifest.json", "watch.json")
 """Files of a job that are none of the run's folder: a folder gets a manifest of its own when it is written."""
 
@@ -90,7 +93,7 @@ class Stage(Told):
     """One part of a job's work.
 
     Attributes:
-        name: "plan", "round 1" to "round 6", "flight" or "files"; of an export "export".
+        name: "plan", "round 1" to "round 6", "flight" or "files"; of what is made of a flight its kind.
         state: How far it is.
         started: When a worker took it first, UTC, ISO 8601.
         ended: When what it found was stored.
@@ -105,13 +108,14 @@ class Stage(Told):
 
 
 class Job(Told):
-    """A mission that was accepted, or an export of its flight, and how far it has come.
+    """A mission that was accepted, or what is made of its flight, and how far it has come.
 
     Attributes:
         id: Names it.
+        kind: "mission", or what is made of a flight: "export", "campaign", "rehearsal", "recording".
         mission: The mission's name.
-        title: Its formula or sequence, shortened; of an export what it is for.
-        of: Of an export: id of the job whose flight it writes. Its file is an archive.
+        title: Its formula or sequence, shortened; of what is made of a flight what that is.
+        of: Of what is made of a flight: id of the flight's job.
         seed: Source of every draw.
         state: How far it is.
         submitted: When it was accepted, UTC, ISO 8601.
@@ -130,6 +134,7 @@ class Job(Told):
     """
 
     id: str
+    kind: Literal["mission"] | DerivedKind = "mission"
     mission: str
     title: str = ""
     of: str | None = None

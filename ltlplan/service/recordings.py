@@ -21,6 +21,7 @@ ENDINGS = (".csv", ".tsv", ".ulg", ".mcap", ".db3", ".yaml")
 BOUNDS = ArchiveBounds("recording", 300, 400_000_000)
 """Of an archive: a file a robot, and what is read into memory in seconds."""
 
+_ZIP = b"PK\x03\x04"
 _BEGINNINGS = ((b"ULog\x01\x12\x35", ".ulg"), (b"\x89MCAP0\r\n", ".mcap"), (b"SQLite format 3\0", ".db3"))
 _NAME = re.compile(r"[^\W.][\w .+-]{0,100}")
 
@@ -50,6 +51,19 @@ class RecordingAsked:
     pauses: tuple[float, ...] = ()
 
 
+def kept_name(name: str, data: bytes) -> str:
+    """Return the name under which a recording is kept: its own where it is a plain one with a known ending, else one by what it is.
+
+    Args:
+        name: As it was sent.
+        data: The recording.
+    """
+    ending = ".zip" if data.startswith(_ZIP) else _ending(data)
+    leaf = name.replace("\\", "/").rpartition("/")[2]
+    fits = leaf.lower().endswith((".csv", ".tsv") if ending == ".csv" else ending)
+    return leaf if fits and _NAME.fullmatch(leaf) else f"recording{ending}"
+
+
 def put_recording(folder: Path, data: bytes) -> Path:
     """Put a recording into a folder as `flight.read_flown` reads it.
 
@@ -63,7 +77,7 @@ def put_recording(folder: Path, data: bytes) -> Path:
     Raises:
         BadInput: It is an archive that is damaged, too large, or holds what no recording holds.
     """
-    if not data.startswith(b"PK\x03\x04"):
+    if not data.startswith(_ZIP):
         return _put(folder, data)
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
@@ -80,10 +94,13 @@ def put_recording(folder: Path, data: bytes) -> Path:
 
 
 def _put(folder: Path, data: bytes) -> Path:
-    ending = next((ending for beginning, ending in _BEGINNINGS if data.startswith(beginning)), ".csv")
-    path = folder / f"recording{ending}"
+    path = folder / f"recording{_ending(data)}"
     path.write_bytes(data)
     return path
+
+
+def _ending(data: bytes) -> str:
+    return next((ending for beginning, ending in _BEGINNINGS if data.startswith(beginning)), ".csv")
 
 
 def _files(archive: zipfile.ZipFile) -> dict[str, zipfile.ZipInfo]:

@@ -7,14 +7,15 @@ import ipaddress
 import logging
 from collections import OrderedDict
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ltlplan.service import queries as asked
 from ltlplan.service.drafts import Drafts
 from ltlplan.service.event_inbox.flights import LiveFlights
+from ltlplan.service.execution.derived import SimulationAsked, require_sense
 from ltlplan.service.log import note
 from ltlplan.service.metrics import Metrics
-from ltlplan.service.models import EventsAccepted, Job, StopReceipt
+from ltlplan.service.models import DerivedKind, EventsAccepted, Job, StopReceipt
 from ltlplan.service.people.openid import OpenId
 from ltlplan.service.people.people import People
 from ltlplan.service.people.roles import Action, Principal, require
@@ -94,6 +95,23 @@ class Service:
     def studies_of(self, principal: Principal) -> UserStudies:
         """Return the studies as a user has them."""
         return UserStudies(self.jobs_of(principal), self.people, self.questions, principal)
+
+    async def simulate(self, principal: Principal, job: str, kind: DerivedKind, options: dict[str, Any]) -> Job:
+        """Submit a campaign or a rehearsal of a job's flight, once its options make sense.
+
+        Args:
+            principal: Who does.
+            job: The job's id.
+            kind: Which of them.
+            options: Those of the command of that name that were given.
+
+        Raises:
+            BadInput: There are no such conditions.
+            LtlplanError: As `UserJobs.derive`.
+        """
+        require(principal, Action.PLAN)
+        await self.questions.ask(require_sense, kind, options, who=principal.client)
+        return await self.jobs_of(principal).derive(job, SimulationAsked(kind, options))
 
     async def plan_stored(self, principal: Principal, mission: int, number: int, *, seed: int | None = None) -> Job:
         """Submit a version of a stored mission, in its project.

@@ -13,9 +13,9 @@ from verify.data.events import unknown
 
 if TYPE_CHECKING:
     from flight import Conditions
+    from flight.condition_options import Said
     from flight.link.crazyflie.link import CrazyflieLink
     from flight.link.link import Link
-    from ltlplan.commands.support.flight_options import Said
     from ltlplan.transfers import Place
     from verify.data import Mission, Trajectory
 

@@ -29,9 +29,9 @@ from ltlplan.output import write_texts
 from verify.data.progress import part_of
 
 if TYPE_CHECKING:
+    from flight.condition_options import Said
     from flight.link.live_executive import LiveFlight
     from flight.link.phases import Stage
-    from ltlplan.commands.support.flight_options import Said
     from verify.data import Mission
 
 FILES = ("poses.csv", "setpoints.csv", "live.csv", "live.json")

@@ -38,8 +38,8 @@ from verify.data import BadInput
 from verify.data.progress import part_of
 
 if TYPE_CHECKING:
+    from flight.condition_options import Said
     from flight.link.live_executive import LiveFlight
-    from ltlplan.commands.support.flight_options import Said
     from ltlplan.online.live.live_online_flight import OnlineCourse
     from ltlplan.online.online_flight import OnlineFlight
     from verify.data import Mission

@@ -182,6 +182,54 @@ class StudyAsked(BaseModel):
     pace: Annotated[str | None, Field(max_length=30)] = Field(default=None, description="instead of `planner.pace`")
 
 
+_Listed = Annotated[tuple[Annotated[float, Field(gt=0, allow_inf_nan=False)], ...], Field(min_length=1, max_length=10)]
+_Names = Annotated[tuple[Annotated[str, Field(min_length=1, max_length=100)], ...], Field(min_length=1, max_length=10)]
+_Seed = Annotated[int | None, Field(ge=0, le=2**62)]
+
+
+class CampaignAsked(BaseModel):
+    """A campaign: a flight many times in simulation. Options are those of `ltlplan campaign`."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    runs: Annotated[int, Field(ge=1, le=100_000)] = Field(default=100, description="number of flights")
+    seed: _Seed = Field(default=None, description="of the first; by default the plan's")
+    wind: Annotated[str | None, Field(max_length=100)] = Field(
+        default=None, description="m/s: 1.5, 1,0.5,0, or with gusts 1.5+0.4"
+    )
+    noise: Annotated[str | None, Field(max_length=100)] = Field(
+        default=None, description="motion capture's standard deviation, m"
+    )
+    model: Annotated[str | None, Field(max_length=100)] = Field(default=None, description="model of the vehicles")
+    controller: Annotated[str | None, Field(max_length=100)] = Field(
+        default=None, description="controller that follows the plan"
+    )
+    estimator: Literal["ekf", "kalman"] | None = Field(default=None, description="state estimator")
+    latency: Annotated[float | None, Field(ge=0, le=10)] = Field(default=None, description="s from a frame to its use")
+    mass: Annotated[float | None, Field(gt=0, le=1000)] = Field(default=None, description="kg that the controller assumes")
+
+
+class RehearsalAsked(BaseModel):
+    """A rehearsal: a flight by several controllers, masses, latencies and winds. Options are those of `ltlplan rehearse`."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    runs: Annotated[int, Field(ge=1, le=1000)] = Field(default=20, description="flights of each combination")
+    seed: _Seed = Field(default=None, description="of the first; by default the plan's")
+    controllers: _Names | None = Field(default=None, description="by default all that all vehicles run")
+    masses: _Listed | None = Field(default=None, description="shares of the profile's mass")
+    latencies: Annotated[tuple[Annotated[float, Field(ge=0, le=10)], ...] | None, Field(max_length=10)] = Field(
+        default=None, description="s from a frame of motion capture to its use"
+    )
+    winds: _Names | None = Field(default=None, description="m/s, as a campaign's")
+    drags: Annotated[tuple[Literal["profile", "least", "most"], ...] | None, Field(max_length=3)] = Field(
+        default=None, description="of vehicles whose drag is a guess"
+    )
+    corners: bool = Field(default=True, description="whether the corners of what is not known are flown, too")
+    hunt: Annotated[float | None, Field(gt=0, le=100)] = Field(default=None, description="m/s of winds that are aimed")
+    noise: Annotated[str, Field(max_length=100)] = Field(default="0.001", description="motion capture's standard deviation, m")
+
+
 RoleName = Literal["viewer", "planner", "pilot", "admin"]
 
 

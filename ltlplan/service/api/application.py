@@ -14,10 +14,11 @@ from starlette.exceptions import HTTPException
 from starlette.routing import Match
 
 import ltlplan
-from ltlplan.service.api import about, flights, jobs, live, live_view, login, missions, people, stored, studies
+from ltlplan.service.api import about, derived, flights, jobs, live, live_view, login, missions, people, stored, studies
 from ltlplan.service.api.answers import (
     AccountAdded,
     AccountChange,
+    CampaignAsked,
     LiveAnswers,
     LiveBegin,
     LiveEnd,
@@ -25,6 +26,7 @@ from ltlplan.service.api.answers import (
     MissionSave,
     MissionStore,
     ProjectChange,
+    RehearsalAsked,
     StudyAsked,
     TokenAdded,
     WordsRequest,
@@ -47,6 +49,7 @@ _TAGS = [
     {"name": "studies", "description": "The same mission over values of one key, and two results side by side."},
     {"name": "files", "description": "Take away what a job made."},
     {"name": "exports", "description": "Certified flights, written for vehicles."},
+    {"name": "simulate", "description": "Campaigns and rehearsals of a job's flight, as jobs."},
     {"name": "judge", "description": "Words, recorded flights and certificates, judged."},
     {"name": "live", "description": "Flights in the air: tell them events, and see what they did."},
     {"name": "people", "description": "Accounts, projects, and the log of who did what."},
@@ -85,6 +88,8 @@ _READ = (
     MissionSave,
     MissionChange,
     StudyAsked,
+    CampaignAsked,
+    RehearsalAsked,
 )
 """Values that routes read by themselves."""
 _FIRST_PAGE = 0.5
@@ -124,7 +129,7 @@ def application(service: Service) -> FastAPI:
         dependencies=[Depends(decide)],
     )
     app.state.service, app.state.streams = service, Streams(service.settings.limits)
-    for routes in (missions, stored, jobs, studies, flights, live, live_view, people, login, about):
+    for routes in (missions, stored, jobs, derived, studies, flights, live, live_view, people, login, about):
         app.include_router(routes.router)
     about.add_documentation(app)
     with_schema(app, (*_READ, Event))

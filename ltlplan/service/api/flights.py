@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from fastapi import APIRouter, File, Form, Request, Response, UploadFile
+from fastapi import APIRouter, Depends, File, Form, Request, Response, UploadFile
 
 from ltlplan.service import queries as asked
 from ltlplan.service.api.answers import FlightAnswer, WordsCheck, WordsRequest
@@ -40,21 +40,7 @@ async def check_words(request: Request) -> Response:
     return Response(told, media_type=JSON)
 
 
-@router.post("/flights/judge", response_model=FlightAnswer, responses=problems(404, 409, body=True))
-async def judge_flight(  # each parameter is a field of the form
-    request: Request,
-    recording: Annotated[
-        UploadFile,
-        File(
-            description="the flight: a table of motion capture (CSV, TSV), a Crazyflie's or PX4's log, a ROS 2 bag of one file (.mcap, .db3), a log of "
-            "ours, or a ZIP archive of such files: one for each robot, named after it, or a bag's folder"
-        ),
-    ],
-    job: Annotated[str | None, Form(description="id of the job whose flight it was", max_length=100)] = None,
-    files: Annotated[
-        list[UploadFile] | None,
-        File(description="instead of a job: mission.yaml, and of a run's folder plan.json, certificate.json and <robot>.csv"),
-    ] = None,
+async def recording_said(  # each parameter is a field of the form
     max_speed: Annotated[float | None, Form(description="bound on every robot's speed, m/s", gt=0)] = None,
     error: Annotated[float, Form(description="bound on a position's error, m", ge=0)] = 0.0,
     start: Annotated[
@@ -81,12 +67,9 @@ async def judge_flight(  # each parameter is a field of the form
     pauses: Annotated[
         list[float] | None, Form(description="s that the team hovered between parts", max_length=_MOST_FILES)
     ] = None,
-) -> Response:
-    """Check a recorded flight, claim by claim, for all times between its samples too."""
-    service = service_of(request)
-    if (job is None) == (not files):
-        raise BadInput("Say what the flight was to do: either `job`, or `files` of a run's folder.")
-    told = RecordingAsked(
+) -> RecordingAsked:
+    """Return what a form says of a recording."""
+    return RecordingAsked(
         max_speed,
         error,
         start or None,
@@ -96,8 +79,31 @@ async def judge_flight(  # each parameter is a field of the form
         tuple(origin or ()),
         tuple(pauses or ()),
     )
+
+
+@router.post("/flights/judge", response_model=FlightAnswer, responses=problems(404, 409, body=True))
+async def judge_flight(
+    request: Request,
+    recording: Annotated[
+        UploadFile,
+        File(
+            description="the flight: a table of motion capture (CSV, TSV), a Crazyflie's or PX4's log, a ROS 2 bag of one file (.mcap, .db3), a log of "
+            "ours, or a ZIP archive of such files: one for each robot, named after it, or a bag's folder"
+        ),
+    ],
+    said: Annotated[RecordingAsked, Depends(recording_said)],
+    job: Annotated[str | None, Form(description="id of the job whose flight it was", max_length=100)] = None,
+    files: Annotated[
+        list[UploadFile] | None,
+        File(description="instead of a job: mission.yaml, and of a run's folder plan.json, certificate.json and <robot>.csv"),
+    ] = None,
+) -> Response:
+    """Check a recorded flight, claim by claim, for all times between its samples too."""
+    service = service_of(request)
+    if (job is None) == (not files):
+        raise BadInput("Say what the flight was to do: either `job`, or `files` of a run's folder.")
     what = await places(jobs_of(request), job) if job is not None else await _sent(files or [])
-    answer = await service.questions.ask_in_folder(asked.judge_flight, what, await recording.read(), told, who=who_of(request))
+    answer = await service.questions.ask_in_folder(asked.judge_flight, what, await recording.read(), said, who=who_of(request))
     return Response(answer, media_type=JSON)
 
 

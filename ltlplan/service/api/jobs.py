@@ -25,6 +25,8 @@ router = APIRouter(prefix="/api", tags=["jobs"])
 ZIP = "application/zip"
 WAIT = 30.0
 """s that the answer to an export may wait for it: less than clients wait."""
+PAGES = {"campaign": "campaign.html", "rehearsal": "rehearsal.html"}
+"""Reports of what is made of a flight."""
 REPORT_POLICY = (
     "sandbox allow-scripts allow-downloads; default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval' blob: data:; "
     "style-src 'unsafe-inline'; img-src data: blob:; font-src data:; connect-src data: blob:; worker-src blob:; "
@@ -215,7 +217,8 @@ async def _file(request: Request, job: str, name: str, *, inline: bool = False, 
 )
 async def get_report(request: Request, job: JobId) -> Response:
     """Open the report: one page that needs nothing else, of at most 2 MB."""
-    return await _file(request, job, "report.html", inline=True)
+    name = PAGES.get((await jobs_of(request).job(job)).kind, "report.html")
+    return await _file(request, job, name, inline=True)
 
 
 @router.get(
@@ -323,7 +326,7 @@ async def export_job(
     """
     require_own_page("POST", request.headers)  # it may begin a job
     jobs = jobs_of(request)
-    made = await jobs.waited((await jobs.export(job, wanted)).id, wait)
+    made = await jobs.waited((await jobs.derive(job, wanted)).id, wait)
     if made.problem is not None:
         raise error_of(made.problem)
     if made.state == "cancelled":
@@ -346,7 +349,7 @@ async def export_job(
 )
 async def submit_export(request: Request, job: JobId, wanted: Annotated[ExportAsked, Depends(_wanted)]) -> Response:
     """Submit an export, to be followed as any job; its only file is the archive."""
-    made = await jobs_of(request).export(job, wanted)
+    made = await jobs_of(request).derive(job, wanted)
     return _told(made, 200 if made.found else 201)
 
 

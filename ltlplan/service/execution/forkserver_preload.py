@@ -33,7 +33,7 @@ for _name in (
     "ltlplan.report.run_page",
     "ltlplan.output",
     "ltlplan.recorded",
-    "ltlplan.service.page.judging",
+    "ltlplan.service.views.recorded",
     "ltlplan.service.views.watching",
     "refine.solvers.nlp",
     "refine.solvers.qp",

@@ -1,7 +1,7 @@
 """A job's work in stages: each takes the bytes of what is known so far and returns more, in any process on any machine.
 
     mission - plan - round 1 ... round 6 - flight - files
-    files of such a job - export
+    files of such a job - export, campaign, rehearsal or recording
 
 They are the pipeline's own steps (`ltlplan.pipeline`), so that a job's files are those that `ltlplan run` writes, byte for byte,
 and `watch.json`, which the page plays.
@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ltlplan.service.execution.exporting import export_archive
+from ltlplan.service.execution.derived import KINDS, derive
 from ltlplan.service.execution.serialization import from_bytes, to_bytes
 from ltlplan.service.models import Problem
 from ltlplan.service.problems import problem_of, witness_data
@@ -31,7 +31,6 @@ PLAN = "plan"
 ROUND = "round"
 FLIGHT = "flight"
 FILES = "files"
-EXPORT = "export"
 
 MAX_ROUNDS = 6
 
@@ -74,16 +73,16 @@ def run_stage(name: str, value: bytes, progress: Progress) -> Outcome:
     """Do one stage.
 
     Args:
-        name: "plan", "round 1" to "round 6", "flight" or "files"; "export".
-        value: What the stage before it made; of an export what `export_bytes` made.
+        name: "plan", "round 1" to "round 6", "flight" or "files"; the kind of what is derived.
+        value: What the stage before it made; of what is derived what `derived_bytes` made.
         progress: Receives a sentence and the share of the whole job done, 0 to 1.
 
     Raises:
         LtlplanError: The mission has no plan, or no certified flight was found, and why.
     """
-    if name == EXPORT:
-        file = export_archive(value, progress)
-        return Outcome(b"", {"files": [file[0]]}, files=(file,))
+    if name in KINDS:
+        made = derive(name, value, progress)
+        return Outcome(b"", made.found, files=made.files, problem=made.problem)
     stage = _STAGES.get(name.split()[0])
     if stage is None:
         raise InternalError(f"There is no stage '{name:.40}'.")
@@ -97,7 +96,7 @@ def share_before(name: str) -> float:
     kind, _, number = name.partition(" ")
     if kind == ROUND:
         return _PLANNED + (_CERTIFIED - _PLANNED) * min(int(number) - 1, MAX_ROUNDS) / MAX_ROUNDS
-    return {PLAN: 0.0, EXPORT: 0.0, FLIGHT: _CERTIFIED, FILES: _FLOWN}[kind]
+    return 0.0 if kind in KINDS else {PLAN: 0.0, FLIGHT: _CERTIFIED, FILES: _FLOWN}[kind]
 
 
 def share_after(name: str) -> float:
@@ -105,7 +104,7 @@ def share_after(name: str) -> float:
     kind, _, number = name.partition(" ")
     if kind == ROUND:
         return _PLANNED + (_CERTIFIED - _PLANNED) * min(int(number), MAX_ROUNDS) / MAX_ROUNDS
-    return {PLAN: _PLANNED, EXPORT: 1.0, FLIGHT: _FLOWN, FILES: 1.0}[kind]
+    return 1.0 if kind in KINDS else {PLAN: _PLANNED, FLIGHT: _FLOWN, FILES: 1.0}[kind]
 
 
 def plan_of(value: bytes) -> Plan:

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import asyncio
+import hashlib
 from dataclasses import dataclass, field
 
+from ltlplan.service.execution.derived import Derived
 from ltlplan.service.job_queue.job_index import Register
 from ltlplan.service.job_queue.lru_cache import Recent
 from ltlplan.service.job_queue.results import Results
+from ltlplan.service.models import Job
 from ltlplan.service.problems import TooManyRequests
-from ltlplan.service.provenance import key_of
+from ltlplan.service.provenance import key_of, key_of_asked
 from ltlplan.service.settings import Limits
 from verify.data import Mission, check_mission
 
@@ -70,3 +73,15 @@ def _checked(mission: Mission, seed: int | None) -> tuple[str, Mission]:
     mission = with_seed(check_mission(mission), seed)
     require_tube(mission.margin)
     return key_of(mission), mission
+
+
+def derived_key(flown: Job, asked: Derived) -> str:
+    """Return the key of a request about a flight: the same request about the same files by the same versions has the same.
+
+    Args:
+        flown: The flight's job.
+        asked: What is to be made of it.
+    """
+    files = {file.name: file.sha256 for file in flown.files}
+    sent = {"sent": hashlib.sha256(asked.recording).hexdigest()} if asked.recording else {}
+    return key_of_asked({asked.kind: asked.plain(), "of": flown.id, "files": files, **sent})

@@ -76,7 +76,7 @@ class Register:
     def newest(
         self, *, state: State | None, limit: int, before: str | None, which: Callable[[Job], bool] | None = None
     ) -> list[Job]:
-        """Return jobs, newest first; exports of their flights are not listed.
+        """Return jobs, newest first; what is made of their flights is not listed.
 
         Args:
             state: Only those.
@@ -95,8 +95,8 @@ class Register:
             passed = passed or job_id == before
         return found
 
-    def exports(self, job_id: str) -> list[Entry]:
-        """Return the exports of a job's flight."""
+    def derived(self, job_id: str) -> list[Entry]:
+        """Return the jobs of what is made of a job's flight."""
         return [entry for entry in self if entry.job.of == job_id]
 
     def count(self, state: State, who: str | None = None) -> int:
@@ -104,7 +104,7 @@ class Register:
         return sum(entry.job.state == state and who in (None, entry.asked.get("who")) for entry in self)
 
     def counts(self) -> dict[State, int]:
-        """Return how many jobs are in each state, without exports."""
+        """Return how many jobs are in each state, without what is made of flights."""
         found: dict[State, int] = dict.fromkeys(get_args(State), 0)
         for entry in self:
             if entry.job.of is None:
@@ -112,7 +112,7 @@ class Register:
         return found
 
     def asked_by(self) -> dict[str, str]:
-        """Return who submitted each job first, without exports."""
+        """Return who submitted each job first, without what is made of flights."""
         return {entry.job.id: entry.asked.get("who", "") for entry in self if entry.job.of is None}
 
     def going(self) -> set[str]:

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from typing import Any
 
+from ltlplan.service.execution.derived import Derived
 from ltlplan.service.execution.stages import share_after, share_before
 from ltlplan.service.execution.workers import WorkFuture
 from ltlplan.service.job_queue.engine import Data, Record
@@ -108,18 +109,23 @@ def record_of(mission: Mission, value: str, key: str, who: str, lane: str = "") 
     }
 
 
-def export_record(flown: Job, target: str, value: str, key: str, who: str) -> Data:
-    """Return what an export's workflow is begun with, now.
+def derived_record(flown: Job, asked: Derived, value: str, key: str, who: str) -> Data:
+    """Return what the workflow of what is made of a flight is begun with, now.
 
     Args:
-        flown: The job whose flight is written.
-        target: Name of the format.
+        flown: The flight's job.
+        asked: What is made of it.
         value: Digest in the store of what is asked.
-        key: What the same export of the same files by the same versions has in common.
+        key: What the same request about the same files by the same versions has in common.
         who: Who asks.
     """
-    record = {"mission": value, "name": flown.mission, "title": f"export for {target}"[:TITLE], "seed": flown.seed}
-    return {**record, "key": key, "submitted": utc_now(), "who": who, "of": flown.id}
+    record = {"mission": value, "name": flown.mission, "title": asked.title[:TITLE], "seed": flown.seed}
+    return {**record, "key": key, "submitted": utc_now(), "who": who, "of": flown.id, "kind": asked.kind}
+
+
+def a_kind(job: Job) -> str:
+    """Return the kind of a job with its article."""
+    return f"an {job.kind}" if job.kind == "export" else f"a {job.kind}"
 
 
 def _title(mission: Mission) -> str:
@@ -135,7 +141,7 @@ def job_of(job_id: str, asked: Data) -> Job:
         asked: What it was begun with.
     """
     return Job(
-        id=job_id, mission=asked["name"], title=asked["title"], of=asked.get("of"), seed=asked["seed"],
+        id=job_id, kind=asked.get("kind", "export" if asked.get("of") else "mission"), mission=asked["name"], title=asked["title"], of=asked.get("of"), seed=asked["seed"],
         submitted=asked["submitted"], key=asked["key"],
     )  # fmt: skip
 

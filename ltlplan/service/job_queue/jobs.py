@@ -15,21 +15,20 @@ from collections.abc import AsyncIterator, Callable
 from contextlib import suppress
 from typing import Any, TypeVar
 
-from ltlplan.service.execution.exporting import ExportAsked
+from ltlplan.service.execution.derived import Derived
 from ltlplan.service.execution.turns import SharedPool
-from ltlplan.service.job_queue.admission import Admission
+from ltlplan.service.job_queue.admission import Admission, derived_key
 from ltlplan.service.job_queue.database import folder_name, prepare, url_of, why
 from ltlplan.service.job_queue.engine import Data, Engine, Step, tables
 from ltlplan.service.job_queue.events import state_event
 from ltlplan.service.job_queue.health import health_of
 from ltlplan.service.job_queue.job_index import Register
-from ltlplan.service.job_queue.job_records import Entry, entry_of, export_record, job_of, record_of, told_again
+from ltlplan.service.job_queue.job_records import Entry, a_kind, derived_record, entry_of, job_of, record_of, told_again
 from ltlplan.service.job_queue.results import Results, StoredFile
 from ltlplan.service.job_queue.runner import Pool, Runner, end
 from ltlplan.service.job_queue.store import Damaged
 from ltlplan.service.models import ENDED, Event, Health, Job, State
 from ltlplan.service.problems import Busy, Conflict
-from ltlplan.service.provenance import key_of_asked
 from ltlplan.service.settings import Settings
 from verify.data import LtlplanError, Mission
 from verify.data.errors import InternalError
@@ -61,7 +60,7 @@ class Jobs:
         Args:
             settings: Where, and within which limits.
             workers: Who computes missions; closed at the end.
-            errands: Who computes exports, and is closed by its owner; by default the workers do.
+            errands: Who computes exports and judges recordings, and is closed by its owner; by default the workers do.
         """
         self.settings = settings
         self.workers = workers
@@ -144,35 +143,34 @@ class Jobs:
             value = await asyncio.to_thread(self._results.ask, mission)
             return await self._accept(record_of(mission, value, key, who, lane))
 
-    async def export(self, job_id: str, asked: ExportAsked, *, who: str = "") -> Job:
-        """Accept an export of a job's flight, as `submit` does a mission: when this returns, it will be done.
+    async def derive(self, job_id: str, asked: Derived, *, who: str = "") -> Job:
+        """Accept what is to be made of a job's flight, as `submit` does a mission: when this returns, it will be done.
 
         Args:
             job_id: The job's.
-            asked: What the flight is to be written for.
+            asked: What is to be made: an export, a campaign, a rehearsal, a verdict on a recording that is kept.
             who: Who asks.
 
         Raises:
             NotFound: There is no such job.
-            Conflict: It has no files, or is an export itself.
+            Conflict: It has no files, or is made of a flight itself.
             TooManyRequests: Too many jobs wait.
             Busy: The database does not answer.
             NoRoom: The disk is full.
         """
         flown = self.register.entry(job_id)
         if flown.job.of is not None:
-            raise Conflict(f"Job {job_id} is an export; ask for one of job {flown.job.of}.")
+            raise Conflict(f"Job {job_id} is {a_kind(flown.job)}; ask for this of job {flown.job.of}.")
         if not flown.job.files:
             raise Conflict(f"Job {job_id} has no files: it is {flown.job.state}.")
-        files = {file.name: file.sha256 for file in flown.job.files}
-        key = await asyncio.to_thread(key_of_asked, {"export": asked.plain(), "of": job_id, "files": files})
+        key = await asyncio.to_thread(derived_key, flown.job, asked)
         async with self._submitting:
             self.register.entry(job_id)  # it may have been deleted while this waited
             if (known := self.register.answer(key)) is not None:
                 return known
             self.admission.require_room(who)
-            value = await self._read(self._results.ask_export, job_id, asked)
-            return await self._accept(export_record(flown.job, asked.target, value, key, who))
+            value = await self._read(self._results.ask_derived, job_id, asked)
+            return await self._accept(derived_record(flown.job, asked, value, key, who))
 
     async def _accept(self, asked: Data) -> Job:
         job_id = self.register.new_id(asked["key"])
@@ -195,7 +193,7 @@ class Jobs:
         before: str | None = None,
         which: Callable[[Job], bool] | None = None,
     ) -> list[Job]:
-        """Return jobs, newest first, without what their stages found; exports are not listed.
+        """Return jobs, newest first, without what their stages found; what is made of flights is not listed.
 
         Args:
             state: Only those.
@@ -287,7 +285,7 @@ class Jobs:
         return entry.job
 
     async def delete(self, job_id: str) -> None:
-        """Remove a job that has ended, its exports, and of what was found all that no other job has found too.
+        """Remove a job that has ended, what was made of its flight, and of what was found all that no other job has found too.
 
         Raises:
             NotFound: There is no such job.
@@ -296,7 +294,7 @@ class Jobs:
         entry = self.require_ended(job_id)
         async with self._submitting:
             self.register.entry(job_id)  # it may have been deleted while this waited
-            for each in (*self.register.exports(job_id), entry):
+            for each in (*self.register.derived(job_id), entry):
                 await self.cancel(each.job.id)
                 await self._in_engine(lambda engine, each=each: engine.delete(each.job.id))
                 self.register.drop(each)

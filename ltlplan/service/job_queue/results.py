@@ -10,10 +10,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ltlplan.service.deletion_pause import deleting
-from ltlplan.service.execution.exporting import ExportAsked, export_bytes
+from ltlplan.service.execution.derived import Derived, derived_bytes
 from ltlplan.service.execution.stages import PLAN, Outcome, mission_bytes, mission_of, plan_of
 from ltlplan.service.job_queue.engine import Data
-from ltlplan.service.job_queue.job_records import Entry, digests, told_of
+from ltlplan.service.job_queue.job_records import Entry, a_kind, digests, told_of
 from ltlplan.service.job_queue.lru_cache import Recent
 from ltlplan.service.job_queue.store import NoRoom, Store
 from ltlplan.service.models import FileEntry, Job
@@ -90,9 +90,9 @@ class Results:
         """Keep a mission, and return its digest."""
         return self.store.put(mission_bytes(mission))
 
-    def ask_export(self, entry: Entry, asked: ExportAsked) -> str:
-        """Keep an export that is asked of a job's flight, and return its digest."""
-        return self.store.put(export_bytes(asked, {file.name: self.store.get(file.sha256) for file in entry.job.files}))
+    def ask_derived(self, entry: Entry, asked: Derived) -> str:
+        """Keep a request about a job's flight, and return its digest."""
+        return self.store.put(derived_bytes(asked, {file.name: self.store.get(file.sha256) for file in entry.job.files}))
 
     def keep(self, entry: Entry, stage: str, outcome: Outcome) -> Data:
         """Keep what a stage made, and return its record.
@@ -180,10 +180,10 @@ class Results:
         """Return a job's resolved mission as YAML.
 
         Raises:
-            Conflict: It is an export.
+            Conflict: It is what is made of a flight.
         """
         if entry.job.of is not None:
-            raise Conflict(f"Job {entry.job.id} is an export; the mission is that of job {entry.job.of}.")
+            raise Conflict(f"Job {entry.job.id} is {a_kind(entry.job)}; the mission is that of job {entry.job.of}.")
         return mission_to_yaml(mission_of(self.store.get(entry.asked["mission"])))
 
     def plan(self, entry: Entry) -> tuple[str, str] | None:

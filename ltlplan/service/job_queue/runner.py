@@ -7,7 +7,7 @@ import itertools
 import logging
 from typing import Any, Protocol
 
-from ltlplan.service.execution.stages import EXPORT, PLAN, Outcome, run_stage
+from ltlplan.service.execution.stages import PLAN, Outcome, run_stage
 from ltlplan.service.execution.turns import SharedPool
 from ltlplan.service.execution.workers import WorkFuture
 from ltlplan.service.job_queue.engine import Data, Step, Unwritten
@@ -28,6 +28,11 @@ STUDY = "study"
 """Lane of jobs that were submitted by a study."""
 STUDY_COST = 4
 """Turns of plans that pass for each of a user's studies: a study of hundreds holds up nobody's plan, and still goes on beside many."""
+
+_STUDIES = ("campaign", "rehearsal")
+"""Kinds of jobs in the lane of studies, too: minutes each."""
+_ERRANDS = ("export", "recording")
+"""Kinds of jobs that errands' processes do."""
 
 _log = logging.getLogger("ltlplan.service")
 
@@ -69,7 +74,7 @@ class Runner:
     Attributes:
         results: Where what they make is kept.
         workers: Who computes missions.
-        errands: Who computes exports.
+        errands: Who computes exports and judges recordings.
     """
 
     def __init__(self, results: Results, workers: SharedPool, errands: SharedPool) -> None:
@@ -78,11 +83,11 @@ class Runner:
 
     def shared(self, entry: Entry) -> SharedPool:
         """Return who computes a job."""
-        return self.workers if entry.job.of is None else self.errands
+        return self.errands if entry.job.kind in _ERRANDS else self.workers
 
     def rank(self, entry: Entry) -> None:
         """Give a job its turn; those that were accepted first have to come first."""
-        who, study = str(entry.asked.get("who", "")), entry.asked.get("lane") == STUDY
+        who, study = str(entry.asked.get("who", "")), entry.asked.get("lane") == STUDY or entry.job.kind in _STUDIES
         turn = self.shared(entry).turns.rank(f"{who} {STUDY}" if study else who, cost=STUDY_COST if study else 1)
         entry.rank = turn + 1e-9 * next(self._numbers)  # of one turn, in the order in which they came, from stage to stage
 
@@ -114,7 +119,7 @@ class Runner:
 
     async def _stages(self, entry: Entry, step: Step, records: list[Data]) -> Data:
         """Do a job's stages, and add a record of each."""
-        value, name = entry.asked["mission"], PLAN if entry.job.of is None else EXPORT
+        value, name = entry.asked["mission"], PLAN if entry.job.kind == "mission" else entry.job.kind
         while True:
 
             async def stage(name: str = name, value: str = value) -> Data:

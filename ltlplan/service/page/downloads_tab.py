@@ -114,7 +114,7 @@ class _Away:
         jobs = self.desk.jobs
         state.set_text(f"{label} is being written ...")
         try:
-            made = await jobs.export(job.id, wanted)
+            made = await jobs.derive(job.id, wanted)
             while made.ended is None:
                 made = await jobs.waited(made.id, _PATIENCE)
             if made.problem is not None:

@@ -9,8 +9,9 @@ from nicegui.elements.upload_files import FileUpload
 from nicegui.events import UploadEventArguments
 
 from ltlplan.service.page.elements import Flight, Words, box, button
-from ltlplan.service.page.judging import judged, recording_asked
+from ltlplan.service.page.judging import recording_asked
 from ltlplan.service.service import places
+from ltlplan.service.views.recorded import judged
 from verify.data import LtlplanError
 
 if TYPE_CHECKING:

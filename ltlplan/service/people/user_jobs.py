@@ -6,13 +6,13 @@ import asyncio
 from collections.abc import AsyncIterator
 from typing import TYPE_CHECKING
 
-from ltlplan.service.models import ENDED, Event, Job, State, Whose
+from ltlplan.service.models import ENDED, DerivedKind, Event, Job, State, Whose
 from ltlplan.service.people.people import People
 from ltlplan.service.people.roles import Action, Principal, require
 from ltlplan.service.problems import Conflict, Forbidden, NotFound
 
 if TYPE_CHECKING:
-    from ltlplan.service.execution.exporting import ExportAsked
+    from ltlplan.service.execution.derived import Derived
     from ltlplan.service.job_queue.jobs import Jobs
     from ltlplan.service.job_queue.results import StoredFile
     from verify.data import Mission
@@ -61,20 +61,34 @@ class UserJobs:
                     return self._seen(job)
         raise Conflict("This job was deleted while it was submitted; submit it again.")
 
-    async def export(self, job_id: str, asked: ExportAsked) -> Job:
-        """Accept an export of a job's flight; as `Jobs.export`.
+    async def derive(self, job_id: str, asked: Derived) -> Job:
+        """Accept what is to be made of a job's flight; as `Jobs.derive`.
 
         Raises:
             NotFound: There is no such job that the user sees.
             Forbidden: The role is not enough.
-            LtlplanError: As `Jobs.export`.
+            LtlplanError: As `Jobs.derive`.
         """
         self._require(Action.PLAN)
         self.require_seen(job_id)
-        made = await self._jobs.export(job_id, asked, who=self._principal.client)
+        made = await self._jobs.derive(job_id, asked, who=self._principal.client)
         if not made.found:
-            await self._log("export", job_id, asked.target)
+            await self._log(asked.kind, job_id, asked.title[:200])
         return self._seen(made)
+
+    async def derived(self, job_id: str, kind: DerivedKind | None = None) -> list[Job]:
+        """Return the jobs of what was made of a job's flight, the newest first, with what they found.
+
+        Args:
+            job_id: The job's.
+            kind: Only of this kind.
+
+        Raises:
+            NotFound: There is no such job that the user sees.
+        """
+        self.require_seen(job_id)
+        entries = reversed(self._jobs.register.derived(job_id))
+        return [await self.job(each.job.id) for each in entries if kind in (None, each.job.kind)]
 
     async def move(self, job_id: str, project: str) -> Job:
         """Put a job of one's own into another project.
@@ -92,7 +106,7 @@ class UserJobs:
         references = self._people.references
         if job.of is not None or references.find(job_id, self._principal.user) is None:
             raise Conflict(
-                f"Job {job_id} is {self._seen(job).owner}'s, or an export; submit its mission, then it is yours too."
+                f"Job {job_id} is {self._seen(job).owner}'s, or made of a flight; submit its mission, then it is yours too."
             )
         await asyncio.to_thread(references.require_project, project, self._principal)
         await self._log("move", job_id, project or "no project")
@@ -109,7 +123,7 @@ class UserJobs:
         project: str | None = None,
         search: str = "",
     ) -> list[Job]:
-        """Return jobs, newest first, without what their stages found; exports are not listed.
+        """Return jobs, newest first, without what their stages found; what is made of flights is not listed.
 
         Args:
             state: Only those.
@@ -192,7 +206,7 @@ class UserJobs:
         return self._seen(await self._jobs.cancel(job_id))
 
     async def delete(self, job_id: str) -> None:
-        """Refer to a job no more; the last reference takes the job with it, with its exports and files. An admin who has none ends all.
+        """Refer to a job no more; the last reference takes the job with it, with its files and what was made of its flight. An admin who has none ends all.
 
         Raises:
             NotFound: There is no such job that the user sees.
@@ -258,7 +272,7 @@ class UserJobs:
         require(self._principal, action)
 
     def require_seen(self, job_id: str) -> Job:
-        """Return a job, without what its stages found; of an export, who sees the flown job sees it.
+        """Return a job, without what its stages found; of what is made of a flight, who sees the flight's job sees it.
 
         Raises:
             NotFound: There is no such job, or it is not to be seen: nothing tells one from the other.
@@ -278,7 +292,7 @@ class UserJobs:
         if self._principal.user not in users:
             raise Forbidden(f"Job {job_id} is {self._seen(job).owner}'s; only its owner and admins can {what} it.")
         if job.of is not None and len(users) > 1:
-            raise Forbidden(f"{len(users) - 1} more users have the flight of this export; only admins can {what} it.")
+            raise Forbidden(f"{len(users) - 1} more users have the flight that this is made of; only admins can {what} it.")
         return job
 
     def _refers(self, job_id: str) -> bool:

@@ -1,3 +1,3 @@
 """Views of missions and flights as plain data: `formulas` in words, automata by `drawings`, scenes and replays by `watching`, figures of studies by
-`plots`.
+`plots`, recordings that were judged by `recorded`.
 """

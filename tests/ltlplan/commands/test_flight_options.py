@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
+from flight.condition_options import Said
 from flight.control.lee import Lee
 from flight.control.mellinger import Mellinger
-from ltlplan.commands.support.flight_options import Said
 from verify.data import BadInput
 
 

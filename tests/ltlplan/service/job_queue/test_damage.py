@@ -73,7 +73,7 @@ def test_nothing_damaged_is_served_and_asking_again_mends_it(tmp_path: Path, dam
                 places(jobs, job.id),
                 jobs.plan(job.id),
                 jobs.mission(job.id),
-                jobs.export(job.id, ExportAsked("px4")),
+                jobs.derive(job.id, ExportAsked("px4")),
             ):
                 with pytest.raises(Damaged):
                     await asked

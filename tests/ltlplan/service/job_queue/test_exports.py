@@ -34,7 +34,7 @@ def test_an_export_is_a_job_whose_archive_is_what_the_library_writes(tmp_path: P
     async def check() -> None:
         async with service(tmp_path / "data") as jobs:
             job = await ended(jobs, await jobs.submit(SMALL))
-            made = await jobs.export(job.id, CSV)
+            made = await jobs.derive(job.id, CSV)
             assert (made.of, made.found, made.state, made.mission) == (job.id, False, "queued", job.mission)
             made = await ended(jobs, made)
             assert (made.state, [stage.name for stage in made.stages], made.share) == ("done", ["export"], 1.0)
@@ -44,12 +44,12 @@ def test_an_export_is_a_job_whose_archive_is_what_the_library_writes(tmp_path: P
             count = len(made_here.certificate.claims)
             assert f"{count} of {count} claims checked by the kernel" in written["README.txt"].decode()
             assert [name for name in expected if name.endswith(".csv") and written[name] != expected[name]] == []
-            again = await jobs.export(job.id, CSV)
+            again = await jobs.derive(job.id, CSV)
             assert (again.id, again.found) == (made.id, True)
-            assert (await jobs.export(job.id, ExportAsked("crazyflie", anyway=True))).id != made.id
+            assert (await jobs.derive(job.id, ExportAsked("crazyflie", anyway=True))).id != made.id
             assert [each.id for each in await jobs.jobs()] == [job.id], "exports are not listed"
         async with service(tmp_path / "data") as jobs:
-            assert (await jobs.export(job.id, CSV)).found
+            assert (await jobs.derive(job.id, CSV)).found
             with pytest.raises(Conflict, match=f"the mission is that of job {job.id}"):
                 await jobs.mission(made.id)
             await jobs.delete(job.id)
@@ -68,19 +68,19 @@ def test_what_cannot_be_exported_fails_in_words_and_is_not_tried_again(tmp_path:
     async def check() -> None:
         async with service(tmp_path / "data") as jobs:
             with pytest.raises(NotFound):
-                await jobs.export("nope-1", CSV)
+                await jobs.derive("nope-1", CSV)
             job = await jobs.submit(SMALL)
             with pytest.raises(Conflict, match="has no files"):
-                await jobs.export(job.id, CSV)
+                await jobs.derive(job.id, CSV)
             await ended(jobs, job)
             for asked in (ExportAsked("crazyflies"), ExportAsked("crazyflie", vehicle="other")):
-                made = await ended(jobs, await jobs.export(job.id, asked))
+                made = await ended(jobs, await jobs.derive(job.id, asked))
                 assert made.problem is not None
                 assert (made.state, made.problem.status) == ("failed", 422)
-                assert (await jobs.export(job.id, asked)).id == made.id
-            written = await ended(jobs, await jobs.export(job.id, CSV))
+                assert (await jobs.derive(job.id, asked)).id == made.id
+            written = await ended(jobs, await jobs.derive(job.id, CSV))
             with pytest.raises(Conflict, match="is an export"):
-                await jobs.export(written.id, CSV)
+                await jobs.derive(written.id, CSV)
 
     run(check())
 
@@ -89,7 +89,7 @@ def test_an_export_goes_on_after_a_stop(tmp_path: Path) -> None:
     async def check() -> None:
         async with service(tmp_path / "data") as jobs:
             job = await ended(jobs, await jobs.submit(SMALL))
-            made = await jobs.export(job.id, CSV)
+            made = await jobs.derive(job.id, CSV)
         async with service(tmp_path / "data") as jobs:
             assert (await ended(jobs, await jobs.job(made.id))).state == "done"
 
@@ -101,7 +101,7 @@ def test_the_largest_shipped_mission_is_exported(tmp_path: Path) -> None:
     async def check() -> None:
         async with service(tmp_path / "data") as jobs:
             job = await ended(jobs, await jobs.submit(ltlplan.load_mission("warehouse")))
-            made = await ended(jobs, await jobs.export(job.id, ExportAsked("crazyswarm2")))
+            made = await ended(jobs, await jobs.derive(job.id, ExportAsked("crazyswarm2")))
             assert (made.state, made.problem) == ("done", None)
             assert await archive(jobs, made)
 

@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 
+from ltlplan.service.execution.exporting import ExportAsked
 from ltlplan.service.models import ENDED, Job
 from ltlplan.service.people.job_references import EARLIER
 from ltlplan.service.people.people import People
@@ -35,7 +36,7 @@ class _Jobs:
         self.held[mission] = Job(id=mission, mission=mission, state="done", submitted="")
         return self.held[mission]
 
-    async def export(self, job_id: str, asked: Any, *, who: str) -> Job:
+    async def derive(self, job_id: str, asked: Any, *, who: str) -> Job:
         self.held[f"{job_id}-export"] = Job(id=f"{job_id}-export", mission="", of=job_id, state="done", submitted="")
         return self.held[f"{job_id}-export"]
 
@@ -209,8 +210,8 @@ def test_an_export_is_seen_by_who_sees_its_flight(lab: Lab) -> None:
     async def check() -> None:
         await of("alice").submit("a")
         with pytest.raises(NotFound):
-            await of("bob").export("a", None)
-        made = await of("alice").export("a", _Target())
+            await of("bob").derive("a", None)
+        made = await of("alice").derive("a", ExportAsked("px4"))
         with pytest.raises(NotFound):
             await of("bob").job(made.id)
         await of("bob").submit("a")
@@ -221,10 +222,6 @@ def test_an_export_is_seen_by_who_sees_its_flight(lab: Lab) -> None:
         await of("bob").delete(made.id)
 
     _run(check())
-
-
-class _Target:
-    target = "px4"
 
 
 def test_an_admin_ends_for_all_what_is_not_the_own(lab: Lab, people: People) -> None:
@@ -255,7 +252,7 @@ def test_a_viewer_changes_nothing(role: Role, lab: Lab) -> None:
             lambda: viewer.submit("b"),
             lambda: viewer.cancel("a"),
             lambda: viewer.delete("a"),
-            lambda: viewer.export("a", None),
+            lambda: viewer.derive("a", None),
             lambda: viewer.move("a", ""),
         ):
             with pytest.raises(Forbidden, match="Only the role 'planner'"):
