@@ -40,6 +40,11 @@ def test_every_mission_of_the_gallery_is_shown() -> None:
     assert [file.name for file in (HERE / "missions").glob("*.yaml") if file.name not in shown] == []
 
 
+def test_the_first_page_counts_the_reports_that_play() -> None:
+    playing = sum(bool(entry.page) for entry in ENTRIES)
+    assert f"beside {playing - 1} others" in (INDEX.parent / "index.md").read_text(encoding="utf-8")
+
+
 def test_the_moving_picture_shows_the_flight_of_today() -> None:
     """`python -m gallery.picture` makes it anew."""
     (lasts,) = set(re.findall(r'dur="([\d.]+)s"', FILE.read_text(encoding="utf-8")))

@@ -19,6 +19,7 @@ import pytest
 import typer
 
 from ltlplan.cli import COMMANDS, load
+from verify.data.language.formula_reader import parse_formula
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
@@ -142,6 +143,21 @@ def test_a_command_that_is_none_is_told() -> None:
 )
 def test_every_command_on_a_page_is_one(page: Path) -> None:
     assert [f"{line}: {fault}" for line in named_commands(page) if (fault := fault_of(line))] == []
+
+
+def formulas_of(page: Path) -> list[str]:
+    """Return the formulas of a page's tables of formulas and what they mean."""
+    tables = re.findall(r"^\| formula \| meaning \|\n\|[-|]+\n((?:\|.*\n)+)", page.read_text(encoding="utf-8"), re.MULTILINE)
+    firsts = [re.split(r"(?<!\\)\|", row)[1].replace("\\|", "|") for table in tables for row in table.splitlines()]
+    return [formula for first in firsts for formula in re.findall("`([^`]+)`", first)]
+
+
+def test_formulas_that_pages_explain_are_formulas() -> None:
+    explained = {page.name: formulas_of(page) for page in PAGES}
+    assert {name for name, formulas in explained.items() if formulas} == {"time.md", "team-with-counts.md"}
+    for formulas in explained.values():
+        for formula in formulas:
+            parse_formula(formula, allow_next=False)
 
 
 def test_every_page_is_in_the_navigation() -> None:
