@@ -31,7 +31,7 @@ STRUCTURE = """() => {
     orders: all("[tabindex]").filter((each) => each.tabIndex > 0).length,
   };
 }"""
-TABS = ("plan", "watch", "trust", "judge", "take-away", "compare", "live")
+TABS = ("plan", "watch", "trust", "simulate", "judge", "take-away", "compare", "live")
 
 
 def _faults(visitor: Visitor, *, drawn_by_others: bool) -> list[str]:

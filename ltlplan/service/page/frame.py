@@ -22,6 +22,7 @@ from ltlplan.service.page.people_tab import people_tab
 from ltlplan.service.page.plan import plan_tab
 from ltlplan.service.page.recording_tab import judge_tab
 from ltlplan.service.page.session_state import ADDRESS, TABS, Desk
+from ltlplan.service.page.simulations_tab import simulations_tab
 from ltlplan.service.page.write import write_tab
 from ltlplan.service.problems import NotFound
 from verify.data import LtlplanError
@@ -148,6 +149,8 @@ async def _page(desk: Desk, tab: str, job: str | None, other: str = "") -> None:
         await plan_tab(desk)
     with panels["trust"]:
         trust_tab(desk, flight)
+    with panels["simulate"]:
+        simulations_tab(desk)
     with panels["judge"]:
         judge_tab(desk, flight)
     with panels["take away"]:

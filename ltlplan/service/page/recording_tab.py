@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+import asyncio
+import json
 from typing import TYPE_CHECKING, Any
 
 from nicegui import ui
 from nicegui.elements.upload_files import FileUpload
 from nicegui.events import UploadEventArguments
 
+from ltlplan.service.execution.derived import SHOWN, RecordingKept
+from ltlplan.service.page.derived_jobs import DerivedJobs
 from ltlplan.service.page.elements import Flight, Words, box, button
 from ltlplan.service.page.judging import recording_asked
+from ltlplan.service.people.roles import Action
+from ltlplan.service.recordings import kept_name
 from ltlplan.service.service import places
 from ltlplan.service.views.recorded import judged
 from verify.data import LtlplanError
@@ -34,6 +40,7 @@ _KINDS = (
     "as flight.csv; or a ZIP archive with a file for each robot, or a bag's folder."
 )
 _NO_JOB = "Choose a job that is done under Plan; its flight is what a recording is held against."
+_NONE_KEPT = "None yet. A recording that was judged can be kept, with what was said of it and its verdict."
 _NOT_TAKEN = "This file was not taken: a recording is one file (.csv, .tsv, .ulg, .mcap, .db3 or .zip), of a size that the service reads."
 
 
@@ -60,6 +67,10 @@ class _Judging:
             with box("outcome").props("role=status aria-live=polite"):
                 self.state = Words("p", "", "sentence")
                 self.again = button("Judge it again", lambda: desk.guarded(self._judge(), self.form), "primary")
+                self.keep = button("Keep it with the job", lambda: desk.guarded(self._keep(), self.form))
+                self.keep.set_visibility(False)
+            Words("h2", "Kept with this job")
+            self.kept = DerivedJobs(desk, "judge", ("recording",), _NONE_KEPT, self._offer)
         desk.on_job.append(self.show)
 
     def _field(self, key: str) -> None:
@@ -81,6 +92,7 @@ class _Judging:
         self.flight.judge(None)
         self.state.set_text(told)
         self.again.set_visibility(self.file is not None)
+        self.keep.set_visibility(False)
 
     def show(self, job: Job | None) -> None:
         """Say whether a recording can be checked; what was checked is another job's."""
@@ -127,6 +139,28 @@ class _Judging:
         if number == self.newest:
             self.state.set_text(f"{file.name}: {told['words']}")
             self.flight.judge({**told, "file": file.name, "said": said})
+            self.keep.set_visibility(self.desk.may(Action.PLAN))
+
+    async def _keep(self) -> None:
+        """Keep the recording with the job, and its verdict."""
+        file, job = self.file, self.job
+        if file is None or job is None:
+            return
+        data = await file.read()
+        await self.desk.jobs.derive(job, RecordingKept(kept_name(file.name, data), recording_asked(self.fields), data))
+        self.keep.set_visibility(False)
+        await self.kept.refresh()
+        self.kept.look()
+
+    def _offer(self, job: Job) -> None:
+        button("Show it", lambda: self.desk.guarded(self._show(job), self.form), label=f"Show {job.title}")
+
+    async def _show(self, job: Job) -> None:
+        """Show a verdict that was kept."""
+        file = await self.desk.jobs.file(job.id, SHOWN)
+        told = json.loads(await asyncio.to_thread(file.path.read_bytes))
+        self._forget(f"{told['file']}: {told['words']}")
+        self.flight.judge(told)
 
 
 def judge_tab(desk: Desk, flight: Flight) -> None:

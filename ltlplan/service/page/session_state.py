@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from ltlplan.service.models import Job
     from ltlplan.service.service import Service
 
-TABS = ("write", "plan", "watch", "trust", "judge", "take away", "compare", "live", "people")
+TABS = ("write", "plan", "watch", "trust", "simulate", "judge", "take away", "compare", "live", "people")
 ADDRESS = {tab: tab.replace(" ", "-") for tab in TABS}
 
 

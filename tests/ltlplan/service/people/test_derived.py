@@ -84,7 +84,8 @@ def test_a_recording_is_kept_with_its_verdict(client: Client, flown: Submitted, 
     folder.mkdir()
     (folder / "quad0.csv").write_text("t,x,y,z\n" + "".join(f"{0.01 * i},0,0,1\n" for i in range(400)))
     whole = client.keep_recording(flown, folder)
-    whole._wait(lambda _sentence, _share: None, None)
+    for _ in whole.events():
+        pass
     if whole.state == "done":
         with zipfile.ZipFile(io.BytesIO(whole.file("bag.zip"))) as archive:
             assert archive.namelist() == ["quad0.csv"]
