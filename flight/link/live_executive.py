@@ -58,10 +58,12 @@ class Operator:
     Attributes:
         show: Told what a person is shown, at every look.
         orders: Orders to stop, heeded where the link heeds them (`ObservedLink`).
+        record: Takes in what is kept of the flight.
     """
 
     show: Callable[[Look], None]
     orders: StopOrders = field(default_factory=StopOrders)
+    record: Record = field(default_factory=Record)
 
 
 @dataclass(slots=True)
@@ -262,7 +264,7 @@ def fly_live(
     """
     _require_joined(stages, grounds)
     operator = operator or Operator(_nobody)
-    record, orders = Record(), operator.orders
+    record, orders = operator.record, operator.orders
     record.parameters.update({robot: link.parameters(robot) for robot in link.robots})
     lasts = sum(stage.duration + SETTLE * (len(stage.parts) - 1) for stage in stages) + (
         0.0 if onwards is None else onwards.duration

@@ -8,11 +8,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 from flight.link.link import Health, Link, Pose
+from flight.link.record import Record
 from flight.link.stop_orders import StopOrders
+from flight.logs.log import Event
 from verify.data import Trajectory
 
 if TYPE_CHECKING:
@@ -52,6 +54,7 @@ class Observation:
         paths: What is flown, by robot; the same mapping while it does not change.
         began: When that began, s of the link's clock.
         look: The monitor's last look; None before the first.
+        said: What was noted since the last observation.
         ending: Whether the flight ends: all hold or land.
         accuracy: Bound on the error of a measured position, m.
     """
@@ -61,6 +64,7 @@ class Observation:
     paths: Mapping[str, Trajectory]
     began: float
     look: Look | None
+    said: tuple[Event, ...]
     ending: bool
     accuracy: float
 
@@ -73,29 +77,29 @@ class ObservedLink:
         orders: Those that are given to this flight.
     """
 
-    def __init__(self, link: Link, orders: StopOrders, show: Callable[[Observation], None]) -> None:
+    def __init__(self, link: Link, orders: StopOrders, record: Record, show: Callable[[Observation], None]) -> None:
         """Take a link.
 
         Args:
             link: To the vehicles.
             orders: Those that are given to this flight.
+            record: What is kept of the flight.
             show: Receives observations; it returns at once.
         """
-        self.link, self.orders, self._show = link, orders, show
+        self.link, self.orders, self._record, self._show = link, orders, record, show
         self._stored: dict[int, dict[str, Trajectory]] = {}
         self._flown: Mapping[str, Trajectory] = {}
-        self._number, self._began, self._seen = -1, 0.0, -math.inf
+        self._number, self._began, self._seen, self._said = -1, 0.0, -math.inf, 0
         self._acknowledged: dict[str, Command] = {}
         self._look: Look | None = None
 
     def see(self, look: Look) -> None:
-        """Take in a look of the monitor; events of looks that are not shown are kept for the next observation.
+        """Take in the monitor's last look.
 
         Args:
-            look: The last one.
+            look: The look.
         """
-        kept = () if self._look is None else self._look.events
-        self._look = replace(look, events=(*kept, *look.events))
+        self._look = look
 
     @property
     def robots(self) -> tuple[str, ...]:
@@ -209,7 +213,7 @@ class ObservedLink:
         now, link = self.link.now(), self.link
         self._seen = now
         robots = {name: SeenRobot(link.pose(name), link.health(name), self._acknowledged.get(name)) for name in link.robots}
+        said = tuple(self._record.events[self._said :])
+        self._said += len(said)
         with suppress(Exception):  # no flight ends for what is shown of it
-            self._show(Observation(now, robots, self._flown, self._began, self._look, self.orders.ending, link.accuracy))
-        if self._look is not None:
-            self._look = replace(self._look, events=())
+            self._show(Observation(now, robots, self._flown, self._began, self._look, said, self.orders.ending, link.accuracy))

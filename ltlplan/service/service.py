@@ -13,6 +13,7 @@ from ltlplan.service import queries as asked
 from ltlplan.service.drafts import Drafts
 from ltlplan.service.event_inbox.flights import LiveFlights
 from ltlplan.service.execution.derived import SimulationAsked, require_sense
+from ltlplan.service.live_view.foretelling import foretell
 from ltlplan.service.log import note
 from ltlplan.service.metrics import Metrics
 from ltlplan.service.models import DerivedKind, EventsAccepted, Job, StopReceipt
@@ -147,6 +148,23 @@ class Service:
         require(principal, Action.FLY)
         await asyncio.to_thread(self.people.log.write, principal, "tell", flight, text)
         return await self.live.tell(flight, text, principal.client)
+
+    async def foretell(self, flight: str, line: str, *, who: str = "") -> list[str]:
+        """Say what an event would do to a flight that is seen live, a sentence each.
+
+        Args:
+            flight: What it listens as.
+            line: The event.
+            who: Who asks.
+
+        Raises:
+            Conflict: The flight is not seen at the moment.
+            BadInput: It is no event.
+        """
+        feed = self.live.hub.feed(flight)
+        if feed is None or not feed.connected or feed.shown is None or feed.frame is None:
+            raise Conflict(f"'{flight[:60]}' is not seen live at the moment, so that nothing can be said of an event.")
+        return await self.questions.ask(foretell, feed.shown, feed.frame.model_dump_json(), line, who=who)
 
     def stop_flight(self, principal: Principal, flight: str, run: int, *, motors: bool) -> StopReceipt:
         """Order a flight to stop, as somebody who may. The flight hears it before the log has it, and whether or not it can be written.

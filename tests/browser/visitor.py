@@ -130,4 +130,4 @@ class Visitor:
         """Close the window; it asked nobody else, and nothing went wrong in it."""
         self.context.close()
         assert self.elsewhere == []
-        assert self.complaints == []
+        assert self.complaints == [], self.complaints

@@ -15,12 +15,15 @@ from websockets.sync.client import connect
 from flight.link.link import Health, Pose
 from flight.link.observed_link import Observation, SeenRobot
 from flight.link.stop_orders import StopOrders
+from flight.link.tracking_monitor import Look
 from ltlplan.service.client_parts.flight_feed import FlightFeed
 from ltlplan.service.client_parts.long_polling import FollowedService
 from tests.helpers.live_missions import PAIR
-from verify.data import parse_mission
+from verify.data import Trajectory, parse_mission
 
 ROBOTS = ("one", "two")
+_STILL: dict[str, Trajectory] = {}
+"""Nothing is flown; the same mapping, as nothing changes."""
 
 
 class FedFlight:
@@ -47,7 +50,10 @@ class FedFlight:
             now = time.monotonic() - began
             robot = SeenRobot(Pose(now, (0.0, 0.0, 1.0), 0.0), Health(endurance=300.0), self.acknowledged)  # type: ignore[arg-type]
             before = time.perf_counter()
-            self.feed.show(Observation(now, dict.fromkeys(ROBOTS, robot), {}, 0.0, None, False, 0.005))
+            look = Look(
+                "flight", now, 600.0, dict.fromkeys(ROBOTS, 0.012), 0.05, (), (), (("F left", "done"), ("F right", "to do"))
+            )
+            self.feed.show(Observation(now, dict.fromkeys(ROBOTS, robot), _STILL, 0.0, look, (), False, 0.005))
             self.longest = max(self.longest, time.perf_counter() - before)
 
     def close(self) -> None:

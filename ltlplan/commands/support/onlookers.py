@@ -68,17 +68,18 @@ def seen_at(
         yield link, Operator(show)
         return
     from flight.link.observed_link import Observation, ObservedLink
+    from flight.link.record import Record
     from flight.link.stop_orders import StopOrders
     from ltlplan.service.client_parts.flight_feed import FlightFeed
 
-    orders = StopOrders()
+    orders, record = StopOrders(), Record()
     feeds = [FlightFeed(listener, mission, orders, hears=hears) for listener in listeners]
 
     def show_all(seen: Observation) -> None:
         for feed in feeds:
             feed.show(seen)
 
-    observed = ObservedLink(link, orders, show_all)
+    observed = ObservedLink(link, orders, record, show_all)
 
     def look(seen: Look) -> None:
         observed.see(seen)
@@ -87,7 +88,7 @@ def seen_at(
         show(seen)
 
     try:
-        yield observed, Operator(look, orders)
+        yield observed, Operator(look, orders, record)
     finally:
         observed.observe()
         for feed in feeds:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import json
 from collections.abc import AsyncGenerator, Coroutine
 from contextlib import asynccontextmanager, suppress
 from typing import Annotated, Any
@@ -11,7 +12,7 @@ from fastapi import APIRouter, Path, Query, Request, Response, WebSocket, WebSoc
 from pydantic import ValidationError
 
 from ltlplan.service.api.live import Name
-from ltlplan.service.api.request_parsing import JSON, json_answer, principal_of, service_of, who_of
+from ltlplan.service.api.request_parsing import JSON, json_answer, principal_of, read_text, service_of, who_of
 from ltlplan.service.api.schema import problems
 from ltlplan.service.event_inbox.names import FLIGHT
 from ltlplan.service.live_view.flight_recorder import replay
@@ -65,7 +66,7 @@ async def _take_all(socket: WebSocket, service: Service, feed: Feed) -> None:
             except TooManyRequests:
                 await socket.close(_NOT_TAKEN, "too many pictures")
                 return
-            drawing.draw(text)
+            drawing.draw(text[len(_PICTURE) : -1])
             continue
         with suppress(TooManyRequests):
             frames.take("")
@@ -106,10 +107,11 @@ class _Drawing:
         while (text := self._next) is not None:
             self._next = None
             try:
-                made = await self._service.questions.ask(live_picture, text[len(_PICTURE) : -1], who=self._who)
+                made = await self._service.questions.ask(live_picture, text, who=self._who)
             except (LtlplanError, ValidationError) as error:
                 note("no picture of a flight", flight=self._feed.flight.name, reason=str(error)[:200])
                 continue
+            self._feed.shown = text
             self._service.live.hub.draw(self._feed, f'{{"kind":"picture","picture":{made}}}')
             self._service.live.recorder.add(self._feed.flight.run, f'{{"picture":{made}}}')
 
@@ -207,6 +209,25 @@ async def stop_flight(
     It passes limits, queues and a full disk, and is not heeded 2 s later any more. It is no safety function: terminal and kill switch come first.
     """
     return json_answer(service_of(request).stop_flight(principal_of(request), name, run, motors=motors), 202)
+
+
+@router.post(
+    "/{name}/foretell",
+    response_model=tuple[str, ...],
+    responses=problems(404, 409, body=True),
+    openapi_extra={
+        "requestBody": {
+            "required": True,
+            "description": "One event, as `ltlplan online --follow` has them.",
+            "content": {"text/plain": {"schema": {"type": "string"}, "example": "quad1 fails"}},
+        }
+    },
+)
+async def foretell_event(request: Request, name: Name) -> Response:
+    """Say what an event would do to a flight as it is now, without sending it."""
+    line = await read_text(request)
+    found = await service_of(request).foretell(name, line, who=who_of(request))
+    return Response(json.dumps(found), media_type=JSON)
 
 
 @router.get(

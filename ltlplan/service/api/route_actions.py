@@ -85,6 +85,7 @@ ACTIONS: dict[tuple[str, str], Action] = {
     ("WEBSOCKET", "/api/live/{name}/watch"): _READ,
     ("POST", "/api/live/{name}/stop"): _FLY,
     ("GET", "/api/live/{name}/runs"): _READ,
+    ("POST", "/api/live/{name}/foretell"): _ASK,
     ("GET", "/api/live/{name}/replays/{run}"): _READ,
     ("GET", "/api/account"): _READ,
     ("POST", "/api/account/tokens"): _READ,

@@ -86,7 +86,7 @@ class FlightFeed:
         Args:
             seen: The observation.
         """
-        for event in () if seen.look is None else seen.look.events:
+        for event in seen.said:
             self._said.append(Said(time=event.time, robot=event.robot, kind=event.kind, sentence=event.sentence[:_LETTERS]))
         self._slot, self._seen = seen, time.monotonic()
 

@@ -74,8 +74,9 @@ class Feed:
         flight: Which one.
         frame: Its last frame; None before any.
         seen: When that came, s of this process's clock.
+        text: The same frame as it is sent to viewers.
         picture: Its last picture, as JSON; None before any.
-        shown: Number of the last picture that was asked for.
+        shown: What the last picture is made of, as JSON; None before any.
     """
 
     flight: Listening
@@ -84,7 +85,7 @@ class Feed:
     seen: float = 0.0
     text: str = ""
     picture: str | None = None
-    shown: int = 0
+    shown: str | None = None
     _orders: deque[tuple[float, StopOrder]] = field(default_factory=deque, init=False)
     _ordered: asyncio.Event = field(default_factory=asyncio.Event, init=False)
 
@@ -151,7 +152,7 @@ class Hub:
         before = self._feeds.get(flight.name)
         feed = Feed(flight, self._clock)
         if before is not None and before.flight.run == flight.run:
-            feed.picture = before.picture
+            feed.picture, feed.shown = before.picture, before.shown
         self._feeds[flight.name] = feed
         self.tell_state(flight.name)
         return feed

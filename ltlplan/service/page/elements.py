@@ -153,6 +153,27 @@ class Flight(Element, component="assets/flight.js"):
         self.update()
 
 
+class LiveView(Element, component="assets/live_view.js", dependencies=["assets/ltlplan_feed.js"]):
+    """A flight in the air as it is seen, or one that is replayed."""
+
+    def look(self, flight: str | None, replay: str | None, *, drags: bool) -> None:
+        """Look at a flight.
+
+        Args:
+            flight: What it listens as; None for none.
+            replay: Where its recording is; None shows it live.
+            drags: Whether regions and obstacles can be dragged.
+        """
+        asked = {"flight": flight or "", "replay": replay or "", "drags": drags}
+        if any(self._props.get(name) != value for name, value in asked.items()):
+            self._props.update(asked)
+            self.update()
+
+
+class StopBar(Element, component="assets/stop_bar.js", dependencies=["assets/ltlplan_feed.js"]):
+    """The stop button of each flight in the air."""
+
+
 class Words(TextElement):
     """An element that holds text and nothing else: whatever stands in it is never read as markup.
 

@@ -16,7 +16,7 @@ from ltlplan.service.event_inbox.names import NAME
 from ltlplan.service.page.certificate_tab import trust_tab
 from ltlplan.service.page.compare_tab import compare_tab
 from ltlplan.service.page.downloads_tab import take_away_tab
-from ltlplan.service.page.elements import Flight, Words, box, button, say
+from ltlplan.service.page.elements import Flight, StopBar, Words, box, button, say
 from ltlplan.service.page.live import live_tab
 from ltlplan.service.page.people_tab import people_tab
 from ltlplan.service.page.plan import plan_tab
@@ -24,6 +24,7 @@ from ltlplan.service.page.recording_tab import judge_tab
 from ltlplan.service.page.session_state import ADDRESS, TABS, Desk
 from ltlplan.service.page.simulations_tab import simulations_tab
 from ltlplan.service.page.write import write_tab
+from ltlplan.service.people.roles import Action
 from ltlplan.service.problems import NotFound
 from verify.data import LtlplanError
 
@@ -161,6 +162,8 @@ async def _page(desk: Desk, tab: str, job: str | None, other: str = "") -> None:
         live_tab(desk)
     with panels["people"]:
         people_tab(desk)
+    if desk.may(Action.FLY):
+        StopBar()
 
     def turned(to: str) -> None:
         for name, panel in panels.items():

@@ -1,12 +1,13 @@
-"""The last tab: flights in the air that listen to this service; tell one an event, and see what it did."""
+"""The live tab: flights in the air as they are seen, events that they are told, and replays of earlier ones."""
 
 from __future__ import annotations
 
+import json
 from typing import TYPE_CHECKING, Any
 
 from nicegui import ui
 
-from ltlplan.service.page.elements import Part, Words, box, button, table
+from ltlplan.service.page.elements import LiveView, Part, Words, box, button, table
 from ltlplan.service.people.roles import Action
 from verify.data import LtlplanError
 
@@ -19,34 +20,60 @@ _REFRESH = 1.0
 _LATE = 20.0
 """s without a question of a flight's, after which that is said."""
 _HINT = "quad1 fails; water moves 0.3,-0.7,0.9; crate appears 0,0,1 0.4,0.4,2; formula F loc1"
-_NOBODY = (
-    "No flight listens. One begins to by `ltlplan online MISSION --certified --link KIND --follow ADDRESS/live/NAME`, ADDRESS being this "
-    "service's and NAME what you choose."
-)
+_ARRIVES = "(event) => emit(event.target.value)"
 
 
 class _Telling:
     """The tab while it is used."""
 
     def __init__(self, desk: Desk) -> None:
-        self.desk, self.line = desk, ""
+        self.desk, self.line, self.replay = desk, "", ""
         with box("telling"):
             Words("h2", "Flights in the air")
             self.flights = Part(box("flights"))
             self.state = Part(box().props("role=status"))
+            self.view = LiveView()
+            self.view.on("moved", self._moved)
             with box("tell", tag="form").props('aria-label="Tell the flight"') as self.form:
                 with box(tag="label"):
                     Words("span", "An event, such as: " + _HINT)
                     self.field = ui.element("input").props("name=event autocomplete=off maxlength=10000")
-                    self.field.on("input", self._typed, js_handler="(event) => emit(event.target.value)")
+                    self.field.on("input", self._typed, js_handler=_ARRIVES, throttle=0.3, leading_events=False)
                 button("Tell", self._send, "primary")
+                self.failing = Part(box("row failing"))
             self.form.on("submit", self._send, js_handler="(event) => { event.preventDefault(); emit(); }")
+            self.foretold = Part(box("foretold").props("aria-live=polite"))
             self.events = Part(box("events").props("aria-live=polite"))
+            self.runs = Part(box("runs"))
         desk.on_tab.append(lambda tab: self.timer.activate() if tab == "live" else self.timer.deactivate())
         self.timer = ui.timer(_REFRESH, self.refresh, active=False)
 
-    def _typed(self, event: Any) -> None:  # of any type: NiceGUI's events carry what the browser sends
+    async def _typed(self, event: Any) -> None:  # of any type: NiceGUI's events carry what the browser sends
         self.line = str(event.args)
+        await self._foretell()
+
+    async def _moved(self, event: Any) -> None:  # as above
+        x, y, z = (float(part) for part in event.args["place"])
+        await self._write(f"{event.args['name']} moves {x:g},{y:g},{z:g}")
+
+    async def _write(self, line: str) -> None:
+        """Write an event where events are written, and say what it will do; nothing is sent."""
+        self.line = line
+        self.desk.client.run_javascript(f"getHtmlElement({self.field.id}).value = {json.dumps(line)}")
+        await self._foretell()
+
+    async def _foretell(self) -> None:
+        line = self.line.strip()
+        said: list[str] = []
+        if line and self.desk.flight is not None:
+            try:
+                said = await self.desk.service.foretell(self.desk.flight, line, who=self.desk.who)
+            except LtlplanError as error:
+                said = [str(error)]
+        if line == self.line.strip():
+            self.foretold.show(
+                said, lambda: [Words("p", sentence) for sentence in ("If you tell it:", *said)] if said else None
+            )
 
     async def refresh(self) -> None:
         """Look again at who listens, and at what was told."""
@@ -62,26 +89,78 @@ class _Telling:
         if self.desk.flight is None and flights:
             self.desk.flight = flights[0].name
         names = [(flight.name, flight.mission, flight.ended is None) for flight in flights]
-        self.flights.show(
-            (names, self.desk.flight), lambda: [self._flight(flight) for flight in flights] or Words("p", _NOBODY, "soft")
-        )
+        self.flights.show((names, self.desk.flight), lambda: [self._flight(flight) for flight in flights] or self._nobody())
         flight = next((flight for flight in flights if flight.name == self.desk.flight), None)
         said = _state(flight, self.desk.flight)
         self.state.show(said, lambda: Words("p", said, "soft"))
-        self.form.set_visibility(flight is not None and flight.ended is None and self.desk.may(Action.FLY))
+        feed = None if flight is None else live.hub.feed(flight.name)
+        seen = None if feed is None or not feed.connected else feed.frame
+        tells = flight is not None and flight.ended is None and self.desk.may(Action.FLY) and (seen is None or seen.hears)
+        self.form.set_visibility(tells)
+        self.view.look(None if flight is None else flight.name, self.replay or None, drags=tells)
+        self.view.set_visibility(flight is not None)
+        robots = () if seen is None or not tells else tuple(seen.robots)
+        self.failing.show(robots, lambda: [self._fails(robot) for robot in robots])
         last = 0 if flight is None else max(0, flight.events - 100)
         events = () if flight is None else await live.events(
             flight.name, flight=None, after=last, wait=0.0, stopping=self.desk.service.stopping
         )  # fmt: skip
         self.events.show(events, lambda: _listed(events))
+        await self._look_at_runs(flight)
+
+    async def _look_at_runs(self, flight: LiveFlight | None) -> None:
+        runs = () if flight is None else await self.desk.service.live.runs(flight.name)
+        recorded = tuple(run for run in runs if run.recorded)
+        told = [(run.run, run.ended is None) for run in recorded]
+        self.runs.show((told, self.replay), lambda: self._replays(recorded) if recorded else None)
+
+    def _replays(self, runs: tuple[LiveFlight, ...]) -> None:
+        Words("h2", "Replays")
+        with box("row"):
+            if self.replay:
+                button("Back to live", lambda: self._play(""), "quiet")
+            for run in runs:
+                address = f"/api/live/{run.name}/replays/{run.run}"
+                entry = button(
+                    f"{run.opened[:10]} {run.opened[11:19]} UTC, {run.mission}", lambda at=address: self._play(at), "quiet"
+                )
+                entry.props(f"aria-pressed={'true' if address == self.replay else 'false'}")
+
+    async def _play(self, address: str) -> None:
+        self.replay = address
+        await self.refresh()
+
+    def _nobody(self) -> None:
+        """Say how a flight comes to be seen here."""
+        address = f"{str(self.desk.client.request.base_url).rstrip('/')}/live/lab"
+        with box("empty"):
+            Words(
+                "p",
+                "No flight is in the air. One is seen here, can be told events and stopped, when it is flown like this (lab is a name that you choose):",
+            )
+            for command in (
+                f"ltlplan online firefighting --certified --link simulated --noise 0.001 --follow {address}",
+                f"ltlplan fly RUN --link simulated --real-time --noise 0.001 --follow {address}",
+            ):
+                with Words("pre", ""):
+                    Words("code", command)
+            if self.desk.user is not None:
+                Words(
+                    "p",
+                    "Its program needs a token of a pilot, made under People, in the environment variable LTLPLAN_TOKEN.",
+                    "soft",
+                )
 
     def _flight(self, flight: LiveFlight) -> None:
         mark = "" if flight.ended is None else " (ended)"
         entry = button(f"{flight.name}: {flight.mission}{mark}", lambda: self._choose(flight.name), "quiet")
         entry.props(f"aria-pressed={'true' if flight.name == self.desk.flight else 'false'}")
 
+    def _fails(self, robot: str) -> None:
+        button(f"{robot} failed", lambda: self._write(f"{robot} fails"), "quiet")
+
     async def _choose(self, name: str) -> None:
-        self.desk.flight = name
+        self.desk.flight, self.replay = name, ""
         self.desk.show("live")
         await self.refresh()
 
@@ -92,8 +171,7 @@ class _Telling:
         if self.desk.flight is None or not self.line.strip():
             return
         await self.desk.service.tell(self.desk.principal, self.desk.flight, self.line)
-        self.line = ""
-        self.desk.client.run_javascript(f"getHtmlElement({self.field.id}).value = ''")
+        await self._write("")
         await self.refresh()
 
 

@@ -9,6 +9,7 @@ import pytest
 import ltlplan
 from flight.link.live_executive import LiveFlight, Operator, fly_live
 from flight.link.observed_link import Observation, ObservedLink
+from flight.link.record import Record
 from flight.link.simulated import Faults, SimulatedLink
 from flight.link.stop_orders import Level, StopOrders
 from ltlplan.live_phases import stages
@@ -36,7 +37,8 @@ class Flown:
         self.link, self.orders, self.seen = SimulatedLink(mission, PLACES, faults=faults), StopOrders(), list[Observation]()
         self._times = sorted(orders.items())
         self.heights: dict[str, float] = {}
-        observed = ObservedLink(self.link, self.orders, self._show)
+        record = Record()
+        observed = ObservedLink(self.link, self.orders, record, self._show)
         inner, stop = self.link.sleep, self.link.stop
 
         def sleep(seconds: float) -> None:
@@ -49,7 +51,7 @@ class Flown:
             return stop(robot)
 
         self.link.sleep, self.link.stop = sleep, stopped
-        self.done: LiveFlight = fly_live(observed, flown, grounds=GROUNDS, operator=Operator(observed.see, self.orders))
+        self.done: LiveFlight = fly_live(observed, flown, grounds=GROUNDS, operator=Operator(observed.see, self.orders, record))
         observed.observe()
 
     def _show(self, seen: Observation) -> None:
@@ -68,8 +70,7 @@ def test_an_undisturbed_flight_is_seen_ten_times_a_second_with_all_that_is_flown
     states = [dict(seen.look.parts) for seen in flown.seen if seen.look and seen.look.stage == "flight"]
     assert states[0] == {"F left": "to do", "F right": "to do"}
     assert set(states[-1].values()) <= {"done", "kept"}
-    said = [event.sentence for seen in flown.seen if seen.look for event in seen.look.events]
-    assert len(said) == len(set(said)), "each event is shown once"
+    assert [event for seen in flown.seen for event in seen.said] == flown.done.record.events
     last = flown.seen[-1]
     assert last.ending
     assert {name: robot.acknowledged for name, robot in last.robots.items()} == dict.fromkeys(PLACES, "stop")
@@ -128,6 +129,6 @@ def test_what_is_shown_ends_no_flight(ready) -> None:
     def broken(_: Observation) -> None:
         raise RuntimeError("a bug")
 
-    observed = ObservedLink(link, orders, broken)
+    observed = ObservedLink(link, orders, Record(), broken)
     done = fly_live(observed, flown, grounds=GROUNDS, operator=Operator(observed.see, orders))
     assert done.flown, done.reason

@@ -4,6 +4,7 @@ import { CSS2DObject, CSS2DRenderer, OrbitControls, THREE } from "nicegui-scene"
 const FOV = 32; // degrees
 const REACH = 0.62 + 0.3 + 0.045; // of a robot as it is modelled below: from its middle to the outside of its rotors
 const DOT = 7; // pixels
+const DOWN = new THREE.Vector3(0, -1e-4, 1).normalize(); // from straight above, y up in the picture
 const EYE = new THREE.Vector3(0.8, -1.7, 1.0).normalize(); // where the reports' scenes are looked at from
 
 function css(name) {
@@ -267,14 +268,14 @@ export class Scene {
         else label(String(+v.toFixed(3)), [high.x + out, v, low.z]);
       }
     }
-    const stepZ = tickStep(high.z - low.z, 4);
-    for (let v = Math.ceil(low.z / stepZ - 1e-9) * stepZ; v <= high.z + 1e-9; v += stepZ) {
+    const stepZ = this.above ? Infinity : tickStep(high.z - low.z, 4); // from above nobody sees heights
+    for (let v = this.above ? Infinity : Math.ceil(low.z / stepZ - 1e-9) * stepZ; v <= high.z + 1e-9; v += stepZ) {
       if (v - low.z > 0.3 * stepZ) label(String(+v.toFixed(3)), [low.x - 0.018 * this.size, low.y, v]);
     }
     const far = 0.055 * this.size;
     label("x (m)", [(low.x + high.x) / 2, low.y - far, low.z], "axis");
     label("y (m)", [high.x + far, (low.y + high.y) / 2, low.z], "axis");
-    label("z (m)", [low.x - far, low.y, (low.z + high.z) / 2], "axis");
+    if (!this.above) label("z (m)", [low.x - far, low.y, (low.z + high.z) / 2], "axis");
     this.room.add(new THREE.LineSegments(new THREE.BufferGeometry().setFromPoints(floor), new THREE.LineBasicMaterial({ color: faint })));
     const box = new THREE.Box3(low.clone(), high.clone());
     const frame = new THREE.Box3Helper(box, new THREE.Color(grey));
@@ -288,9 +289,13 @@ export class Scene {
     const shape = (this.holder.clientWidth || 4) / (this.holder.clientHeight || 3);
     const half = (FOV / 360) * Math.PI;
     const narrow = Math.min(half, Math.atan(Math.tan(half) * shape));
-    this.distance = (0.43 * this.size) / Math.sin(narrow);
+    this.distance = ((shape < 1.3 ? 0.52 : 0.43) * this.size) / Math.sin(narrow);
     this.controls.target.copy(middle);
-    this.camera.position.copy(middle).addScaledVector(EYE, this.distance);
+    if (this.above) { // the upper face of the room fits, which is nearest
+      const across = Math.max((this.high.x - this.low.x) / shape, this.high.y - this.low.y) / 2;
+      this.distance = (1.22 * across) / Math.tan(half) + (this.high.z - this.low.z) / 2;
+    }
+    this.camera.position.copy(middle).addScaledVector(this.above ? DOWN : EYE, this.distance);
     this.camera.near = 0.01 * this.distance;
     this.camera.far = 20 * this.distance;
     this.camera.updateProjectionMatrix();
@@ -310,16 +315,112 @@ export class Scene {
     this.draw();
   }
 
-  // Moves the robots; `share` of the samples are behind them.
+  // Moves the robots; `share` of the samples are behind them, or so many of each robot's. Robots without a place are not shown.
   move(places, share) {
+    let moved = false;
     places.forEach((p, i) => {
       const robot = this.robots[i];
       if (!robot) return;
+      moved ||= robot.body.visible !== (p !== null) || (p !== null && robot.body.position.distanceTo(new THREE.Vector3(...p)) > 1e-4);
+      robot.body.visible = p !== null;
+      if (p === null) return;
+      if (robot.name === this.followed && this.low) this.followTo(robot.body.position, p);
       robot.body.position.set(...p);
       robot.drop.scale.z = Math.max(p[2] - this.low.z, 1e-3);
-      if (robot.past) robot.past.geometry.setDrawRange(0, Math.floor(share * (robot.samples - 1)) * 36);
+      const behind = Array.isArray(share) ? Math.min(share[i], robot.samples - 1) : share * (robot.samples - 1);
+      if (robot.past) robot.past.geometry.setDrawRange(0, Math.max(Math.floor(behind), 0) * 36);
+    });
+    if (moved) this.draw();
+  }
+
+  // Has the camera follow a robot, or nobody.
+  follow(name) {
+    this.followed = name;
+    const robot = this.robots.find((each) => each.name === name);
+    if (robot) this.glideTo(robot.body.position.toArray());
+  }
+
+  followTo(from, to) {
+    if (this.gliding) return;
+    const way = new THREE.Vector3(...to).sub(from);
+    this.camera.position.add(way);
+    this.controls.target.add(way);
+    this.controls.update();
+  }
+
+  // Draws a translucent tube of a radius in m around each robot's path.
+  addTubes(robots, paths, radius) {
+    if (!this.renderer || !radius) return;
+    robots.forEach((name, i) => {
+      const geometry = paths[i] && lineGeometry(paths[i].map((p) => new THREE.Vector3(...p)), radius, 8);
+      if (!geometry) return;
+      const colour = this.robots[i].body.children[0].material.color;
+      const tube = new THREE.Mesh(geometry, new THREE.MeshBasicMaterial({ color: colour, transparent: true, opacity: 0.13, depthWrite: false }));
+      tube.renderOrder = 3;
+      tube.userData.group = name;
+      this.content.add(tube);
     });
     this.draw();
+  }
+
+  // Puts a handle onto each body, at its centre in m: dragged, or moved by arrow keys, it says where to. The body itself stays.
+  dragBodies(bodies, moved) {
+    if (!this.renderer) return;
+    for (const [name, { center }] of Object.entries(bodies)) {
+      const handle = document.createElement("button");
+      handle.type = "button";
+      handle.className = "tag3d handle";
+      handle.setAttribute("aria-label", "Move " + name + " by dragging, or with the arrow keys");
+      handle.title = "Move " + name;
+      const label = new CSS2DObject(handle);
+      label.position.set(...center);
+      this.content.add(label);
+      const tell = () => moved(name, [label.position.x, label.position.y, center[2]].map((v) => Math.round(100 * v) / 100));
+      const to = (x, y) => {
+        label.position.x = Math.min(Math.max(x, this.low.x), this.high.x);
+        label.position.y = Math.min(Math.max(y, this.low.y), this.high.y);
+        this.draw();
+      };
+      handle.addEventListener("pointerdown", (event) => {
+        event.preventDefault();
+        handle.focus();
+        handle.setPointerCapture(event.pointerId);
+      });
+      handle.addEventListener("pointermove", (event) => {
+        if (!handle.hasPointerCapture(event.pointerId)) return;
+        const at = this.onLevel(event, center[2]);
+        if (at) to(at.x, at.y);
+      });
+      handle.addEventListener("pointerup", (event) => { if (handle.hasPointerCapture(event.pointerId)) tell(); });
+      handle.addEventListener("keydown", (event) => {
+        const step = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key];
+        if (!step) return;
+        event.preventDefault();
+        event.stopPropagation();
+        to(label.position.x + 0.05 * step[0], label.position.y + 0.05 * step[1]);
+        tell();
+      });
+    }
+    this.draw();
+  }
+
+  // Returns where a pointer is at a height, m; null where it is nowhere there.
+  onLevel(event, height) {
+    const box = this.renderer.domElement.getBoundingClientRect();
+    const at = new THREE.Vector2((2 * (event.clientX - box.left)) / box.width - 1, 1 - (2 * (event.clientY - box.top)) / box.height);
+    const ray = new THREE.Raycaster();
+    ray.setFromCamera(at, this.camera);
+    return ray.ray.intersectPlane(new THREE.Plane(new THREE.Vector3(0, 0, 1), -height), new THREE.Vector3());
+  }
+
+  // Looks straight down from now on, y up; it is moved and zoomed, not turned.
+  lookFromAbove() {
+    if (!this.renderer) return;
+    this.above = true;
+    this.controls.enableRotate = false;
+    this.controls.mouseButtons = { LEFT: THREE.MOUSE.PAN, MIDDLE: THREE.MOUSE.DOLLY, RIGHT: THREE.MOUSE.PAN };
+    this.controls.touches = { ONE: THREE.TOUCH.PAN, TWO: THREE.TOUCH.DOLLY_PAN };
+    if (this.low) this.lookAtAll();
   }
 
   // Shows or hides everything of a robot or a region.
