@@ -1,7 +1,7 @@
 """Physical vehicles: what the flatness limits and the certificate need to know about an airframe.
 
 The shipped profiles are YAML files beside this module; each number there stands next to its source.
-Lag, drag and controller gains belong to `flight/airframes`.
+Lag, drag and controller gains belong to `airframe.py`.
 """
 
 from __future__ import annotations
