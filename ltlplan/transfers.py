@@ -320,6 +320,7 @@ def _only_moves(
             "robot": type(mission.robot)(),
             "robots": None,
             "sequence": None,
+            "disturbance": None,  # proved of the mission's flight alone
             "hoops": {key: hoop.model_copy(update={"only": None}) for key, hoop in mission.hoops.items()},
             "limits": _all_over(mission.limits),
             "agents": agents,

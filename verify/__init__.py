@@ -3,7 +3,7 @@
 `verify` imports nothing of the planner, of refinement or of flight. It shares with them only the plain data of `verify.data`.
 
 Read `certification` (the entry point; `certificate` is the value) and `claims`, then `motion` (polynomials), `model_checking` (words over time)
-and `logic` (semantics of formulas), over `arithmetic`. `data` holds missions, plans and trajectories, which all packages share.
+and `logic` (semantics of formulas), over `arithmetic`. `tracking` proves that robots stay near their plans under disturbances. `data` holds missions, plans and trajectories, which all packages share.
 `run_folder` proves a folder again from its files (`certificate_file`). `trace_checking` checks words alone, `recordings` recorded flights, and
 `third_party` flights that other programs planned. `flight_segments` checks flights in changing worlds, `aborts` braking to a hover, and
 `exported_parts` uploaded parts against the flight. `proofs` writes down what was proved, and `kernel`, which imports nothing of ours, checks it;

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from functools import cache
 from importlib import metadata
-from typing import Any
+from typing import Any, Literal
 
 from verify.claims.claim import Claim
 from verify.claims.soft_claims import SoftClaim
@@ -98,6 +98,11 @@ class Certificate:
         return bool(self.claims) and all(claim.outcome == "holds" for claim in self.claims)
 
     @property
+    def tube(self) -> Literal["proved", "assumed"]:
+        """The word for robots staying within the margin: proved under the mission's disturbances, or assumed."""
+        return "proved" if any(claim.name == "tracking" and claim.outcome == "holds" for claim in self.claims) else "assumed"
+
+    @property
     def checked(self) -> int:
         """Number of claims that the kernel checked."""
         return sum(claim.proof == "checked" for claim in self.claims)
@@ -141,6 +146,7 @@ class Certificate:
             "actions": [asdict(action) for action in self.actions],
             "versions": self.versions,
             "kernel": self.kernel,
+            "tube": self.tube,
             **({"soft": [_soft_data(part) for part in self.soft]} if self.soft else {}),
         }
 
@@ -207,9 +213,10 @@ def _finite(value: float | None) -> float | None:
 def payload_digest(data: Mapping[str, Any]) -> str:
     """Return the SHA-256 of certificate.json's contents, in hexadecimal: what is claimed, and of what.
 
-    The digest itself is no part of it, and neither are the kernel's words: whoever has the proof can have it checked again.
+    The digest itself is no part of it, and neither are the kernel's words: whoever has the proof can have it checked again. What `tube` says follows
+    from the claims.
     """
     claims = [{key: value for key, value in claim.items() if key not in KERNEL_KEYS} for claim in data["claims"]]
-    payload = {key: value for key, value in {**data, "claims": claims}.items() if key not in ("digest", "kernel")}
+    payload = {key: value for key, value in {**data, "claims": claims}.items() if key not in ("digest", "kernel", "tube")}
     text = json.dumps(payload, sort_keys=True, allow_nan=False, separators=(",", ":"))
     return hashlib.sha256(text.encode()).hexdigest()

@@ -63,7 +63,9 @@ def certificate_from_json(
     kernel = value.get("kernel")  # certificates of before have none
     if kernel is not None and not _is_index(kernel):
         raise BadInput(f"{source}: 'kernel' must be the kernel's version, or null.")
-    unknown = sorted(set(value) - {key for key, _, _ in _SHAPE} - {"format", "kernel", "soft"})
+    if value.get("tube", "assumed") not in ("assumed", "proved"):  # certificates of before say nothing
+        raise BadInput(f'{source}: \'tube\' must be "assumed" or "proved".')
+    unknown = sorted(set(value) - {key for key, _, _ in _SHAPE} - {"format", "kernel", "soft", "tube"})
     if unknown:
         raise BadInput(f"{source} has an unknown key '{unknown[0][:40]}'.")
     return value
@@ -146,6 +148,8 @@ def difference(written: Mapping[str, Any], proved: Mapping[str, Any]) -> str:  #
         written: As it was read.
         proved: As it is proved now.
     """
+    if written.get("tube", proved["tube"]) != proved["tube"]:
+        return "its 'tube' is not what its claims give."
     for key in ("duration", "largest_margin", "actions"):
         if not _agree(written[key], proved[key]):
             return f"its '{key}' is not what the files give."

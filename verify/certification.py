@@ -24,6 +24,7 @@ from verify.claims.obstacle_claims import obstacle_claims
 from verify.claims.order_claims import ordered_claims, precedence_claims
 from verify.claims.part_claims import part_claims
 from verify.claims.soft_claims import soft_claims
+from verify.claims.tracking_claims import tracking_claims
 from verify.claims.visit_claims import passage_claim, visit_claim
 from verify.data.errors import BadInput, NotCertified
 from verify.data.mission import Mission
@@ -110,7 +111,7 @@ def judge(
     _check_plan(plan)
     evidence = Evidence.of(judged_plan(plan), team)
     error = Fraction(apart)
-    still = _margin_free_claims(evidence)
+    still = (*_margin_free_claims(evidence), *tracking_claims(evidence, float(asked)))
     tube = _at_margin(evidence, Fraction(asked), error)
     best = None
     if largest and all(claim.outcome == "holds" for claim in still):

@@ -163,6 +163,7 @@ _ALTERNATIVES: dict[Reason, tuple[Alternative, ...]] = {
     "endurance": (_as_fast_as_may_be, _shared_by_nominal_times, *_OTHER_WORDS, _flown_at_nominal_times),
     "times": (_on_time, shared_for_time, in_another_order),
     "claims": (_planned_order, _same_words, *_OTHER_WORDS, _flown_at_nominal_times, in_another_order),
+    "tracking": (),
     "no flight": (*_OTHER_WORDS, _flown_at_nominal_times, in_another_order),
     "soft parts": (same_words_under_precedences, other_words, without_a_leg),
     "no better": (without_a_leg,),

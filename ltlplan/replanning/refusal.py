@@ -16,9 +16,10 @@ from verify.data import Infeasible, LtlplanError, NotCertified, Plan, Witness
 if TYPE_CHECKING:
     from verify.claims.soft_claims import SoftClaim
 
-Reason = Literal["certified", "soft parts", "no better", "endurance", "times", "claims", "no flight"]
+Reason = Literal["certified", "soft parts", "no better", "endurance", "times", "claims", "tracking", "no flight"]
 """Certified as planned; soft parts are lost; nothing better than what is certified; a vehicle's endurance is too short; bounds in seconds ask for
-other times, or allow gentler ones; a claim fails and waits may help; no flight of these words is certified."""
+other times, or allow gentler ones; a claim fails and waits may help; only tracking is not proved, which no other plan mends; no flight of these
+words is certified."""
 
 
 @dataclass(eq=False)
@@ -76,6 +77,8 @@ class Refusal:
             return "endurance"
         if {claim.name for claim in self.found.refused} == {"timing"} and not spent:
             return "times"
+        if {claim.name for claim in self.found.refused} == {"tracking"}:
+            return "tracking"
         return "no flight" if spent else "claims"
 
     @property
@@ -118,6 +121,8 @@ class Refusal:
         if self.reason == "times":
             said = f"Not certified: no times of these words keep what is bounded in seconds. {self.why} {self._relief}"
             return NotCertified(said.rstrip(), self.witnesses)
+        if self.reason == "tracking":
+            return NotCertified(f"Not certified. {self.why}", self.witnesses)
         no_waits = "Whatever robots wait for, these words do not satisfy the formula."
         return NotCertified(f"Not certified. {self.why} {no_waits}", self.witnesses)
 

@@ -192,7 +192,7 @@ def certified_sentence(result: Result) -> str:
     if first.cycle is not None:
         begins = float(first.knots[first.cycle])
         times = f"for all t in [0, {begins:.2f} s] and a cycle of {certificate.duration - begins:.2f} s that repeats for ever"
-    return f"Certified {times}, at margin {certificate.margin:g} m{with_clocks(certificate)}"
+    return f"Certified {times}, at margin {certificate.margin:g} m{with_clocks(certificate)}, tube {certificate.tube}"
 
 
 def with_clocks(certificate: Certificate) -> str:

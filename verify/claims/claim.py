@@ -23,7 +23,7 @@ class Claim:
 
     Attributes:
         name: "formula", "timing", "transitions", "visits", "passages", "ordered", "precedences", "rims", "obstacles", "workspace",
-            "separation", "continuity", "parts" or "limits." and the limit's name.
+            "separation", "continuity", "parts", "tracking" or "limits." and the limit's name.
         outcome: Only "holds" is proved; "fails" is refuted; "undecided" is neither.
         sentence: One sentence for a person.
         robot: The robot concerned; None for the team.

@@ -3,7 +3,7 @@
 Read `mission` (of `sections`, `shapes` and `language`, under `validation`), `plan`, `trajectory` and `witness`: what travels between
 the packages; `files` and `storage` are how it is kept. `value`, `errors` and `progress` are what all are made with. `names` holds the
 names that other packages may bring, and former ones. `events` are what may change in flight, `vehicle` what flies, `uncertain` what is not
-known of it. `arrays` are types for signatures. `obstruction` says why no flight was found. `frame` places a mission in the laboratory,
+known of it, `airframe` lag, drag and gains, `disturbance` what may disturb a flight. `arrays` are types for signatures. `obstruction` says why no flight was found. `frame` places a mission in the laboratory,
 `autopilot` reads what on-board software is tuned to. `helper_process` asks a process of one's own, once more where it was killed.
 """
 

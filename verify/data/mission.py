@@ -14,6 +14,7 @@ from typing import Any, Literal, Self
 import numpy as np
 from pydantic import Field
 
+from verify.data.disturbance import Disturbance
 from verify.data.errors import BadInput
 from verify.data.frame import Frame
 from verify.data.language.counting import written_out
@@ -79,6 +80,10 @@ class Mission(Value):
         default=None, description="m, taller clearance in z for downwash: distance in z counts separation / separation_z"
     )
     margin: NotNegative = Field(default=0.05, description="m, the certificate's delta")
+    disturbance: Disturbance | None = Field(
+        default=None,
+        description="what may disturb a flight, under which robots are proved to stay within the margin; omitted: that they do is assumed",
+    )
     clock_error: NotNegative | None = Field(
         default=None,
         description="s between any two robots' clocks at any moment; 0: they share one; omitted: what a common start leaves",

@@ -7,6 +7,7 @@ from typing import Any, get_args, get_origin
 from pydantic import BaseModel
 
 from verify.data import parse_mission
+from verify.data.disturbance import Disturbance
 from verify.data.frame import Frame
 from verify.data.mission import Mission
 from verify.data.sections import Action, Agent, Box, Edge, Environment, LegLimits, Limits, Planner, Robot, SoftPart, Spec
@@ -34,6 +35,7 @@ SECTIONS: tuple[tuple[str, type[BaseModel]], ...] = (
     ("`limits.legs.REGION`", LegLimits),
     ("`workspace`", Box),
     ("`frame`", Frame),
+    ("`disturbance`", Disturbance),
     ("`planner`", Planner),
     ("`vehicle` (inline table)", Vehicle),
     ("`vehicle.uncertain`", Uncertain),

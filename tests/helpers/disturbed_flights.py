@@ -1,0 +1,65 @@
+"""Flights of the geometric controller under the disturbances of docs/tracking.md, by the simulator's own parts: many at once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from flight.control.geometric import GEOMETRIC
+from flight.model.airframe import airframe_of
+from flight.model.autopilot import Autopilot, Held
+from flight.model.dynamics import ATTITUDE, POSITION, RATES, VELOCITY, QuadcopterDynamics, hover_state
+from flight.model.plant import Motion
+from flight.model.timing import CONTROL_STEP, STEP, SUBSTEPS
+
+
+@dataclass
+class Disturbed:
+    """Disturbances of n flights; each function is told the time in s and returns (3, n)."""
+
+    n: int
+    wind: object = None
+    place: object = None
+    gyroscope: object = None
+    late: int = 0  # steps on board
+    mass: np.ndarray | None = None  # share
+    thrust: np.ndarray | None = None  # share
+    offset: np.ndarray | None = None  # m, at the start
+    log: list = field(default_factory=list)
+
+    def fly(self, vehicle, path, duration):
+        """Return positions after every step less the planned ones, m. Shape (steps, 3, n)."""
+        n, frame = self.n, airframe_of(vehicle)
+        mass = vehicle.mass * (np.ones(n) if self.mass is None else self.mass)
+        root = np.sqrt(np.ones(n) if self.thrust is None else self.thrust)
+        dynamics = QuadcopterDynamics(frame, mass=mass)
+        autopilot = Autopilot(QuadcopterDynamics(frame))
+        start = np.tile(path.evaluate(0.0)[:, None], (1, n))
+        begun = start[:3] + (np.zeros((3, n)) if self.offset is None else self.offset)
+        state = hover_state(frame, begun, start[3])
+        state[13:] *= root
+        level = np.full(n, vehicle.weight)
+        none = np.zeros((3, n))
+        held = Held(None, none, none, level, np.zeros(n), np.full((4, n), frame.hover_speed))
+        loop = GEOMETRIC.begin(frame, start)
+        past = [state] * (self.late + 1)
+        zero = np.zeros((3, n))
+        ticks = int(np.ceil(round(duration / CONTROL_STEP, 3)))
+        errors = np.empty((ticks * SUBSTEPS, 3, n))
+        for tick in range(ticks):
+            t = tick * CONTROL_STEP
+            seen = past[-1 - self.late]
+            noise = self.place(t) if self.place else zero
+            now = Motion(seen[POSITION] + noise, seen[VELOCITY], state[ATTITUDE], state[RATES])
+            flat = np.stack([np.tile(path.evaluate(t, k)[:, None], (1, n)) for k in range(5)])
+            held = Held.of(loop.command(flat, now), held.rotors)
+            for sub in range(SUBSTEPS):
+                at = t + sub * STEP
+                rates = state[RATES] + (self.gyroscope(at) if self.gyroscope else 0.0)
+                asked, held = autopilot.rotor_commands(held, state[ATTITUDE], rates, np.ones(n), STEP)
+                state = dynamics.step(state, asked * root, self.wind(at) if self.wind else 0.0, STEP)
+                past = [*past[-12:], state]
+                errors[tick * SUBSTEPS + sub] = state[POSITION] - path.evaluate(at + STEP)[:3, None]
+            self.log.append(state)
+        return errors

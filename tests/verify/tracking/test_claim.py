@@ -1,0 +1,144 @@
+"""The claim `tracking`: proved, proved again from files, and refused in words."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from tests.helpers.flights import legs, plan_of, small_mission
+from tests.helpers.small_flights import turning
+from verify import certify, judge, recheck
+from verify.certificate import payload_digest
+from verify.data import NotCertified
+from verify.data.airframe import load_airframe
+from verify.data.disturbance import Disturbance
+from verify.data.files.mission_file import load_mission_file, mission_to_yaml
+from verify.data.files.trajectory_csv import write_csv
+from verify.data.plan import Visit
+from verify.data.vehicle import load_vehicle
+
+GENTLE = Disturbance(airframe=load_airframe("crazyflie-2.1"), wind=0.05, mass=0.002, gyroscope=0.002)
+
+
+def flight(told: Disturbance | None = GENTLE, *, controller: str = "geometric", margin: float = 0.05, **changes):
+    mission = small_mission("F a", regions="a: {center: [0.5, 0.0, 1.0], radii: [0.2, 0.2, 0.2]}", margin=margin)
+    vehicle = load_vehicle("crazyflie-2.1").changed(controller=controller)
+    mission = mission.changed(vehicle=vehicle, disturbance=told, **changes)
+    return plan_of(mission, {"r0": [Visit(region="a")]}), {"r0": legs([[0, 0, 1], [0.5, 0, 1]], speed=0.15)}
+
+
+def claim_of(certificate):
+    (claim,) = (claim for claim in certificate.claims if claim.name == "tracking")
+    return claim
+
+
+def test_a_flight_is_proved_to_stay_within_its_margin():
+    certificate = certify(*flight())
+    claim = claim_of(certificate)
+    assert claim.outcome == "holds"
+    assert 0.001 < claim.bound < claim.limit == 0.05
+    assert 0 <= claim.time <= certificate.duration
+    assert "geometric" in claim.sentence
+    assert "wind" in claim.sentence
+    assert certificate.tube == "proved"
+
+
+def test_without_disturbances_the_tube_is_assumed():
+    certificate = certify(*flight(None))
+    assert certificate.tube == "assumed"
+    assert not any(claim.name == "tracking" for claim in certificate.claims)
+    assert certificate.to_dict()["tube"] == "assumed"
+
+
+def refused(plan, team) -> str:
+    claim = claim_of(judge(plan, team))
+    assert claim.outcome == "undecided"
+    assert claim.witness is not None
+    with pytest.raises(NotCertified):
+        certify(plan, team)
+    return claim.sentence
+
+
+def test_refusals_say_what_stands_in_the_way():
+    assert "no proof for this controller, 'mellinger'" in refused(*flight(controller="mellinger"))
+    assert "more than the margin" in refused(*flight(margin=0.001))
+    plan, team = flight()
+    assert "heading that turns" in refused(plan, {"r0": turning(team["r0"], 0.3)})
+
+
+def test_disturbances_that_are_too_much_are_refused_with_the_share_that_would_hold():
+    plan, team = flight(GENTLE.changed(wind=1.5))
+    sentence = refused(plan, team)
+    share = float(sentence.split("; ")[-1].split(" %")[0]) / 100.0
+    assert 0.0 < share < 1.0
+    told = plan.mission.disturbance.scaled(share)
+    assert claim_of(judge(plan.changed(mission=plan.mission.changed(disturbance=told)), team)).outcome == "holds"
+
+
+def test_a_plan_that_is_too_fast_is_refused_by_itself():
+    plan, _ = flight()
+    assert "not even the plan alone" in refused(plan, {"r0": legs([[0, 0, 1], [0.5, 0, 1]], speed=1.0)})
+
+
+@pytest.fixture
+def folder(tmp_path):
+    plan, team = flight()
+    (tmp_path / "mission.yaml").write_text(mission_to_yaml(plan.mission))
+    (tmp_path / "plan.json").write_text(plan.to_json())
+    (tmp_path / "r0.csv").write_text(write_csv(team["r0"], 1))
+    (tmp_path / "certificate.json").write_text(certify(plan, team).to_json())
+    return tmp_path
+
+
+def test_the_claim_is_proved_again_from_files_which_hold_all_numbers(folder):
+    assert recheck(folder).tube == "proved"
+    mission = load_mission_file(folder / "mission.yaml")
+    assert mission.disturbance.airframe == load_airframe("crazyflie-2.1")
+
+
+def test_damaged_certificates_are_refused(folder):
+    path = folder / "certificate.json"
+    written = json.loads(path.read_text())
+    (index,) = (k for k, claim in enumerate(written["claims"]) if claim["name"] == "tracking")
+    for key, value in (("bound", 0.001), ("time", 0.0), ("limit", 0.06), ("verdict", "fails"), ("robot", "r1")):
+        changed = json.loads(json.dumps(written))
+        changed["claims"][index][key] = value
+        changed["digest"] = payload_digest(changed)
+        path.write_text(json.dumps(changed))
+        with pytest.raises(NotCertified):
+            recheck(folder)
+    path.write_text(json.dumps({**written, "tube": "assumed"}))
+    with pytest.raises(NotCertified, match="tube"):
+        recheck(folder)
+    changed = {**written, "claims": [claim for claim in written["claims"] if claim["name"] != "tracking"]}
+    changed["digest"] = payload_digest(changed)
+    path.write_text(json.dumps(changed))
+    with pytest.raises(NotCertified):
+        recheck(folder)
+    path.write_text(json.dumps(written))
+    text = (folder / "mission.yaml").read_text()
+    assert "wind: 0.05" in text
+    (folder / "mission.yaml").write_text(text.replace("wind: 0.05", "wind: 0.5"))
+    with pytest.raises(NotCertified, match="mission"):
+        recheck(folder)
+
+
+def test_missions_name_airframes_and_are_told_what_is_wrong(tmp_path):
+    plan, _ = flight()
+    text = mission_to_yaml(plan.mission)
+    start = text.index("disturbance:")
+    rest = text[start:].split("\n", 1)[1]
+    end = next(i for i, line in enumerate(rest.split("\n")) if line and not line.startswith(" "))
+    before, after = text[:start], "\n".join(rest.split("\n")[end:])
+    path = tmp_path / "m.yaml"
+    path.write_text(f"{before}disturbance: {{airframe: crazyflie-2.1, wind: 0.2}}\n{after}")
+    assert load_mission_file(path).disturbance.wind == 0.2
+    for wrong, said in (
+        ("{wind: 0.2}", "airframe"),
+        ("{airframe: crazyfly, wind: 0.2}", "crazyflie-2.1"),
+        ("{airframe: crazyflie-2.1, wind: -1}", "wind"),
+    ):
+        path.write_text(f"{before}disturbance: {wrong}\n{after}")
+        with pytest.raises(Exception, match=said):
+            load_mission_file(path)

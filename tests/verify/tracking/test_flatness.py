@@ -1,0 +1,74 @@
+"""Flatness in intervals against the controller's own, and its slopes against differences."""
+
+import numpy as np
+
+from flight.control.flatness import feed_forward
+from verify.tracking.flatness import changes_of_turning, fed_forward
+
+TICKS = 40
+
+
+def drawn(seed: int):
+    rng = np.random.default_rng(seed)
+    force = rng.uniform(-2.0, 2.0, (TICKS, 3)) + np.array([0.0, 0.0, 9.8])
+    return force, *(rng.uniform(-k, k, (TICKS, 3)) for k in (5.0, 40.0, 300.0))
+
+
+def exact(force, jerk, snap):
+    zero = np.zeros(len(force))
+    found = feed_forward(force.T, jerk.T, snap.T, zero, zero, zero)
+    return found.thrust, found.thrust_rate, found.turn[:, 2], found.rates, found.rates_change
+
+
+def holds(interval, value):
+    return np.all(interval.low - 1e-9 <= value) and np.all(value <= interval.high + 1e-9)
+
+
+def test_intervals_hold_the_controllers_flatness_at_every_feedback():
+    force, jerk, snap, _ = drawn(1)
+    reach = np.tile([0.6, 0.6, 0.4], (TICKS, 1))
+    found, rng = fed_forward(force, jerk, snap, reach), np.random.default_rng(2)
+    for _ in range(50):
+        thrust, rate, axis, rates, change = exact(force + rng.uniform(-1, 1, (TICKS, 3)) * reach, jerk, snap)
+        assert holds(found.length.value, thrust)
+        assert holds(found.rate.value, rate)
+        for k in range(3):
+            assert holds(found.axis[k].value, axis[k])
+            assert holds(found.rates[k].value, rates[k])
+            assert holds(found.rates_change[k].value, change[k])
+
+
+def test_slopes_hold_differences():
+    force, jerk, snap, _ = drawn(3)
+    reach, rng, h = np.full((TICKS, 3), 0.3), np.random.default_rng(4), 1e-6
+    found = fed_forward(force, jerk, snap, reach)
+    for _ in range(20):
+        at = force + rng.uniform(-0.9, 0.9, (TICKS, 3)) * reach
+        for c in range(3):
+            more, less = (exact(at + sign * h * np.eye(3)[c], jerk, snap) for sign in (1.0, -1.0))
+            for k in range(3):
+                for jets, index in ((found.rates, 3), (found.rates_change, 4)):
+                    slope = (more[index][k] - less[index][k]) / (2 * h)
+                    assert np.all(jets[k].slope[c].low - 1e-4 <= slope)
+                    assert np.all(slope <= jets[k].slope[c].high + 1e-4)
+
+
+def test_second_derivatives_of_rates_hold_what_differences_give():
+    force, jerk, snap, crackle = drawn(5)
+    reach, h = np.full((TICKS, 3), 0.2), 1e-4
+    away = tuple(
+        0.02 * np.abs(each) + 0.02**2 * np.abs(more) for each, more in ((jerk, snap), (snap, crackle), (crackle, crackle))
+    )
+    found = changes_of_turning((force, jerk, snap, crackle), (*away, 0.0 * crackle), reach)
+    rng = np.random.default_rng(6)
+    for s in (0.0, 0.01, 0.018):
+        pushed = force + rng.uniform(-1, 1, (TICKS, 3)) * reach
+
+        def turning(t, pushed=pushed):
+            now = pushed + t * jerk + t**2 / 2 * snap + t**3 / 6 * crackle
+            return exact(now, jerk + t * snap + t**2 / 2 * crackle, snap + t * crackle)[4]
+
+        change = (turning(s + h) - turning(s - h)) / (2 * h)
+        for k in range(3):
+            assert np.all(found[k].value.low - 1e-3 <= change[k])
+            assert np.all(change[k] <= found[k].value.high + 1e-3)

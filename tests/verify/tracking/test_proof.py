@@ -1,0 +1,209 @@
+"""The tracking proof against flights: the linear loops step by step, and bounds that no disturbed flight leaves."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from flight.control import controller
+from flight.model import timing
+from tests.helpers.disturbed_flights import Disturbed
+from verify.data import BadInput, Trajectory
+from verify.data.airframe import load_airframe
+from verify.data.disturbance import Disturbance
+from verify.data.vehicle import load_vehicle
+from verify.tracking import error_model, sampled_loop
+from verify.tracking.error_model import NotProved
+from verify.tracking.loops import LoopChoice, lateral_loop, vertical_loop
+from verify.tracking.proof import model_of, prove
+from verify.tracking.sampled_loop import SUBSTEPS
+
+VEHICLE, AIRFRAME = load_vehicle("crazyflie-2.1"), load_airframe("crazyflie-2.1")
+MODEST = Disturbance(
+    airframe=AIRFRAME, wind=0.1, position=0.0001, latency=(0.002, 0.002), gyroscope=0.005, mass=0.002, thrust=0.005, start=0.001
+)
+
+
+def hover(duration: float = 4.0) -> Trajectory:
+    coefficients = np.zeros((1, 4, 8))
+    coefficients[0, 2, 0] = 1.0
+    return Trajectory([duration], coefficients)
+
+
+def line(length: float = 0.5, duration: float = 4.0) -> Trajectory:
+    """Return a smooth way along x and up, from rest to rest (minimum snap)."""
+    shape = np.array([0, 0, 0, 0, 35.0, -84.0, 70.0, -20.0]) / duration ** np.arange(8)
+    coefficients = np.zeros((1, 4, 8))
+    coefficients[0, 0], coefficients[0, 2] = length * shape, 0.2 * length * shape
+    coefficients[0, 2, 0] += 1.0
+    return Trajectory([duration], coefficients)
+
+
+def bound_of(path: Trajectory, told: Disturbance = MODEST):
+    start = tuple(float(x) for x in path.coefficients[0, :3, 0])
+    return prove(model_of(path, path.duration, start, VEHICLE, told))
+
+
+def test_what_both_sides_take_for_granted_is_the_same():
+    assert error_model.NEAR == controller.NEAR
+    assert sampled_loop.TICK == timing.CONTROL_STEP
+    assert SUBSTEPS == timing.SUBSTEPS
+    assert float(sampled_loop.STEP.p) / float(sampled_loop.STEP.q) == pytest.approx(timing.STEP, rel=1e-15)
+
+
+def flown_linearly(loop, accelerations, offset):
+    x = np.zeros(len(loop.states))
+    x[0] = x[loop.states.index("xi_seen")] = offset
+    found = []
+    for tick in range(len(accelerations) // SUBSTEPS):
+        x = loop.jump.mid @ x
+        for sub in range(SUBSTEPS):
+            x = loop.step.mid @ x + loop.stepped["acc"].mid[:, 0] * accelerations[tick * SUBSTEPS + sub]
+            if sub + 1 == loop.seen:
+                x[[t for _, t in loop.recorded]] = x[[s for s, _ in loop.recorded]]
+            found.append(x[0])
+    return np.array(found)
+
+
+@pytest.mark.parametrize("late", [0, 4, 7])
+@pytest.mark.parametrize("axis", [0, 2])
+def test_linear_loops_fly_as_the_simulator_does_step_by_step(axis, late):
+    make, drag = (lateral_loop, 0) if axis == 0 else (vertical_loop, 1)
+    loop = make(VEHICLE, AIRFRAME, LoopChoice(1.0, 1.0, late, 1.0))
+    small, rng = 1e-3, np.random.default_rng(axis + late)
+    winds = small * np.repeat(rng.choice([-1.0, 1.0], 60), 15)
+    pushed = error_model.drag_of(VEHICLE, AIRFRAME)[drag] * winds
+    wind = np.zeros((900, 3))
+    wind[:, axis] = winds
+    offset = np.zeros((3, 1))
+    offset[axis] = 1e-4
+    flights = Disturbed(1, wind=lambda t: wind[round(t / 0.002)][:, None], late=late, offset=offset)
+    flown = flights.fly(VEHICLE, hover(), 1.8)[:, axis, 0]
+    linear = flown_linearly(loop, pushed, 1e-4)
+    assert np.abs(flown - linear).max() < 2e-3 * np.abs(linear).max()
+
+
+def adversaries(told: Disturbance, duration: float, seeds: range, late: int):
+    """Return flights with winds, gyroscope errors and positions that jump between their ends, and corners of mass, thrust and start."""
+    n, steps = len(seeds), int(duration / 0.002) + 30
+    rng = np.random.default_rng(seeds.start)
+
+    def jumping(size, hold):
+        ways = rng.normal(size=(steps // hold + 2, 3, n))
+        ways[:, 2] *= rng.choice([0.0, 1.0], n)
+        return size * ways / np.linalg.norm(ways, axis=1, keepdims=True), hold
+
+    periods = rng.choice([20, 40, 80, 150, 300], 3)
+    tables = [jumping(size, int(hold)) for size, hold in zip((told.wind, told.gyroscope, told.position), periods, strict=True)]
+
+    def at(index):
+        table, hold = tables[index]
+        return lambda t: table[round(t / 0.002) // hold]
+
+    away = rng.normal(size=(3, n))
+    return Disturbed(
+        n, wind=at(0), gyroscope=at(1), place=at(2), late=late, mass=1 + told.mass * rng.choice([-1, 1], n),
+        thrust=1 + told.thrust * rng.choice([-1, 1], n), offset=told.start * away / np.linalg.norm(away, axis=0),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("path", [hover(), line()], ids=["hover", "line"])
+def test_no_disturbed_flight_leaves_its_bound(path):
+    proved, worst = bound_of(path), 0.0
+    for k in range(2):
+        flown = adversaries(MODEST, path.duration, range(100 * k, 100 * k + 60), 1).fly(VEHICLE, path, path.duration)
+        away = np.linalg.norm(flown, axis=1).reshape(len(proved.course), SUBSTEPS, -1).max((1, 2))
+        assert np.all(away <= proved.course), path
+        worst = max(worst, float(away.max()))
+    assert proved.bound < 12.0 * worst
+
+
+def test_a_bound_holds_where_wind_is_aimed():
+    """Winds that turn as the loop's response does, read backwards, along an axis of the room."""
+    path, told = hover(), Disturbance(airframe=AIRFRAME, wind=0.2, sag=0.0)
+    loop = lateral_loop(VEHICLE, AIRFRAME, LoopChoice(1.0, 1.0, 0, 1.0))
+    answer = np.diff(flown_linearly(loop, np.ones(1900), 0.0), prepend=0.0)[::-1]
+    winds = np.zeros((2100, 3, 2))
+    winds[:1900, 0, 0] = winds[:1900, 1, 1] = told.wind * np.sign(answer)
+    flown = Disturbed(2, wind=lambda t: winds[min(round(t / 0.002), 2099)]).fly(VEHICLE, path, path.duration)
+    worst, proved = np.linalg.norm(flown, axis=1).max(), bound_of(path, told)
+    assert worst <= proved.bound <= 2.0 * worst
+
+
+@pytest.mark.parametrize(
+    "name", ["wind", "position", "velocity", "attitude", "gyroscope", "mass", "thrust", "sag", "drag", "moment", "start"]
+)
+def test_more_of_a_disturbance_is_never_a_smaller_bound(name):
+    path = line(0.3)
+    sizes = {
+        "wind": 0.1,
+        "position": 2e-4,
+        "velocity": 2e-3,
+        "attitude": 2e-3,
+        "gyroscope": 0.02,
+        "mass": 0.01,
+        "thrust": 0.02,
+        "sag": 0.01,
+    }
+    sizes |= {"drag": 0.2, "moment": 1e-7, "start": 2e-3}
+    still = Disturbance(airframe=AIRFRAME, wind=0.02)
+    bounds = [bound_of(path, still.changed(**{name: share * sizes[name]})).bound for share in (0.1, 0.5, 1.0)]
+    assert bounds == sorted(bounds)
+
+
+def test_latency_and_battery_are_monotone_too():
+    path, still = line(0.3), Disturbance(airframe=AIRFRAME, wind=0.02)
+    late = [bound_of(path, still.changed(latency=(0.0, latest))).bound for latest in (0.0, 0.002, 0.006)]
+    assert late == sorted(late)
+    with pytest.raises(NotProved):
+        bound_of(path, still.changed(battery=0.8))
+
+
+def test_disturbances_that_are_too_much_are_not_proved():
+    for told in (
+        MODEST.changed(wind=3.0),
+        MODEST.changed(thrust=0.3),
+        MODEST.changed(gyroscope=1.0),
+        MODEST.changed(moment=0.01),
+    ):
+        with pytest.raises(NotProved):
+            bound_of(hover(2.0), told)
+
+
+def test_gains_that_do_not_stabilise_are_not_proved():
+    gains = AIRFRAME.gains.changed(position=(2000.0, 2000.0))
+    with pytest.raises(NotProved, match="stabilise"):
+        bound_of(hover(2.0), MODEST.changed(airframe=AIRFRAME.changed(gains=gains)))
+
+
+def test_headings_that_turn_are_not_proved():
+    path = hover()
+    turning = path.coefficients.copy()
+    turning[0, 3, 1] = 0.1
+    with pytest.raises(NotProved, match="heading"):
+        bound_of(Trajectory(path.durations, turning))
+
+
+def test_a_fixed_heading_makes_no_difference():
+    path, told = line(), MODEST
+    turned = path.coefficients.copy()
+    turned[0, 3, 0] = 0.7
+    assert bound_of(Trajectory(path.durations, turned), told).bound == pytest.approx(bound_of(path, told).bound, rel=0.05)
+
+
+@pytest.mark.parametrize(
+    "wrong", [{"wind": -1.0}, {"wind": float("nan")}, {"latency": (0.01, 0.0)}, {"battery": 0.1}, {"mass": 0.9}, {"gust": 1.0}]
+)
+def test_absurd_disturbances_are_rejected(wrong):
+    with pytest.raises(BadInput):
+        MODEST.changed(**wrong)
+
+
+@pytest.mark.slow
+def test_thousands_of_adversarial_flights_stay_within_their_bound():
+    path = line()
+    proved = bound_of(path)
+    for k in range(10):
+        flown = adversaries(MODEST, path.duration, range(1000 * k, 1000 * k + 1000), 1).fly(VEHICLE, path, path.duration)
+        away = np.linalg.norm(flown, axis=1).reshape(len(proved.course), SUBSTEPS, -1).max((1, 2))
+        assert np.all(away <= proved.course)

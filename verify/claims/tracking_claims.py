@@ -1,0 +1,137 @@
+"""The claim `tracking`: under the mission's disturbances each robot's controller keeps it within the margin of its plan."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import lru_cache
+
+from verify.claims.claim import Claim, claim_of, figures, told_apart
+from verify.claims.evidence import Evidence
+from verify.data.disturbance import Disturbance
+from verify.data.trajectory import Trajectory
+from verify.data.vehicle import Vehicle
+from verify.tracking.error_model import NotProved
+from verify.tracking.proof import TrackingBound, model_of, prove
+
+PROVED_CONTROLLER = "geometric"
+"""The controller that there is a proof for."""
+LONGEST = 600.0
+"""s of a flight that is proved."""
+_STEPS = 6
+"""Halvings by which the largest share of the disturbances is looked for that would hold."""
+
+
+def tracking_claims(evidence: Evidence, margin: float) -> Iterable[Claim]:
+    """Each robot stays within the margin under the mission's disturbances; none where the mission names none.
+
+    Args:
+        evidence: Of the flights.
+        margin: m.
+    """
+    mission, paths = evidence.plan.mission, evidence.paths
+    if mission.disturbance is None:
+        return
+    flown = [path.flattened(mission.spec.repeat) for path in paths.trajectories]
+    duration = max(path.duration for path in flown)
+    proofs: dict[str, _Asked] = {}
+    for robot, path, planned in zip(paths.robots, flown, paths.trajectories, strict=True):
+        vehicle = mission.vehicle_of(robot)
+        if lacks := _lacking(robot, planned, duration, vehicle, mission.vehicle):
+            yield _lacked(robot, lacks, margin)
+        else:
+            proofs[robot] = _Asked(path, duration, mission.agents[robot].start, vehicle, mission.disturbance)
+    share = _largest_share(tuple(proofs.values()))
+    for robot, asked in proofs.items():
+        yield _claim(robot, asked, margin, share)
+
+
+def _lacking(robot: str, path: Trajectory, duration: float, vehicle: Vehicle, usual: Vehicle) -> str:
+    """Return why there is no proof for a robot; empty where there may be one."""
+    follows = vehicle.controller or PROVED_CONTROLLER
+    if follows != PROVED_CONTROLLER:
+        return f"{robot}: no proof for this controller, '{follows}'; there is one for '{PROVED_CONTROLLER}'."
+    if vehicle != usual:
+        return (
+            f"{robot}: no proof for its own vehicle '{vehicle.name}'; `disturbance.airframe` is that of the mission's vehicle."
+        )
+    if path.cuts:
+        return f"{robot}: no proof for flights in parts."
+    if duration > LONGEST:
+        return f"{robot}: no proof for a flight of {duration:.0f} s; at most {LONGEST:g} s are proved."
+    return ""
+
+
+@dataclass(frozen=True, slots=True)
+class _Asked:
+    """One robot's flight and what may disturb it."""
+
+    path: Trajectory
+    duration: float
+    start: tuple[float, float, float]
+    vehicle: Vehicle
+    disturbance: Disturbance
+
+
+@lru_cache(maxsize=64)
+def _proved(asked: _Asked) -> TrackingBound | str:
+    """Return what is proved of a flight, or what stands in the way."""
+    try:
+        return prove(model_of(asked.path, asked.duration, asked.start, asked.vehicle, asked.disturbance))
+    except NotProved as reason:
+        return str(reason)
+
+
+@lru_cache(maxsize=16)
+def _largest_share(team: tuple[_Asked, ...]) -> float | None:
+    """Return a share of the disturbances that is proved of all robots, near the largest; None where not even the plans alone are."""
+    lacking = [asked for asked in team if isinstance(_proved(asked), str)]
+    others = [asked for asked in team if asked not in lacking]
+
+    def holds(share: float) -> bool:
+        return not any(isinstance(_proved(_share(asked, share)), str) for asked in (*lacking, *others))
+
+    low, high = 0.0, 1.0
+    if not lacking:
+        return 1.0
+    if not holds(0.0):
+        return None
+    for _ in range(_STEPS):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if holds(middle) else (low, middle)
+    return low
+
+
+def _share(asked: _Asked, share: float) -> _Asked:
+    return _Asked(asked.path, asked.duration, asked.start, asked.vehicle, asked.disturbance.scaled(share))
+
+
+def _claim(robot: str, asked: _Asked, margin: float, share: float | None) -> Claim:
+    found = _proved(asked)
+    if isinstance(found, str):
+        alone = "not even the plan alone is proved: slow it by `limits`"
+        hold = alone if share is None else f"{100.0 * share:.3g} % of these disturbances would hold, for all robots"
+        return _lacked(robot, f"{robot}: not proved to stay near its plan under `disturbance`: {found}; {hold}.", margin)
+    within = found.bound <= margin
+    bound = figures(found.bound, 4, up=True)
+    dearest = sorted(found.costs.items(), key=lambda cost: -cost[1])[:4]
+    costs = ", ".join(f"{name} {1000.0 * cost:.1f} mm" for name, cost in dearest if cost > 5e-5)
+    set_points = "with set-points, by `geometric` at 50 Hz, that are not rounded"
+    if within:
+        sentence = (
+            f"{robot} stays within {bound} m of its plan under the stated disturbances, {set_points} (margin {margin:.5g} m); it is tight at "
+            f"{found.time:.2f} s. {costs}."
+        )
+    else:
+        sentence = (
+            f"{robot} is proved to stay within {told_apart(found.bound, margin)} m of its plan, {set_points}; that is more than the margin, "
+            f"{margin:.5g} m. {costs}."
+        )
+    return claim_of(
+        "tracking", "holds" if within else "undecided", sentence, robot=robot, unit="m", bound=found.bound, limit=margin,
+        margin=margin - found.bound, time=found.time, what="distance from the plan",
+    )  # fmt: skip
+
+
+def _lacked(robot: str, sentence: str, margin: float) -> Claim:
+    return claim_of("tracking", "undecided", sentence, robot=robot, unit="m", limit=margin, what="distance from the plan")

@@ -1,0 +1,294 @@
+"""The proof that a flight stays near its plan: bounds on all states that the loops, driven by what these bounds allow, stay strictly within.
+
+At a supposed first exit all remainders are within what the bounds allow until then; the loops' kernels bound what they make of it. If that is strictly
+less than the bounds, nothing leaves them. The thrust, of which only an interval is known, is cut into cells, each with loops of its own.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from verify.arithmetic.balls import Floats
+from verify.data.disturbance import Disturbance
+from verify.data.trajectory import Trajectory
+from verify.data.vehicle import GRAVITY, Vehicle
+from verify.tracking.error_model import NEAR, Bounds, Cell, ErrorModel, Inputs, NotProved, fed_of
+from verify.tracking.flatness import FedForward, Jet, fed_forward
+from verify.tracking.loops import LoopChoice, heading_loop, lag_share, lateral_loop, reaction_of, roll_drag_of, vertical_loop
+from verify.tracking.nominal import known_response
+from verify.tracking.plan_samples import fixed_heading, sample_plan
+from verify.tracking.remainders import inputs_of
+from verify.tracking.sampled_loop import Kernels, TickMaps, kernels_of
+
+_H = 0.002
+_ROUNDS = 60
+_CELL = 0.02
+"""Width of a cell of thrusts."""
+_LARGEST = 0.5
+"""m; a bound above is no bound."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class TrackingBound:
+    """Bound that is proved of one robot.
+
+    Attributes:
+        bound: Largest distance from the plan at any time, m, rounded up.
+        time: s, where it is tight: between that command and the next.
+        course: The bound between commands, m. Shape (ticks,).
+        costs: m of the bound that each cause makes, there.
+    """
+
+    bound: float
+    time: float
+    course: Floats
+    costs: Mapping[str, float]
+
+
+def prove(model: ErrorModel) -> TrackingBound:
+    """Bound a robot's distance from its plan, for all times of its flight and all its disturbances.
+
+    Args:
+        model: The robot.
+
+    Raises:
+        NotProved: No bounds were found that are kept; the message says what stands in the way.
+    """
+    found = [_prove_cell(model, cell) for cell in cells_of(model)]
+    course = np.max([one.course for one in found], axis=0)
+    worst = max(found, key=lambda one: one.bound)
+    return TrackingBound(worst.bound, worst.time, course, worst.costs)
+
+
+def model_of(
+    path: Trajectory, duration: float, start: tuple[float, float, float], vehicle: Vehicle, disturbance: Disturbance
+) -> ErrorModel:
+    """Return the model of one robot.
+
+    Args:
+        path: Its finite flight.
+        duration: Of the team's flight, s.
+        start: m, from where it is to begin.
+        vehicle: What flies.
+        disturbance: What may disturb it.
+
+    Raises:
+        NotProved: Its heading turns.
+    """
+    heading = fixed_heading(path)
+    if heading is None:
+        raise NotProved("there is no proof for a heading that turns")
+    plan = sample_plan(path, duration, heading, _H * steps_late(disturbance))
+    offset = float(np.linalg.norm(path.coefficients[0, :3, 0] - np.array(start))) * (1.0 + 1e-12)
+    return ErrorModel(vehicle, disturbance.airframe, disturbance, plan, offset)
+
+
+def steps_late(disturbance: Disturbance) -> int:
+    """Return the steps on board by which what is seen is late in the middle."""
+    return round(0.5 * sum(disturbance.latency) / _H)
+
+
+def cells_of(model: ErrorModel) -> list[Cell]:
+    """Return cells of thrusts, which overlap so that a thrust that sags as it may stays in one."""
+    told = model.disturbance
+    least, most = (1.0 - told.thrust) / (1.0 + told.mass), (1.0 + told.thrust) / (1.0 - told.mass)
+    overlap = told.sag * most
+    width = max(_CELL, 3.0 * overlap)
+    count = max(1, math.ceil((most - least - overlap) / (width - overlap)))
+    width = (most - least + (count - 1) * overlap) / count
+    cells: list[Cell] = []
+    for k in range(count):
+        low = least + k * (width - overlap) - 1e-12
+        high = low + width + 2e-12
+        torque = (
+            max(1.0 - told.thrust, low * (1.0 - told.mass)) - 1e-12,
+            min(1.0 + told.thrust, high * (1.0 + told.mass)) + 1e-12,
+        )
+        choice = LoopChoice(0.5 * (low + high), 0.5 * sum(torque), steps_late(told), 1.0)
+        cells.append(Cell((low, high), torque, choice))
+    return cells
+
+
+def _prove_cell(model: ErrorModel, cell: Cell) -> TrackingBound:
+    """Prove one cell; where errors are summed that are clipped, the loop takes the share that fits them."""
+    loops = _Loops(model, cell)
+    bounds, inputs = loops.kept()
+    for _ in range(3):
+        off = max(float(bounds.lateral["off"].max()), float(bounds.vertical["off"].max()))
+        share = min(1.0, 2.0 * NEAR / (1.05 * off + NEAR))
+        choice = cell.choice
+        if share > choice.summed - 0.01:
+            break
+        cell = Cell(cell.thrust, cell.torque, LoopChoice(choice.thrust, choice.torque, choice.late, share))
+        loops = _Loops(model, cell)
+        bounds, inputs = loops.kept()
+    return loops.bound(bounds, inputs)
+
+
+class _Loops:
+    """The three loops of a cell, with their kernels and what is known of their inputs."""
+
+    def __init__(self, model: ErrorModel, cell: Cell) -> None:
+        self._model, self._cell, ticks = model, cell, len(model.plan)
+        vehicle, air = model.vehicle, model.airframe
+        made = {"lateral": lateral_loop, "vertical": vertical_loop, "heading": heading_loop}
+        loops = {name: make(vehicle, air, cell.choice) for name, make in made.items()}
+        try:
+            self._kernels: dict[str, Kernels] = {name: kernels_of(loop, ticks) for name, loop in loops.items()}
+            maps = {name: TickMaps(loops[name]) for name in ("lateral", "vertical")}
+        except ArithmeticError:
+            raise NotProved("the controller's gains are not shown to stabilise the vehicle") from None
+        self._force, self._jerk, self._snap = model.force()
+        exact = self._alone = fed_forward(self._force, self._jerk, self._snap, np.zeros((ticks, 3)))
+        self._known = {name: known_response(maps[name], name, known) for name, known in self._forcing(exact).items()}
+        off, _ = cell.spread
+        for name, known in self._constant(exact).items():  # a thrust that is off, but constant
+            for output, moved in known_response(maps[name], name, known).items():
+                self._known[name][output] = self._known[name][output] + off * moved
+        self._known["heading"] = {name: np.zeros(ticks) for name in loops["heading"].outputs}
+        self._turned = np.linalg.norm(self._forcing(exact)["lateral"]["eacc"], axis=1)
+        self._sloped = np.maximum(np.abs(exact.rate.value.low), np.abs(exact.rate.value.high))
+
+    def _forcing(self, exact: FedForward[Jet], thrust: float | None = None) -> dict[str, dict[str, Floats]]:
+        """Return the known inputs of the lateral and vertical loops, at a thrust; at the cell's middle where none is named."""
+        plan, choice = self._model.plan, self._cell.choice
+        scale = np.linalg.norm(self._force, axis=1)[:, None]
+        thrust = choice.thrust if thrust is None else thrust
+
+        def rows(jets: Sequence[Jet]) -> Floats:
+            """Return what turns about y and x, as it moves the direction of thrust."""
+            x, y = (0.5 * (jet.value.low + jet.value.high) for jet in jets)
+            return np.stack([y, -x], axis=1)
+
+        rates, turns = rows(exact.rates[:2]), rows(exact.rates_change[:2])
+        none = np.zeros((1, 2))
+        rates_before, turns_before = (np.concatenate([none, each[:-1]]) for each in (rates, turns))
+        middle = self._model.force("middle")[0]
+        slope = 0.5 * (exact.rate.value.low + exact.rate.value.high)
+        lateral = {
+            "acc": (thrust - 1.0) * middle[:, :2],
+            "eacc": scale
+            * (
+                (choice.torque - 1.0) * turns - roll_drag_of(self._model.vehicle, self._model.airframe) * (rates + 0.01 * turns)
+            ),
+            "place": plan.seen[:, 0, :2],
+            "speed": plan.seen[:, 1, :2],
+            "ej": -scale * (rates - rates_before - 0.02 * turns_before),
+            "muj": -scale * (turns - turns_before),
+        }
+        vertical = {
+            "acc": (thrust - 1.0) * middle[:, 2:],
+            "rate": slope[:, None],
+            "place": plan.seen[:, 0, 2:],
+            "speed": plan.seen[:, 1, 2:],
+        }
+        return {"lateral": lateral, "vertical": vertical}
+
+    def _constant(self, exact: FedForward[Jet]) -> dict[str, dict[str, Floats]]:
+        """Return the known inputs that a thrust makes which is more than the middle by 1."""
+        return {
+            kind: {name: (known if name == "acc" else 0.0 * known) for name, known in inputs.items()}
+            for kind, inputs in self._forcing(exact, 2.0).items()
+        }
+
+    def kept(self) -> tuple[Bounds, Inputs]:
+        """Return bounds that are kept strictly, and the inputs under them.
+
+        Raises:
+            NotProved: None were found.
+        """
+        bounds = self._closed({})
+        for k in range(_ROUNDS):
+            try:
+                inputs = inputs_of(self._model, self._cell, bounds, fed_of(self._model, bounds, self._alone))
+            except NotProved as reason:
+                if k < 2:
+                    raise
+                raise NotProved(
+                    f"the bounds do not close; they grow, as tilts, thrusts and lags act on each other, until {reason}"
+                ) from None
+            after = self._closed(inputs)
+            if _within(after, bounds):
+                return after, inputs
+            bounds = _widened(after, bounds)
+            if not float(bounds.lateral["xi"].max()) < _LARGEST:
+                break
+        raise NotProved("the bounds do not close: what the error's nonlinear parts allow grows as fast as the bounds do")
+
+    def _response(self, kind: str, inputs: Inputs) -> dict[str, Floats]:
+        """Return what a loop's outputs can be under inputs."""
+        kernels, ticks = self._kernels[kind], len(self._model.plan)
+        driven: dict[str, Floats] = {}
+        for (loop, name, _), bound in inputs.items():
+            if loop == kind:
+                driven[name] = driven.get(name, 0.0) + bound
+        found: dict[str, Floats] = {}
+        for output, known in self._known[kind].items():
+            value = known.copy()
+            for name, bound in driven.items():
+                value += np.convolve(kernels.sums[output, name], bound)[:ticks] + kernels.tails[output, name] * float(
+                    bound.max()
+                )
+            found[output] = value * (1.0 + 1e-9)
+        return found
+
+    def _closed(self, inputs: Inputs) -> Bounds:
+        """Return bounds of all states between steps too, from inputs."""
+        flat, up, turn = (self._response(kind, inputs) for kind in ("lateral", "vertical", "heading"))
+        model, choice, plan = self._model, self._cell.choice, self._model.plan
+
+        def total(kind: str, name: str) -> Floats:
+            parts = [bound for (loop, other, _), bound in inputs.items() if (loop, other) == (kind, name)]
+            return sum(parts, start=np.zeros(len(plan)))
+
+        slow = 1.0 - _H * roll_drag_of(model.vehicle, model.airframe)
+        flat["e"] = (flat["e"] + _H * (choice.torque * flat["mu"] + total("lateral", "eacc") + self._turned)) / slow
+        flat["d"] = flat["d"] + _H * (flat["e"] + total("lateral", "drate"))
+        flat["pushed"] = flat["pushed"] + _H * (flat["e"] + total("lateral", "drate"))
+        ramp = total("vertical", "rate") + self._sloped
+        up["b"], up["pushed"] = up["b"] + _H * ramp, up["pushed"] + _H * ramp
+        forces = model.reach(0)[0], GRAVITY + model.reach(0)[1]
+        for each, kind, drag, force in (
+            (flat, "lateral", model.drags[0], forces[0]),
+            (up, "vertical", model.drags[1], forces[1]),
+        ):
+            push = choice.thrust * each["pushed"] + total(kind, "acc") + abs(choice.thrust - 1.0) * force
+            each["change"] = (push + drag * each["nu"]) / (1.0 - _H * drag)
+            each["nu"] = each["nu"] + _H * each["change"] + plan.jumps[:, 1]
+            each["xi"] = each["xi"] + _H * each["nu"] + plan.jumps[:, 0]
+        lead = 1.01 * lag_share(model.airframe) * reaction_of(model.vehicle, model.airframe) * math.sqrt(choice.torque)
+        turn["o"] = turn["o"] + _H * (choice.torque * turn["mu"] + total("heading", "oacc"))
+        turn["o"] = turn["o"] + lead * (turn["asked"] + total("heading", "u"))
+        turn["f"] = turn["f"] + _H * (turn["o"] + total("heading", "frate"))
+        return Bounds(*({name: value * (1.0 + 1e-9) + 1e-12 for name, value in each.items()} for each in (flat, up, turn)))
+
+    def bound(self, bounds: Bounds, inputs: Inputs) -> TrackingBound:
+        """Return what bounds that are kept say of positions, and what it is made of."""
+        flat, up = bounds.lateral["xi"], bounds.vertical["xi"]
+        course = np.hypot(flat, up) * (1.0 + 1e-9)
+        tick = int(np.argmax(course))
+        parts: dict[str, float] = {}
+        for kind, share in (("lateral", flat[tick] / course[tick]), ("vertical", up[tick] / course[tick])):
+            known = float(share * self._known[kind]["xi"][tick])
+            parts["set-points and thrust that are known"] = parts.get("set-points and thrust that are known", 0.0) + known
+            for (loop, name, cause), bound in inputs.items():
+                if loop == kind:
+                    moved = np.convolve(self._kernels[kind].sums["xi", name], bound)[tick]
+                    parts[cause] = parts.get(cause, 0.0) + float(share * moved)
+        return TrackingBound(float(course[tick]), float(self._model.plan.times[tick]), course, parts)
+
+
+def _within(after: Bounds, before: Bounds) -> bool:
+    """Return whether all bounds are strictly less."""
+    pairs = zip((after.lateral, after.vertical, after.heading), (before.lateral, before.vertical, before.heading), strict=True)
+    return all(np.all(one[name] < other[name]) for one, other in pairs for name in other)
+
+
+def _widened(after: Bounds, before: Bounds) -> Bounds:
+    """Return bounds that are a little wider than both."""
+    pairs = zip((after.lateral, after.vertical, after.heading), (before.lateral, before.vertical, before.heading), strict=True)
+    return Bounds(*({name: 1.02 * one[name] + 1e-9 for name in one} for one, _ in pairs))
