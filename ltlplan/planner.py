@@ -164,10 +164,10 @@ def _by_straight_legs(mission: Mission, allocation: Allocation) -> tuple[str, ..
     laps = f" of all {mission.spec.repeat} laps" if lasso and mission.spec.repeat > 1 else ""
     large = words_touch(mission) and any(is_large(mission, name) for name in mission.regions)
     ends = " and touched places" if large else ""
-    counted = f"By straight legs between middles{laps}{ends} the {'word' if lasso else 'assignment'}"
+    counted, what = f"By straight legs between middles{laps}{ends}", "word" if lasso else "assignment"
     if allocation.complete:
-        return (f"{counted} is the cheapest: {allocation.lower_bound:.3f}.",)
-    return (f"{counted} may not be the cheapest; the bound is {allocation.lower_bound:.3f}.",)
+        return (f"{counted} the {what} is the cheapest: {allocation.lower_bound:.3f}.",)
+    return (f"{counted} the bound is {allocation.lower_bound:.3f}; a cheaper {what} may exist.",)
 
 
 def with_seed(mission: Mission, seed: int | None) -> Mission:

@@ -27,7 +27,7 @@ def command(
     """Plan, refine, certify, fly in simulation and export a mission."""
     from ltlplan.commands.support.processors import processes_for
     from ltlplan.commands.support.progress import progress_bar
-    from ltlplan.commands.support.terminal import print_json
+    from ltlplan.commands.support.terminal import open_page, print_json
     from ltlplan.pipeline import run
     from ltlplan.report.brief import brief_lines
     from ltlplan.report.summary import holds, shortfall, summary_data, summary_lines
@@ -42,7 +42,7 @@ def command(
         for line in summary_lines(result) if verbose else brief_lines(result):
             typer.echo(line)
     if show:
-        typer.launch(str((folder / "report.html").absolute()))
+        open_page(folder / "report.html")
     if not holds(result):
         from verify.data import NotCertified
 

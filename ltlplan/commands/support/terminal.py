@@ -6,6 +6,7 @@ import json
 import os
 import sys
 import traceback
+from pathlib import Path
 
 from verify.data.errors import BadInput, InternalError, LtlplanError
 
@@ -13,6 +14,20 @@ from verify.data.errors import BadInput, InternalError, LtlplanError
 def print_json(data: object) -> None:
     """Print one JSON document on standard output."""
     sys.stdout.write(json.dumps(data, indent=1, allow_nan=False) + "\n")
+
+
+_DESKTOP = ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER")
+"""Of these one is set where pages can be opened on Linux."""
+
+
+def open_page(page: Path) -> None:
+    """Open a page on the desktop; where there is none, as on a server, say so on standard error."""
+    import typer
+
+    if sys.platform == "linux" and not any(os.environ.get(name) for name in _DESKTOP):
+        typer.echo(f"There is no desktop here to open it on; take {page} to one.", err=True)
+    else:
+        typer.launch(str(page.absolute()))
 
 
 def report(error: Exception, *, as_json: bool) -> int:

@@ -13,6 +13,7 @@ from typer.testing import CliRunner
 
 import ltlplan.missions
 from ltlplan.cli import app
+from ltlplan.commands.support.terminal import open_page
 from tests.helpers.pages import MOST_BYTES
 from verify.data import BadInput, NotCertified, mission_to_yaml
 
@@ -69,6 +70,7 @@ def test_run_sums_up_what_holds(small: Path, tmp_path: Path) -> None:
 def test_run_ends_with_a_screen_and_opens_the_report(small: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     opened: list[str] = []
     monkeypatch.setattr("typer.launch", opened.append)
+    monkeypatch.setenv("DISPLAY", ":0")
     out = tmp_path / "run of mine"
     said = ok("run", str(small), "--out", str(out), "--open").splitlines()
     lines = [line for line in said if not re.match(r"\[ *\d+%\]", line)]  # without progress
@@ -78,6 +80,22 @@ def test_run_ends_with_a_screen_and_opens_the_report(small: Path, tmp_path: Path
     assert opened == [str(out / "report.html")]
     command = next(line.strip() for line in lines if "check.pyz" in line).partition(": ")[0]
     assert Path(shlex.split(command)[1]) == out / "check.pyz"
+
+
+def test_a_page_is_not_opened_where_there_is_no_desktop(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    opened: list[str] = []
+    monkeypatch.setattr("typer.launch", opened.append)
+    monkeypatch.setattr("sys.platform", "linux")
+    for name in ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER"):
+        monkeypatch.delenv(name, raising=False)
+    open_page(Path("run/report.html"))
+    assert opened == []
+    assert capsys.readouterr().err == "There is no desktop here to open it on; take run/report.html to one.\n"
+    monkeypatch.setenv("WAYLAND_DISPLAY", "wayland-0")
+    open_page(Path("run/report.html"))
+    assert opened == [str(Path("run/report.html").absolute())]
 
 
 def test_a_run_that_does_not_hold_prints_one_document(shipped_run, monkeypatch: pytest.MonkeyPatch) -> None:
