@@ -219,6 +219,8 @@ class LiveFlight(Told):
         run: Its number among all flights.
         connected: Whether it is seen live, and hears an order to stop.
         recorded: Whether it can be replayed.
+        pilot: Who is in control of it, and tells it events; None while nobody is.
+        offered: To whom control is offered; None where it is not.
     """
 
     name: str
@@ -231,6 +233,8 @@ class LiveFlight(Told):
     run: int = 0
     connected: bool = False
     recorded: bool = False
+    pilot: str | None = None
+    offered: str | None = None
 
 
 class StopReceipt(Told):

@@ -11,15 +11,16 @@ from typing import TYPE_CHECKING, Any
 
 from ltlplan.service import queries as asked
 from ltlplan.service.drafts import Drafts
+from ltlplan.service.event_inbox.control import Act
 from ltlplan.service.event_inbox.flights import LiveFlights
 from ltlplan.service.execution.derived import SimulationAsked, require_sense
 from ltlplan.service.live_view.foretelling import foretell
 from ltlplan.service.log import note
 from ltlplan.service.metrics import Metrics
-from ltlplan.service.models import DerivedKind, EventsAccepted, Job, StopReceipt
+from ltlplan.service.models import DerivedKind, EventsAccepted, Job, LiveFlight, StopReceipt
 from ltlplan.service.people.openid import OpenId
 from ltlplan.service.people.people import People
-from ltlplan.service.people.roles import Action, Principal, require
+from ltlplan.service.people.roles import Action, Principal, allows, require
 from ltlplan.service.people.user_jobs import UserJobs
 from ltlplan.service.people.user_studies import UserStudies
 from ltlplan.service.problems import Conflict, NotFound
@@ -148,6 +149,23 @@ class Service:
         require(principal, Action.FLY)
         await asyncio.to_thread(self.people.log.write, principal, "tell", flight, text)
         return await self.live.tell(flight, text, principal.client)
+
+    async def control(self, principal: Principal, flight: str, act: Act, to: str = "") -> LiveFlight:
+        """Change who is in control of a flight, as somebody who may; as `LiveFlights.control`. The log has it first.
+
+        Args:
+            principal: Who does.
+            flight: What it listens as.
+            act: What is done.
+            to: To whom control is offered.
+
+        Raises:
+            Forbidden: The role is not enough.
+            LtlplanError: As `LiveFlights.control`.
+        """
+        require(principal, Action.FLY)
+        await asyncio.to_thread(self.people.log.write, principal, "control", flight, f"{act} {to}".strip())
+        return await self.live.control(flight, act, principal.client, to=to, admin=allows(principal.role, Action.ADMINISTER))
 
     async def foretell(self, flight: str, line: str, *, who: str = "") -> list[str]:
         """Say what an event would do to a flight that is seen live, a sentence each.

@@ -119,6 +119,26 @@ def test_an_event_is_made_by_dragging_said_before_it_is_sent_and_sent_by_a_click
     visitor.end()
 
 
+def test_control_is_handed_from_one_pilot_to_another_by_both(
+    chromium: Any, address: str, people: People, flying: FedFlight
+) -> None:
+    paul, root = (_entered(chromium, address, people, name) for name in ("paul", "root"))
+    for visitor in (paul, root):
+        visitor.open("/live/lab")
+    paul.page.get_by_role("button", name="Take control").click()
+    root.wait("document.querySelector('.control').textContent.includes('paul is in control')")
+    assert not root.page.locator("input[name=event]").is_visible()
+    assert root.page.locator("button.stop").is_visible()
+    paul.page.get_by_label("Pilot to hand control to").fill("root")
+    paul.page.get_by_role("button", name="Hand over").click()
+    root.page.get_by_role("button", name="Accept control").click()
+    paul.wait("document.querySelector('.control').textContent.includes('root is in control')")
+    assert root.page.locator("input[name=event]").is_visible()
+    paul.wait("!document.querySelector('input[name=event]').checkVisibility()")
+    for visitor in (paul, root):
+        visitor.end()
+
+
 def test_an_earlier_flight_is_replayed_in_the_same_view(chromium: Any, address: str, people: People) -> None:
     with fed(f"{address}/live/yard", token=people.tokens.new("yard", role="pilot")) as flight:
         until(lambda: flight.feed._number > 25, 10.0)

@@ -8,8 +8,9 @@ from typing import Annotated
 from fastapi import APIRouter, Path, Query, Request, Response
 
 from ltlplan.service.api.answers import LiveAnswers, LiveBegin, LiveEnd
-from ltlplan.service.api.request_parsing import JSON, json_list, principal_of, read_json, read_text, service_of
+from ltlplan.service.api.request_parsing import JSON, json_answer, json_list, principal_of, read_json, read_text, service_of
 from ltlplan.service.api.schema import json_body, problems
+from ltlplan.service.event_inbox.control import Act
 from ltlplan.service.event_inbox.names import FLIGHT, NAME
 from ltlplan.service.models import EventsAccepted, LiveEvent, LiveFlight
 
@@ -70,6 +71,17 @@ async def tell_flight(request: Request, name: Name) -> Response:
     text = await read_text(request)
     told = await service_of(request).tell(principal_of(request), name, text)
     return Response(told.model_dump_json(), 201, media_type=JSON)
+
+
+@router.post("/{name}/control", response_model=LiveFlight, responses=problems(404, 409))
+async def control_flight(
+    request: Request,
+    name: Name,
+    act: Annotated[Act, Query(description="take control that nobody has; offer it; accept or decline an offer; release it")],
+    to: Annotated[str, Query(description="to whom control is offered", max_length=60)] = "",
+) -> Response:
+    """Change who is in control of a flight, and tells it events: handed on by an offer that the other pilot accepts. An admin may release it."""
+    return json_answer(await service_of(request).control(principal_of(request), name, act, to))
 
 
 @router.get("/{name}/events", response_model=tuple[LiveEvent, ...], responses=problems(404, 409))

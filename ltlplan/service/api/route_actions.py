@@ -84,6 +84,7 @@ ACTIONS: dict[tuple[str, str], Action] = {
     ("WEBSOCKET", "/api/live/{name}/feed"): _FLY,
     ("WEBSOCKET", "/api/live/{name}/watch"): _READ,
     ("POST", "/api/live/{name}/stop"): _FLY,
+    ("POST", "/api/live/{name}/control"): _FLY,
     ("GET", "/api/live/{name}/runs"): _READ,
     ("POST", "/api/live/{name}/foretell"): _ASK,
     ("GET", "/api/live/{name}/replays/{run}"): _READ,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Self
 
 from ltlplan.service.client_parts.transport import Wire, checked, segment
+from ltlplan.service.event_inbox.control import Act
 from ltlplan.service.models import EventsAccepted, Health, LiveEvent, LiveFlight, StopReceipt
 from verify.data.names.former_names import warn_former
 
@@ -82,6 +83,20 @@ class FlightsClient:
         """
         sent = self._wire.ask("GET", f"/api/live/{segment(flight)}/events", params={"after": after}).json()
         return tuple(checked(LiveEvent, each) for each in sent)
+
+    def control_flight(self, flight: str, act: Act, *, to: str = "") -> LiveFlight:
+        """Change who is in control of a flight, and return it.
+
+        Args:
+            flight: What it listens as.
+            act: "take" control that nobody has, "offer" it, "accept" or "decline" an offer, or "release" it.
+            to: To whom it is offered.
+
+        Raises:
+            BadInput: No flight listens as that, or that cannot be done as it is.
+        """
+        answer = self._wire.ask("POST", f"/api/live/{segment(flight)}/control", params={"act": act, "to": to})
+        return checked(LiveFlight, answer.json())
 
     def stop_flight(self, flight: LiveFlight, *, motors: bool = False) -> StopReceipt:
         """Order all robots of a flight to hold and land, or their motors to stop; the receipt says that the order is on the line, no more.

@@ -1,6 +1,6 @@
 """Flights that listen and what they were told, on disk: one SQLite file in the data folder, each change in a transaction that is synced.
 
-    flights(id, name, flight, mission, opened, ended)              the newest of a name is the one that is meant by it
+    flights(id, name, flight, mission, opened, ended, pilot, offered)  the newest of a name is the one that is meant by it
     events(flight, number, line, who, told, heard, answer)         numbered from 1 for each flight, in the order in which they were told
 
 So what was accepted is there after a kill at any instant. A file that a newer version wrote is rejected.
@@ -34,6 +34,8 @@ CREATE TABLE events (
 );
 """
 
+_CONTROL = "ALTER TABLE flights ADD COLUMN pilot TEXT; ALTER TABLE flights ADD COLUMN offered TEXT;"
+
 
 @dataclass(frozen=True, slots=True)
 class Entry:
@@ -46,6 +48,8 @@ class Entry:
         mission: What it flies.
         opened: When it began to listen, UTC.
         ended: When it ended, UTC; None before.
+        pilot: Who is in control of it; None while nobody is.
+        offered: To whom control was offered; None where it was not.
         events: How many it was told.
         open: How many of them it has not answered.
     """
@@ -56,6 +60,8 @@ class Entry:
     mission: str
     opened: str
     ended: str | None
+    pilot: str | None
+    offered: str | None
     events: int
     open: int
 
@@ -87,7 +93,7 @@ class Book:
 
     def _prepare(self, path: Path) -> None:
         with _in_words():
-            upgrade(self._file, path, (_TABLES,))
+            upgrade(self._file, path, (_TABLES, _CONTROL))
         for way in ("journal_mode = WAL", "synchronous = FULL", "foreign_keys = ON"):
             self._file.execute(f"PRAGMA {way}")
 
@@ -110,7 +116,9 @@ class Book:
         """
         where = "" if name is None else "WHERE name = ?"
         counts = "(SELECT count(*) FROM events WHERE flight = f.id), (SELECT count(*) FROM events WHERE flight = f.id AND heard IS NULL)"
-        asked = f"SELECT id, name, flight, mission, opened, ended, {counts} FROM flights f {where} ORDER BY id DESC"
+        asked = (
+            f"SELECT id, name, flight, mission, opened, ended, pilot, offered, {counts} FROM flights f {where} ORDER BY id DESC"
+        )
         with self._lock:
             return [Entry(*row) for row in self._file.execute(asked, () if name is None else (name,))]
 
@@ -131,6 +139,17 @@ class Book:
                 "DELETE FROM flights WHERE ended IS NOT NULL AND id NOT IN (SELECT id FROM flights ORDER BY id DESC LIMIT ?)",
                 (keep,),
             )
+
+    def control(self, entry: Entry, pilot: str | None, offered: str | None) -> None:
+        """Keep who is in control of a flight.
+
+        Args:
+            entry: The flight.
+            pilot: Who is; None for nobody.
+            offered: To whom control is offered; None for nobody.
+        """
+        with self._changing() as run:
+            run.execute("UPDATE flights SET pilot = ?, offered = ? WHERE id = ?", (pilot, offered, entry.id))
 
     def tell(self, entry: Entry, lines: Iterable[str], who: str) -> list[LiveEvent]:
         """Keep what a flight is told, and return it with its numbers, once it is on the disk.

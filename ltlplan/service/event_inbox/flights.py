@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ltlplan.online.event_sources.lines import event_told, meant
+from ltlplan.service.event_inbox.control import Act, changed, require_control
 from ltlplan.service.event_inbox.event_store import Book, Entry
 from ltlplan.service.job_queue.results import RESERVE
 from ltlplan.service.job_queue.store import NoRoom
@@ -201,13 +202,39 @@ class LiveFlights:
                 f"The flight that listens as '{name}' has not asked for {silent:.0f} s: its connection is down, or it was ended. "
                 "Events that it was sent before wait for it."
             )
+        require_control(name, entry.pilot, who)
         most, letters = self._limits.live_events, self._limits.live_letters
         if entry.events + len(lines) > most:
             raise TooManyRequests(f"A flight receives {most} events at most; '{name}' was told {entry.events}.", 60.0)
         if await asyncio.to_thread(self._book.letters, entry) + sum(map(len, lines)) > letters:
             raise TooManyRequests(f"A flight receives {letters} letters at most.", 60.0)
         self._require_room()
+        if entry.pilot is None:
+            await asyncio.to_thread(self._book.control, entry, who, entry.offered)
         return await asyncio.to_thread(self._book.tell, entry, lines, who)
+
+    async def control(self, name: str, act: Act, who: str, *, to: str = "", admin: bool = False) -> LiveFlight:
+        """Change who is in control of a flight; as `control.changed`.
+
+        Args:
+            name: What it listens as.
+            act: What is done.
+            who: Who does it.
+            to: To whom control is offered.
+            admin: Whether who does it is an admin.
+
+        Raises:
+            NotFound: No flight ever listened as that.
+            Conflict: It has ended, or that cannot be done.
+        """
+        async with self._one:
+            entry = await self._entry(name)
+            if entry.ended is not None:
+                raise Conflict(f"'{name}' has ended.")
+            pilot, offered = changed(name, (entry.pilot, entry.offered), act, who, to=to, admin=admin)
+            await asyncio.to_thread(self._book.control, entry, pilot, offered)
+        self.hub.tell_state(name)
+        return await self.flight(name)
 
     async def events(
         self, name: str, *, flight: str | None, after: int, wait: float, stopping: asyncio.Event
@@ -302,7 +329,7 @@ class LiveFlights:
         return LiveFlight(
             name=entry.name, mission=entry.mission, opened=entry.opened, ended=entry.ended,
             silent=None if entry.ended is not None else round(self._silent(entry), 1), events=entry.events, open=entry.open,
-            run=entry.id, connected=self.hub.connected(entry.name, entry.id), recorded=self.recorder.recorded(entry.id),
+            pilot=entry.pilot, offered=entry.offered, run=entry.id, connected=self.hub.connected(entry.name, entry.id), recorded=self.recorder.recorded(entry.id),
         )  # fmt: skip
 
     def _wake(self) -> None:

@@ -12,6 +12,7 @@ from ltlplan.service.people.roles import Action
 from verify.data import LtlplanError
 
 if TYPE_CHECKING:
+    from ltlplan.service.event_inbox.control import Act
     from ltlplan.service.models import LiveEvent, LiveFlight
     from ltlplan.service.page.session_state import Desk
 
@@ -32,6 +33,7 @@ class _Telling:
             Words("h2", "Flights in the air")
             self.flights = Part(box("flights"))
             self.state = Part(box().props("role=status"))
+            self.control = Part(box("row control").props("aria-live=polite"))
             self.view = LiveView()
             self.view.on("moved", self._moved)
             with box("tell", tag="form").props('aria-label="Tell the flight"') as self.form:
@@ -95,7 +97,11 @@ class _Telling:
         self.state.show(said, lambda: Words("p", said, "soft"))
         feed = None if flight is None else live.hub.feed(flight.name)
         seen = None if feed is None or not feed.connected else feed.frame
-        tells = flight is not None and flight.ended is None and self.desk.may(Action.FLY) and (seen is None or seen.hears)
+        hears = flight is not None and flight.ended is None and (seen is None or seen.hears)
+        flies = hears and self.desk.may(Action.FLY)
+        tells = flies and flight is not None and flight.pilot in (None, self.desk.who)
+        who = (flight.pilot, flight.offered) if flight is not None and hears else None
+        self.control.show((self.desk.flight, who, flies), lambda: self._control(*who, flies=flies) if who is not None else None)
         self.form.set_visibility(tells)
         self.view.look(None if flight is None else flight.name, self.replay or None, drags=tells)
         self.view.set_visibility(flight is not None)
@@ -107,6 +113,35 @@ class _Telling:
         )  # fmt: skip
         self.events.show(events, lambda: _listed(events))
         await self._look_at_runs(flight)
+
+    def _control(self, pilot: str | None, offered: str | None, *, flies: bool) -> None:
+        """Show who is in control, and what this person can do about it."""
+        me = self.desk.who
+        said = "Nobody is in control." if pilot is None else f"{'You are' if pilot == me else f'{pilot} is'} in control."
+        Words("span", said if offered is None else f"{said} Offered to {'you' if offered == me else offered}.", "soft")
+        if not flies:
+            return
+        if pilot is None:
+            button("Take control", lambda: self._do("take"), "quiet")
+        if offered == me:
+            button("Accept control", lambda: self._do("accept"), "primary")
+        if offered is not None and me in (pilot, offered):
+            button("Take the offer back" if pilot == me else "Decline", lambda: self._do("decline"), "quiet")
+        if pilot == me and offered is None:
+            other = ui.element("input").props('placeholder="another pilot" aria-label="Pilot to hand control to" maxlength=60')
+            named = [""]
+            other.on("input", lambda event: named.__setitem__(0, str(event.args)), js_handler=_ARRIVES)
+            button("Hand over", lambda: self._do("offer", named[0].strip()), "quiet")
+        if pilot is not None and (pilot == me or self.desk.may(Action.ADMINISTER)):
+            button("Release", lambda: self._do("release"), "quiet")
+
+    async def _do(self, act: Act, to: str = "") -> None:
+        if self.desk.flight is not None:
+            await self.desk.guarded(self._done(self.desk.flight, act, to), self.control.place)
+
+    async def _done(self, flight: str, act: Act, to: str) -> None:
+        await self.desk.service.control(self.desk.principal, flight, act, to)
+        await self.refresh()
 
     async def _look_at_runs(self, flight: LiveFlight | None) -> None:
         runs = () if flight is None else await self.desk.service.live.runs(flight.name)
