@@ -78,7 +78,7 @@ def test_a_resolved_mission_of_several_kinds_reads_back_the_same():
         ("regions.desk.only: 'boat' is no table of `robots`.", {"desk": ", only: [boat]"}),
         ("environment.edges.0.only: 'boat' is no table", {"edges": "[{between: [robot, smoke], only: [boat]}]"}),
         ("environment.edges.0.onyl: unknown key. Did you mean 'only'?", {"edges": "[{between: [robot, smoke], onyl: [scout]}]"}),
-        ("environment.edges.0.1: missing", {"edges": "[[robot]]"}),
+        ("environment.edges.0: must have 2 entries, not 1: ['robot']", {"edges": "[[robot]]"}),
         ("environment.edges.0: 'smok' is not a region", {"edges": "[{between: [robot, smok], only: [scout]}]"}),
         ("regions.desk.only: must have at least 1 entry", {"desk": ", only: []"}),
         ("agents.slow.limits.speed: 0.7 is above the vehicle's own 0.6 (heavy)", {"slow": ", limits: {speed: 0.7}"}),

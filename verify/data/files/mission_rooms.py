@@ -83,6 +83,10 @@ def included_files(text: str, file: Path) -> tuple[Path, ...]:
     return tuple(file.parent / name for name in names if isinstance(name, str) and _path_fault(name) is None)
 
 
+_SHARED = frozenset((key,) for key in ROOM_KEYS[2:])
+"""Where what a room brings stands in the mission; its `format` and `include` are its own."""
+
+
 class _Reader:
     """Assembly of a mission from its files, with places and faults found so far."""
 
@@ -109,6 +113,8 @@ class _Reader:
             if (tree is self._mission and key != INCLUDE) or key in ROOM_KEYS[2:]:
                 self._put(key, value, tree)
         for keys, place in tree.places.items():
+            if tree is not self._mission and keys[:1] not in _SHARED:
+                continue
             edge = keys[2] if keys[:2] == ("environment", "edges") and len(keys) > 2 else None
             self.places.setdefault((*keys[:2], before + edge, *keys[3:]) if isinstance(edge, int) else keys, place)
 

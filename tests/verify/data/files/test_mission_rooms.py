@@ -185,6 +185,12 @@ def test_faults_of_the_missions_own_edges_keep_their_lines(tmp_path: Path) -> No
     assert "mission.yaml:7: environment.edges.2: 'e' is not a region of this mission." in found
 
 
+def test_faults_of_the_missions_own_format_and_of_keys_that_are_missing_have_its_file(tmp_path: Path) -> None:
+    found = refusal(tmp_path, mission=MISSION.replace("format: 1", "format: 2").replace("vehicle: crazyflie-2.1\n", ""))
+    assert f"{tmp_path}/mission.yaml:1: format: input should be 1, not 2." in found
+    assert f"{tmp_path}/mission.yaml:1: vehicle: missing" in found
+
+
 def test_rooms_are_few_and_small(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     many = {f"r{i}": "format: 1\n" for i in range(MAX_ROOMS + 1)}
     listed = f"[{', '.join(f'{name}.yaml' for name in many)}]"
