@@ -34,6 +34,10 @@ def command(
     workers: Annotated[
         int | None, typer.Option("--workers", min=1, help="Stages computed at the same time (default: one a processor).")
     ] = None,
+    limits: Annotated[
+        Path | None,
+        typer.Option("--limits", help="YAML file of limits that are other than usual (docs/service.md lists them)."),
+    ] = None,
     page: Annotated[bool, typer.Option("--page/--no-page", help="Whether the page is served besides the API.")] = True,
     openid: Annotated[
         str | None, typer.Option("--openid", help="Address of an OpenID Connect provider by which people log in (its issuer).")
@@ -56,10 +60,11 @@ def command(
     from ltlplan.commands.support.terminal import print_json
     from ltlplan.service.data_folder import default_data, make_private
     from ltlplan.service.database_url import database_url, secret_of
+    from ltlplan.service.limits_file import read_limits
     from ltlplan.service.people.roles import role_of
     from ltlplan.service.security.tokens import Tokens
     from ltlplan.service.server import serve
-    from ltlplan.service.settings import OpenIdSettings, Settings
+    from ltlplan.service.settings import Limits, OpenIdSettings, Settings
 
     folder = (data or default_data()).absolute()
     if new_token is not None or revoke_token is not None:
@@ -84,7 +89,8 @@ def command(
         secret = secret_of("LTLPLAN_OPENID_SECRET", openid_secret_file, os.environ)
         provider = OpenIdSettings(openid, openid_client, secret, role_of(openid_role))
     settings = Settings(
-        data=folder, host=host, port=port, names=tuple(name or ()), database=database, dask=dask, workers=workers, openid=provider
+        data=folder, host=host, port=port, names=tuple(name or ()), database=database, dask=dask, workers=workers, openid=provider,
+        limits=Limits() if limits is None else read_limits(limits),
     )  # fmt: skip
     serve(settings, page=page, announce=(lambda said: print_json({"said": said})) if json else _say)
 

@@ -1,6 +1,6 @@
 """Planning service: missions in over HTTP, durable jobs, and a page to write, watch and trust them; `ltlplan serve` starts it.
 
-Read `server` (composition, start and stop), `settings` (every limit) and `data_folder`. Then read the subpackages: `job_queue` (accepted jobs survive
+Read `server` (composition, start and stop), `settings` (every limit; `limits_file` reads others) and `data_folder`. Then read the subpackages: `job_queue` (accepted jobs survive
 crashes), `execution` (computation, never in the serving process), `api` (routes), `event_inbox` (operator events for flights) and `live_view` (flights as
 they are seen, and orders to stop). The others are
 `security` (access, rates and sizes), `people` (accounts, roles and whose a job is), `page` (the browser's page) and `views` (its pictures and

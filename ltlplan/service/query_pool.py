@@ -1,6 +1,7 @@
 """Pool that answers queries: a process of their own, with seconds and megabytes counted, apart from all jobs.
 
-There are two lanes, so that what is typed is checked at once whatever recordings are checked; in each, users take turns.
+There are two lanes, so that what is typed is checked at once whatever recordings are checked; in each, users take turns, and of one user one
+question is answered at a time.
 """
 
 from __future__ import annotations
@@ -28,6 +29,7 @@ class _Lane:
         self.pool, self._turns = shared.pool, shared.turns
         self._most, self._each = most, each
         self._open: Counter[str] = Counter()
+        self._one: dict[str, asyncio.Lock] = {}
 
     @property
     def open(self) -> int:
@@ -42,6 +44,18 @@ class _Lane:
         if self._open.total() >= self._most + self.pool.count:
             raise Busy(f"{self._open.total()} questions are waiting already; try again soon.")
         self._open[who] += 1
+        try:
+            if not who:  # the service itself
+                return await self._answer(work, arguments, who)
+            async with self._one.setdefault(who, asyncio.Lock()):
+                return await self._answer(work, arguments, who)
+        finally:
+            self._open[who] -= 1
+            if not self._open[who]:
+                del self._open[who]
+                self._one.pop(who, None)
+
+    async def _answer(self, work: Callable[..., Any], arguments: tuple[Any, ...], who: str) -> Any:
         rank = self._turns.rank(who)
         try:
             loop = asyncio.get_running_loop()
@@ -49,9 +63,6 @@ class _Lane:
             return await asyncio.wrap_future(future)
         finally:
             self._turns.ended(rank)
-            self._open[who] -= 1
-            if not self._open[who]:
-                del self._open[who]
 
 
 class Questions:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import json
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -12,6 +13,7 @@ from fastapi.responses import FileResponse, HTMLResponse
 from ltlplan.service.api.answers import HealthAnswer
 from ltlplan.service.api.request_parsing import JSON, service_of
 from ltlplan.service.api.schema import content, problems
+from ltlplan.service.limits_file import limits_told
 from ltlplan.service.problems import NotFound, kinds
 from verify.data.errors import MissingEngine
 
@@ -41,6 +43,16 @@ async def get_metrics(request: Request) -> Response:
     health = await service.jobs.health()
     text = await asyncio.to_thread(service.metrics.text, service, health)
     return Response(text, media_type=service.metrics.media_type)
+
+
+@router.get(
+    "/api/limits",
+    responses={**content(JSON, "All limits by their names.", {"type": "object"}), **problems()},
+    response_class=Response,
+)
+async def get_limits(request: Request) -> Response:
+    """Return the limits on time, memory, sizes and rates that everybody's jobs and questions meet."""
+    return Response(json.dumps(limits_told(service_of(request).settings.limits)), media_type=JSON)
 
 
 @router.get("/problems/{kind}", responses={**content("text/plain", "A sentence.", {"type": "string"}), **problems(404)})

@@ -16,6 +16,7 @@ _OPEN, _READ, _ASK, _PLAN, _FLY, _ADMINISTER = tuple(Action)
 ACTIONS: dict[tuple[str, str], Action] = {
     ("GET", "/health"): _OPEN,
     ("GET", "/metrics"): _READ,
+    ("GET", "/api/limits"): _READ,
     ("GET", "/docs"): _OPEN,
     ("GET", "/docs/start.js"): _OPEN,
     ("GET", "/docs/{name}"): _OPEN,

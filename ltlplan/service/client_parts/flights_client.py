@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Self
+from typing import Any, Self
 
 from ltlplan.service.client_parts.transport import Wire, checked, segment
 from ltlplan.service.event_inbox.control import Act
@@ -48,6 +48,10 @@ class FlightsClient:
     def metrics(self) -> str:
         """Return what the service counts, in Prometheus' text format."""
         return self._wire.ask("GET", "/metrics").text
+
+    def limits(self) -> dict[str, Any]:  # of any type: numbers, and rates as dictionaries
+        """Return the limits on time, memory, sizes and rates that jobs and questions meet, by their names."""
+        return self._wire.ask("GET", "/api/limits").json()
 
     def flights(self) -> tuple[LiveFlight, ...]:
         """Return the flights that listen, or did: the newest of each name."""

@@ -10,6 +10,7 @@ from nicegui import ui
 
 from ltlplan.service.page.elements import Part, Words, box, button, named_field, say, search_field, table
 from ltlplan.service.people.roles import Action
+from ltlplan.service.times import utc_now
 
 if TYPE_CHECKING:
     from ltlplan.service.models import Job, Stage
@@ -49,6 +50,7 @@ class _Planning:
         self.none = Part(self.list)
         self.bar: ui.element | None = None
         self.sentence: Words | None = None
+        self.running: Words | None = None
         desk.on_job.append(self.show)
         desk.on_progress.append(self.progress)
         desk.on_tab.append(lambda tab: self.timer.activate() if tab == "plan" else self.timer.deactivate())
@@ -65,6 +67,8 @@ class _Planning:
             else "None yet: write a mission and plan it."
         )
         chosen = "" if self.desk.job is None else self.desk.job.id
+        if self.desk.job is not None and self.desk.job.ended is None and self.running is not None:
+            self.running.set_text(self._running(self.desk.job))
         present = {job.id for job in jobs}
         for gone in [job for job in self.listed if job not in present]:
             self.listed.pop(gone).place.delete()
@@ -100,7 +104,7 @@ class _Planning:
         self.timer.activate()
         self.problem.place.set_visibility(job is not None and job.problem is not None)
         if job is None:
-            self.bar = self.sentence = None
+            self.bar = self.sentence = self.running = None
             self.name.show(None, lambda: Words("p", "Choose a job, or write a mission.", "soft"))
             for part in (self.actions, self.told, self.stages, self.problem):
                 part.show(None, lambda: None)
@@ -143,7 +147,7 @@ class _Planning:
             say(f"It is in the project {project} now." if project else "It is in no project now.", good=True)
 
     def _told(self, job: Job) -> None:
-        self.bar = self.sentence = None
+        self.bar = self.sentence = self.running = None
         Words("code", job.title, "asked")
         times = [f"seed {job.seed}", f"handed in {_clock(job.submitted)}{_whose(job, self.desk.user)}"]
         if job.started and job.ended:
@@ -153,6 +157,17 @@ class _Planning:
             self.bar = ui.element("progress").props(f'max=1 value={job.share:.3f} aria-label="How much is done"')
             waits = "waits for a free worker" if job.state == "queued" else job.sentence or "working"
             self.sentence = Words("p", f"{waits} ...", "sentence").props("aria-live=polite")
+            self.running = Words("p", self._running(job), "soft running-time")
+
+    def _running(self, job: Job) -> str:
+        """Return how long a job has run, and what its stages may take at most."""
+        limits = self.desk.service.settings.limits
+        most = f"a stage may take {limits.stage_seconds / 60:g} min of processor time and {limits.stage_megabytes} MB"
+        return (
+            most[0].upper() + most[1:] + "."
+            if job.started is None
+            else f"Has run for {_seconds(job.started, utc_now())}; {most}."
+        )
 
     def _problem(self, job: Job) -> None:
         if job.problem is None:

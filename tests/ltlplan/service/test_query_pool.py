@@ -70,7 +70,8 @@ async def asked_in_order(questions: Questions, pool: Held, names: list[str]) -> 
     tasks: list[asyncio.Task[Any]] = []
     for index, name in enumerate(names):
         tasks.append(asyncio.create_task(questions.ask(work, f"{name}{index}", who=name)))
-        await settled(lambda index=index: pool.asked == index + 1)
+        await settled(lambda index=index: questions.open["short"] == index + 1)
+        await settled(lambda index=index: pool.asked >= len(set(names[: index + 1])))
     return tasks
 
 
@@ -107,6 +108,28 @@ def test_users_take_turns_and_each_ones_questions_are_answered_in_order(tmp_path
     asyncio.run(check())
 
 
+def test_of_one_user_one_question_is_answered_at_a_time(tmp_path: Path) -> None:
+    async def check() -> None:
+        short = Held(3)
+        questions = made(tmp_path / "scratch", short=short)
+        tasks = await asked_in_order(questions, short, ["a", "a", "a", "b"])
+        assert short.begun == ["a0", "b3"], "a place is free, and a's others wait"
+        tasks[1].cancel()
+        short.end_one()
+        await settled(lambda: short.begun == ["a0", "b3", "a2"])
+        for _ in range(2):
+            short.end_one()
+        assert [str(each) for each in await asyncio.gather(*tasks, return_exceptions=True)] == [
+            "answered",
+            "",
+            "answered",
+            "answered",
+        ]
+        assert questions.open["short"] == 0
+
+    asyncio.run(check())
+
+
 def test_who_asks_much_is_refused_before_others_are(tmp_path: Path) -> None:
     async def check() -> None:
         short = Held(1)
@@ -115,7 +138,7 @@ def test_who_asks_much_is_refused_before_others_are(tmp_path: Path) -> None:
         with pytest.raises(TooManyRequests, match="4 of your questions"):
             await questions.ask(work, "a4", who="a")
         tasks += [asyncio.create_task(questions.ask(work, f"b{index}", who="b")) for index in range(2)]
-        await settled(lambda: short.asked == 6)
+        await settled(lambda: questions.open["short"] == 6 and short.asked == 2)
         with pytest.raises(Busy, match="6 questions"):
             await questions.ask(work, "c", who="c")
         for ended in range(1, 7):
