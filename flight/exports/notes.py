@@ -33,7 +33,9 @@ def readme(request: Request, target: ExportTarget, notes: tuple[str, ...], beyon
     for name in request.team:
         vehicle = mission.vehicle_of(name)
         meant = controller_name(vehicle)
-        who = f"controller {meant}" if target.runs(meant) else f"margin meant for the controller {meant}, which it does not run"
+        unproved = "" if mission.disturbance is None else "; tracking not proved for this target"
+        other = f"margin meant for the controller {meant}, which it does not run{unproved}"
+        who = f"controller {meant}" if target.runs(meant) else other
         flown.setdefault(f"airframe: {vehicle.name}, {vehicle.mass:g} kg, {who}", []).append(name)
     airframes = list(flown) if len(flown) == 1 else [f"{airframe} ({', '.join(names)})" for airframe, names in flown.items()]
     others = [name for name in mission.agents if name not in request.team]

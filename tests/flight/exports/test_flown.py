@@ -10,10 +10,13 @@ import pytest
 import flight
 from flight import ExportTarget, Product, conditions_of
 from flight.exports.flown import WARNING
-from flight.exports.target import EXPORT_TARGETS
+from flight.exports.notes import readme
+from flight.exports.target import EXPORT_TARGETS, Request
 from tests.helpers.flights import legs, plan_of, small_mission
 from verify import certify
 from verify.data import NotCertified, load_vehicle
+from verify.data.airframe import load_airframe
+from verify.data.disturbance import Disturbance
 from verify.data.plan import Visit
 
 
@@ -103,6 +106,16 @@ def test_a_target_of_another_package_is_opened_by_flights_of_controllers_that_it
     flight.export(team, cert, tmp_path, format=mine, flight=log, force=True)
     assert json.loads((tmp_path / "flight.json").read_text())["warning"] == WARNING
     assert "margin meant for the controller mellinger, which it does not run" in (tmp_path / "README.txt").read_text()
+
+
+def test_a_target_that_flies_another_controller_says_that_tracking_is_not_proved():
+    told = Disturbance(airframe=load_airframe("crazyflie-2.1"), wind=0.05)
+    vehicle = load_vehicle("crazyflie-2.1").changed(controller="geometric")
+    mission, team = small_mission("F G a", margin=0.05).changed(vehicle=vehicle), {"r0": legs([[0, 0, 1], [1, 0, 1]])}
+    target = EXPORT_TARGETS.find("px4")
+    for disturbance, said in ((None, False), (told, True)):
+        request = Request(mission.changed(disturbance=disturbance), team, 1, 0.05, "digest", {})
+        assert ("tracking not proved for this target" in readme(request, target, (), ())) == said
 
 
 def test_a_vehicle_without_a_controller_on_board_is_not_written_for_crazyflies_that_fly_by_theirs(tmp_path):
