@@ -127,8 +127,13 @@ class Network:
         with suppress(OSError):
             while True:
                 one, _ = self._server.accept()
-                other = socket.create_connection(self._to)
-                self._ends += [one, other]
+                self._ends.append(one)
+                try:
+                    other = socket.create_connection(self._to)
+                except OSError:  # the service is down
+                    one.close()
+                    continue
+                self._ends.append(other)
                 for source, target in ((one, other), (other, one)):
                     threading.Thread(target=self._pump, args=(source, target), daemon=True).start()
 

@@ -6,10 +6,11 @@ import json
 import os
 import signal
 import socket
+import subprocess
 import time
 import uuid
 from collections.abc import Iterator
-from contextlib import ExitStack, closing
+from contextlib import ExitStack, closing, suppress
 from pathlib import Path
 
 import httpx
@@ -229,3 +230,35 @@ def test_roles_and_limits_that_are_used_up(tmp_path: Path) -> None:
                 assert httpx.get(f"{served.url}/health").status_code == 503
                 assert httpx.post(stop, headers=headers["pilot"]).status_code == 202
             assert until(lambda: flight.orders.level is Level.LAND, 3.0)
+
+
+def fill(path: Path) -> None:
+    """Write a file until the disk is full."""
+    with suppress(OSError), path.open("wb", buffering=0) as file:
+        while True:
+            file.write(b"\1" * 4096)
+
+
+@pytest.mark.slow
+def test_a_full_disk_does_not_stand_in_the_way_of_a_stop(tmp_path: Path) -> None:
+    disk = tmp_path / "disk"
+    disk.mkdir()
+    if subprocess.run(
+        ["mount", "-t", "tmpfs", "-o", "size=64M", "tmpfs", str(disk)], capture_output=True, check=False
+    ).returncode:
+        pytest.skip("a small disk cannot be mounted here")
+    try:
+        with serving(disk / "data") as served, fed(f"{served.url}/live/lab") as flight, watching(served.url, "lab") as viewer:
+            viewer.frame(lambda frame: bool(frame["robots"]))
+            run = run_of(served.url, "lab")
+            fill(disk / "filler")
+            told = httpx.post(f"{served.url}/api/live/lab/events", content=b"one fails", headers={"content-type": "text/plain"})
+            assert told.status_code in (503, 507), told.text
+            began = time.monotonic()
+            assert httpx.post(f"{served.url}/api/live/lab/stop", params={"run": run}).status_code == 202
+            assert until(lambda: flight.orders.level is Level.LAND, 2.0)
+            assert time.monotonic() - began < 2.0
+            viewer.frame(lambda frame: bool(frame["orders"]), 2.0)
+            (disk / "filler").unlink()
+    finally:
+        subprocess.run(["umount", "-l", str(disk)], check=True)

@@ -1,0 +1,90 @@
+"""A simulated team of ten that flies up and down beside each other in real time, seen at a service: for tests and benchmarks of what that costs the flight."""
+
+from __future__ import annotations
+
+import itertools
+import threading
+import time
+from contextlib import closing
+from dataclasses import dataclass, field
+
+from flight.link.live_executive import LiveFlight, Operator, fly_live
+from flight.link.observed_link import Observation, ObservedLink
+from flight.link.record import Record
+from flight.link.simulated import SimulatedLink
+from flight.link.stop_orders import StopOrders
+from flight.link.tracking_monitor import Look
+from ltlplan.service.client_parts.flight_feed import FlightFeed
+from ltlplan.service.client_parts.long_polling import FollowedService
+from tests.helpers.crazyflie_stages import FAR, stage
+
+_LEG = 1.0 / 0.45
+"""s of a leg."""
+
+
+@dataclass
+class TenRobots:
+    """The flight, in a thread of its own.
+
+    Attributes:
+        looks: When the monitor looked, s.
+        shown: How long showing each observation took, s.
+        done: How it ended.
+    """
+
+    seconds: float
+    address: str | None = None
+    robots: int = 10
+    looks: list[float] = field(default_factory=list[float])
+    shown: list[float] = field(default_factory=list[float])
+    done: LiveFlight | None = None
+
+    def begin(self) -> threading.Thread:
+        """Begin to fly, and return the thread, which ends with the flight."""
+        laps = max(round(self.seconds / (2 * _LEG)), 1)
+        high = {f"r{i}": [-4.0 + 0.85 * i, -1.0, 0.6] for i in range(self.robots)}
+        ways = {name: [at, *([[at[0], 0.0, 0.6], at] * laps)] for name, at in high.items()}
+        stages = (
+            stage("climb", {name: [[*at[:2], 0.0], at] for name, at in high.items()}, regions=FAR),
+            stage("flight", ways, regions=FAR),
+            stage("landing", {name: [at, [*at[:2], 0.05]] for name, at in high.items()}, regions=FAR),
+        )
+        flying = threading.Thread(target=self._fly, args=(stages,), name="ten robots")
+        flying.start()
+        return flying
+
+    def _fly(self, stages: tuple) -> None:  # of stages
+        mission = stages[1].plan.mission
+        places = {name: tuple(path.evaluate(0.0)[:3].tolist()) for name, path in stages[0].paths.items()}
+        link, orders, record = SimulatedLink(mission, places, real_time=True), StopOrders(), Record()
+        grounds = dict.fromkeys(places, 0.0)
+        if self.address is None:
+            self.done = fly_live(link, stages, grounds=grounds, operator=Operator(self._look))
+            return
+        with closing(FollowedService(self.address, mission.name)) as listener:
+            feed = FlightFeed(listener, lambda: mission, orders)
+
+            def show(seen: Observation) -> None:
+                began = time.perf_counter()
+                feed.show(seen)
+                self.shown.append(time.perf_counter() - began)
+
+            observed = ObservedLink(link, orders, record, show)
+
+            def look(seen: Look) -> None:
+                observed.see(seen)
+                self._look(seen)
+
+            try:
+                self.done = fly_live(observed, stages, grounds=grounds, operator=Operator(look, orders, record))
+                observed.observe()
+            finally:
+                feed.end()
+
+    def _look(self, _look: Look) -> None:
+        self.looks.append(time.monotonic())
+
+    @property
+    def gaps(self) -> list[float]:
+        """S between two looks, sorted."""
+        return sorted(after - before for before, after in itertools.pairwise(self.looks) if after - before < 1.0)
