@@ -6,8 +6,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from flight.control.flatness import lifted
 from flight.control.geometric import GEOMETRIC
 from flight.model.airframe import airframe_of
+from flight.model.attitude import error_vector, norm
 from flight.model.autopilot import Autopilot, Held
 from flight.model.dynamics import ATTITUDE, POSITION, RATES, VELOCITY, QuadcopterDynamics, hover_state
 from flight.model.plant import Motion
@@ -26,7 +28,8 @@ class Disturbed:
     mass: np.ndarray | None = None  # share
     thrust: np.ndarray | None = None  # share
     offset: np.ndarray | None = None  # m, at the start
-    log: list = field(default_factory=list)
+    log: list = field(default_factory=list)  # of every step, where `watch` is set: what the proof bounds
+    watch: bool = False
 
     def fly(self, vehicle, path, duration):
         """Return positions after every step less the planned ones, m. Shape (steps, 3, n)."""
@@ -54,12 +57,28 @@ class Disturbed:
             now = Motion(seen[POSITION] + noise, seen[VELOCITY], state[ATTITUDE], state[RATES])
             flat = np.stack([np.tile(path.evaluate(t, k)[:, None], (1, n)) for k in range(5)])
             held = Held.of(loop.command(flat, now), held.rotors)
+            off, drift = flat[0, :3] - now.position, flat[1, :3] - now.velocity
+            fed = loop._position * off + loop._velocity * drift + loop._summed  # the feedback
+            force = lifted(flat[2, :3] + loop._damping * flat[1, :3]) + fed
             for sub in range(SUBSTEPS):
                 at = t + sub * STEP
                 rates = state[RATES] + (self.gyroscope(at) if self.gyroscope else 0.0)
                 asked, held = autopilot.rotor_commands(held, state[ATTITUDE], rates, np.ones(n), STEP)
                 state = dynamics.step(state, asked * root, self.wind(at) if self.wind else 0.0, STEP)
                 past = [*past[-12:], state]
+                if self.watch:
+                    self.log.append(self._seen(frame, state, held, fed, force, (sub + 1) * STEP))
                 errors[tick * SUBSTEPS + sub] = state[POSITION] - path.evaluate(at + STEP)[:3, None]
-            self.log.append(state)
         return errors
+
+    @staticmethod
+    def _seen(frame, state, held, fed, force, since):
+        """Return feedback, and errors of attitude, rates and thrust times its scale, across and along. By name, (2, n) or (n,)."""
+        scale = norm(force)
+        tip, slip = error_vector(held.attitude, state[ATTITUDE]), state[RATES] - held.rates
+        model = frame.thrust_coefficient * (held.rotors * held.rotors).sum(0) / frame.vehicle.mass
+        asked = scale + held.thrust_rate / frame.vehicle.mass * since
+        return {
+            "p": np.hypot(fed[0], fed[1]), "p_up": np.abs(fed[2]), "d": scale * np.hypot(tip[0], tip[1]), "f": np.abs(tip[2]),
+            "e": scale * np.hypot(slip[0], slip[1]), "o": np.abs(slip[2]), "b": np.abs(model - asked),
+        }  # fmt: skip

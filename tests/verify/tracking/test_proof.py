@@ -15,7 +15,7 @@ from verify.data.vehicle import load_vehicle
 from verify.tracking import error_model, sampled_loop
 from verify.tracking.error_model import NotProved
 from verify.tracking.loops import LoopChoice, lateral_loop, vertical_loop
-from verify.tracking.proof import model_of, prove
+from verify.tracking.proof import _Loops, cells_of, model_of, prove
 from verify.tracking.sampled_loop import SUBSTEPS
 
 VEHICLE, AIRFRAME = load_vehicle("crazyflie-2.1"), load_airframe("crazyflie-2.1")
@@ -116,6 +116,23 @@ def test_no_disturbed_flight_leaves_its_bound(path):
         assert np.all(away <= proved.course), path
         worst = max(worst, float(away.max()))
     assert proved.bound < 12.0 * worst
+
+
+@pytest.mark.parametrize("path", [hover(), line(), line(0.6, 3.2)], ids=["hover", "line", "fast"])
+def test_every_state_stays_within_its_bound(path):
+    """Feedback, and the errors of attitude, rates and thrust, as they are in flight, against the bounds that close on each other."""
+    told = Disturbance(airframe=AIRFRAME, wind=0.06, position=5e-5, gyroscope=0.003, start=5e-4, sag=0.0)
+    model = model_of(path, path.duration, tuple(path.coefficients[0, :3, 0]), VEHICLE, told)
+    (cell,) = cells_of(model)
+    bounds, _ = _Loops(model, cell).kept()
+    flights = adversaries(told, path.duration, range(300, 340), 0)
+    flights.watch = True
+    flights.fly(VEHICLE, path, path.duration)
+    proved = {"p": bounds.lateral["p"], "p_up": bounds.vertical["p"], "d": bounds.lateral["d"], "e": bounds.lateral["e"]}
+    proved |= {"b": bounds.vertical["b"], "f": bounds.heading["f"], "o": bounds.heading["o"]}
+    for name, bound in proved.items():
+        flown = np.array([step[name] for step in flights.log]).max(1).reshape(len(bound), SUBSTEPS).max(1)
+        assert np.all(flown <= bound + 1e-9), (name, float((flown / bound).max()))
 
 
 def test_a_bound_holds_where_wind_is_aimed():
