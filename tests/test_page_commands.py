@@ -18,7 +18,7 @@ import pytest
 from ltlplan import Client
 from tests.helpers.fleets import show_of, trajectory_of, write_show
 from tests.helpers.services import serving
-from tests.test_site import BLOCK, DOCS, EXTENDING, FIRST, PAGES, ROOT, WALKS, Reader, named_commands
+from tests.test_site import BLOCK, DOCS, EXTENDING, FIRST, PAGES, ROOT, WALKS, WATCHING, Reader, named_commands
 
 RADIO = re.compile(r"--link (crazyflie|mavlink)")
 """Of a command that needs vehicles: it is parsed only."""
@@ -28,6 +28,7 @@ ELSEWHERE: Mapping[str, str] = {
     "service.md": "tests/ltlplan/service",
     "identify.md": "tests/flight/identification",
     EXTENDING: "tests/test_extending.py",
+    "how-to/watch-flights.md": "tests/test_page_commands.py",
 }
 """Where the commands of other pages run."""
 SCRIPTS: Mapping[str, str] = {"library.md": "tests/test_readme.py", EXTENDING: "tests/test_extending.py"}
@@ -121,7 +122,7 @@ def run_scripts(reader: Reader, texts: list[str]) -> str:
 
 def test_the_python_of_each_page_runs_somewhere() -> None:
     with_python = {str(page.relative_to(DOCS)) for page in PAGES[:-1] if page not in (*WALKS, FIRST) and scripts(page)}
-    assert with_python == {"audit.md", "on-board.md", "service.md", "testing.md", *SCRIPTS}
+    assert with_python == {"audit.md", "on-board.md", "service.md", "testing.md", "how-to/watch-flights.md", *SCRIPTS}
 
 
 @pytest.mark.slow
@@ -146,8 +147,8 @@ def test_tests_of_the_page_on_testing_pass(tmp_path: Path) -> None:
 
 
 @contextmanager
-def flying(service: str, reader: Reader) -> Generator[None]:
-    """Have the fire-fighting team in the air, listening as `lab`; it flies to its end."""
+def in_the_air(service: str, reader: Reader) -> Generator[subprocess.Popen[str]]:
+    """Have the fire-fighting team in the air, listening as `lab`."""
     command = [sys.executable, "-m", "ltlplan", "online", "firefighting", "--certified", "--link", "simulated"]
     with subprocess.Popen(
         [*command, "--follow", f"{service}/live/lab"], cwd=reader.folder, env={**os.environ, "PYTHONPATH": reader.paths},
@@ -156,11 +157,18 @@ def flying(service: str, reader: Reader) -> Generator[None]:
         assert flight.stdout is not None
         assert any(line.startswith("climb") for line in flight.stdout)
         try:
-            yield
-            said, _ = flight.communicate(timeout=120)
-            assert flight.returncode == 0, said
+            yield flight
         finally:
             flight.kill()
+
+
+@contextmanager
+def flying(service: str, reader: Reader) -> Generator[None]:
+    """Have the fire-fighting team in the air, as above; it flies to its end."""
+    with in_the_air(service, reader) as flight:
+        yield
+        said, _ = flight.communicate(timeout=120)
+        assert flight.returncode == 0, said
 
 
 @pytest.mark.slow
@@ -178,3 +186,21 @@ def test_python_of_the_service_page_runs(tmp_path: Path) -> None:
             printed = run_scripts(reader, [live])
     assert "1 quad1 fails True quad1 fails and lands, from " in printed
     assert "2 water moves 0.3,-0.7,0.9 True water moves to " in printed
+
+
+@pytest.mark.slow
+def test_commands_and_python_of_the_page_on_watching_run(tmp_path: Path) -> None:
+    """Flights are followed to their ends; one in the air is stopped, and lands."""
+    reader = Reader(tmp_path, Path(sys.executable).parent, str(ROOT))
+    a_run(reader)
+    with serving(tmp_path / "data") as served:
+        commands = [line.replace(SERVICE, served.url) for line in named_commands(WATCHING)]
+        assert len(commands) == 2
+        for command in commands:
+            reader.finish(command)
+    with serving(tmp_path / "another") as served:
+        (stop,) = (text.replace(SERVICE, served.url) for text in scripts(WATCHING))
+        with in_the_air(served.url, reader) as flight:
+            run_scripts(reader, [stop])
+            said, _ = flight.communicate(timeout=120)
+    assert "stop" in said, said
