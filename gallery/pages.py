@@ -31,7 +31,9 @@ def index_page(found: Mapping[str, Found]) -> str:
         "# Gallery",
         "",
         "After this page you have seen what can be asked, and what is answered. `python -m gallery`, from the repository's root, builds every page",
-        "with the report that plays, and lists which words, costs and durations changed since they were written down.",
+        "with the report that plays, and lists which words, costs and durations changed since they were written down. It computes with",
+        "[kernels that all x86-64 processors have](reproduction.md#kernels-and-how-figures-are-held); by those of yours words and verdicts are the same,",
+        "costs and durations may be others by a few percent.",
     ]
     for group, entries in groupby(ENTRIES, key=lambda entry: entry.group):
         lines += ["", f"## {group}", "", "| | question | answer | |", "|---|---|---|---|"]
