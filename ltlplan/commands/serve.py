@@ -34,6 +34,13 @@ def command(
     workers: Annotated[
         int | None, typer.Option("--workers", min=1, help="Stages computed at the same time (default: one a processor).")
     ] = None,
+    webhook_host: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--webhook-host",
+            help="Host (or HOST:PORT) that webhooks may go to, or a network such as 10.1.0.0/16; several times.",
+        ),
+    ] = None,
     limits: Annotated[
         Path | None,
         typer.Option("--limits", help="YAML file of limits that are other than usual (docs/service.md lists them)."),
@@ -90,7 +97,7 @@ def command(
         provider = OpenIdSettings(openid, openid_client, secret, role_of(openid_role))
     settings = Settings(
         data=folder, host=host, port=port, names=tuple(name or ()), database=database, dask=dask, workers=workers, openid=provider,
-        limits=Limits() if limits is None else read_limits(limits),
+        webhook_hosts=tuple(webhook_host or ()), limits=Limits() if limits is None else read_limits(limits),
     )  # fmt: skip
     serve(settings, page=page, announce=(lambda said: print_json({"said": said})) if json else _say)
 

@@ -123,6 +123,26 @@ class WhoAmI(Told):
     tokens: tuple[str, ...] = ()
 
 
+class Webhook(Told):
+    """An address that hears of the ends of a user's jobs.
+
+    Attributes:
+        id: Names it.
+        url: Where they are sent to.
+        owner: Whose jobs.
+        made: When it was added, UTC, ISO 8601.
+        said: What came of the last try: "received", or why not; empty before.
+        said_at: When that was.
+    """
+
+    id: int
+    url: str
+    owner: str
+    made: str
+    said: str = ""
+    said_at: str | None = None
+
+
 class Secret(Told):
     """A secret that is shown once: a token, or a temporary password.
 

@@ -28,6 +28,7 @@ from ltlplan.service.queries import Place
 from ltlplan.service.query_pool import Questions
 from ltlplan.service.security.tokens import LOCAL
 from ltlplan.service.settings import Settings
+from ltlplan.service.webhook_sender import Allowed, Sender
 from verify.data.errors import LtlplanError
 
 if TYPE_CHECKING:
@@ -49,6 +50,7 @@ class Service:
         people: Who may ask, and whose the jobs are.
         openid: Login by OpenID Connect; None where there is none.
         metrics: Counts for Prometheus.
+        sender: Sender of webhooks.
         live: Flights that listen, and what they are told.
         drafts: Missions that users are writing.
         stopping: Set when the service is about to stop, for streams to end.
@@ -62,14 +64,17 @@ class Service:
     stopping: asyncio.Event = field(default_factory=asyncio.Event)
     drafts: Drafts = field(init=False)
     openid: OpenId | None = field(init=False)
+    sender: Sender = field(init=False)
     metrics: Metrics = field(init=False)
     _missions: OrderedDict[str, Mission] = field(default_factory=OrderedDict, init=False, repr=False)
+    _sending: asyncio.Task[None] | None = field(default=None, init=False, repr=False)
     _shipped: bytes | None = field(default=None, init=False, repr=False)
     _logging: set[asyncio.Task[None]] = field(default_factory=set[asyncio.Task[None]], init=False, repr=False)
 
     def __post_init__(self) -> None:
         self.drafts = Drafts(self.settings.data)
         self.metrics = Metrics()
+        self.sender = Sender(self.people.webhooks, self.jobs.register, Allowed.read(self.settings.webhook_hosts))
         self.openid = None if self.settings.openid is None else OpenId(self.settings.openid)
 
     async def start(self) -> None:
@@ -87,6 +92,8 @@ class Service:
                 await self.jobs.cancel(job)
                 await self.jobs.delete(job)
             await asyncio.to_thread(references.left, job)
+        if self.sender.allowed.hosts:
+            self._sending = asyncio.create_task(self.sender.run())
         asked = [(job, _user(who)) for job, who in self.jobs.register.asked_by().items()]
         await asyncio.to_thread(references.adopt, asked)
 
@@ -209,6 +216,13 @@ class Service:
             await asyncio.to_thread(self.people.log.write, principal, "stop", receipt.name, f"{receipt.level} {receipt.order}")
         except LtlplanError as error:
             note("a stop was not logged", level=logging.WARNING, order=receipt.order, reason=str(error))
+
+    async def stop(self) -> None:
+        """Send no more, and let go of all jobs; those that have not ended go on at the next start."""
+        if self._sending is not None:
+            self._sending.cancel()
+            await asyncio.gather(self._sending, return_exceptions=True)
+        await self.jobs.stop()
 
     def close(self) -> None:
         """End all processes; jobs that have not ended go on at the next start."""

@@ -127,6 +127,7 @@ class Settings:
         dask: Address of a Dask scheduler; None computes on this machine.
         workers: Stages that are computed at the same time; None takes the number of processors.
         openid: How people log in by OpenID Connect; None where they do not.
+        webhook_hosts: Hosts that webhooks may go to, and networks that are not public.
         limits: All bounds.
     """
 
@@ -138,4 +139,5 @@ class Settings:
     dask: str | None = None
     workers: int | None = None
     openid: OpenIdSettings | None = None
+    webhook_hosts: tuple[str, ...] = ()
     limits: Limits = field(default_factory=Limits)

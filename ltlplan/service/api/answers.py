@@ -241,6 +241,14 @@ class TokenAdded(BaseModel):
     label: Annotated[str, Field(max_length=60)] = Field(description="its name becomes USER.LABEL")
 
 
+class WebhookAdded(BaseModel):
+    """An address that is to hear of the ends of one's jobs."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    url: Annotated[str, Field(max_length=500)] = Field(description="https://HOST/PATH, of a host that an admin lists")
+
+
 class AccountAdded(BaseModel):
     """An account, to be made."""
 

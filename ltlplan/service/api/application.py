@@ -29,6 +29,7 @@ from ltlplan.service.api.answers import (
     RehearsalAsked,
     StudyAsked,
     TokenAdded,
+    WebhookAdded,
     WordsRequest,
 )
 from ltlplan.service.api.events import Streams
@@ -90,6 +91,7 @@ _READ = (
     StudyAsked,
     CampaignAsked,
     RehearsalAsked,
+    WebhookAdded,
 )
 """Values that routes read by themselves."""
 _FIRST_PAGE = 0.5
@@ -113,7 +115,7 @@ def application(service: Service) -> FastAPI:
             yield
         finally:
             warming.cancel()
-            await service.jobs.stop()
+            await service.stop()
             service.live.close()
             await asyncio.to_thread(service.close)
 

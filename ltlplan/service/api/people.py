@@ -7,12 +7,12 @@ from typing import Annotated
 
 from fastapi import APIRouter, Path, Query, Request, Response
 
-from ltlplan.service.api.answers import AccountAdded, AccountChange, ProjectChange, TokenAdded
+from ltlplan.service.api.answers import AccountAdded, AccountChange, ProjectChange, TokenAdded, WebhookAdded
 from ltlplan.service.api.request_parsing import json_answer, json_list, principal_of, read_json, service_of
 from ltlplan.service.api.schema import json_body, problems
 from ltlplan.service.people.administration import Administration
 from ltlplan.service.people.audit_log import LogQuery
-from ltlplan.service.people_models import AccountTold, LogEntry, Project, Secret, WhoAmI
+from ltlplan.service.people_models import AccountTold, LogEntry, Project, Secret, Webhook, WhoAmI
 
 router = APIRouter(prefix="/api", tags=["people"])
 
@@ -55,6 +55,39 @@ async def revoke_token(
 async def end_own_sessions(request: Request) -> Response:
     """Log out everywhere else: end all other sessions of your account."""
     await asyncio.to_thread(_office(request).end_own_sessions)
+    return Response(status_code=204)
+
+
+@router.get("/webhooks", response_model=tuple[Webhook, ...], responses=problems())
+async def list_webhooks(request: Request) -> Response:
+    """List your webhooks, each with what came of the last try."""
+    return json_list(await asyncio.to_thread(service_of(request).people.webhooks.listed, principal_of(request)))
+
+
+@router.post(
+    "/webhooks",
+    response_model=Secret,
+    status_code=201,
+    responses=problems(body=True),
+    openapi_extra=json_body("WebhookAdded", "The address."),
+)
+async def add_webhook(request: Request) -> Response:
+    """Add an address that hears of the ends of jobs that you submit from now on; its id and its secret, which is shown once.
+
+    It is sent `{"id": ..., "state": ...}` over HTTPS, signed as standardwebhooks.com says, and six times at most until it answers with success.
+    """
+    asked, service = await read_json(request, WebhookAdded), service_of(request)
+    hosts = service.sender.allowed.hosts
+    made, secret = await asyncio.to_thread(service.people.webhooks.add, principal_of(request), asked.url, hosts)
+    return json_answer(Secret(name=str(made.id), secret=secret), 201)
+
+
+@router.delete("/webhooks/{webhook}", status_code=204, responses=problems(404, changing=True))
+async def delete_webhook(
+    request: Request, webhook: Annotated[int, Path(description="the webhook's id", ge=1, le=2**62)]
+) -> Response:
+    """Delete a webhook of yours, with what is still to be sent to it."""
+    await asyncio.to_thread(service_of(request).people.webhooks.delete, principal_of(request), webhook)
     return Response(status_code=204)
 
 

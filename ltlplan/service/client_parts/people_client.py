@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ltlplan.service.client_parts.transport import Wire, checked, segment
 from ltlplan.service.models import Job
-from ltlplan.service.people_models import AccountTold, LogEntry, Project, Secret, WhoAmI
+from ltlplan.service.people_models import AccountTold, LogEntry, Project, Secret, Webhook, WhoAmI
 
 
 class PeopleClient:
@@ -44,6 +44,29 @@ class PeopleClient:
         """
         path = f"/api/jobs/{segment(job)}/project"
         return checked(Job, self._wire.ask("POST", path, params={"project": project}).json())
+
+    def webhooks(self) -> tuple[Webhook, ...]:
+        """Return your webhooks, each with what came of the last try."""
+        return tuple(checked(Webhook, each) for each in self._wire.ask("GET", "/api/webhooks").json())
+
+    def add_webhook(self, url: str) -> Secret:
+        """Add an address that hears of the ends of jobs that you submit from now on; its id as `name`, and its secret.
+
+        Args:
+            url: https://HOST/PATH, of a host that an admin lists.
+
+        Raises:
+            Forbidden: No admin lists the host.
+        """
+        return checked(Secret, self._wire.ask("POST", "/api/webhooks", json={"url": url}).json())
+
+    def delete_webhook(self, webhook: Webhook | int | str) -> None:
+        """Delete a webhook, with what is still to be sent to it.
+
+        Args:
+            webhook: A webhook, or its id.
+        """
+        self._wire.ask("DELETE", f"/api/webhooks/{segment(str(webhook.id if isinstance(webhook, Webhook) else webhook))}")
 
     # For admins
 

@@ -6,7 +6,7 @@ who writes: they have a connection of their own.
 In `accounts` a password is an Argon2id hash; issuer and subject are those of OpenID Connect. `sessions` are of browsers: of an account, or of a token
 (then its digest). `job_references`: a computation is shared by key, a job is somebody's reference to it, private unless its project is shared.
 `leaving` has jobs whose last reference went, until they are deleted. `mission_versions` has all versions of `missions`, `study_members` the jobs of
-`studies`.
+`studies`. `webhook_calls` has jobs whose end is still to be sent to `webhooks`.
 """
 
 from __future__ import annotations
@@ -61,7 +61,13 @@ CREATE TABLE studies (
 );
 CREATE TABLE study_members (study INTEGER NOT NULL, number INTEGER NOT NULL, value TEXT NOT NULL, job TEXT NOT NULL, PRIMARY KEY (study, number));
 """
-_STEPS = (_PEOPLE, _MISSIONS, _STUDIES)
+_WEBHOOKS = """
+CREATE TABLE webhooks (
+    id INTEGER PRIMARY KEY AUTOINCREMENT, owner TEXT NOT NULL, url TEXT NOT NULL, made TEXT NOT NULL, said TEXT NOT NULL DEFAULT '', said_at TEXT
+);
+CREATE TABLE webhook_calls (webhook INTEGER NOT NULL, job TEXT NOT NULL, tries INTEGER NOT NULL, due REAL NOT NULL, PRIMARY KEY (webhook, job));
+"""
+_STEPS = (_PEOPLE, _MISSIONS, _STUDIES, _WEBHOOKS)
 """What each format has more than the one before."""
 _MOST_BYTES = 20_000_000
 

@@ -13,6 +13,7 @@ from ltlplan.service.people.roles import LOCAL, Principal, Role, role_of
 from ltlplan.service.people.sessions import Sessions
 from ltlplan.service.people.stored_missions import StoredMissions
 from ltlplan.service.people.studies import Studies
+from ltlplan.service.people.webhooks import Webhooks
 from ltlplan.service.problems import Conflict, Forbidden
 from ltlplan.service.security.tokens import DEFAULT_ROLE, Tokens
 from verify.data.errors import BadInput
@@ -32,6 +33,7 @@ class People:
         references: Whose jobs are whose.
         missions: Stored missions.
         studies: Studies, and which jobs are in them.
+        webhooks: Addresses that hear of the ends of jobs.
     """
 
     tokens: Tokens
@@ -43,6 +45,7 @@ class People:
     references: References = field(init=False)
     missions: StoredMissions = field(init=False)
     studies: Studies = field(init=False)
+    webhooks: Webhooks = field(init=False)
 
     def __post_init__(self) -> None:
         self.database = PeopleDatabase(self.tokens.folder)
@@ -50,6 +53,7 @@ class People:
         self.sessions, self.references = Sessions(self.database, self.tokens), References(self.database)
         self.missions = StoredMissions(self.database, self.references, self.log)
         self.studies = Studies(self.database, self.references)
+        self.webhooks = Webhooks(self.database, self.log)
 
     @property
     def needed(self) -> bool:

@@ -56,6 +56,7 @@ class UserJobs:
                 if self._jobs.register.find(job.id) is not None:
                     new = references.find(job.id, self._principal.user) is None
                     await asyncio.to_thread(references.add, job.id, self._principal.user, project)
+                    await self._expect(job)
                     if new or not job.found:
                         await self._log("submit", job.id, f"{job.mission}, seed {job.seed}")
                     return self._seen(job)
@@ -72,6 +73,7 @@ class UserJobs:
         self._require(Action.PLAN)
         self.require_seen(job_id)
         made = await self._jobs.derive(job_id, asked, who=self._principal.client)
+        await self._expect(made)
         if not made.found:
             await self._log(asked.kind, job_id, asked.title[:200])
         return self._seen(made)
@@ -304,6 +306,11 @@ class UserJobs:
         if reference is None:
             return job
         return job.model_copy(update={"owner": reference.user, "project": reference.project})
+
+    async def _expect(self, job: Job) -> None:
+        """Have the user's webhooks hear of a job's end."""
+        if not (job.found and job.state in ENDED):
+            await asyncio.to_thread(self._people.webhooks.expect, self._principal.user, job.id)
 
     async def _log(self, action: str, job_id: str, detail: str = "") -> None:
         await asyncio.to_thread(self._people.log.write, self._principal, action, job_id, detail)

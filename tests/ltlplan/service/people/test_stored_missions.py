@@ -126,7 +126,7 @@ def test_names_tags_and_texts_that_cannot_be(people: People, stored: StoredMissi
 def test_tables_of_the_first_format_are_brought_up_to_date(people: People) -> None:
     people.accounts.add("alice", Role.viewer)
     with people.database.changing() as run:
-        for table in ("missions", "mission_versions", "studies", "study_members"):
+        for table in ("missions", "mission_versions", "studies", "study_members", "webhooks", "webhook_calls"):
             run.execute(f"DROP TABLE {table}")
         run.execute("PRAGMA user_version = 1")
     people.close()
