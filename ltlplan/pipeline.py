@@ -9,7 +9,8 @@ Every arrow is a function from one frozen value to the next. Between plan and ce
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -20,7 +21,7 @@ from ltlplan.replanning.alternatives import candidates, no_flight
 from ltlplan.replanning.checked_plan import Asked, as_mission, plan
 from ltlplan.replanning.cuts import MAX_ROUNDS, Candidate, Certified, Conflict, Cut, Flight
 from ltlplan.result import Result
-from verify.data import DoesNotFit, Infeasible, Plan, Trajectory, check_plan
+from verify.data import DoesNotFit, Infeasible, Mission, NotCertified, Plan, Trajectory, check_plan
 from verify.data.progress import Progress, part_of, silent
 from verify.data.trajectory import MAX_PIECES
 
@@ -44,6 +45,9 @@ __all__ = [
     "plan",
     "run",
 ]
+
+_FITTINGS = 3
+"""Flights that are tried at most for a margin that fits its proof."""
 
 
 def certified_team(
@@ -148,6 +152,36 @@ def _with_parts(made: Plan, team: Mapping[str, Trajectory]) -> Plan:
     return made.noting(said)
 
 
+def _certified(mission: Mission, planned: Callable[..., Plan], progress: Progress) -> Certified:
+    """Plan, refine and certify; where the margin is fitted, with the margin that the proof of tracking allows, after at most `_FITTINGS` flights.
+
+    Args:
+        mission: As it was asked.
+        planned: Plans a mission.
+        progress: Told a sentence and the share done, 0 to 1.
+    """
+    fitted = mission.disturbance is not None and mission.disturbance.fitted
+    rounds, best, refusal = _FITTINGS if fitted else 1, None, None
+    for k in range(rounds):
+        say = part_of(progress, k / rounds, (k + 1) / rounds)
+        try:
+            done = certified_team(planned(mission, progress=part_of(say, 0.0, 0.36)), progress=part_of(say, 0.36, 1.0))
+            bounds = [claim.bound for claim in done.certificate.claims if claim.name == "tracking"]
+            best = done
+        except NotCertified as error:
+            refusal, bounds = error, [witness.bound for witness in error.witnesses if witness.claim == "tracking"]
+        known = [bound for bound in bounds if bound is not None]
+        if not fitted or not known or len(known) < len(bounds):
+            break
+        margin = math.ceil(1000.0 * max(known)) / 1000.0
+        if margin == mission.margin or (best is not None and margin >= best.certificate.margin):
+            break
+        mission = mission.changed(margin=margin)
+    if best is not None:
+        return best
+    raise refusal or NotCertified("no flight was tried.")
+
+
 def run(
     mission: Asked,
     out: str | Path | None = None,
@@ -181,10 +215,9 @@ def run(
     flight.require_tube(mission.margin)
     conditions = flight.conditions_of(mission)  # whom nobody knows would not be found before the flight
     target = None if out is None else check_folder(out, files)
-    made = plan(mission, seed=seed, progress=part_of(progress, 0.0, 0.25), workers=workers)
-    done = certified_team(made, progress=part_of(progress, 0.25, 0.7))
+    done = _certified(mission, partial(plan, seed=seed, workers=workers), part_of(progress, 0.0, 0.7))
     part_of(progress, 0.7, 0.9)("flying in simulation", 0.0)
-    done, log = followed(done, attempted, seed=made.seed, conditions=conditions, progress=part_of(progress, 0.7, 0.9))
+    done, log = followed(done, attempted, seed=done.plan.seed, conditions=conditions, progress=part_of(progress, 0.7, 0.9))
     result = Result(done.plan.mission, done.plan, done.team, done.certificate, log, done.rounds)
     if target is None:
         return result

@@ -46,6 +46,9 @@ class Disturbance(Value):
     battery: Annotated[float, Strict(), Field(gt=0.5, le=1.0, allow_inf_nan=False)] = Field(
         default=1.0, description="least share of the rotors' greatest speed that the battery leaves"
     )
+    fitted: bool = Field(
+        default=False, strict=True, description="whether `run` takes the margin from the proof; `margin: auto` says the same"
+    )
     start: Annotated[_Number, _at_most(0.5)] = Field(
         default=0.0, description="m from the plan's start at which a flight may begin"
     )

@@ -79,7 +79,9 @@ class Mission(Value):
     separation_z: NotNegative | None = Field(
         default=None, description="m, taller clearance in z for downwash: distance in z counts separation / separation_z"
     )
-    margin: NotNegative = Field(default=0.05, description="m, the certificate's delta")
+    margin: NotNegative = Field(
+        default=0.05, description="m, the certificate's delta; `auto`, beside `disturbance`: what the proof of tracking allows"
+    )
     disturbance: Disturbance | None = Field(
         default=None,
         description="what may disturb a flight, under which robots are proved to stay within the margin; omitted: that they do is assumed",

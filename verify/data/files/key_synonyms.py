@@ -1,4 +1,4 @@
-"""Synonyms of a mission file's keys: `capability` for `robot`, `capabilities` for `robots`.
+"""Synonyms of a mission file's keys: `capability` for `robot`, `capabilities` for `robots`, `margin: auto` for a margin that is fitted.
 
 A mission reads the same by either name, and is written by the keys of its format.
 """
@@ -13,6 +13,8 @@ from verify.data.validation.faults import Fault, KeyPath, MissionError
 
 SYNONYMS = {"capability": "robot", "capabilities": "robots"}
 """The key of the format for each synonym, of a mission and of its agents."""
+AUTO = "auto"
+"""The margin that is taken from the proof of tracking."""
 
 
 def in_format_keys(tree: MissionTree) -> MissionTree:
@@ -22,7 +24,7 @@ def in_format_keys(tree: MissionTree) -> MissionTree:
         tree: The values as they are written.
 
     Raises:
-        MissionError: A key and its synonym are both given.
+        MissionError: A key and its synonym are both given, or a margin is `auto` without disturbances.
     """
     written: dict[KeyPath, str] = {}
     faults: list[Fault] = []
@@ -40,6 +42,12 @@ def in_format_keys(tree: MissionTree) -> MissionTree:
         data["agents"] = {
             name: renamed(agent, ("agents", name)) if isinstance(agent, dict) else agent for name, agent in agents.items()
         }
+    if data.get("margin") == AUTO:
+        told = data.get("disturbance")
+        if isinstance(told, dict):
+            data = {key: value for key, value in data.items() if key != "margin"} | {"disturbance": {**told, "fitted": True}}
+        else:
+            faults.append(tree.fault(("margin",), "`margin: auto` needs `disturbance`, from whose proof the margin is taken."))
     if faults:
         raise MissionError(tree.source, faults)
     return replace(tree, data=data, written=written)

@@ -1,0 +1,75 @@
+"""Margins that are taken from the proof of tracking: `margin: auto`."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import pytest
+
+from ltlplan import pipeline
+from tests.helpers.flights import small_mission
+from verify.data import NotCertified, parse_mission
+from verify.data.airframe import load_airframe
+from verify.data.disturbance import Disturbance
+from verify.data.files.mission_file import mission_to_yaml
+from verify.data.validation.faults import MissionError
+from verify.data.witness import Witness
+
+TOLD = Disturbance(airframe=load_airframe("crazyflie-2.1"), wind=0.05)
+
+
+def fitted(monkeypatch, bounds, **told):
+    """Return the margins that are tried, and the one that is taken, where flights at a margin have some bound."""
+    tried: list[float] = []
+
+    def certified_team(mission, progress):
+        tried.append(mission.margin)
+        bound = bounds(mission.margin)
+        if bound is not None and bound <= mission.margin:
+            return SimpleNamespace(
+                certificate=SimpleNamespace(margin=mission.margin, claims=[SimpleNamespace(name="tracking", bound=bound)])
+            )
+        raise NotCertified("no", [Witness(claim="tracking", sentence="no", bound=bound)])
+
+    monkeypatch.setattr(pipeline, "certified_team", certified_team)
+    mission = small_mission("F a", margin=0.05).changed(disturbance=TOLD.changed(**{"fitted": True, **told}))
+    taken = pipeline._certified(mission, lambda mission, progress: mission, lambda sentence, share: None)
+    return tried, taken.certificate.margin
+
+
+@pytest.mark.parametrize(
+    ("bounds", "tried", "taken"),
+    [
+        (lambda margin: 0.0123, [0.05, 0.013], 0.013),
+        (lambda margin: 0.0701, [0.05, 0.071], 0.071),
+        (lambda margin: 0.0123 if margin > 0.02 else 0.0135, [0.05, 0.013, 0.014], 0.014),
+        (lambda margin: 0.0123 if margin > 0.02 else margin + 0.001, [0.05, 0.013, 0.014], 0.05),
+        (lambda margin: 0.0123 if margin > 0.02 else None, [0.05, 0.013], 0.05),
+    ],
+)
+def test_margins_are_fitted_in_at_most_three_flights(monkeypatch, bounds, tried, taken):
+    assert fitted(monkeypatch, bounds) == (tried, taken)
+
+
+def test_margins_that_are_stated_stay(monkeypatch):
+    assert fitted(monkeypatch, lambda margin: 0.0123, fitted=False) == ([0.05], 0.05)
+
+
+def test_what_is_not_proved_is_refused(monkeypatch):
+    with pytest.raises(NotCertified):
+        fitted(monkeypatch, lambda margin: None)
+    with pytest.raises(NotCertified):
+        fitted(monkeypatch, lambda margin: margin + 0.01)
+
+
+def test_margin_auto_is_read_where_disturbances_are_stated():
+    told = small_mission("F a", margin=0.05).changed(disturbance=TOLD)
+    text = mission_to_yaml(told)
+    assert "margin: 0.05\n" in text
+    read = parse_mission(text.replace("margin: 0.05\n", "margin: auto\n"))
+    assert read.disturbance is not None
+    assert read.disturbance.fitted
+    assert read.margin == 0.05
+    alone = mission_to_yaml(small_mission("F a", margin=0.05))
+    with pytest.raises(MissionError, match="needs `disturbance`"):
+        parse_mission(alone.replace("margin: 0.05\n", "margin: auto\n"))
