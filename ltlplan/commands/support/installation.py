@@ -25,7 +25,7 @@ EXTRAS = {
     "openid": "let people log in to a service by OpenID Connect",
     "postgres": "keep a service's jobs in PostgreSQL",
     "dask": "compute by the workers of a Dask cluster",
-    "hypothesis": "random missions and flights in your own tests (`verify.testing`)",
+    "hypothesis": "draw random missions and flights in your own tests (`verify.testing`)",
 }
 """What each extra adds for a user. Those that only developers need are left out."""
 MAVLINK = 14540
