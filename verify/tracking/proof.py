@@ -251,12 +251,12 @@ class _Loops:
         flat["pushed"] = flat["pushed"] + _H * (flat["e"] + total("lateral", "drate"))
         ramp = total("vertical", "rate") + self._sloped
         up["b"], up["pushed"] = up["b"] + _H * ramp, up["pushed"] + _H * ramp
-        forces = model.reach(0)[0], GRAVITY + model.reach(0)[1]
+        forces, off = (model.reach(0)[0], GRAVITY + model.reach(0)[1]), max(abs(end - 1.0) for end in self._cell.thrust)
         for each, kind, drag, force in (
             (flat, "lateral", model.drags[0], forces[0]),
             (up, "vertical", model.drags[1], forces[1]),
         ):
-            push = choice.thrust * each["pushed"] + total(kind, "acc") + abs(choice.thrust - 1.0) * force
+            push = choice.thrust * each["pushed"] + total(kind, "acc") + off * force
             each["change"] = (push + drag * each["nu"]) / (1.0 - _H * drag)
             each["nu"] = each["nu"] + _H * each["change"] + plan.jumps[:, 1]
             each["xi"] = each["xi"] + _H * each["nu"] + plan.jumps[:, 0]

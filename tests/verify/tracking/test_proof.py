@@ -135,6 +135,16 @@ def test_every_state_stays_within_its_bound(path):
         assert np.all(flown <= bound + 1e-9), (name, float((flown / bound).max()))
 
 
+def test_a_thrust_that_is_off_moves_what_cameras_see_late():
+    """Velocities age most where thrust is off from the first instant: its whole push is in the bound on what changes meanwhile."""
+    path = hover(0.16)
+    told = Disturbance(airframe=AIRFRAME, thrust=0.003, latency=(0.0, 0.02), sag=0.0)
+    thrust = np.array([1.0 - told.thrust, 1.0 + told.thrust])
+    flown = Disturbed(2, late=10, thrust=thrust).fly(VEHICLE, path, path.duration)
+    away = np.linalg.norm(flown, axis=1).reshape(-1, SUBSTEPS, 2).max((1, 2))
+    assert np.all(away <= bound_of(path, told).course)
+
+
 def test_a_bound_holds_where_wind_is_aimed():
     """Winds that turn as the loop's response does, read backwards, along an axis of the room."""
     path, told = hover(), Disturbance(airframe=AIRFRAME, wind=0.2, sag=0.0)
