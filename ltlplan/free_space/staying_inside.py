@@ -17,7 +17,11 @@ from verify.data.shapes.region import Region
 
 _STEP = 0.01
 """m between samples of a line."""
+_COARSE = 16
+"""Samples of each line, about, by which most lines are left out."""
 _ROUNDING = 1e-9
+_FOUND_TO = 3e-3
+"""m to which it is found out how wide a region is where it is narrowest."""
 ROOMS = (ROOM, ROOM / 3.0, 0.0)
 """m by which corners are passed more widely, where there is so much room."""
 
@@ -32,9 +36,14 @@ def stays_inside(region: Region, starts: Floats, ends: Floats, deep: float) -> B
         deep: m.
     """
     count = int(np.linalg.norm(ends - starts, axis=1).max(initial=0.0) / _STEP) + 2
-    shares = np.linspace(0.0, 1.0, count)[:, None, None]
-    depths = region.measures.depths(starts + shares * (ends - starts) - np.array(region.center))
-    return np.all(depths >= np.minimum(deep, np.minimum(depths[0], depths[-1])) - _ROUNDING, axis=0)
+    shares, kept, middle = np.linspace(0.0, 1.0, count), np.arange(len(starts)), np.array(region.center)
+    least = np.minimum(deep, np.minimum(region.measures.depths(starts - middle), region.measures.depths(ends - middle)))
+    for some in (shares[:: max(1, count // _COARSE)], shares):
+        along = starts[kept] + some[:, None, None] * (ends - starts)[kept]
+        kept = kept[np.all(region.measures.depths(along - middle) >= least[kept] - _ROUNDING, axis=0)]
+    found = np.zeros(len(starts), dtype=bool)
+    found[kept] = True
+    return found
 
 
 def way_inside(
@@ -81,6 +90,37 @@ def way_inside(
         if way[-1] == 0:
             return places[way[::-1]]
     return None
+
+
+def narrowest_inside(
+    space: FreeSpace, regions: Collection[str], ends: tuple[Floats, Floats], permitted: Collection[str], slack: float
+) -> tuple[Floats, float] | None:
+    """Return where ways between two points come nearest to the border of what they may not leave, and how deep they are there at the most.
+
+    Args:
+        space: Where a vehicle can fly.
+        regions: What they may not leave.
+        ends: m. Shape (3,) each.
+        permitted: Regions that they may enter, these among them.
+        slack: m that ways keep more than they must of all else.
+
+    Returns:
+        A point, m, shape (3,), and m; None where no way is inside at all.
+    """
+    own, low, high = space.mission.margin + slack, 0.0, space.mission.margin + slack
+    way = way_inside(space, regions, ends, permitted, slack, [-own])
+    while way is not None and high - low > _FOUND_TO:
+        middle = (low + high) / 2.0
+        deeper = way_inside(space, regions, ends, permitted, slack, [middle - own])
+        way, low, high = (way, low, middle) if deeper is None else (deeper, middle, high)
+    if way is None:
+        return None
+    within = [space.mission.all_regions[name] for name in regions]
+    shares = np.linspace(0.0, 1.0, 101)[:, None, None]
+    points = (way[:-1] + shares * (way[1:] - way[:-1])).reshape(-1, 3)
+    depths = np.min([region.measures.depths(points - np.array(region.center)) for region in within], axis=0)
+    narrow = points[depths <= depths.min() + _FOUND_TO]
+    return narrow[len(narrow) // 2], float(depths.min())
 
 
 def _turns(region: Region, deep: float, ends: tuple[Floats, Floats]) -> Floats:

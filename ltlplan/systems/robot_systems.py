@@ -130,9 +130,18 @@ class Systems:
             builder.walls,
         )
 
-    def unclear(self) -> tuple[str, ...]:
-        """Return what is said of each region that no plan can visit: which borders are too near its middle, its own or others', and the remedy."""
-        return tuple(unclear_middle(self.layout, name) for name, location in self.layout.middles.items() if not location.clear)
+    def unclear(self, among: Collection[str] | None = None) -> tuple[str, ...]:
+        """Return what is said of each region that no plan can visit: which borders are too near its middle, its own or others', and the remedy.
+
+        Args:
+            among: The regions that are looked at; None for all.
+        """
+        middles = self.layout.middles.items()
+        return tuple(
+            unclear_middle(self.layout, name)
+            for name, location in middles
+            if not location.clear and (among is None or name in among)
+        )
 
     def leg(self, robot: str, start: Point | str, region: str) -> float:
         """Return the cost of one leg to a region.

@@ -24,6 +24,7 @@ class Refused:
         says: Pieces of the sentence.
         team: How words are read.
         more: Other keys of the mission.
+        never: Pieces that the sentence has not.
     """
 
     formula: str
@@ -33,6 +34,7 @@ class Refused:
     obstacles: str = ""
     team: str = "joint"
     more: str = ""
+    never: tuple[str, ...] = ()
 
     @property
     def text(self) -> str:
@@ -67,6 +69,12 @@ def _walls(x: float, length: float, gap: float) -> str:
     """Return two walls along x with a corridor between them."""
     deep = 1.2 - gap / 2
     return f"north: {_box(x, gap / 2 + deep / 2, length, deep)}, south: {_box(x, -gap / 2 - deep / 2, length, deep)}"
+
+
+def _union(x: float, other: float, y: float) -> str:
+    """Return a room of two boxes, 1.8 m long and 0.6 m wide, one to the south of the other one."""
+    boxes = f"{{center: [{x}, {-y}, 1], size: [1.8, 0.6, 0.4]}}, {{center: [{other}, {y}, 1], size: [1.8, 0.6, 0.4]}}"
+    return f"room: {{union: [{boxes}]}}"
 
 
 _TUBE, _CORRIDOR, _DEAD_END = _walls(0.0, 4.4, 0.5), _walls(0.0, 2.0, 0.5), _walls(0.6, 2.8, 0.5)
@@ -144,6 +152,31 @@ CASES = {
     "a contradiction": Refused("F right & G !right", _ONE, ("no word satisfies this",), _RIGHT, team="own"),
     "a vehicle flies too shortly": Refused(
         "F left & F right", f"a: {_at(0, 0)}", ("a's endurance of 13 s", "vehicles of longer endurance"), f"{_RIGHT}, {_LEFT}", more="limits: {endurance: 13}"
+    ),
+    "a robot starts where nobody may be": Refused(
+        "F left & G !right", f"a: {_at(1.6, 0)}, b: {_at(0, 0)}", ("`G !right` cannot hold", "a starts inside right"), f"{_RIGHT}, {_LEFT}", never=("b starts",)
+    ),
+    "a robot is to end where nobody may be": Refused(
+        "F left & G !right", f"a: {_at(0, 0, (1.6, 0))}, b: {_at(0, 0.7, (0, -0.7))}", ("`G !right` cannot hold", "a is to end inside right"),
+        f"{_RIGHT}, {_LEFT}", never=("b is",),
+    ),
+    "parts of a room lie apart": Refused(
+        "F right & G room", f"a: {_at(-1.5, 0)}", ("lies within 'room', however near", "concerns a", "parts that join"), f"{_RIGHT}, {_union(-1.1, 1.1, 0.0)}",
+        team="own", never=("margin",),
+    ),
+    "parts of a room join in a narrow place": Refused(
+        "F nook & G room", f"a: {_at(-1.5, -0.3)}", ("0.05 m within 'room'", "Around (", "concerns a", "'room' wider than 0.1 m there", "`margin` below 0.0"),
+        f"{_between('nook', 1.5, 0.3, 0.2, 0.2)}, {_union(-0.87, 0.87, 0.27)}", team="own",
+    ),
+    "a deadline is too soon": Refused(
+        "F[0,1] right", f"a: {_at(-1.5, 0)}, b: {_at(-1.0, 0.5)}", ("`F[0,1] right` cannot hold", "b comes there at", "s after its deadline", "a later deadline"),
+        _RIGHT,
+    ),
+    "a window outlasts a vehicle": Refused(
+        "F[0,5] G[0,20] right", f"{_ONE[:-1]}, limits: {{endurance: 25}}}}, b: {_at(-1.0, 0.5)}", ("a's `endurance` allows no longer one than 14 s",), _RIGHT
+    ),
+    "a region that nothing names is as thin": Refused(
+        "F door", _ONE, ("'door'", "wider"), f"{_between('slot', 1.0, 0, 0.09, 0.3)}, {_between('door', 0, 0, 0.3, 0.09)}", never=("'slot'",)
     ),
     "two regions overlap too closely": Refused(
         "F (left & !right) & F(right & !left)", f"a: {_at(-1, 0)}", ("left and right overlap", "Move them apart"),

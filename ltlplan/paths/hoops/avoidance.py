@@ -11,14 +11,14 @@ two hoops that stand in each other's way, a shortest way through free space is t
 from __future__ import annotations
 
 import itertools
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
 
 from ltlplan.free_space.bottlenecks import narrowest
-from ltlplan.free_space.staying_inside import stays_inside, way_inside
+from ltlplan.free_space.staying_inside import narrowest_inside, stays_inside, way_inside
 from ltlplan.paths.hoops.clearance import blocked
 from ltlplan.paths.hoops.hoop_frame import control_points
 from ltlplan.paths.hoops.keep_out import Room
@@ -65,6 +65,59 @@ class Blocked(Infeasible):
         super().__init__(f"'{region}' stands in the way from {_show(start)} to {_show(end)} and cannot be passed: {why}.")
 
 
+class NarrowRoom(Infeasible):
+    """No way stays within regions that a leg may not leave, as deep as the margin asks.
+
+    Attributes:
+        helps: What would help, each as a noun; empty where that was not looked for.
+    """
+
+    def __init__(self, where: Room, leg: Leg, what: str = "", helps: tuple[str, ...] = ()) -> None:
+        self._where, self._leg, self.helps = where, leg, helps
+        deep = where.space.mission.margin + where.slack
+        super().__init__(
+            what or f"No way {leg.shown} was found that stays {deep:.3g} m within {leg.named}, as the margin asks."
+        )
+
+    def explained(self) -> NarrowRoom:
+        """Return the error with where the regions are narrowest on the way, and what would help."""
+        where, leg, margin = self._where, self._leg, self._where.space.mission.margin
+        found = narrowest_inside(where.space, leg.within, leg.ends, leg.permitted, where.slack)
+        if found is None:
+            what = f"No way {leg.shown} lies within {leg.named}, however near to the border."
+            return NarrowRoom(where, leg, what, (f"a larger {leg.named}, of parts that join each other",))
+        point, deep = found
+        what = f"{self} Around {_show(point)} no way is more than {deep:.3g} m within it."
+        return NarrowRoom(
+            where, leg, what, (f"{leg.named} wider than {2.0 * margin:.3g} m there", f"a `margin` below {deep:.3g} m")
+        )
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Leg:
+    """One way that is looked for.
+
+    Attributes:
+        ends: m. Shape (3,) each.
+        permitted: Regions that it may enter.
+        within: Of these, regions that it may not leave.
+    """
+
+    ends: tuple[Floats, Floats]
+    permitted: Collection[str]
+    within: Sequence[str]
+
+    @property
+    def shown(self) -> str:
+        """Start and end of the way, for a sentence."""
+        return f"from {_show(self.ends[0])} to {_show(self.ends[1])}"
+
+    @property
+    def named(self) -> str:
+        """Regions that it may not leave, for a sentence."""
+        return " and ".join(f"'{name}'" for name in self.within)
+
+
 def avoid(
     mission: Mission, where: Room, start: Floats, end: Floats, permitted: Collection[str] = (), within: Collection[str] = ()
 ) -> tuple[Detour, ...]:
@@ -79,7 +132,7 @@ def avoid(
         within: Of these, regions that it may not leave.
 
     Raises:
-        Infeasible: No way stays within a region that the leg may not leave.
+        NarrowRoom: No way stays within a region that the leg may not leave.
         Blocked: Both avoid points of a hoop in the way are blocked, whatever other hoops are passed by first; the
             message says by what.
     """
@@ -90,11 +143,7 @@ def avoid(
         return points
     inside = way_inside(where.space, rooms, (start, end), permitted, where.slack)
     if inside is None:
-        names = " and ".join(f"'{name}'" for name in rooms)
-        deep = mission.margin + where.slack
-        raise Infeasible(
-            f"No way from {_show(start)} to {_show(end)} was found that stays {deep:.3g} m within {names}, as the margin asks."
-        )
+        raise NarrowRoom(where, Leg((start, end), permitted, rooms))
     return tuple(Detour(point, "via", None) for point in _divided(inside)[1:-1])
 
 

@@ -22,7 +22,7 @@ from ltlplan.free_space.bottlenecks import Gap, narrowest
 from ltlplan.free_space.free_space import FreeSpace
 from ltlplan.paths.costs import cost_of, plan_cost
 from ltlplan.paths.final_hover import then_hovering
-from ltlplan.paths.hoops.avoidance import Blocked
+from ltlplan.paths.hoops.avoidance import Blocked, NarrowRoom
 from ltlplan.paths.hoops.clearance import Conflict, conflicts
 from ltlplan.paths.hoops.keep_out import Room, room
 from ltlplan.paths.hoops.legs import Legs
@@ -201,6 +201,8 @@ def _laid(mission: Mission, robot: str, does: Itinerary, directions: Directions 
     assert problem is not None
     if isinstance(problem, SplineBlocked):
         problem = problem.beside(mission, mission.vehicle_of(robot).radius)
+    if isinstance(problem, NarrowRoom):
+        problem = problem.explained()
     raise problem if problem.obstruction is not None else problem.because(_obstruction(mission, robot, problem))
 
 
@@ -209,6 +211,8 @@ def _obstruction(mission: Mission, robot: str, problem: Infeasible) -> Obstructi
     what, least = str(problem), ("a smaller `margin`",) if mission.margin > 0.0 else ()
     if isinstance(problem, SplineBlocked):
         return Obstruction(what, (robot,))
+    if isinstance(problem, NarrowRoom):
+        return Obstruction(what, (robot,), helps=problem.helps)
     if not isinstance(problem, Blocked):
         return Obstruction(what, (robot,), helps=("more room", *least))
     allowed = (f"a formula that lets {robot} enter it",) if problem.region in forbidden_regions(mission, robot) else ()

@@ -26,7 +26,8 @@ def too_long(mission: Mission) -> str:
         return ""  # laps go on for ever
     endurance = mission.longest_flight
     most = MAX_DURATION if endurance is None else min(endurance, MAX_DURATION)
-    why = "no longer flight is planned" if most == MAX_DURATION else "its battery lasts no longer"
+    weakest = min(mission.agents, key=lambda name: mission.limits_of(name).endurance or math.inf)
+    why = "no longer flight is planned" if most == MAX_DURATION else f"{weakest}'s `endurance` allows no longer one"
     found = [(part, seconds) for part in mission.timed_parts if (seconds := least_duration(part)) > most]
     return " ".join(
         f"`{show(part)}` cannot hold: it asks for a flight of at least {float(seconds):.10g} s, and {why} than {most:g} s."

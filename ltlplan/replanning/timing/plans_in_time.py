@@ -26,6 +26,7 @@ from verify.logic.explanation import show
 
 _STRAIGHT = "by straight ways, from rest at the greatest acceleration and speed"
 """How the bound on times is found."""
+_SOONER = "What would help: a later deadline, a start nearer to it, or higher `limits`."
 
 PLANNED = 20
 """Orders that are planned in search of one, at most."""
@@ -146,7 +147,7 @@ def impossible_deadlines(mission: Mission) -> str:
         f"`{show(own[0].asked)}` cannot hold: {_soonest(own, travel)}." for own in each if Orders(own, travel).none_in_time
     ]
     if alone:
-        return " ".join(alone)
+        return " ".join([*alone, _SOONER])
     late = Orders(visits, travel).least_late()
     missed = [f"The least that is missed: {listed_delays(late)}."] if late else []
     enough = [part for part in parts if not Orders(tuple(v for v in visits if v.asked != part), travel).none_in_time]
@@ -178,8 +179,11 @@ def latest_start(mission: Mission) -> float | None:
 def _soonest(own: tuple[DueVisit, ...], travel: Travel) -> str:
     """Return when a conjunct that cannot be in time comes at the soonest, and how late that is."""
     late = sum((Orders(own, travel).least_late() or {}).values())
-    at = f"at {own[0].end + late:.3g} s, " if len(own) == 1 else ""
-    return f"{_STRAIGHT}, it comes {at}{late:.3g} s after its deadline"
+    visit, *more = own
+    if more:
+        return f"{_STRAIGHT}, it comes {late:.3g} s after its deadline"
+    nearest, _ = min(visit.places, key=lambda place: travel(place[0], None, place[1]))
+    return f"{_STRAIGHT}, {nearest} comes there at {visit.end + late:.3g} s, {late:.3g} s after its deadline"
 
 
 def late_by_straight_ways(made: Plan) -> str:

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import itertools
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
@@ -23,7 +24,7 @@ from ltlplan.search.explanations.relaxed_systems import (
 )
 from ltlplan.systems.robot_systems import Systems
 from ltlplan.systems.shared_walls import wall_sentence
-from verify.data import Formula
+from verify.data import Formula, Letter
 
 _FAR = 1e4  # m, to where a region is moved to see what is possible without it in the way
 
@@ -35,7 +36,7 @@ def reasons_against(inquiry: Inquiry, core: list[Formula]) -> list[str]:
         inquiry: Into whose mission.
         core: The requirements.
     """
-    for plain in (_contradiction, _apart, _bad_starts, _walls, _free_between, _in_the_way, _unmet):
+    for plain in (_contradiction, _apart, _bad_starts, _bad_ends, _walls, _free_between, _in_the_way, _unmet):
         if reasons := plain(inquiry, core):
             return reasons
     if len(core) > 1:
@@ -153,19 +154,46 @@ def _apart(inquiry: Inquiry, core: list[Formula]) -> list[str]:
 
 
 def _bad_starts(inquiry: Inquiry, core: list[Formula]) -> list[str]:
-    """Return a sentence for each robot whose first letter alone loses the core."""
-    found: list[str] = []
-    if inquiry.mission.spec.trace == "infinite" or inquiry.mission.spec.team == "joint":
-        return found
+    """Return a sentence for each robot whose first letter, of `joint` beside those of the others, loses the core."""
+    mission = inquiry.mission
+    if mission.spec.trace == "infinite" or mission.written.counts:
+        return []
     automata = conjunct_automata(all_of(core), "finite")
-    for world in inquiry.worlds:
-        letter = world.labels[world.initial]
+    first = {world.robot: world.labels[world.initial] for world in inquiry.worlds if world.robot}
+
+    def loses(letter: Letter) -> bool:
         task = Task(automata, [letter])
-        if task.row(task.initial)[0] == DEAD and world.robot:
-            inside = sorted(letter & frozenset(inquiry.mission.all_regions))
-            where = f"inside {listed(inside)}" if inside else "in free flight, in no region"
-            found.append(f"{world.robot} starts {where}.")
+        return task.row(task.initial)[0] == DEAD
+
+    blamed = [robot for robot, letter in first.items() if loses(letter)]
+    if mission.spec.team == "joint":
+        team = frozenset[str]().union(*first.values())
+        alone = [robot for robot in blamed if first[robot] & mission.all_regions.keys()]
+        blamed = (alone or blamed) if loses(team) else []
+    return [f"{robot} starts {_inside(inquiry, first[robot])}." for robot in blamed]
+
+
+def _bad_ends(inquiry: Inquiry, core: list[Formula]) -> list[str]:
+    """Return a sentence for each robot whose end is where the core could hold if robots might end anywhere."""
+    mission = inquiry.mission
+    ends = {name: agent.end for name, agent in mission.agents.items() if agent.end is not None}
+    if not ends or not inquiry.feasible(core, [replace(world, final=None) for world in inquiry.worlds]):
+        return []
+    found: list[str] = []
+    for robot, end in ends.items():
+        worlds = [replace(world, final=None) if world.robot == robot else world for world in inquiry.worlds]
+        if len(ends) == 1 or inquiry.feasible(core, worlds):
+            letter = frozenset(
+                name for name, region in mission.all_regions.items() if float(region.level(np.array(end))) <= 1.0
+            )
+            found.append(f"{robot} is to end {_inside(inquiry, letter)}.")
     return found
+
+
+def _inside(inquiry: Inquiry, letter: Letter) -> str:
+    """Return where a robot is that shows a letter."""
+    inside = sorted(letter & frozenset(inquiry.mission.all_regions))
+    return f"inside {listed(inside)}" if inside else "in free flight, in no region"
 
 
 def unmet_needs(inquiry: Inquiry, part: Formula, others: list[Formula]) -> list[str]:

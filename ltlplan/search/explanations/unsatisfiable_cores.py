@@ -75,7 +75,7 @@ def explain(mission: Mission, systems: Systems, worlds: Worlds, possible: Feasib
         *_shut(inquiry, core),
         *_edge_sentence(mission, edges),
         *opened,
-        *systems.unclear(),
+        *systems.unclear(mission.formula.names() if mission.environment is None else None),  # edges may lead through any
     ]
     return NoPlan([inquiry.shown(part) for part in core], list(dict.fromkeys(reasons)), edges)
 

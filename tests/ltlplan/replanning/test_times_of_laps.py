@@ -66,7 +66,7 @@ def test_returns_that_no_lap_can_make_are_refused_at_once() -> None:
     for more in ("G F[0,9] shelf", "G F shelf", "G F[0,9] G[0,2] shelf"):
         with pytest.raises(Infeasible, match=r"`G F\[0,0.65\] dock` cannot hold: .*, shelf and back take 0\.7 s, 0\.05 s more"):
             ltlplan.plan(room(f"G F[0,0.65] dock & {more}", more=INFINITE))
-    with pytest.raises(Infeasible, match=r"`G F\[0,0.3\] dock` cannot hold: .* it comes at 0\.\d+ s"):
+    with pytest.raises(Infeasible, match=r"`G F\[0,0.3\] dock` cannot hold: .* quad0 comes there at 0\.\d+ s"):
         ltlplan.plan(room("G F[0,0.3] dock", more=INFINITE))
 
 

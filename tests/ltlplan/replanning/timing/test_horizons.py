@@ -75,7 +75,7 @@ def test_a_window_that_no_flight_fits_is_refused_before_planning(text: str, said
 
 def test_a_battery_that_does_not_last_until_a_window_is_over_is_named() -> None:
     mission = room("F[0,20] G[0,300] dock", planner="limits: {endurance: 200}")
-    assert "a flight of at least 300 s, and its battery lasts no longer than 189 s" in too_long(mission)
+    assert "a flight of at least 300 s, and quad0's `endurance` allows no longer one than 189 s" in too_long(mission)
     assert not too_long(room("F[0,20] G[0,100] dock", planner="limits: {endurance: 200}"))
 
 
