@@ -59,7 +59,7 @@ def sample_plan(path: Trajectory, duration: float, heading: float, latency: floa
         heading: rad, that it keeps.
         latency: s, by which cameras are late; before time 0 the vehicle hovered.
     """
-    ticks = max(math.ceil(round(duration / TICK, 3)), 1)
+    ticks = max(math.ceil(duration / TICK), 1)
     times = np.arange(ticks, dtype=np.float64) * TICK
     pieces = _Pieces.of(path, heading, float(times[-1]) + 2.0 * TICK)
     across, along = np.zeros((ticks, ORDERS)), np.zeros((ticks, ORDERS))

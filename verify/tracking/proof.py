@@ -28,6 +28,8 @@ _H = 0.002
 _ROUNDS = 60
 _CELL = 0.02
 """Width of a cell of thrusts."""
+_QUICKEST = 0.5
+"""Share of what is asked of a rotor that is there after a step, at most."""
 _LARGEST = 0.5
 """m; a bound above is no bound."""
 
@@ -77,8 +79,10 @@ def model_of(
         disturbance: What may disturb it.
 
     Raises:
-        NotProved: Its heading turns.
+        NotProved: Its heading turns, or its rotors are quickened too much.
     """
+    if not lag_share(disturbance.airframe) < _QUICKEST:
+        raise NotProved("the lead leaves the rotors no lag that a step on board could follow")
     heading = fixed_heading(path)
     if heading is None:
         raise NotProved("there is no proof for a heading that turns")

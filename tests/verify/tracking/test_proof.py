@@ -203,6 +203,18 @@ def test_gains_that_do_not_stabilise_are_not_proved():
         bound_of(hover(2.0), MODEST.changed(airframe=AIRFRAME.changed(gains=gains)))
 
 
+def test_leads_that_leave_no_lag_are_not_proved():
+    gains = AIRFRAME.gains.changed(quickened_lag=0.001)
+    with pytest.raises(NotProved, match="lead"):
+        bound_of(hover(2.0), MODEST.changed(airframe=AIRFRAME.changed(gains=gains)))
+
+
+def test_the_last_instant_is_covered():
+    path = hover(2.0)
+    told = model_of(path, 2.0000001, (0.0, 0.0, 1.0), VEHICLE, MODEST)
+    assert told.plan.times[-1] + sampled_loop.TICK > 2.0000001
+
+
 def test_headings_that_turn_are_not_proved():
     path = hover()
     turning = path.coefficients.copy()
