@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from nicegui.element import Element
 
     from ltlplan.service.page.session_state import Desk
-    from ltlplan.service.people_models import AccountTold, LogEntry, Project, Secret, WhoAmI
+    from ltlplan.service.people_models import AccountTold, LogEntry, Project, Secret, Webhook, WhoAmI
 
 Found = TypeVar("Found")
 _LOGGED = 50
@@ -37,6 +37,7 @@ class _People:
             self.secret = Part(box("secret").props("role=status"))
             self.own = Part(box("own", tag="section").props('aria-label="Your account"'))
             self.projects = Part(box("projects", tag="section").props('aria-label="Projects"'))
+            self.webhooks = Part(box("webhooks", tag="section").props('aria-label="Webhooks"'))
             self.accounts = Part(box("accounts", tag="section").props('aria-label="Accounts"'))
             self.log = Part(box("log", tag="section").props('aria-label="Log"'))
         desk.on_tab.append(lambda tab: self.timer.activate() if tab == "people" else None)
@@ -52,6 +53,9 @@ class _People:
         who, projects = await asyncio.to_thread(office.who), await asyncio.to_thread(office.projects)
         self.own.show(who, lambda: self._own(who))
         self.projects.show(projects, lambda: self._projects(projects))
+        if self.desk.may(Action.PLAN) and self.desk.service.sender.allowed.hosts:
+            webhooks = await asyncio.to_thread(self.desk.service.people.webhooks.listed, self.desk.principal)
+            self.webhooks.show(webhooks, lambda: self._webhooks(webhooks))
         if self.desk.may(Action.ADMINISTER):
             accounts = await asyncio.to_thread(office.accounts)
             log = await asyncio.to_thread(office.log, LogQuery(limit=_LOGGED))
@@ -100,6 +104,25 @@ class _People:
                 "Make it",
                 lambda: self._do(self.office.share, self.typed.get("project", ""), False),
             )
+
+    def _webhooks(self, webhooks: tuple[Webhook, ...]) -> None:
+        kept, who, hosts = self.desk.service.people.webhooks, self.desk.principal, self.desk.service.sender.allowed.hosts
+        Words("h2", "Webhooks")
+        Words("p", f"Addresses that hear of the ends of your jobs: id and state, signed. Hosts: {', '.join(hosts)}.", "soft")
+        with box("scroll"), box(tag="table"), box(tag="tbody"):
+            for each in webhooks:
+                with box(tag="tr"):
+                    Words("td", each.url)
+                    Words("td", each.said or "nothing sent yet", "soft")
+                    with box(tag="td"):
+                        act = lambda each=each: self._do(kept.delete, who, each.id)  # noqa: E731
+                        button("Delete", act, "quiet", label=f"Delete {each.url}")
+
+        def added() -> Secret:
+            made, secret = kept.add(who, self.typed.get("webhook", ""), hosts)
+            return Secret(name=made.url, secret=secret)
+
+        self._form("A new address", "webhook", "Add it", lambda: self._reveal(added))
 
     def _accounts(self, accounts: tuple[AccountTold, ...]) -> None:
         Words("h2", "Accounts")
@@ -162,7 +185,7 @@ class _People:
         with box("row", tag="form") as form:
             with box(tag="label"):
                 Words("span", f"{label} ")
-                field = ui.element("input").props(f"name={key} autocomplete=off maxlength=60 autocapitalize=none")
+                field = ui.element("input").props(f"name={key} autocomplete=off maxlength=500 autocapitalize=none")
                 field.on("input", typed, js_handler="(event) => emit(event.target.value)")
             between = box("between")
             button(words, act)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import time
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
@@ -16,7 +17,7 @@ from ltlplan.service.models import Job
 from ltlplan.service.queries import varied_missions
 from ltlplan.service.study_models import Figures, Study, StudyMember
 from ltlplan.service.views.plots import study_plot
-from tests.helpers.services import ONE_HOOP
+from tests.helpers.services import ONE_HOOP, serving, start
 from verify.data import BadInput, MissionError
 from verify.data.progress import silent
 
@@ -127,3 +128,21 @@ def test_any_values_are_plotted(values: tuple[object, ...]) -> None:
     kinds = [each.tag.rpartition("}")[2] for each in plot.iter()]
     assert kinds.count("circle") == sum(i % 3 != 2 for i in range(len(values)))
     assert kinds.count("path") == sum(i % 3 == 2 for i in range(len(values)))
+
+
+@pytest.mark.slow
+def test_a_study_goes_on_after_kills(tmp_path: Path) -> None:
+    made = None
+    for seconds in (0.5, 3.0, 5.0):
+        process, served = start(tmp_path / "data", workers=2)
+        with Client(served.url) as client:
+            if made is None:
+                made = client.study(client.check_mission(ONE_HOOP), "seed", range(6))
+            time.sleep(seconds)
+        process.kill()
+        process.wait()
+    assert made is not None
+    with serving(tmp_path / "data", workers=2) as served, Client(served.url) as client:
+        done = client.wait_study(made)
+        assert [(member.value, member.figures.state) for member in done.members] == [(seed, "done") for seed in range(6)]
+        assert client.studies()[0].id == made.id
