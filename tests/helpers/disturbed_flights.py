@@ -9,7 +9,7 @@ import numpy as np
 from flight.control.flatness import lifted
 from flight.control.geometric import GEOMETRIC
 from flight.model.airframe import airframe_of
-from flight.model.attitude import error_vector, norm
+from flight.model.attitude import error_vector, norm, quaternion_rate, unit
 from flight.model.autopilot import Autopilot, Held
 from flight.model.dynamics import ATTITUDE, POSITION, RATES, VELOCITY, QuadcopterDynamics, hover_state
 from flight.model.plant import Motion
@@ -24,7 +24,10 @@ class Disturbed:
     wind: object = None
     place: object = None
     gyroscope: object = None
-    late: int = 0  # steps on board
+    late: object = 0  # steps on board, a number or by command
+    speed: object = None  # m/s, error of the velocity that is given
+    attitude: object = None  # rad, error of the attitude on board
+    drag: float = 1.0  # times the airframe's
     mass: np.ndarray | None = None  # share
     thrust: np.ndarray | None = None  # share
     offset: np.ndarray | None = None  # m, at the start
@@ -36,7 +39,10 @@ class Disturbed:
         n, frame = self.n, airframe_of(vehicle)
         mass = vehicle.mass * (np.ones(n) if self.mass is None else self.mass)
         root = np.sqrt(np.ones(n) if self.thrust is None else self.thrust)
-        dynamics = QuadcopterDynamics(frame, mass=mass)
+        true = frame.changed(
+            rotor_drag=self.drag * frame.rotor_drag, inflow_drag=self.drag * frame.inflow_drag, drag_range=None
+        )
+        dynamics = QuadcopterDynamics(true, mass=mass)
         autopilot = Autopilot(QuadcopterDynamics(frame))
         start = np.tile(path.evaluate(0.0)[:, None], (1, n))
         begun = start[:3] + (np.zeros((3, n)) if self.offset is None else self.offset)
@@ -46,15 +52,16 @@ class Disturbed:
         none = np.zeros((3, n))
         held = Held(None, none, none, level, np.zeros(n), np.full((4, n), frame.hover_speed))
         loop = GEOMETRIC.begin(frame, start)
-        past = [state] * (self.late + 1)
+        past = [state] * 13
         zero = np.zeros((3, n))
         ticks = int(np.ceil(round(duration / CONTROL_STEP, 3)))
         errors = np.empty((ticks * SUBSTEPS, 3, n))
         for tick in range(ticks):
             t = tick * CONTROL_STEP
-            seen = past[-1 - self.late]
+            seen = past[-1 - (self.late(tick) if callable(self.late) else self.late)]
             noise = self.place(t) if self.place else zero
-            now = Motion(seen[POSITION] + noise, seen[VELOCITY], state[ATTITUDE], state[RATES])
+            drift = self.speed(t) if self.speed else zero
+            now = Motion(seen[POSITION] + noise, seen[VELOCITY] + drift, self._attitude(state, t), state[RATES])
             flat = np.stack([np.tile(path.evaluate(t, k)[:, None], (1, n)) for k in range(5)])
             held = Held.of(loop.command(flat, now), held.rotors)
             off, drift = flat[0, :3] - now.position, flat[1, :3] - now.velocity
@@ -63,13 +70,19 @@ class Disturbed:
             for sub in range(SUBSTEPS):
                 at = t + sub * STEP
                 rates = state[RATES] + (self.gyroscope(at) if self.gyroscope else 0.0)
-                asked, held = autopilot.rotor_commands(held, state[ATTITUDE], rates, np.ones(n), STEP)
+                asked, held = autopilot.rotor_commands(held, self._attitude(state, at), rates, np.ones(n), STEP)
                 state = dynamics.step(state, asked * root, self.wind(at) if self.wind else 0.0, STEP)
                 past = [*past[-12:], state]
                 if self.watch:
                     self.log.append(self._seen(frame, state, held, fed, force, (sub + 1) * STEP))
                 errors[tick * SUBSTEPS + sub] = state[POSITION] - path.evaluate(at + STEP)[:3, None]
         return errors
+
+    def _attitude(self, state, t):
+        """Return the attitude that is known on board."""
+        if self.attitude is None:
+            return state[ATTITUDE]
+        return unit(state[ATTITUDE] + quaternion_rate(state[ATTITUDE], self.attitude(t)))
 
     @staticmethod
     def _seen(frame, state, held, fed, force, since):

@@ -145,6 +145,26 @@ def test_a_thrust_that_is_off_moves_what_cameras_see_late():
     assert np.all(away <= bound_of(path, told).course)
 
 
+def test_no_flight_with_other_errors_leaves_its_bound():
+    """Latency that is another one at each command, velocities and attitudes that are off, and drag at its ends."""
+    told = Disturbance(airframe=AIRFRAME, wind=0.03, velocity=0.001, latency=(0.0, 0.004), attitude=5e-4, drag=0.3, sag=0.0)
+    path, n, rng = line(0.3), 40, np.random.default_rng(11)
+    proved = bound_of(path, told)
+
+    def jumping(size, hold):
+        ways = rng.normal(size=(3000 // hold, 3, n))
+        table = size * ways / np.linalg.norm(ways, axis=1, keepdims=True)
+        return lambda t: table[round(t / 0.002) // hold]
+
+    ages = rng.integers(0, 3, 400)
+    for drag in (0.7, 1.3):
+        flights = Disturbed(n, wind=jumping(0.03, 100), speed=jumping(0.001, 50), attitude=jumping(5e-4, 30), drag=drag)
+        flights.late = lambda tick: int(ages[tick])
+        flown = flights.fly(VEHICLE, path, path.duration)
+        away = np.linalg.norm(flown, axis=1).reshape(len(proved.course), SUBSTEPS, -1).max((1, 2))
+        assert np.all(away <= proved.course)
+
+
 def test_a_bound_holds_where_wind_is_aimed():
     """Winds that turn as the loop's response does, read backwards, along an axis of the room."""
     path, told = hover(), Disturbance(airframe=AIRFRAME, wind=0.2, sag=0.0)
