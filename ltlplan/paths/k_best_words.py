@@ -24,6 +24,7 @@ import numpy as np
 
 from ltlplan.allocation import Allocation, Context, Itinerary, Known, Leg
 from ltlplan.logic.budget import DEFAULT_BUDGET, Budget, TooLarge
+from ltlplan.logic.signed_parts import signed_parts
 from ltlplan.paths.costs import Sampling, WeightedCost, cost_of, evaluate, plan_cost, team_cost
 from ltlplan.paths.improvement import RAMPS, improved_path, own_draws, with_ramped_times
 from ltlplan.paths.nominal import lay_path
@@ -34,7 +35,6 @@ from ltlplan.search.exact import exact as exact_by_legs
 from ltlplan.search.lawler import Partition
 from ltlplan.search.memoization import memoized
 from ltlplan.search.problem import TIES
-from ltlplan.search.relevant_places import signed_nodes
 from ltlplan.systems.gaps import gap_of, least_metres
 from ltlplan.systems.objective import BOUNDED, is_counted_by_legs, terms_of
 from ltlplan.systems.robot_systems import Systems, weighted_metres
@@ -113,7 +113,7 @@ def _touched(mission: Mission) -> frozenset[str]:
     """Return the regions that routes touch before their middles, among those that the formula may gain by visiting."""
     if not words_touch(mission):
         return frozenset()
-    wanted = {node.name for node, gains in signed_nodes(mission.formula) if gains and node.operator == "name"}
+    wanted = {node.name for node, gains in signed_parts(mission.formula) if gains and node.operator == "name"}
     return frozenset(name for name in wanted.intersection(mission.regions) if is_large(mission, name))
 
 

@@ -8,47 +8,14 @@ other regions.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 from ltlplan.free_space.free_space import FreeSpace, Place
+from ltlplan.logic.signed_parts import signed_parts
 from ltlplan.systems.region_labels import Layout
-from verify.data import Formula, Mission, parse_formula
-from verify.data.language.formula import BOUNDED, FREE
+from verify.data import Mission, parse_formula
+from verify.data.language.formula import FREE
 
 FEW = 150
 """Regions up to which all of them are kept: where the way of a plan is blocked, it may lead through any of them."""
-
-
-def signed_nodes(formula: Formula) -> Iterator[tuple[Formula, bool]]:
-    """Yield each part of a formula, once with True where the formula may gain as it becomes true, once with False where as it becomes false.
-
-    Args:
-        formula: With temporal operators and counts, or written out.
-    """
-    waiting = [(formula, True)]
-    seen = set[tuple[int, bool]]()
-    for node, sign in waiting:  # grows while it is walked
-        if (id(node), sign) not in seen:
-            seen.add((id(node), sign))
-            yield node, sign
-            for place, argument in enumerate(node.arguments):
-                waiting += [(argument, sign == kept) for kept in _signs(node, place)]
-
-
-def _signs(node: Formula, place: int) -> tuple[bool, ...]:
-    """Return whether a node becomes true with one of its arguments, or without it, or both."""
-    match node.operator:
-        case "<->" | "xor":
-            return True, False
-        case operator if operator in BOUNDED:
-            sign = "==" if node.bound is None else node.bound[0]
-            return (True, False) if sign == "==" else (sign not in ("<", "<="),)
-        case "!":
-            return (False,)
-        case "->":
-            return (place == 1,)
-        case _:  # all others gain only where an argument becomes true
-            return (True,)
 
 
 def places_that_matter(mission: Mission, layout: Layout) -> frozenset[str] | None:
@@ -60,7 +27,7 @@ def places_that_matter(mission: Mission, layout: Layout) -> frozenset[str] | Non
     if len(mission.all_regions) <= FEW or mission.environment is not None or mission.spec.formula is None:
         return None
     written = parse_formula(mission.spec.formula, mission.propositions)
-    if any(node.name == FREE and not sign for node, sign in signed_nodes(written)):
+    if any(node.name == FREE and not sign for node, sign in signed_parts(written)):
         return None
     matter = set(written.names() & mission.all_regions.keys())
     matter |= {action.at for robot in mission.agents for action in mission.robot_of(robot).actions}

@@ -16,8 +16,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ltlplan.free_space.free_space import FreeSpace, Place
-from ltlplan.free_space.staying_inside import way_inside
 from ltlplan.systems.region_labels import Layout, Location
+from ltlplan.systems.routes import Routes
 from ltlplan.systems.transition_systems import environment_of
 from verify.data import Letter, Mission
 from verify.data.language.sequence import Direction
@@ -86,13 +86,12 @@ class RegionGraph:
             places: Regions that robots may visit; all of them where None.
             layout: How the mission's regions lie, where that is known already.
             radius: Of the vehicles, m; by default of the mission's.
-            closed: Regions that robots may never be in.
+            closed: Regions that legs lead around, as the formula may forbid them.
         """
         self.mission = mission
         self.space = FreeSpace.of(mission, radius) if mission.obstacles else None
-        self._radius, self._closed = radius, closed
-        self._open = frozenset(mission.all_regions) - closed
-        self._bent = frozenset(name for name, region in mission.all_regions.items() if len(region.body) > 1)
+        self._routes = Routes(mission, radius, closed)
+        self._asked: set[Place] = set()
         self._known: dict[RestPoint, tuple[Transition, ...]] = {}
         self.environment = environment_of(mission)
         self.layout = layout or Layout(mission)
@@ -152,7 +151,7 @@ class RegionGraph:
         if self.space is None:
             return self._straight(point)
         if point not in self._known:
-            self._known[point] = tuple(self._around_obstacles(point, self.space))
+            self._known[point] = tuple(self._around_obstacles(point))
         return self._known[point]
 
     def length(self, point: RestPoint, end: Location) -> float:
@@ -162,10 +161,8 @@ class RegionGraph:
             point: Where it begins.
             end: Where it ends.
         """
-        if self.space is None:
-            return math.dist(point.location.point, end.point)
         place, before = self.exit(point)
-        return before + float(self.space.lengths(place, [Place(end.point, frozenset(end.inside))])[0])
+        return before + self._metres(place, Place(end.point, frozenset(end.inside)))
 
     def lengths(self, start: Point | str, region: str) -> list[float]:
         """Return how long the ways from a point or a region's middle to a region's middle are, by each side of hoops, m.
@@ -174,43 +171,26 @@ class RegionGraph:
             start: A point in m, or a region.
             region: Where they end.
         """
+        if self._routes.straight:
+            regions = self.layout.regions
+            return [math.dist(regions[start].center if isinstance(start, str) else start, regions[region].center)]
         if isinstance(start, str):
             points = [RestPoint(start, start, self.layout.middles[start], side=side) for side in self._sides(start)]
         else:
             points = [self.standing(self.layout.at(start))]
         found: list[float] = []
-        for point in points if self.space is not None else ():
+        for point in points:
             place, before = self.exit(point)
-            entries = list(self.entries(region))
-            assert self.space is not None
-            lengths = self.space.lengths(place, [entry for _, entry, _ in entries])
-            found += [before + float(length) + after for (_, _, after), length in zip(entries, lengths, strict=True)]
+            if place not in self._asked:  # of all places at once, that is sooner
+                self._asked.add(place)
+                self._routes.lengths(place, [entry for name in self.places for _, entry, _ in self.entries(name)])
+            found += [before + self._metres(place, entry) + after for _, entry, after in self.entries(region)]
         return found
 
-    def distance(self, start: Point | str, region: str) -> float:
-        """Return how long the way from a point or a region's middle to a region's middle is, m, in a world without obstacles.
-
-        It is the straight line, or where that enters a region that is closed, or leaves one around both ends, the shortest way that does not. Where there
-        is none, or the way is one from or to a hoop, it is the straight line all the same: whoever lays paths finds out.
-
-        Args:
-            start: A point in m, or a region.
-            region: Where it ends.
-        """
-        regions = self.layout.regions
-        straight = math.dist(regions[start].center if isinstance(start, str) else start, regions[region].center)
-        if not self._closed and not self._bent:
-            return straight
-        begin = self.layout.middles[start] if isinstance(start, str) else self.layout.at(start)
-        end, space = self.layout.middles[region], FreeSpace.of(self.mission, self._radius)
-        rooms = self._bent.intersection(begin.inside, end.inside)
-        if rooms:
-            ends = np.array(begin.point), np.array(end.point)
-            way = way_inside(space, rooms, ends, {*self._open, *begin.inside, *end.inside}, 0.0, (0.0,))
-            return straight if way is None else float(np.linalg.norm(np.diff(way, axis=0), axis=1).sum())
-        here, there = (Place(at.point, frozenset({*self._open, *at.inside})) for at in (begin, end))
-        length = float(space.lengths(here, [there])[0])
-        return length if math.isfinite(length) else straight
+    def _metres(self, start: Place, end: Place) -> float:
+        """Return how long a way is, m; in a world without obstacles, where none was found, the straight line: whoever lays paths finds out."""
+        length = float(self._routes.lengths(start, [end])[0])
+        return length if self.space is not None or math.isfinite(length) else math.dist(start.point, end.point)
 
     def _straight(self, point: RestPoint) -> Iterator[Transition]:
         """Yield the ways on from a point where there are no obstacles."""
@@ -233,12 +213,12 @@ class RegionGraph:
             if entered is not None:
                 yield Transition(RestPoint(target, entered, location), letters)
 
-    def _around_obstacles(self, point: RestPoint, space: FreeSpace) -> Iterator[Transition]:
+    def _around_obstacles(self, point: RestPoint) -> Iterator[Transition]:
         """Yield the ways on from a point through free space."""
         around = self.around(point)
         start, before = self.exit(point)
         entries = [(target, *entry) for target in self._targets(point) for entry in self.entries(target)]
-        lengths = space.lengths(start, [place for _, _, place, _ in entries]) if entries else ()
+        lengths = self._routes.lengths(start, [place for _, _, place, _ in entries])
         for (target, side, place, after), length in zip(entries, lengths, strict=True):
             location, again = self.places[target], target == point.place and point.position is None
             if not math.isfinite(length) or (again and side is None and around is None):
@@ -260,8 +240,7 @@ class RegionGraph:
 
     def _shown(self, point: RestPoint, start: Place, place: Place, end: Location) -> tuple[Letter, ...] | None:
         """Return the sets of regions on the way through free space from a point to a place; None where their order is not clear."""
-        assert self.space is not None
-        way = self.space.way(np.array(start.point), np.array(place.point), start.inside | place.inside)
+        way = self._routes.way(start, place)
         if way is None:
             return None
         whole = [np.array(point.location.point), *way, np.array(end.point)]
@@ -285,7 +264,7 @@ class RegionGraph:
     def exit(self, point: RestPoint) -> tuple[Place, float]:
         """Return where ways from a rest point begin, and how far that is from it."""
         hoop = self.mission.hoops.get(point.place)
-        if hoop is None or (point.position is None and point.side is None):
+        if hoop is None or self.space is None or (point.position is None and point.side is None):
             return Place(point.location.point, frozenset(point.location.inside)), 0.0
         if point.position is None:
             return self._beside(point.place, ahead=point.side == "F")

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Mapping
 
-from ltlplan.systems.forbidden_regions import forbidden_regions
+from ltlplan.systems.forbidden_regions import regions_to_avoid
 from ltlplan.systems.objective import flown_speed, flown_weights
 from ltlplan.systems.region_graph import RegionGraph, RestPoint, Transition
 from ltlplan.systems.region_labels import Layout, Location
@@ -63,7 +63,7 @@ class Systems:
         Args:
             robot: Its name.
         """
-        closed = forbidden_regions(self.mission, robot)
+        closed = regions_to_avoid(self.mission, robot)
         radius = self.mission.vehicle_of(robot).radius if self.mission.obstacles or closed else 0.0
         key = (self.mission.alike_as(robot), radius, closed)
         if key not in self._graphs:
@@ -161,10 +161,7 @@ class Systems:
             return value
         if start == region:  # out of the region and back
             return self._metre[robot] * 2 * self._regions[region].inner_radius
-        graph = self.graph_of(robot)
-        if graph.space is not None:
-            return self._metre[robot] * min(graph.lengths(start, region), default=math.inf)
-        return self._metre[robot] * graph.distance(start, region)
+        return self._metre[robot] * min(self.graph_of(robot).lengths(start, region), default=math.inf)
 
     def _shared(self, robot: str) -> _Builder:
         """Return the part of A that does not depend on where a robot starts."""

@@ -30,7 +30,7 @@ THREE: dict[str, Ball] = {
 CASES: dict[str, tuple[dict[str, Ball], tuple[float, float, float], str, str]] = {
     "into the pair": (PAIR, (-0.8, 0, 1.2), "F (a & b)", "{} {a} {a, b} {b}"),
     "out of two, as they lie": (PAIR, (0.2, 0, 1.2), "F c & (a U (b & !a))", "{a, b} {b} {} {c}"),
-    "out of two, the other way about": (PAIR, (0.2, 0, 1.2), "F c & (b U (a & !b))", "{a, b} {a} {} {c}"),
+    "out of two, the other way about": (PAIR, (0.2, 0, 1.2), "F c & (b U (a & !b))", "{a, b} {a} {a, b} {b} {} {c}"),
     "out of two, to the far side": (PAIR, (0.2, 0, 1.2), "F d & (a U (b & !a))", "{a, b} {b} {} {d}"),
     "into a region in another": (NEST, (-1.4, 0, 1.2), "F desk", "{} {room} {desk, room}"),
     "out of a region in another": (NEST, (0.35, 0, 1.2), "F c & F d", "{desk, room} {room} {} {c} {} {d}"),

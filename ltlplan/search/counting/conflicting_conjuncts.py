@@ -7,12 +7,12 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from ltlplan.logic.budget import Budget, TooLarge
 from ltlplan.logic.conjunction import conjunct_automata, conjuncts
+from ltlplan.logic.signed_parts import signed_parts
 from ltlplan.search.counting.capacities import Room, most_that_show
 from ltlplan.search.counting.counting_propositions import Marks
 from ltlplan.search.counting.planning import plan_counts
 from ltlplan.search.explanations.inquiry import all_of
 from ltlplan.search.explanations.unsatisfiable_cores import NoPlan
-from ltlplan.search.relevant_places import signed_nodes
 from ltlplan.systems.transition_systems import TransitionSystem
 from ltlplan.systems.unreachable import joined_names
 from verify.data import Formula, Mission
@@ -101,7 +101,7 @@ def _too_small(
     """Name counts that ask for more robots at once than there is room for, and what would do."""
     known: set[str] = set()
     counts = {text: atom for part in core for text, atom in atoms(part).items() if not atom.robot}
-    signed = {(node.atom, sign) for part in core for node, sign in signed_nodes(part) if node.operator == "count"}
+    signed = {(node.atom, sign) for part in core for node, sign in signed_parts(part) if node.operator == "count"}
     for text, atom in sorted(counts.items(), key=lambda item: item[1].least):
         every_other = Formula("!", (atom.counted,)), len(systems) - atom.least + 1
         asked_for = ((atom.counted, atom.least), True), (every_other, False)  # that fewer do is that all others do not
