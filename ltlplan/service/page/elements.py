@@ -282,7 +282,7 @@ def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> Element:
         header: Words over the columns.
         rows: Cells.
     """
-    with box("scroll") as place, box(tag="table"):
+    with box("scroll").props("tabindex=0") as place, box(tag="table"):
         with box(tag="thead"), box(tag="tr"):
             for cell in header:
                 Words("th", cell)

@@ -43,6 +43,11 @@ _NO_JOB = "Choose a job that is done under Plan; its flight is what a recording 
 _NONE_KEPT = "None yet. A recording that was judged can be kept, with what was said of it and its verdict."
 _NOT_TAKEN = "This file was not taken: a recording is one file (.csv, .tsv, .ulg, .mcap, .db3 or .zip), of a size that the service reads."
 
+_PICK = """
+<label class="pick" @vue:mounted="(node) => { node.el.querySelector('input').tabIndex = 0; }">Choose a recording, or drop one here<q-uploader-add-trigger /></label>
+"""
+"""Head of the upload: a label around the field itself, so that it has a name and is reached by the keyboard."""
+
 
 class _Judging:
     """The tab while it is used. A verdict is seen as long as its file, what was said of it and its job are what they were."""
@@ -59,6 +64,7 @@ class _Judging:
                 label="Drop a recording here", auto_upload=True, on_upload=self.uploaded, on_rejected=self.refused,
                 max_file_size=desk.service.settings.limits.upload_bytes, max_files=1,
             ).props('accept=".csv,.tsv,.ulg,.mcap,.db3,.zip" flat')  # fmt: skip
+            self.upload.add_slot("header", _PICK)
             self.upload.on("failed", self.refused)
             with box("bounds", tag="fieldset"):
                 Words("legend", "What you know of the recording; the verdict rests on it", "soft")

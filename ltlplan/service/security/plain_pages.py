@@ -13,7 +13,9 @@ _PAGE = """<!doctype html>
 <html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">
 <meta name="color-scheme" content="light dark"><title>ltlplan: {title}</title>
 <style>body{{font:1rem/1.5 system-ui,sans-serif;max-width:{width}rem;margin:15vh auto;padding:0 1rem}}
-input,button{{font:inherit;padding:.5rem;width:100%;box-sizing:border-box;margin:.3rem 0}}[role=alert]{{color:#c22}}
+input,button{{font:inherit;padding:.5rem;width:100%;box-sizing:border-box;margin:.3rem 0}}[role=alert]{{color:#b3261e}}
+html{{background:#fff;color:#1d2330}}a{{color:#2765d3}}
+@media(prefers-color-scheme:dark){{html{{background:#14171d;color:#e4e7ee}}a{{color:#7aa7f7}}[role=alert]{{color:#ff8a80}}}}
 .button{{display:block;text-align:center;padding:.5rem;border:1px solid;border-radius:.2rem;text-decoration:none}}form{{margin-bottom:1rem}}
 .detail{{white-space:pre-wrap;overflow-wrap:anywhere}}</style></head>
 <body><main>{content}</main></body></html>

@@ -61,7 +61,7 @@ export default {
       CM.Prec.high(CM.keymap.of(keys)),
       CM.basicSetup,
       CM.EditorState.languageData.of(() => [{ autocomplete: complete }]),
-      CM.EditorView.contentAttributes.of({ "aria-label": this.label, spellcheck: "false", autocapitalize: "off" }),
+      CM.EditorView.contentAttributes.of({ "aria-label": this.label, spellcheck: "false", autocapitalize: "off", tabindex: "0" }),
       CM.EditorView.domEventHandlers({ blur: () => { this.send(); } }), // a button is told of what was written before it was pressed
       faultsField, hover, waiting, colours, language.of([]), paint.of(painted()),
       CM.placeholder(this.hint || ""),

@@ -23,12 +23,12 @@ export default {
     <div class="stage3d">
       <div class="live-scenes">
         <figure><div class="holder" ref="holder" role="img" :aria-label="'Scene of ' + name"></div><figcaption>Scene</figcaption></figure>
-        <figure><div class="holder" ref="above" role="img" :aria-label="name + ' from above'"></div>
+        <figure><div class="holder" ref="above" :role="drags ? 'group' : 'img'" :aria-label="name + ' from above'"></div>
           <figcaption>From above{{ drags ? "; drag a region or an obstacle to move it" : "" }}</figcaption></figure>
       </div>
       <div class="row"><label>camera follows <select v-model="followed" class="follow"><option value="">nobody</option><option v-for="robot in robots" :value="robot.name">{{ robot.name }}</option></select></label>
         <button type="button" class="quiet" @click="all">whole</button></div>
-      <div class="scroll"><table class="live-robots"><thead><tr><th>robot</th><th>from its plan</th><th>margin left</th><th>battery</th><th>pose</th><th>state</th></tr></thead>
+      <div class="scroll" tabindex="0" role="group" aria-label="Robots"><table class="live-robots"><thead><tr><th>robot</th><th>from its plan</th><th>margin left</th><th>battery</th><th>pose</th><th>state</th></tr></thead>
         <tbody><tr v-for="robot in robots" :key="robot.name">
           <th scope="row"><i :style="{ background: robot.colour }"></i>{{ robot.name }}</th>
           <td><span v-if="robot.off !== null" class="bar" role="meter" :aria-label="robot.name + ' from its plan'" aria-valuemin="0" :aria-valuemax="mm(frame.margin)" :aria-valuenow="mm(robot.off)"><i :style="{ width: share(robot.off) }" :class="{ little: robot.off > 0.7 * frame.margin }"></i></span>
