@@ -12,12 +12,13 @@ from ltlplan.service.page.elements import Part, Words, box, button, table
 from ltlplan.service.people.administration import Administration
 from ltlplan.service.people.audit_log import LogQuery
 from ltlplan.service.people.roles import Action, Role
+from ltlplan.service.people_models import Secret
 
 if TYPE_CHECKING:
     from nicegui.element import Element
 
     from ltlplan.service.page.session_state import Desk
-    from ltlplan.service.people_models import AccountTold, LogEntry, Project, Secret, Webhook, WhoAmI
+    from ltlplan.service.people_models import AccountTold, LogEntry, Project, Webhook, WhoAmI
 
 Found = TypeVar("Found")
 _LOGGED = 50
