@@ -99,8 +99,9 @@ class Certificate:
 
     @property
     def tube(self) -> Literal["proved", "assumed"]:
-        """The word for robots staying within the margin: proved under the mission's disturbances, or assumed."""
-        return "proved" if any(claim.name == "tracking" and claim.outcome == "holds" for claim in self.claims) else "assumed"
+        """The word for robots staying within the margin: proved of all under the mission's disturbances, or assumed."""
+        outcomes = {claim.outcome for claim in self.claims if claim.name == "tracking"}
+        return "proved" if outcomes == {"holds"} else "assumed"
 
     @property
     def checked(self) -> int:

@@ -125,7 +125,11 @@ class _Pieces:
             yield np.abs(found) + lost, 0.5 * max(late - early, 0.0) + 2.0 * _SLACK
 
     def joints(self) -> Iterator[tuple[float, Floats]]:
-        """Yield the time of each joint, and bounds of the lengths by which derivatives jump there."""
+        """Yield the time of each joint, and bounds of the lengths by which derivatives jump there; at time 0 the speed's, from a hover."""
+        start, lost = _derivatives(self.coefficients[0], 0.0)
+        begun = np.zeros(DEGREE + 1)
+        begun[1] = np.linalg.norm(np.abs(start[1]) + lost[1])
+        yield 0.0, begun
         for joint in range(1, len(self.coefficients)):
             before, lost = _derivatives(self.coefficients[joint - 1], self.knots[joint] - self.knots[joint - 1])
             after, _ = _derivatives(self.coefficients[joint], 0.0)

@@ -62,9 +62,12 @@ class _Remainders(Circumstances):
         here = np.ones(len(pace))
         begun = np.zeros(len(pace))
         begun[0] = told.start + self.model.offset
+        first = np.zeros(len(pace))
+        first[0] = self.model.plan.jumps[0, 1]  # cameras see a hover where the path may begin at some speed
         return {
             (loop, "place", "position"): told.position * here,
             (loop, "speed", "velocity"): told.velocity * here,
+            (loop, "speed", "plan"): first,
             (loop, "place", "latency"): apart * np.maximum(pace, shifted(pace)) + 1e-9,
             (loop, "speed", "latency"): apart * np.maximum(change, shifted(change)) + 1e-9,
             (loop, "begin", "start"): begun,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 
 import pytest
@@ -49,6 +50,12 @@ def test_without_disturbances_the_tube_is_assumed():
     assert certificate.tube == "assumed"
     assert not any(claim.name == "tracking" for claim in certificate.claims)
     assert certificate.to_dict()["tube"] == "assumed"
+
+
+def test_one_robot_of_which_it_is_not_proved_leaves_the_tube_assumed():
+    certificate = certify(*flight())
+    lacking = dataclasses.replace(claim_of(certificate), robot="r1", outcome="undecided")
+    assert dataclasses.replace(certificate, claims=(*certificate.claims, lacking)).tube == "assumed"
 
 
 def refused(plan, team) -> str:

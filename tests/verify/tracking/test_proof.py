@@ -165,6 +165,18 @@ def test_no_flight_with_other_errors_leaves_its_bound():
         assert np.all(away <= proved.course)
 
 
+def test_a_path_that_begins_at_some_speed_is_not_taken_for_one_at_rest():
+    """A speed as small as what joints may leave is in the bound: the robot hovers there."""
+    path, still = hover(1.0), Disturbance(airframe=AIRFRAME, sag=0.0)
+    moving = path.coefficients.copy()
+    moving[0, 0, :7] = 9e-4 * np.array([0.0, 1.0, 0.0, 0.0, -5.0, 6.0, -2.0])  # from 0.9 mm/s to rest
+    path = Trajectory(path.durations, moving)
+    flown = Disturbed(1).fly(VEHICLE, path, path.duration)
+    away = np.linalg.norm(flown, axis=1).reshape(-1, SUBSTEPS).max(1)
+    assert away.max() > 1e-4
+    assert np.all(away <= bound_of(path, still).course)
+
+
 def test_a_bound_holds_where_wind_is_aimed():
     """Winds that turn as the loop's response does, read backwards, along an axis of the room."""
     path, told = hover(), Disturbance(airframe=AIRFRAME, wind=0.2, sag=0.0)
