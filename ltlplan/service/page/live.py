@@ -21,6 +21,8 @@ _REFRESH = 1.0
 _LATE = 20.0
 """s without a question of a flight's, after which that is said."""
 _HINT = "quad1 fails; water moves 0.3,-0.7,0.9; crate appears 0,0,1 0.4,0.4,2; formula F loc1"
+_SUBMITTED = "(event) => { event.preventDefault(); emit(event.currentTarget.elements.event.value); }"
+"""What stands in the field then is sent, whatever of it came here before."""
 _ARRIVES = "(event) => emit(event.target.value)"
 
 
@@ -41,9 +43,9 @@ class _Telling:
                     Words("span", "An event, such as: " + _HINT)
                     self.field = ui.element("input").props("name=event autocomplete=off maxlength=10000")
                     self.field.on("input", self._typed, js_handler=_ARRIVES, throttle=0.3, leading_events=False)
-                button("Tell", self._send, "primary")
+                Words("button", "Tell", "primary").props("type=submit")
                 self.failing = Part(box("row failing"))
-            self.form.on("submit", self._send, js_handler="(event) => { event.preventDefault(); emit(); }")
+            self.form.on("submit", self._send, js_handler=_SUBMITTED)
             self.foretold = Part(box("foretold").props("aria-live=polite"))
             self.events = Part(box("events").props("aria-live=polite"))
             self.runs = Part(box("runs"))
@@ -199,7 +201,8 @@ class _Telling:
         self.desk.show("live")
         await self.refresh()
 
-    async def _send(self, _event: object = None) -> None:
+    async def _send(self, event: Any) -> None:  # as above
+        self.line = str(event.args)
         await self.desk.guarded(self._tell(), self.form)
 
     async def _tell(self) -> None:
