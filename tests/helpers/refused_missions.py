@@ -156,6 +156,10 @@ CASES = {
     "a robot starts where nobody may be": Refused(
         "F left & G !right", f"a: {_at(1.6, 0)}, b: {_at(0, 0)}", ("`G !right` cannot hold", "a starts inside right"), f"{_RIGHT}, {_LEFT}", never=("b starts",)
     ),
+    "a robot with a name starts where it may not be": Refused(
+        "F a.left & G !b.right", f"a: {_at(0, 0)}, b: {_at(1.6, 0)}", ("`G !b.right` cannot hold", "b starts inside right"), f"{_RIGHT}, {_LEFT}",
+        never=("a starts", "each waits"),
+    ),
     "a robot is to end where nobody may be": Refused(
         "F left & G !right", f"a: {_at(0, 0, (1.6, 0))}, b: {_at(0, 0.7, (0, -0.7))}", ("`G !right` cannot hold", "a is to end inside right"),
         f"{_RIGHT}, {_LEFT}", never=("b is",),

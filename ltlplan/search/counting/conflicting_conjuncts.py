@@ -13,6 +13,7 @@ from ltlplan.search.counting.counting_propositions import Marks
 from ltlplan.search.counting.planning import plan_counts
 from ltlplan.search.explanations.inquiry import all_of
 from ltlplan.search.explanations.unsatisfiable_cores import NoPlan
+from ltlplan.search.orders.state_sets import Reading, shown_at
 from ltlplan.systems.transition_systems import TransitionSystem
 from ltlplan.systems.unreachable import joined_names
 from verify.data import Formula, Mission
@@ -40,7 +41,7 @@ def no_counted_plan(
         others = [other for other in core if other != part]
         if others and not _possible(others, systems, kinds, rooms):
             core = others
-    reasons = [
+    reasons = _bad_starts(mission, systems, core) or [
         *_too_many(mission),
         *_closed(mission, core),
         *(_too_small(mission, systems, rooms, core) if rooms and _possible(core, systems, kinds, {}) else ()),
@@ -48,6 +49,17 @@ def no_counted_plan(
     ]
     written = _as_written(mission)
     return NoPlan([written.get(str(part), str(part)) for part in core], reasons)
+
+
+def _bad_starts(mission: Mission, systems: Sequence[TransitionSystem], core: Sequence[Formula]) -> list[str]:
+    """Name robots that start inside regions that requirements name, where what the team shows at its start loses them."""
+    formula = all_of(core)
+    marks = Marks(conjunct_automata(formula, "finite"), atoms(formula))
+    if Reading(marks, joint=True).begin(tuple([shown_at(marks, system, system.initial) for system in systems])) is not None:
+        return []
+    named = formula.names() & mission.all_regions.keys()
+    inside = {system.robot: sorted(system.labels[system.initial] & named) for system in systems}
+    return [f"{robot} starts inside {joined_names(regions)}." for robot, regions in inside.items() if regions]
 
 
 def _as_written(mission: Mission) -> dict[str, str]:
