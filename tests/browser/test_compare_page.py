@@ -17,7 +17,7 @@ def test_a_study_is_begun_followed_and_two_of_its_results_compared(chromium: Any
     visitor.write(ONE_HOOP)
     visitor.wait("document.querySelector('.state')?.textContent.includes('No faults: one-hoop')")
     page = visitor.page
-    page.get_by_role("button", name="Plan it for many").click()
+    page.get_by_role("button", name="Study this mission").click()
     page.locator("input[name=key]").fill("limits.speed")
     page.locator("textarea[name=values]").fill("1.0, 5")
     page.get_by_role("button", name="Study it").click()

@@ -46,7 +46,7 @@ class _Writing:
                     self.go = button("Plan it", self.submit, "primary")
                     self.go.set_visibility(desk.may(Action.PLAN))
                     if desk.may(Action.PLAN):
-                        button("Study ...", self._study, label="Plan it for many seeds or values of a key")
+                        button("Study ...", self._study, label="Study this mission over seeds or values of a key")
                     with box(tag="label"):
                         Words("span", "seed")
                         self.seed = ui.element("input").props("type=number min=0 step=1 inputmode=numeric").classes("seed")
