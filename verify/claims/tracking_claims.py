@@ -41,7 +41,7 @@ def tracking_claims(evidence: Evidence, margin: float) -> Iterable[Claim]:
             yield _lacked(robot, lacks, margin)
         else:
             proofs[robot] = _Asked(path, duration, mission.agents[robot].start, vehicle, mission.disturbance)
-    share = _largest_share(tuple(proofs.values()))
+    share = _largest_share(tuple(proofs.values()), margin)
     for robot, asked in proofs.items():
         yield _claim(robot, asked, margin, share)
 
@@ -83,13 +83,14 @@ def _proved(asked: _Asked) -> TrackingBound | str:
 
 
 @lru_cache(maxsize=16)
-def _largest_share(team: tuple[_Asked, ...]) -> float | None:
-    """Return a share of the disturbances that is proved of all robots, near the largest; None where not even the plans alone are."""
+def _largest_share(team: tuple[_Asked, ...], margin: float) -> float | None:
+    """Return a share of the disturbances that is proved of all robots within the margin, near the largest; None where not even the plans alone are."""
     lacking = [asked for asked in team if isinstance(_proved(asked), str)]
     others = [asked for asked in team if asked not in lacking]
 
     def holds(share: float) -> bool:
-        return not any(isinstance(_proved(_share(asked, share)), str) for asked in (*lacking, *others))
+        found = (_proved(_share(asked, share)) for asked in (*lacking, *others))
+        return all(not isinstance(bound, str) and bound.bound <= margin for bound in found)
 
     low, high = 0.0, 1.0
     if not lacking:
