@@ -8,7 +8,9 @@ from functools import lru_cache
 
 from verify.claims.claim import Claim, claim_of, figures, told_apart
 from verify.claims.evidence import Evidence
+from verify.data.airframe import load_airframe, shipped_airframe_names
 from verify.data.disturbance import Disturbance
+from verify.data.mission import Mission
 from verify.data.trajectory import Trajectory
 from verify.data.vehicle import Vehicle
 from verify.tracking.error_model import NotProved
@@ -36,24 +38,30 @@ def tracking_claims(evidence: Evidence, margin: float) -> Iterable[Claim]:
     duration = max(path.duration for path in flown)
     proofs: dict[str, _Asked] = {}
     for robot, path, planned in zip(paths.robots, flown, paths.trajectories, strict=True):
-        vehicle = mission.vehicle_of(robot)
-        if lacks := _lacking(robot, planned, duration, vehicle, mission.vehicle):
+        if lacks := _lacking(mission, robot, planned, duration):
             yield _lacked(robot, lacks, margin)
         else:
-            proofs[robot] = _Asked(path, duration, mission.agents[robot].start, vehicle, mission.disturbance)
+            proofs[robot] = _Asked(path, duration, mission.agents[robot].start, mission.vehicle, mission.disturbance)
     share = _largest_share(tuple(proofs.values()), margin)
     for robot, asked in proofs.items():
         yield _claim(robot, asked, margin, share)
 
 
-def _lacking(robot: str, path: Trajectory, duration: float, vehicle: Vehicle, usual: Vehicle) -> str:
+def _lacking(mission: Mission, robot: str, path: Trajectory, duration: float) -> str:
     """Return why there is no proof for a robot; empty where there may be one."""
+    assert mission.disturbance is not None, "it states some"
+    vehicle, airframe = mission.vehicle_of(robot), mission.disturbance.airframe
     follows = vehicle.controller or PROVED_CONTROLLER
     if follows != PROVED_CONTROLLER:
         return f"{robot}: no proof for this controller, '{follows}'; there is one for '{PROVED_CONTROLLER}'."
-    if vehicle != usual:
+    if vehicle != mission.vehicle:
         return (
             f"{robot}: no proof for its own vehicle '{vehicle.name}'; `disturbance.airframe` is that of the mission's vehicle."
+        )
+    own = load_airframe(vehicle.name) if vehicle.name in shipped_airframe_names() else airframe
+    if airframe != own:
+        return (
+            f"{robot}: no proof with another airframe than that of '{vehicle.name}'; `disturbance.airframe` has other numbers."
         )
     if path.cuts:
         return f"{robot}: no proof for flights in parts."
@@ -118,15 +126,17 @@ def _claim(robot: str, asked: _Asked, margin: float, share: float | None) -> Cla
     dearest = sorted(found.costs.items(), key=lambda cost: -cost[1])[:4]
     costs = ", ".join(f"{name} {1000.0 * cost:.1f} mm" for name, cost in dearest if cost > 5e-5)
     set_points = "with set-points, by `geometric` at 50 Hz, that are not rounded"
+    assumed = f"Assumed: a start at rest in hover, summed errors zero; {_stated(asked.disturbance)}"
+    said = " ".join(f"{part}." for part in (costs, assumed) if part)
     if within:
         sentence = (
             f"{robot} stays within {bound} m of its plan under the stated disturbances, {set_points} (margin {margin:.5g} m); it is tight at "
-            f"{found.time:.2f} s. {costs}."
+            f"{found.time:.2f} s. {said}"
         )
     else:
         sentence = (
             f"{robot} is proved to stay within {told_apart(found.bound, margin)} m of its plan, {set_points}; that is more than the margin, "
-            f"{margin:.5g} m. {costs}."
+            f"{margin:.5g} m. {said}"
         )
     return claim_of(
         "tracking", "holds" if within else "undecided", sentence, robot=robot, unit="m", bound=found.bound, limit=margin,
@@ -136,3 +146,23 @@ def _claim(robot: str, asked: _Asked, margin: float, share: float | None) -> Cla
 
 def _lacked(robot: str, sentence: str, margin: float) -> Claim:
     return claim_of("tracking", "undecided", sentence, robot=robot, unit="m", limit=margin, what="distance from the plan")
+
+
+def _stated(disturbance: Disturbance) -> str:
+    """Return what may disturb a flight, in words; what is zero is left out, but for what was not said."""
+    units = {
+        "wind": "m/s",
+        "position": "m",
+        "velocity": "m/s",
+        "attitude": "rad",
+        "gyroscope": "rad/s",
+        "moment": "N m",
+        "start": "m",
+    }
+    found = [f"{name} {value:g} {unit}" for name, unit in units.items() if (value := getattr(disturbance, name))]
+    found += [f"{name} {100 * value:g} %" for name in ("mass", "thrust", "drag") if (value := getattr(disturbance, name))]
+    if any(disturbance.latency):
+        found.append("latency {:g} to {:g} s".format(*disturbance.latency))
+    found.append(f"thrust that changes by at most {100 * disturbance.sag:g} % in the flight")
+    found.append(f"rotors that reach {100 * disturbance.battery:g} % of their greatest speed")
+    return ", ".join(found)

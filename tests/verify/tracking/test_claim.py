@@ -41,7 +41,11 @@ def test_a_flight_is_proved_to_stay_within_its_margin():
     assert 0.001 < claim.bound < claim.limit == 0.05
     assert 0 <= claim.time <= certificate.duration
     assert "geometric" in claim.sentence
-    assert "wind" in claim.sentence
+    assert "Assumed: a start at rest in hover" in claim.sentence
+    assert (
+        "wind 0.05 m/s, gyroscope 0.002 rad/s, mass 0.2 %, thrust that changes by at most 0.2 % in the flight" in claim.sentence
+    )
+    assert "rotors that reach 100 % of their greatest speed" in claim.sentence
     assert certificate.tube == "proved"
 
 
@@ -70,6 +74,8 @@ def refused(plan, team) -> str:
 def test_refusals_say_what_stands_in_the_way():
     assert "no proof for this controller, 'mellinger'" in refused(*flight(controller="mellinger"))
     assert "more than the margin" in refused(*flight(margin=0.001))
+    other = GENTLE.changed(airframe=load_airframe("crazyflie-brushless"))
+    assert "another airframe than that of 'crazyflie-2.1'" in refused(*flight(other))
     plan, team = flight()
     assert "heading that turns" in refused(plan, {"r0": turning(team["r0"], 0.3)})
 
