@@ -21,6 +21,7 @@ from ltlplan.service.page.plan import plan_tab  # noqa: E402
 from ltlplan.service.page.session_state import Desk  # noqa: E402
 from ltlplan.service.page.write import _Writing  # noqa: E402  # pyright: ignore[reportPrivateUsage]
 from ltlplan.service.people.roles import Principal, Role  # noqa: E402
+from ltlplan.service.settings import Limits  # noqa: E402
 from tests.helpers.services import ONE_HOOP  # noqa: E402
 from verify.data import Mission, parse_mission  # noqa: E402
 
@@ -67,7 +68,8 @@ def client() -> Iterator[Client]:
 @pytest.fixture
 def desk(client: Client) -> Desk:
     jobs = _Jobs()
-    service: Any = SimpleNamespace(jobs=jobs, jobs_of=lambda _: jobs, questions=SimpleNamespace(ask=None))
+    settings = SimpleNamespace(limits=Limits())
+    service: Any = SimpleNamespace(jobs=jobs, jobs_of=lambda _: jobs, questions=SimpleNamespace(ask=None), settings=settings)
     return Desk(service, client, HERE)
 
 
