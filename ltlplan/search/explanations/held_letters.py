@@ -58,8 +58,11 @@ def held_letter(
     if broken is None:
         return []
     robot, at = broken.reader, broken.way[-1]
-    shown = itertools.groupby(systems[robot].labels[nodes[robot]] for nodes, _, _ in path)
-    letter = show_letter([label for label, _ in shown][at[robot]])
+    shown = itertools.groupby((nodes[robot] for nodes, _, _ in path), key=systems[robot].labels.__getitem__)
+    node = [next(group) for _, group in shown][at[robot]]
+    letter = show_letter(systems[robot].labels[node])
+    if node in systems[robot].walls:  # where it is in neither room for sure
+        letter = f"{{}}, which may stand for {letter} at a wall,"
     reasons = [
         f"A single interleaving satisfies it ({_shown(systems, path)}), but no precedences make every one do so: a letter that is held "
         f"may be read at any time, again and again. {systems[robot].robot}'s letter {letter} breaks `{owned[broken.part][0]}` there."

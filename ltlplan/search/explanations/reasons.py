@@ -36,7 +36,7 @@ def reasons_against(inquiry: Inquiry, core: list[Formula]) -> list[str]:
         inquiry: Into whose mission.
         core: The requirements.
     """
-    for plain in (_contradiction, _apart, _bad_starts, _bad_ends, _walls, _free_between, _in_the_way, _unmet):
+    for plain in (_contradiction, _apart, _bad_starts, _walls, _bad_ends, _free_between, _in_the_way, _unmet):
         if reasons := plain(inquiry, core):
             return reasons
     if len(core) > 1:
