@@ -8,6 +8,7 @@ import pytest
 from flight.control import controller
 from flight.model import timing
 from tests.helpers.disturbed_flights import Disturbed
+from tests.helpers.few import few_of
 from verify.data import BadInput, Trajectory
 from verify.data.airframe import load_airframe
 from verify.data.disturbance import Disturbance
@@ -107,7 +108,7 @@ def adversaries(told: Disturbance, duration: float, seeds: range, late: int):
     )  # fmt: skip
 
 
-@pytest.mark.parametrize("path", [hover(), line()], ids=["hover", "line"])
+@few_of(1, "path", [hover(), line()], ids=["hover", "line"])
 def test_no_disturbed_flight_leaves_its_bound(path):
     proved, worst = bound_of(path), 0.0
     for k in range(2):
@@ -118,7 +119,7 @@ def test_no_disturbed_flight_leaves_its_bound(path):
     assert proved.bound < 12.0 * worst
 
 
-@pytest.mark.parametrize("path", [hover(), line(), line(0.6, 3.2)], ids=["hover", "line", "fast"])
+@few_of(1, "path", [hover(), line(), line(0.6, 3.2)], ids=["hover", "line", "fast"])
 def test_every_state_stays_within_its_bound(path):
     """Feedback, and the errors of attitude, rates and thrust, as they are in flight, against the bounds that close on each other."""
     told = Disturbance(airframe=AIRFRAME, wind=0.06, position=5e-5, gyroscope=0.003, start=5e-4, sag=0.0)
@@ -189,8 +190,8 @@ def test_a_bound_holds_where_wind_is_aimed():
     assert worst <= proved.bound <= 2.0 * worst
 
 
-@pytest.mark.parametrize(
-    "name", ["wind", "position", "velocity", "attitude", "gyroscope", "mass", "thrust", "sag", "drag", "moment", "start"]
+@few_of(
+    2, "name", ["wind", "position", "velocity", "attitude", "gyroscope", "mass", "thrust", "sag", "drag", "moment", "start"]
 )
 def test_more_of_a_disturbance_is_never_a_smaller_bound(name):
     path = line(0.3)
