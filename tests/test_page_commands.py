@@ -169,7 +169,9 @@ def flying(service: str, reader: Reader) -> Generator[None]:
         yield
         said, _ = flight.communicate(timeout=120)
         assert flight.returncode in (0, 5), said
-        assert "the motors of quad0, quad1, quad2 are stopped." in said, said
+        assert re.search(r"^the motors of quad0,.* quad2 are stopped\.$", said, re.MULTILINE), (
+            said
+        )  # quad1 has failed, and may be down
 
 
 @pytest.mark.slow

@@ -66,10 +66,10 @@ class Reader:
         path = os.pathsep.join([str(self.programs), os.environ["PATH"]])
         more = {"PATH": path, "PYTHONPATH": self.paths, "PIP_CONSTRAINT": str(ROOT / "constraints.txt")}
         done = subprocess.run(
-            command, shell=True, cwd=ROOT if command == INSTALL else self.folder, env={**os.environ, **more}, capture_output=True,
+            command, shell=True, cwd=ROOT if command.startswith(INSTALL) else self.folder, env={**os.environ, **more}, capture_output=True,
             text=True, check=False,
         )  # fmt: skip
-        assert done.returncode == 0 or command != INSTALL, done.stderr
+        assert done.returncode == 0 or not command.startswith(INSTALL), done.stderr
         return done.stdout + done.stderr
 
     def finish(self, command: str) -> str:
