@@ -99,10 +99,10 @@ def test_users_take_turns_and_each_ones_questions_are_answered_in_order(tmp_path
         short = Held(1)
         questions = made(tmp_path / "scratch", short=short)
         tasks = await asked_in_order(questions, short, ["a", "a", "a", "a", "b", "b", "c", "a"])
-        for ended, task in enumerate(tasks, 1):
+        for ended, asked in enumerate((3, 4, 5, 5, 6, 6, 7, 8)):  # whose question was answered asks the next
+            await settled(lambda ended=ended, asked=asked: (sum(each.done() for each in tasks), short.asked) == (ended, asked))
             short.end_one()
-            await settled(lambda ended=ended: sum(each.done() for each in tasks) == ended)
-            assert not task.cancelled()
+        await asyncio.gather(*tasks)
         assert short.begun == ["a0", "b4", "c6", "a1", "b5", "a2", "a3", "a7"]
 
     asyncio.run(check())
@@ -142,6 +142,7 @@ def test_who_asks_much_is_refused_before_others_are(tmp_path: Path) -> None:
         with pytest.raises(Busy, match="6 questions"):
             await questions.ask(work, "c", who="c")
         for ended in range(1, 7):
+            await settled(lambda ended=ended: len(short.begun) == ended)
             short.end_one()
             await settled(lambda ended=ended: sum(task.done() for task in tasks) == ended)
         again = asyncio.create_task(questions.ask(work, "a5", who="a"))
