@@ -40,9 +40,9 @@ def command(
     json: JsonOption = False,
 ) -> None:
     """List accounts of the service, make one, reset its password, give it a role, disable it; or print who did what. It counts at once."""
-    from ltlplan.service.data_folder import default_data, make_private
     from ltlplan.service.people.people import People
     from ltlplan.service.security.tokens import Tokens
+    from ltlplan.service.storage.data_folder import default_data, make_private
 
     folder = (data or default_data()).absolute()
     make_private(folder)

@@ -17,10 +17,10 @@ def command(
 ) -> None:
     """Back up a service's jobs, accounts, log, drafts and events, while it runs. Tokens and sessions are not in it."""
     from ltlplan.commands.support.terminal import print_json
-    from ltlplan.service.backups import back_up
-    from ltlplan.service.data_folder import default_data
     from ltlplan.service.people.people import People
     from ltlplan.service.security.tokens import Tokens
+    from ltlplan.service.storage.backups import back_up
+    from ltlplan.service.storage.data_folder import default_data
 
     folder = (data or default_data()).absolute()
     made = back_up(folder, out.absolute())

@@ -17,7 +17,7 @@ def command(
 ) -> None:
     """Restore a service's data. All sessions have ended, and tokens are made anew; look whether accounts were disabled since."""
     from ltlplan.commands.support.terminal import print_json
-    from ltlplan.service.backups import restore
+    from ltlplan.service.storage.backups import restore
 
     made = restore(backup.absolute(), data.absolute())
     if json:

@@ -65,13 +65,13 @@ def command(
 ) -> None:
     """Serve the HTTP API and the page. Jobs that were accepted go on after a restart."""
     from ltlplan.commands.support.terminal import print_json
-    from ltlplan.service.data_folder import default_data, make_private
-    from ltlplan.service.database_url import database_url, secret_of
     from ltlplan.service.limits_file import read_limits
     from ltlplan.service.people.roles import role_of
     from ltlplan.service.security.tokens import Tokens
     from ltlplan.service.server import serve
     from ltlplan.service.settings import Limits, OpenIdSettings, Settings
+    from ltlplan.service.storage.data_folder import default_data, make_private
+    from ltlplan.service.storage.database_url import database_url, secret_of
 
     folder = (data or default_data()).absolute()
     if new_token is not None or revoke_token is not None:

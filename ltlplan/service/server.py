@@ -21,13 +21,13 @@ from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, Any
 
-from ltlplan.service.data_folder import own_folder
 from ltlplan.service.execution.scratch import drop_scratch, fresh_scratch
 from ltlplan.service.log import begin_log, note
 from ltlplan.service.people.people import People
 from ltlplan.service.security.origins import is_loopback, own_names
 from ltlplan.service.security.tokens import Tokens
 from ltlplan.service.settings import Settings
+from ltlplan.service.storage.data_folder import own_folder
 from verify.data.errors import BadInput, MissingEngine
 
 if TYPE_CHECKING:

@@ -10,7 +10,6 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from ltlplan.service import queries as asked
-from ltlplan.service.drafts import Drafts
 from ltlplan.service.event_inbox.control import Act
 from ltlplan.service.event_inbox.flights import LiveFlights
 from ltlplan.service.execution.derived import SimulationAsked, require_sense
@@ -28,6 +27,7 @@ from ltlplan.service.queries import Place
 from ltlplan.service.query_pool import Questions
 from ltlplan.service.security.tokens import LOCAL
 from ltlplan.service.settings import Settings
+from ltlplan.service.storage.drafts import Drafts
 from ltlplan.service.webhook_sender import Allowed, Sender
 from verify.data.errors import LtlplanError
 

@@ -18,7 +18,7 @@ from pathlib import Path
 from ltlplan.service.job_queue.store import NoRoom
 from ltlplan.service.models import FlightAnswered, LiveEvent
 from ltlplan.service.problems import Busy
-from ltlplan.service.sqlite_file import connected, transaction, upgrade
+from ltlplan.service.storage.sqlite_file import connected, transaction, upgrade
 from ltlplan.service.times import utc_now
 from verify.data import BadInput
 

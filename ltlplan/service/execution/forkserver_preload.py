@@ -52,7 +52,7 @@ with contextlib.suppress(Exception):  # a stage that needs it says that it is no
 
 with contextlib.suppress(Exception):  # ruamel.yaml and the scene load much at first use only, which is while somebody types
     from ltlplan.missions import shipped_mission_text
-    from ltlplan.service.page.checking import check_text
+    from ltlplan.service.page.missions.checking import check_text
 
     check_text(shipped_mission_text("firefighting"), lambda _sentence, _share: None)
 

@@ -9,7 +9,6 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
-from ltlplan.service.deletion_pause import deleting
 from ltlplan.service.execution.derived import Derived, derived_bytes
 from ltlplan.service.execution.stages import PLAN, Outcome, mission_bytes, mission_of, plan_of
 from ltlplan.service.job_queue.engine import Data
@@ -18,6 +17,7 @@ from ltlplan.service.job_queue.lru_cache import Recent
 from ltlplan.service.job_queue.store import NoRoom, Store
 from ltlplan.service.models import FileEntry, Job
 from ltlplan.service.problems import Conflict, NotFound
+from ltlplan.service.storage.deletion_pause import deleting
 from verify.data import Mission, mission_to_yaml
 
 RESERVE = 32_000_000

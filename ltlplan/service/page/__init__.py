@@ -1,11 +1,9 @@
 """Page of the service in a browser: missions written with help, plans followed, flights watched, trusted, checked, taken away.
 
-Begin with `frame`, which puts one module a tab together (`write`, `plan`, `certificate_tab`, `simulations_tab`, `recording_tab`, `downloads_tab`, `compare_tab`, `live`, `people_tab`).
-A flight is watched in `assets/flight.js`. `session_state` is what one person has open, `drafted` what they write, `stored` what they find and store,
-`varying` begins a study, `studies` shows them, `comparing` two results, with their flights as a `flight_pair`;
-`derived_jobs` what was made of a flight.
-`elements` are the page's own parts over NiceGUI, whose scripts are in `assets`. `checking` and `judging` run in workers, as all that computes.
-NiceGUI is loaded only where pages are served. `mission_text` edits one value of a mission file that is being written.
+Begin with `frame`, which puts the tabs together: `missions` (Write), `plan`, `certificate_tab` (Trust), `simulations_tab`, `recording_tab` (Judge), `downloads_tab` (Take
+away), `comparison` (Compare), `live` and `people_tab`. A flight is watched in `assets/flight.js`. `session_state` is what one person has open, `derived_jobs` what was made of a flight.
+`elements` are the page's own parts over NiceGUI, whose scripts are in `assets`. `judging` runs in workers, as all that computes.
+NiceGUI is loaded only where pages are served.
 """
 
 from __future__ import annotations

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 from nicegui import ui
 
 from ltlplan.service.models import ENDED
+from ltlplan.service.page.comparison.studies import STATES
 from ltlplan.service.page.elements import Part, Words, box, button, link, table
-from ltlplan.service.page.studies import STATES
 from ltlplan.service.people.roles import Action
 from verify.data import LtlplanError
 

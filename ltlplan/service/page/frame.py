@@ -14,16 +14,16 @@ from ltlplan.report.inline import package_text
 from ltlplan.service.api.application import answer_bug, answer_of
 from ltlplan.service.event_inbox.names import NAME
 from ltlplan.service.page.certificate_tab import trust_tab
-from ltlplan.service.page.compare_tab import compare_tab
+from ltlplan.service.page.comparison.compare_tab import compare_tab
 from ltlplan.service.page.downloads_tab import take_away_tab
 from ltlplan.service.page.elements import Flight, StopBar, Words, box, button, say
 from ltlplan.service.page.live import live_tab
+from ltlplan.service.page.missions.write import write_tab
 from ltlplan.service.page.people_tab import people_tab
 from ltlplan.service.page.plan import plan_tab
 from ltlplan.service.page.recording_tab import judge_tab
 from ltlplan.service.page.session_state import ADDRESS, TABS, Desk
 from ltlplan.service.page.simulations_tab import simulations_tab
-from ltlplan.service.page.write import write_tab
 from ltlplan.service.people.roles import Action
 from ltlplan.service.problems import NotFound
 from verify.data import LtlplanError

@@ -22,7 +22,7 @@ from typing import Any
 
 from ltlplan.service.log import note
 from ltlplan.service.problems import Busy
-from ltlplan.service.sqlite_file import connected, transaction, upgrade
+from ltlplan.service.storage.sqlite_file import connected, transaction, upgrade
 from verify.data.errors import BadInput
 from verify.data.storage.safe_reading import parse_json, read_bytes
 

@@ -16,8 +16,8 @@ from typer.testing import CliRunner
 
 import ltlplan
 from ltlplan.cli import app
-from ltlplan.service.data_folder import default_data
 from ltlplan.service.security.tokens import Tokens
+from ltlplan.service.storage.data_folder import default_data
 from tests.helpers.services import ONE_HOOP, serving, start
 from verify.data import BadInput
 

@@ -17,9 +17,9 @@ from nicegui.element import Element  # noqa: E402
 from ltlplan.service.models import Job, Problem, Stage  # noqa: E402
 from ltlplan.service.page.certificate_tab import trust_tab  # noqa: E402
 from ltlplan.service.page.elements import Part, Words  # noqa: E402
+from ltlplan.service.page.missions.write import _Writing  # noqa: E402  # pyright: ignore[reportPrivateUsage]
 from ltlplan.service.page.plan import plan_tab  # noqa: E402
 from ltlplan.service.page.session_state import Desk  # noqa: E402
-from ltlplan.service.page.write import _Writing  # noqa: E402  # pyright: ignore[reportPrivateUsage]
 from ltlplan.service.people.roles import Principal, Role  # noqa: E402
 from ltlplan.service.settings import Limits  # noqa: E402
 from tests.helpers.services import ONE_HOOP  # noqa: E402

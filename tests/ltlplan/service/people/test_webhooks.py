@@ -22,7 +22,6 @@ from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import NameOID
 
 from ltlplan import Client
-from ltlplan.service.backups import DATABASES
 from ltlplan.service.job_queue.job_index import Register
 from ltlplan.service.job_queue.job_records import Entry
 from ltlplan.service.models import Job, State
@@ -30,6 +29,7 @@ from ltlplan.service.people.people import People
 from ltlplan.service.people.roles import Principal, Role
 from ltlplan.service.people.webhooks import KEY, TRIES
 from ltlplan.service.problems import Forbidden, NotFound
+from ltlplan.service.storage.backups import DATABASES
 from ltlplan.service.webhook_sender import Allowed, Sender
 from tests.helpers.services import serving
 from verify.data import BadInput

@@ -25,8 +25,8 @@ from pathlib import Path
 from typing import BinaryIO
 
 import ltlplan
-from ltlplan.service.deletion_pause import paused
 from ltlplan.service.job_queue.store import NoRoom, no_room
+from ltlplan.service.storage.deletion_pause import paused
 from verify.data.errors import BadInput
 from verify.data.storage.safe_reading import parse_json
 

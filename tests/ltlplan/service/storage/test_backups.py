@@ -18,18 +18,18 @@ from typer.testing import CliRunner
 
 from ltlplan import Client
 from ltlplan.cli import app
-from ltlplan.service.backups import MANIFEST, back_up, restore
-from ltlplan.service.deletion_pause import deleting, paused
 from ltlplan.service.job_queue.job_records import Entry
 from ltlplan.service.job_queue.results import Results
 from ltlplan.service.models import Job
 from ltlplan.service.people.people import People
 from ltlplan.service.people.roles import Role
 from ltlplan.service.security.tokens import Tokens
+from ltlplan.service.storage.backups import MANIFEST, back_up, restore
+from ltlplan.service.storage.deletion_pause import deleting, paused
 from tests.helpers.services import ONE_HOOP, serving
 from verify.data import BadInput, LtlplanError
 
-STORED = Path(__file__).parent / "stored" / "data-0.2.0.tar.xz"
+STORED = Path(__file__).parent.parent / "stored" / "data-0.2.0.tar.xz"
 
 
 @pytest.fixture

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from ltlplan.service.drafts import FILE, LONGEST, MOST, OF_JOB, Draft, Drafts
+from ltlplan.service.storage.drafts import FILE, LONGEST, MOST, OF_JOB, Draft, Drafts
 from verify.data import BadInput
 
 

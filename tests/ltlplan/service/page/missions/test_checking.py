@@ -7,7 +7,7 @@ import pytest
 
 from ltlplan import parse_mission
 from ltlplan.missions import shipped_mission_text, shipped_missions
-from ltlplan.service.page.checking import add_edges, change_formula, change_margin, check_text, leave_out
+from ltlplan.service.page.missions.checking import add_edges, change_formula, change_margin, check_text, leave_out
 from tests.helpers.few import few_of
 from verify.data import BadInput
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from ltlplan.service.page.mission_text import span_of, with_edges, with_value
+from ltlplan.service.page.missions.mission_text import span_of, with_edges, with_value
 from verify.data import BadInput, Mission, MissionError, parse_mission
 from verify.data.language.formula_error import FormulaError
 from verify.data.language.formula_reader import parse_formula

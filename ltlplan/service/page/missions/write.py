@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any
 from nicegui import ui
 
 from ltlplan.missions import shipped_mission_text, shipped_missions, template_text
-from ltlplan.service.page import checking
-from ltlplan.service.page.drafted import Drafted
+from ltlplan.service.page.comparison.varying import begin_study
 from ltlplan.service.page.elements import Editor, Words, World, box, button, say
-from ltlplan.service.page.stored import Stored
-from ltlplan.service.page.varying import begin_study
+from ltlplan.service.page.missions import checking
+from ltlplan.service.page.missions.drafted import Drafted
+from ltlplan.service.page.missions.stored import Stored
 from ltlplan.service.people.roles import Action
 from verify.data import LtlplanError, MissionError
 

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from ltlplan import parse_mission
 from ltlplan.missions import shipped_mission_text, shipped_missions
-from ltlplan.service.page.mission_text import span_of, with_edges, with_value
+from ltlplan.service.page.missions.mission_text import span_of, with_edges, with_value
 from tests.helpers.few import few_of
 from verify.data import BadInput
 

@@ -14,9 +14,9 @@ from contextlib import suppress
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any
 
-from ltlplan.service.drafts import OF_JOB, Draft
 from ltlplan.service.log import note
 from ltlplan.service.page.elements import Editor, Part, Words, box, button
+from ltlplan.service.storage.drafts import OF_JOB, Draft
 from verify.data import BadInput
 
 if TYPE_CHECKING:

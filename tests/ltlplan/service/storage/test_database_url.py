@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from ltlplan.service.database_url import VARIABLE, database_url, has_password
 from ltlplan.service.job_queue.database import prepare, url_of
 from ltlplan.service.settings import Settings
+from ltlplan.service.storage.database_url import VARIABLE, database_url, has_password
 from verify.data import BadInput
 
 URL = "postgresql://alice:s3cret@127.0.0.1:1/jobs"

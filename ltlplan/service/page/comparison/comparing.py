@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 from ltlplan.report.summary import TINY
 from ltlplan.service.figures import claim_pairs
+from ltlplan.service.page.comparison.flight_pair import PairOfFlights
+from ltlplan.service.page.comparison.studies import STATES, cells
 from ltlplan.service.page.elements import Part, Words, box, button, choice, differing, table
-from ltlplan.service.page.flight_pair import PairOfFlights
-from ltlplan.service.page.studies import STATES, cells
 from verify.data import LtlplanError
 
 if TYPE_CHECKING:

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 from nicegui import ui
 
-from ltlplan.service.page.comparing import Comparing
+from ltlplan.service.page.comparison.comparing import Comparing
+from ltlplan.service.page.comparison.studies import Studies
 from ltlplan.service.page.elements import box
-from ltlplan.service.page.studies import Studies
 
 if TYPE_CHECKING:
     from ltlplan.service.page.session_state import Desk

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from ltlplan.service.page.varying import values_of
+from ltlplan.service.page.comparison.varying import values_of
 from verify.data import BadInput
 
 
