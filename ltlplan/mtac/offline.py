@@ -39,7 +39,7 @@ from ltlplan.mtac.priced_paths import PricedPaths
 from ltlplan.paths.costs import team_cost
 from ltlplan.paths.cross_entropy.cross_entropy import Improvement
 from ltlplan.search.problem import TIES
-from verify.data import BadInput, Infeasible, Mission, Visit
+from verify.data import BadInput, Infeasible, Mission
 from verify.data.language.counting import require_plain
 from verify.data.progress import Progress, silent
 
@@ -70,9 +70,10 @@ class Shared:
     least: float | None = None
 
     @property
-    def flown(self) -> dict[str, tuple[Visit, ...]]:
-        """The visits of each robot that are stops."""
-        return {name: tuple(path.plan.visits[k] for k in self.stops[name]) for name, path in self.paths.items()}
+    def robots(self) -> dict[str, Itinerary]:
+        """Itinerary of each robot along its path."""
+        plans = ((name, path.plan) for name, path in self.paths.items())
+        return {name: Itinerary(p.visits, p.word, p.cycle_visit, p.cost, self.stops[name]) for name, p in plans}
 
 
 def mtac_e(mission: Mission, context: Context, *, options: Options | None = None) -> Allocation:
@@ -102,7 +103,7 @@ def mtac_e(mission: Mission, context: Context, *, options: Options | None = None
         return _exact(mission, context)
     known = best_known(mission, least=found.least) if chosen.optimality_gap else None
     exact = None if known is None or found.least is None else known.exact
-    if exact is not None and exact.cost < straight_cost(mission, found.flown) - TIES:
+    if exact is not None and exact.cost < straight_cost(mission, found.robots) - TIES:
         found = _by_exact_words(mission, exact, found.prices, found.cost, found.least) or found
     return _allocation(found, known)
 
@@ -146,12 +147,9 @@ def _allocation(found: Shared, known: BestKnown | None) -> Allocation:
     plans = {name: path.plan for name, path in found.paths.items()}
     notes = [f"MTAC-E optimised {found.tried} paths; handed over in the order {', '.join(found.order) or 'of nobody'}."]
     if known is not None:
-        notes.append(known.gap(found.flown))
+        notes.append(known.gap(found.robots))
     return Allocation(
-        robots={
-            name: Itinerary(plan.visits, plan.word, plan.cycle_visit, plan.cost, found.stops[name]) for name, plan in plans.items()
-        },
-        cost=found.cost, order=found.order, paths=plans, lower_bound=None if known is None else known.bound, notes=tuple(notes),
+        robots=found.robots, cost=found.cost, order=found.order, paths=plans, lower_bound=None if known is None else known.bound, notes=tuple(notes),
     )  # fmt: skip
 
 

@@ -3,37 +3,36 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 
-import numpy as np
-
-from ltlplan.allocation import Allocation
+from ltlplan.allocation import Allocation, Itinerary
 from ltlplan.logic.budget import DEFAULT_BUDGET, Budget, TooLarge
 from ltlplan.logic.conjunction import conjunct_automata
-from ltlplan.paths.costs import team_cost
+from ltlplan.paths.costs import cost_by_legs
 from ltlplan.systems.objective import is_counted_by_legs
 from ltlplan.systems.robot_systems import Systems, weighted_metres
-from verify.data import Mission, Visit
+from ltlplan.systems.transition_systems import Cost
+from verify.data import Mission
 from verify.data.shapes.inequalities import Point
 
 _STATES_FOR_MANY = 100_000
 """Of eight tasks; of more it falls with their square, as what looking at one state takes grows."""
 
 
-def straight_line_costs(mission: Mission) -> Callable[[str, Point, str], float]:
+def straight_line_costs(mission: Mission) -> Cost:
     """Return what one leg costs under each robot's own weights as the exact search counts it: the metres of a shortest way, and their time.
 
     Returns:
-        Function of a robot, a position (m) and the region that it flies to.
+        Function of a robot, a position (m) or region and the region that it flies to.
     """
     regions, weights, systems = mission.all_regions, weighted_metres(mission), Systems(mission)
     middles = {region.center: name for name, region in regions.items()}
 
     @cache
-    def leg(robot: str, position: Point, region: str) -> float:
-        start = middles.get(position, position)
+    def leg(robot: str, start: Point | str, region: str) -> float:
+        start = middles.get(start, start) if isinstance(start, tuple) else start
         if start == region and mission.obstacles and region in mission.hoops:  # around to its other side
             return weights[robot] * min(systems.graph_of(robot).lengths(start, region), default=math.inf)
         return weights[robot] * systems.metres(robot, systems.leg(robot, start, region))
@@ -55,11 +54,11 @@ class BestKnown:
     exact: Allocation | None
     bound: float | None
 
-    def gap(self, visits: Mapping[str, Sequence[Visit]]) -> str:
+    def gap(self, robots: Mapping[str, Itinerary]) -> str:
         """Return how near an assignment is to it, as a sentence for a person.
 
         Args:
-            visits: The regions to whose middles each robot flies, in order, one that it starts in first.
+            robots: What each of them does.
         """
         if not is_counted_by_legs(self.mission):
             return (
@@ -67,7 +66,7 @@ class BestKnown:
                 if self.bound is None
                 else f"No assignment costs less than {self.bound:.3f}."
             )
-        ours, exact, bound = straight_cost(self.mission, visits), self.exact, self.bound
+        ours, exact, bound = straight_cost(self.mission, robots), self.exact, self.bound
         lines = "shortest ways around obstacles" if self.mission.obstacles else "straight lines"
         costs = f"By {lines} this assignment costs {ours:.3f}"
         if exact is not None and (exact.complete or bound is None):
@@ -110,20 +109,11 @@ def best_known(mission: Mission, *, least: float | None = None) -> BestKnown:
     return BestKnown(mission, exact, max(known, default=None))
 
 
-def straight_cost(mission: Mission, visits: Mapping[str, Sequence[Visit]]) -> float:
-    """Return the objective of each robot's visits when every leg is a straight line, or a shortest way, as the exact search counts.
+def straight_cost(mission: Mission, robots: Mapping[str, Itinerary]) -> float:
+    """Return the objective of what robots do when every leg is a straight line, or a shortest way, as the exact search counts.
 
     Args:
         mission: Gives starts, regions and weights.
-        visits: The regions to whose middles each robot flies, in order, one that it starts in first.
+        robots: What each of them does.
     """
-    costs: list[float] = []
-    leg = straight_line_costs(mission)
-    for robot, own in visits.items():
-        position, total = mission.agents[robot].start, 0.0
-        for index, visit in enumerate(own):
-            inside = index == 0 and float(mission.all_regions[visit.region].level(np.array(position))) <= 1.0
-            total += 0.0 if inside else leg(robot, position, visit.region)
-            position = mission.all_regions[visit.region].center if not inside else position
-        costs.append(total)
-    return team_cost(mission, costs)
+    return cost_by_legs(mission, robots, straight_line_costs(mission))

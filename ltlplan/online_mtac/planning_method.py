@@ -148,19 +148,17 @@ def _allocation(
 ) -> Allocation:
     words = {name: Word(tuple(team.word(name))) for name in mission.agents}
     plans: dict[str, RobotPlan] = {}
-    stops: dict[str, tuple[int, ...]] = {}
+    robots: dict[str, Itinerary] = {}
     notes = [f"Online MTAC-E flew {seconds:.1f} s of simulated time until the formula was satisfied.", *switched]
     for name, track in flown.items():
         # where no regions overlap, it was in the middle of each
-        stops[name] = track.log.stops if team.world.overlaps else tuple(range(len(track.log.visits)))
-        plans[name], note = _robot_plan(mission, name, track, Itinerary(track.sided(mission), words[name], stops=stops[name]))
+        stops = track.log.stops if team.world.overlaps else tuple(range(len(track.log.visits)))
+        plan, note = _robot_plan(mission, name, track, Itinerary(track.sided(mission), words[name], stops=stops))
+        plans[name], robots[name] = plan, Itinerary(plan.visits, plan.word, plan.cycle_visit, plan.cost, stops)
         notes += note
     known = best_known(mission)
-    gap = known.gap({name: tuple(plans[name].visits[k] for k in stops[name]) for name in plans})
-    return Allocation(
-        robots={name: Itinerary(plan.visits, plan.word, plan.cycle_visit, plan.cost, stops[name]) for name, plan in plans.items()},
-        cost=team_cost(mission, [plan.cost for plan in plans.values()]), paths=plans, lower_bound=known.bound, notes=(*notes, gap),
-    )  # fmt: skip
+    cost = team_cost(mission, [plan.cost for plan in plans.values()])
+    return Allocation(robots=robots, cost=cost, paths=plans, lower_bound=known.bound, notes=(*notes, known.gap(robots)))
 
 
 def _robot_plan(mission: Mission, name: str, track: _Flown, did: Itinerary) -> tuple[RobotPlan, list[str]]:

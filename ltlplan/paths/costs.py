@@ -10,6 +10,8 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import starmap
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -22,6 +24,10 @@ from verify.data.arrays import Floats
 from verify.data.mission import Mission
 from verify.data.names.choices import COST_TERMS
 from verify.data.sections import Costs
+
+if TYPE_CHECKING:
+    from ltlplan.allocation import Itinerary
+    from ltlplan.systems.transition_systems import Cost as LegCost
 
 
 class CostError(BadInput):
@@ -219,6 +225,17 @@ def cost_of(mission: Mission, robot: str) -> WeightedCost:
 def team_cost(mission: Mission, costs: Collection[float]) -> float:
     """Return the objective: the sum of the robots' costs, or that of the dearest one."""
     return max(costs) if mission.planner.objective == "longest" else sum(costs)
+
+
+def cost_by_legs(mission: Mission, robots: Mapping[str, Itinerary], leg: LegCost) -> float:
+    """Return the objective by the legs that robots fly, those of a lap once.
+
+    Args:
+        mission: Gives starts and the objective.
+        robots: What each robot does.
+        leg: Cost of a leg.
+    """
+    return team_cost(mission, [sum(starmap(leg, does.route(mission, name))) for name, does in robots.items()])
 
 
 def with_flown_times(plan: Plan, team: Mapping[str, Trajectory], before: Mapping[str, Trajectory] | None = None) -> Plan:

@@ -25,7 +25,7 @@ import numpy as np
 from ltlplan.allocation import Allocation, Context, Itinerary, Known, Leg
 from ltlplan.logic.budget import DEFAULT_BUDGET, Budget, TooLarge
 from ltlplan.logic.signed_parts import signed_parts
-from ltlplan.paths.costs import Sampling, WeightedCost, cost_of, evaluate, plan_cost, team_cost
+from ltlplan.paths.costs import Sampling, WeightedCost, cost_by_legs, cost_of, evaluate, plan_cost, team_cost
 from ltlplan.paths.improvement import RAMPS, improved_path, own_draws, with_ramped_times
 from ltlplan.paths.nominal import lay_path
 from ltlplan.paths.sampling.least_snap_spline import LeastSnapSpline
@@ -143,17 +143,13 @@ def _priced_where_touched(mission: Mission, context: Context, by_metres: Allocat
                 return by_metres  # nothing that touches is cheaper
             else:
                 least, complete = max(least, bound), price <= (1.0 + _SMOOTH) * bound + TIES
-            if not complete and (found.complete or _along(mission, found, legs) < _along(mission, best, legs)):
+            if not complete and (
+                found.complete or cost_by_legs(mission, found.robots, legs) < cost_by_legs(mission, best.robots, legs)
+            ):
                 price, best = _cheaper((price, best), (prices.of(found), found))
             if complete or last:
                 break
     return replace(best, cost=price, lower_bound=min(least, price), complete=complete)
-
-
-def _along(mission: Mission, found: Allocation, leg: Cost) -> float:
-    """Return the objective by the legs of an allocation, those of a lap once."""
-    costs = [sum(itertools.starmap(leg, does.route(mission, name))) for name, does in found.robots.items()]
-    return team_cost(mission, costs)
 
 
 def _cheaper(best: tuple[float, Allocation], other: tuple[float, Allocation]) -> tuple[float, Allocation]:

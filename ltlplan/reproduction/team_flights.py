@@ -112,7 +112,7 @@ def offline_algorithm() -> Findings:
     """Check Algorithm 2's result against the exact search, and its time against the paper's."""
     found, seconds = shared_offline()
     mission = firefighting(LENGTH)
-    ours, exact = straight_cost(mission, found.flown), assign(mission)
+    ours, exact = straight_cost(mission, found.robots), assign(mission)
     return Findings(
         (
             Quantity("cost by straight lines over the cheapest", ours / exact.cost, digits=3),

@@ -16,6 +16,7 @@ from collections.abc import Callable, Iterable, Mapping
 import numpy as np
 
 import ltlplan
+from ltlplan.allocation import Itinerary
 from ltlplan.logic.budget import Budget
 from ltlplan.mtac.beam_search import Options
 from ltlplan.mtac.offline import share_tasks
@@ -153,7 +154,7 @@ def gap() -> Rows:
         begun = time.perf_counter()
         found = share_tasks(mission, rng=np.random.default_rng(seed), options=FAST)
         times.append(time.perf_counter() - begun)
-        ours = straight_cost(mission, {name: path.plan.visits for name, path in found.paths.items()})
+        ours = straight_cost(mission, found.robots)
         gaps.append(100 * (ours / exact.cost - 1))
         if gaps[-1] > 1:
             print(f"    seed {seed}: {gaps[-1]:.1f} %  {mission.spec.formula}")
@@ -181,7 +182,9 @@ def many() -> Rows:
                 times.append(time.perf_counter() - begun)
                 exact = assign(mission, budget=Budget(states=1_000_000))
                 unknown += not exact.complete
-                ours = straight_cost(mission, {name: robot.visits for name, robot in plan.robots.items()})
+                ours = straight_cost(
+                    mission, {name: Itinerary(robot.visits, robot.word) for name, robot in plan.robots.items()}
+                )
                 gaps.append(100 * (ours / exact.cost - 1))
                 if gaps[-1] > 1:
                     print(f"    {objective}, {kind}, seed {seed}: {gaps[-1]:.1f} %")

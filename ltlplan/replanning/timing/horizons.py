@@ -11,7 +11,8 @@ from ltlplan.systems.due_visits import due_visits
 from verify.data import Formula, Mission
 from verify.logic.explanation import show
 
-_DUAL = {"F": "G", "G": "F", "U": "R", "R": "U", "W": "M", "M": "W"}
+DUAL = {"F": "G", "G": "F", "U": "R", "R": "U", "W": "M", "M": "W"}
+"""Operators by what their negations are."""
 
 
 def too_long(mission: Mission) -> str:
@@ -84,7 +85,7 @@ def least_duration(node: Formula, *, negative: bool = False) -> Fraction:
             ]
             return max(each) if (node.operator == "&") != negative else min(each)
         case "F" | "U" | "M" | "G" | "R" | "W":
-            kind = _DUAL[node.operator] if negative else node.operator
+            kind = DUAL[node.operator] if negative else node.operator
             low, high = (Fraction(0), None) if node.window is None else node.window
             if kind in ("F", "U", "M"):
                 reached = parts if kind == "M" else parts[-1:]

@@ -15,6 +15,7 @@ import numpy as np
 from scipy.optimize import Bounds, LinearConstraint, milp
 from scipy.sparse import csr_array
 
+from ltlplan.replanning.timing.horizons import DUAL
 from ltlplan.replanning.timing.presence import HoverPlace, Instant, Presence, Stay
 from ltlplan.replanning.timing.stays import all_chains, dwell_of, lap_chains, names_of, serving
 from verify.data.language.formula import Formula
@@ -229,20 +230,10 @@ class Requirements:
             absent = [part for part in parts if _is_absence(*part)]
             others = [part for part in parts if not _is_absence(*part)]
             if absent and others:
-                shown = absent[0][0]
-                for name in names_of(shown.arguments[0] if shown.operator == "!" else shown):
-                    for stay in self._stays(name, sure=False):
-                        first, last = self._ends(stay)
-                        if self._begins_later(stay, end):
-                            continue
-                        early, late, within = self._alternatives(guard, 3)
-                        self._before(last, begin, early, spare=True)
-                        self._before(end, first, late, spare=True)
-                        asked = (
-                            begin if stay.begin is None else first + -self._error,
-                            end if stay.end is None else last + self._error,
-                        )
-                        self._either(others, *asked, within)
+                for stay, first, last, within in self._while_shown(absent[0][0], begin, end, guard):
+                    since = begin if stay.begin is None else first + -self._error
+                    until = end if stay.end is None else last + self._error
+                    self._either(others, since, until, within)
                 return
         for within, (part, sign) in zip(self._alternatives(guard, len(parts)), parts, strict=True):
             self._during(part, begin, end, within, negated=sign)
@@ -258,12 +249,24 @@ class Requirements:
                 self._before(end, last, within, spare=stay.end is not None)
             return
         for stay in self._stays(name, sure=False):
-            first, last = self._ends(stay)
-            if self._begins_later(stay, end):
-                continue
-            early, late = self._alternatives(guard, 2)
-            self._before(end, first, early, spare=True)
-            self._before(last, begin, late, spare=True)
+            self._apart(stay, begin, end, self._alternatives(guard, 2))
+
+    def _while_shown(self, absence: Formula, begin: Time, end: Time, guard: Guard) -> Iterator[tuple[Stay, Time, Time, Guard]]:
+        """Yield each stay in which something may be shown that is to be absent, with its ends, and a guard for where it meets a span."""
+        for name in names_of(absence.arguments[0] if absence.operator == "!" else absence):
+            for stay in self._stays(name, sure=False):
+                alternatives = self._alternatives(guard, 3)
+                if self._apart(stay, begin, end, alternatives):
+                    yield stay, *self._ends(stay), next(alternatives)
+
+    def _apart(self, stay: Stay, begin: Time, end: Time, guards: Iterator[Guard]) -> bool:
+        """Ask that a stay is over before a span begins, or begins after it has ended; False where it begins later whatever is chosen."""
+        first, last = self._ends(stay)
+        if end is self._lap and stay.begin is not None and stay.begin.moving >= self._moving(end):
+            return False  # after the lap up to whose end something is asked
+        self._before(last, begin, next(guards), spare=True)
+        self._before(end, first, next(guards), spare=True)
+        return True
 
     def _stays(self, name: Formula, *, sure: bool) -> Iterator[Stay]:
         for robot, presence in self._flight.items():
@@ -278,22 +281,18 @@ class Requirements:
         """Ask for a temporal operator, from each time of a span on."""
         low, high = (Fraction(0), None) if node.window is None else node.window
         after, within = float(low), None if high is None else float(high)
-        kind = _DUAL[node.operator] if negated else node.operator
+        kind = DUAL[node.operator] if negated else node.operator
         *first, last = node.arguments
         if self._lap is not None and after >= self._flown:
             return  # many laps later; the judge decides
         if kind == "G":
             self._during(last, begin + after, self._last_asked(end, within, guard), guard, negated=negated)
-        elif kind in ("R", "W"):  # for ever, or until the other one too: `q M p` of R; of W, p until q
-            always, reached = self._alternatives(guard, 2)
-            kept = last if kind == "R" else first[0]
-            self._during(Formula("F" if negated else "G", (kept,), window=node.window), begin, end, always, negated=negated)
-            self._until(kept, (last,) if kind == "W" else (first[0], last), (begin, end), (after, within), reached, negated)
-        elif kind == "F":
-            self._until(None, (last,), (begin, end), (after, within), guard, negated)
-        else:
-            held = first[0] if kind == "U" else last
-            self._until(held, (last,) if kind == "U" else (first[0], last), (begin, end), (after, within), guard, negated)
+            return
+        held, reached = (last, node.arguments) if kind in ("R", "M") else (next(iter(first), None), (last,))
+        if kind in ("R", "W") and held is not None:  # for ever, or until the other one too: `q M p` of R; of W, p until q
+            always, guard = self._alternatives(guard, 2)
+            self._during(Formula("F" if negated else "G", (held,), window=node.window), begin, end, always, negated=negated)
+        self._until(held, reached, (begin, end), (after, within), guard, negated)
 
     def _last_asked(self, end: Time, within: float | None, guard: Guard) -> Time:
         """Return the time up to which something has to hold; for ever is the flight, or its first lap, which all others repeat."""
@@ -303,10 +302,6 @@ class Requirements:
             return self._end
         self._before(end + within, self._end, guard, spare=True)
         return end + within
-
-    def _begins_later(self, stay: Stay, end: Time) -> bool:
-        """Return whether a stay begins after the lap up to whose end something is asked."""
-        return end is self._lap and stay.begin is not None and stay.begin.moving >= self._moving(end)
 
     def _moving(self, time: Time) -> float:
         """Return a time without all hovers at the pace that was flown, s."""
@@ -344,7 +339,8 @@ class Requirements:
     ) -> None:  # fmt: skip
         """Ask that at each time of a span a stay that serves it is within a window: a chain of stays, each long enough for a dwell."""
         if len(reached) == 1 and _is_absence(reached[0], negated) and window[0] == 0 and window[1] is not None:
-            self._left_soon(reached[0], span, window[1], guard)
+            for _, first, last, short in self._while_shown(reached[0], *span, guard):
+                self._before(last + self._error, first + window[1], short, spare=True)
             return
         dwell, served = dwell_of(reached[0]) if len(reached) == 1 and not negated else (0.0, None)
         rows = () if served is None else serving(served, self._flight, laps=self._lap is not None)
@@ -367,22 +363,6 @@ class Requirements:
                 if number == len(chain) - 1:
                     self._before(end + after, last, chosen, spare=stay.end is not None)
                 since = last + -(after + self._error)
-
-    def _left_soon(self, absence: Formula, span: tuple[Time, Time], within: float, guard: Guard) -> None:
-        """Ask that at each time of a span what may be shown ends within some seconds: each stay is short, or not in the span."""
-        shown = absence.arguments[0] if absence.operator == "!" else absence
-        for name in names_of(shown):
-            for stay in self._stays(name, sure=False):
-                first, last = self._ends(stay)
-                if self._begins_later(stay, span[1]):
-                    continue
-                early, late, short = self._alternatives(guard, 3)
-                self._before(last, span[0], early, spare=True)
-                self._before(span[1], first, late, spare=True)
-                self._before(last + self._error, first + within, short, spare=True)
-
-
-_DUAL = {"F": "G", "G": "F", "U": "R", "R": "U", "W": "M", "M": "W"}
 
 
 def _is_absence(node: Formula, negated: bool) -> bool:

@@ -103,15 +103,16 @@ class Orders:
             self._most, best = late, self.delays(routes)
         return None if self.left < 0 else best
 
-    def delays(self, routes: Routes) -> dict[Formula, float]:
+    def delays(self, routes: Routes, slower: float = 1.0) -> dict[Formula, float]:
         """Return by how much conjuncts' deadlines are missed, s; those that are.
 
         Args:
             routes: Who makes which visits.
+            slower: How many times longer ways take.
         """
         found: dict[Formula, float] = {}
         for route in routes.values():
-            for stop, begin in zip(route, self.begins(route), strict=True):
+            for stop, begin in zip(route, self.begins(route, slower), strict=True):
                 if begin - stop.due.end > _LATE:
                     found[stop.due.asked] = max(found.get(stop.due.asked, 0.0), begin - stop.due.end)
         return found
@@ -138,20 +139,12 @@ class Orders:
         Args:
             routes: Who makes which visits.
         """
-
-        def keeps(slower: float) -> bool:
-            return all(
-                begin <= stop.due.end + _LATE
-                for route in routes.values()
-                for stop, begin in zip(route, self.begins(route, slower), strict=True)
-            )
-
         low, high = 0.0, _SLOWER
-        if keeps(high):
+        if not self.delays(routes, high):
             return high
         while high - low > 0.01:
             middle = (low + high) / 2
-            low, high = (middle, high) if keeps(middle) else (low, middle)
+            low, high = (low, middle) if self.delays(routes, middle) else (middle, high)
         return low
 
     def length(self, routes: Routes) -> float:

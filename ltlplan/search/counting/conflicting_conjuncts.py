@@ -11,15 +11,13 @@ from ltlplan.logic.signed_parts import signed_parts
 from ltlplan.search.counting.capacities import Room, most_that_show
 from ltlplan.search.counting.counting_propositions import Marks
 from ltlplan.search.counting.planning import plan_counts
-from ltlplan.search.explanations.inquiry import all_of
+from ltlplan.search.explanations.inquiry import all_of, as_written
 from ltlplan.search.explanations.unsatisfiable_cores import NoPlan
 from ltlplan.search.orders.state_sets import Reading, shown_at
 from ltlplan.systems.transition_systems import TransitionSystem
 from ltlplan.systems.unreachable import joined_names
 from verify.data import Formula, Mission
-from verify.data.language.counting import atoms, written_out
-from verify.data.language.formula import FREE
-from verify.data.language.free import in_no_region
+from verify.data.language.counting import atoms
 
 _STATES = 20_000
 
@@ -47,8 +45,8 @@ def no_counted_plan(
         *(_too_small(mission, systems, rooms, core) if rooms and _possible(core, systems, kinds, {}) else ()),
         "Robots move one after another or together, and each waits in its region, or just outside one that it has left, for others where that helps.",
     ]
-    written = _as_written(mission)
-    return NoPlan([written.get(str(part), str(part)) for part in core], reasons)
+    written = as_written(mission)
+    return NoPlan([str(written.get(part, part)) for part in core], reasons)
 
 
 def _bad_starts(mission: Mission, systems: Sequence[TransitionSystem], core: Sequence[Formula]) -> list[str]:
@@ -60,16 +58,6 @@ def _bad_starts(mission: Mission, systems: Sequence[TransitionSystem], core: Seq
     named = formula.names() & mission.all_regions.keys()
     inside = {system.robot: sorted(system.labels[system.initial] & named) for system in systems}
     return [f"{robot} starts inside {joined_names(regions)}." for robot, regions in inside.items() if regions]
-
-
-def _as_written(mission: Mission) -> dict[str, str]:
-    """Return how parts of the formula stand in the mission, by how they are written out."""
-    found: dict[str, str] = {}
-    for part in conjuncts(mission.written.substitute({FREE: in_no_region(mission.all_regions)})):
-        out, *more = conjuncts(written_out(part, tuple(mission.agents)))
-        if not more:
-            found[str(out)] = str(part)
-    return found
 
 
 def _possible(

@@ -85,13 +85,7 @@ class Inquiry:
     @cached_property
     def written(self) -> dict[Formula, Formula]:
         """Requirements as the user wrote them, with `free`, by what they were made into."""
-        free = {FREE: in_no_region(self.mission.all_regions)}
-        robots = tuple(self.mission.agents)
-        found: dict[Formula, Formula] = {}
-        for asked in reversed(conjuncts(self.mission.written)):
-            for part in conjuncts(written_out(asked.substitute(free), robots)):
-                found[part] = asked if FREE in asked.names() else part
-        return found
+        return as_written(self.mission)
 
     def shown(self, part: Formula) -> str:
         """Return a requirement as the user wrote it."""
@@ -102,6 +96,10 @@ class Inquiry:
         return self.written.get(part, part).names() - {FREE}
 
 
-def listed(items: Sequence[str]) -> str:
-    """Return items in a row, as one says them; there is at least one."""
-    return items[0] if len(items) == 1 else f"{', '.join(items[:-1])} and {items[-1]}"
+def as_written(mission: Mission) -> dict[Formula, Formula]:
+    """Return requirements as the user wrote them, by what they were made into: those that speak of `free`, or were made into one."""
+    free, found = {FREE: in_no_region(mission.all_regions)}, dict[Formula, Formula]()
+    for asked in reversed(conjuncts(mission.written)):
+        parts = conjuncts(written_out(asked.substitute(free), tuple(mission.agents)))
+        found |= dict.fromkeys(parts, asked) if FREE in asked.names() or len(parts) == 1 else {}
+    return found

@@ -14,7 +14,7 @@ import numpy as np
 from ltlplan.logic.automaton import DEAD, representative_letters
 from ltlplan.logic.conjunction import conjunct_automata
 from ltlplan.logic.product_automaton import Task
-from ltlplan.search.explanations.inquiry import Inquiry, all_of, eventually, listed, satisfiable
+from ltlplan.search.explanations.inquiry import Inquiry, all_of, eventually, satisfiable
 from ltlplan.search.explanations.relaxed_systems import (
     leaving_at_once,
     sure_at_walls,
@@ -24,6 +24,7 @@ from ltlplan.search.explanations.relaxed_systems import (
 )
 from ltlplan.systems.robot_systems import Systems
 from ltlplan.systems.shared_walls import wall_sentence
+from ltlplan.systems.unreachable import joined_names
 from verify.data import Formula, Letter
 
 _FAR = 1e4  # m, to where a region is moved to see what is possible without it in the way
@@ -92,7 +93,7 @@ def _lingering(inquiry: Inquiry, core: list[Formula]) -> list[str]:
         worlds = [leaving_at_once(world, action) for world in inquiry.worlds]
         if inquiry.feasible(core, worlds):
             changed = sorted(set(robot.states[action.target]) ^ set(robot.states[action.source]))
-            shown = f", which changes {listed(changed)}," if changed else ""
+            shown = f", which changes {joined_names(changed)}," if changed else ""
             return [
                 f"The action {action.source} -> {action.target} is made inside {action.at}{shown} and the robot is still there "
                 f"when it ends: it leaves {action.at} afterwards. Ask for what is meant outside of {action.at} alone, such as "
@@ -150,7 +151,7 @@ def _apart(inquiry: Inquiry, core: list[Formula]) -> list[str]:
             return [f"{a} and {b} may overlap, but no straight way between middles of regions is in both at once for sure."]
         if not satisfiable(core, allowed):
             return [f"{a} and {b} lie apart: no robot is in both at once."]
-    return [f"No robot is ever in two of {listed(regions)} at once."] if pairs else []
+    return [f"No robot is ever in two of {joined_names(regions)} at once."] if pairs else []
 
 
 def _bad_starts(inquiry: Inquiry, core: list[Formula]) -> list[str]:
@@ -193,7 +194,7 @@ def _bad_ends(inquiry: Inquiry, core: list[Formula]) -> list[str]:
 def _inside(inquiry: Inquiry, letter: Letter) -> str:
     """Return where a robot is that shows a letter."""
     inside = sorted(letter & frozenset(inquiry.mission.all_regions))
-    return f"inside {listed(inside)}" if inside else "in free flight, in no region"
+    return f"inside {joined_names(inside)}" if inside else "in free flight, in no region"
 
 
 def unmet_needs(inquiry: Inquiry, part: Formula, others: list[Formula]) -> list[str]:
@@ -236,7 +237,7 @@ def _why(inquiry: Inquiry, name: str, others: list[Formula], seen: set[str]) -> 
             if inquiry.feasible([*others, eventually(name)], given):
                 return [f"{name} needs {proposition}", *_why(inquiry, proposition, others, seen | {proposition})]
         held = [f"`{inquiry.shown(other)}`" for other in others]
-        return [f"{name} cannot be visited while {listed(held)} hold{'s' * (len(held) == 1)}"] if held else []
+        return [f"{name} cannot be visited while {joined_names(held)} hold{'s' * (len(held) == 1)}"] if held else []
     places: set[str] = set()
     for robot in inquiry.robots:
         gains = {s for s, names in robot.states.items() if name in names}
@@ -258,9 +259,9 @@ def _who(inquiry: Inquiry, name: str, seen: set[str]) -> list[str]:
     if len(able) == len(agents) or len(inquiry.worlds) < len(agents):
         return []
     worlds = [inquiry.worlds[agents.index(agent)] for agent in able]
-    who = f"only {listed(able)} can show {name}"
+    who = f"only {joined_names(able)} can show {name}"
     regions = sorted(seen & inquiry.mission.all_regions.keys())
-    return [who, *(f"{listed(able)} cannot reach {r}" for r in regions if not inquiry.feasible([eventually(r)], worlds))]
+    return [who, *(f"{joined_names(able)} cannot reach {r}" for r in regions if not inquiry.feasible([eventually(r)], worlds))]
 
 
 def _needed_by(inquiry: Inquiry, part: Formula) -> list[str]:

@@ -14,11 +14,11 @@ from collections.abc import Callable, Sequence
 from functools import partial
 
 from ltlplan.logic.conjunction import conjuncts
-from ltlplan.search.explanations.inquiry import Feasible, Inquiry, Worlds, eventually, listed
+from ltlplan.search.explanations.inquiry import Feasible, Inquiry, Worlds, eventually
 from ltlplan.search.explanations.reasons import reasons_against
 from ltlplan.systems.robot_systems import Systems
 from ltlplan.systems.transition_systems import environment_of
-from ltlplan.systems.unreachable import why_unreachable
+from ltlplan.systems.unreachable import joined_names, why_unreachable
 from verify.data import Formula, Mission, Unsatisfiable, Word
 from verify.data.sections import Edge, Environment
 
@@ -49,9 +49,9 @@ class NoPlan(Unsatisfiable):
         self.edges = tuple(edges)
         self.left_out = tuple(left_out)
         quoted = [f"`{part}`" for part in core]
-        what = f"{quoted[0]} cannot hold" if len(quoted) == 1 else f"{listed(quoted)} cannot hold together"
+        what = f"{quoted[0]} cannot hold" if len(quoted) == 1 else f"{joined_names(quoted)} cannot hold together"
         which, parts = "The cheapest relaxation" if least else "A relaxation", [f"`{part}`" for part in left_out]
-        offer = [f"{which} leaves out {listed(parts)} (weight {len(parts)}): the rest can be planned."] if parts else []
+        offer = [f"{which} leaves out {joined_names(parts)} (weight {len(parts)}): the rest can be planned."] if parts else []
         super().__init__(" ".join(["No plan satisfies the formula.", f"{what}.", *self.reasons, *offer]))
 
 
@@ -131,7 +131,7 @@ def _edge_sentence(mission: Mission, edges: list[tuple[str, str]]) -> list[str]:
     if not edges:
         return []
     arrow = " -> " if mission.environment is not None and mission.environment.directed else " - "
-    return [f"With the edge{'s' * (len(edges) > 1)} {listed([a + arrow + b for a, b in edges])} added it could hold."]
+    return [f"With the edge{'s' * (len(edges) > 1)} {joined_names([a + arrow + b for a, b in edges])} added it could hold."]
 
 
 def missing_edges(mission: Mission, possible: Callable[[Worlds], bool], robots: Sequence[str]) -> list[tuple[str, str]]:

@@ -28,8 +28,7 @@ def rng():
 
 def by_straight_lines(mission, found):
     """What the visits come to when the robots fly straight from stop to stop."""
-    stops = {name: tuple(path.plan.visits[k] for k in found.stops[name]) for name, path in found.paths.items()}
-    return straight_cost(mission, stops)
+    return straight_cost(mission, found.robots)
 
 
 DEFAULT = ("out of two, the other way about", "out of three")
