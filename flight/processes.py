@@ -191,6 +191,10 @@ _ends: Any = None  # of the pipes of this process: a pool's initializer has no o
 def _begin(*ends: Any) -> None:
     global _ends
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if hasattr(signal, "SIGQUIT"):
+        signal.signal(
+            signal.SIGQUIT, signal.SIG_IGN
+        )  # a terminal sends it to all; it ends the search of the process that plans
     _ends = ends
 
 

@@ -128,6 +128,7 @@ def plan_of(mission: Mission, allocation: Allocation, paths: Mapping[str, RobotP
     from ltlplan.paths.costs import team_cost
     from ltlplan.paths.flight_times import require_endurance
     from ltlplan.paths.k_best_words import lower_bound
+    from ltlplan.search.watching import notes as stopped
 
     minimised = objective_text(mission)
     bound = None if allocation.lower_bound is None else lower_bound(mission, budget=_BOUNDING)
@@ -148,6 +149,7 @@ def plan_of(mission: Mission, allocation: Allocation, paths: Mapping[str, RobotP
         precedences=allocation.precedences,
         meetings=allocation.meetings,
         notes=(
+            *stopped(),
             *allocation.notes,
             *straight,
             *(f"Precedence: {each.sentence(paths)}." for each in allocation.precedences),

@@ -21,11 +21,12 @@ def command(
     cost: options.CostOption = None,
     json: options.JsonOption = False,
 ) -> None:
-    """Plan a mission: each robot's word, visits and cost."""
+    """Plan a mission: each robot's word, visits and cost. The key Ctrl-Backslash takes the best plan that the search has so far."""
     import json as json_text
 
     from flight.storage.folders import check_folder, write_folder
     from ltlplan.commands.support.progress import progress_bar
+    from ltlplan.commands.support.stopped_search import stoppable_search
     from ltlplan.commands.support.terminal import print_json
     from ltlplan.output import PLAN_FILES, write_plan_files
     from ltlplan.replanning.checked_plan import plan
@@ -34,7 +35,7 @@ def command(
     asked = options.read_mission(mission, sequence=sequence, formula=formula, cost=cost, pace=pace)
     if out is not None:
         check_folder(out, PLAN_FILES)
-    with progress_bar(quiet=json) as progress:
+    with progress_bar(quiet=json) as progress, stoppable_search():
         made = plan(asked, seed=seed, progress=progress)
     files: tuple[Path, ...] = ()
     if out is not None:

@@ -24,9 +24,10 @@ def command(
     verbose: Annotated[bool, typer.Option("--verbose", help="Print every word, claim, note and file.")] = False,
     json: options.JsonOption = False,
 ) -> None:
-    """Plan, refine, certify, fly in simulation and export a mission."""
+    """Plan, refine, certify, fly in simulation and export a mission. The key Ctrl-Backslash takes the best plan that the search has so far."""
     from ltlplan.commands.support.processors import processes_for
     from ltlplan.commands.support.progress import progress_bar
+    from ltlplan.commands.support.stopped_search import stoppable_search
     from ltlplan.commands.support.terminal import open_page, print_json
     from ltlplan.pipeline import run
     from ltlplan.report.brief import brief_lines
@@ -34,7 +35,7 @@ def command(
 
     asked = options.read_mission(mission, sequence=sequence, formula=formula, cost=cost, margin=margin, pace=pace)
     folder = out or Path("out") / asked.name
-    with processes_for(asked) as workers, progress_bar(quiet=json) as progress:
+    with processes_for(asked) as workers, progress_bar(quiet=json) as progress, stoppable_search():
         result = run(asked, folder, seed=seed, progress=progress, workers=workers)
     if json:
         print_json(summary_data(result))

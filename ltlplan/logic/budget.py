@@ -27,6 +27,15 @@ class TooLarge(BadInput):
         self.limit = limit
 
 
+class StoppedEarly(BadInput):
+    """A search was stopped on request before it had any plan; nothing is known about satisfiability."""
+
+    def __init__(self, states: int) -> None:
+        super().__init__(
+            f"The search was stopped on request after {states:,} states, before any plan was found. Let it run for longer."
+        )
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Budget:
     """Bounds on planning.

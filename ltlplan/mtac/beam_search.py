@@ -14,6 +14,7 @@ from ltlplan.logic.automaton import DEAD
 from ltlplan.mtac.admissible_heuristic import AdmissibleHeuristic, TeamModel
 from ltlplan.mtac.agent_moves import Key, RobotTask
 from ltlplan.mtac.decomposable_task import States
+from ltlplan.search.watching import is_ended
 from verify.data import BadInput
 from verify.data.progress import Progress
 from verify.data.shapes.region import Hoop
@@ -110,7 +111,7 @@ class BeamSearch:
             bound = math.inf if best is None else best.score
             beam = self.next_beam([one for one in beam if one.score < bound], bound)
             say(f"MTAC-E: {step + 1} visits shared", min(0.9, 0.1 + 0.1 * step))
-            if not beam:
+            if not beam or (best is not None and is_ended()):
                 break
         return best
 

@@ -18,6 +18,7 @@ from ltlplan.allocation import Allocation, Context, Leg, PlanningMethod, key_of
 from ltlplan.logic.budget import DEFAULT_BUDGET, Budget, TooLarge
 from ltlplan.search.endurance import require_endurance
 from ltlplan.search.problem import NoWords, Problem
+from ltlplan.search.watching import bounds_told
 from ltlplan.systems.robot_systems import Systems, unit_cost
 from ltlplan.systems.transition_systems import Cost, Point
 from verify.data import Infeasible, Mission, Unsatisfiable, Word
@@ -152,7 +153,11 @@ def exact(mission: Mission, context: Context) -> Allocation:
         TooLarge: A budget was used up before an answer was found.
     """
     context.progress("searching words and robots", 0.05)
-    return (None if context.blocked else context.known.found.get(key_of(mission))) or _assigned(mission, context)
+    known = None if context.blocked else context.known.found.get(key_of(mission))
+    if known is not None:
+        return known
+    with bounds_told(context.progress, 0.05, unit_cost(mission)) if not context.blocked else contextlib.nullcontext():
+        return _assigned(mission, context)
 
 
 def under_precedences(mission: Mission, context: Context) -> Allocation:

@@ -25,6 +25,7 @@ from ltlplan.search.problem import TIES, NoWords, Problem
 from ltlplan.search.reduced_graph import ReducedGraph, Team, staying
 from ltlplan.search.sequential_reading import Objective, SequentialReading
 from ltlplan.search.team_reading import Found, least_highest, least_sum
+from ltlplan.search.watching import ended_after
 from ltlplan.systems.transition_systems import TransitionSystem
 from verify.data import Unsatisfiable
 
@@ -144,7 +145,7 @@ def plan_team(task: TeamTask, budget: Budget, objective: Objective = Objective()
         TooLarge: A budget was used up before any plan was found, or any within the limits.
     """
     if not objective.longest:
-        found = _least_sum(task, budget)
+        found = _least_sum(task, budget, told=True)
         if found.run is None or _is_within(objective, task, found.run):
             return found
         within = _least_within(task, budget, objective)
@@ -157,7 +158,7 @@ def plan_team(task: TeamTask, budget: Budget, objective: Objective = Objective()
         if first.run.cost <= first.bound + TIES:
             return first
         budget = replace(budget, states=max(1, budget.states // robots**2))  # each of which has as many ways on
-    found = _least_within(task, budget, objective)
+    found = _least_within(task, budget, objective, told=True)
     if found.stopped is None:
         beyond = None if found.run is not None or objective.most is None else _least_sum(task, budget).run
         return replace(found, beyond=beyond)
@@ -189,22 +190,31 @@ def least_in_one_order(task: TeamTask, budget: Budget) -> TeamRun | None:
     return _run_of(reading, found)
 
 
-def _least_sum(task: TeamTask, budget: Budget) -> PlanningOutcome:
+def _least_sum(task: TeamTask, budget: Budget, *, told: bool = False) -> PlanningOutcome:
     """Return the plan with the least sum; where a budget ends the search for it, any plan.
+
+    Args:
+        task: What is to be done.
+        budget: Bounds on the search.
+        told: Whether the sum is what counts, so that bounds on it are told.
 
     Raises:
         TooLarge: The budget was used up before any plan was found.
     """
     budget = replace(budget, states=max(1, budget.states // task.share))
-    search = partial(least_sum, most=budget.states, candidates=budget.candidates)
+    search = partial(least_sum, most=budget.states, candidates=budget.candidates, told=told)
     first = None if task.alike else partial(least_sum, most=max(1, budget.states // _FEW), candidates=budget.candidates)
     found = _refined(task, search, Objective(), first=first)
-    return found if found.stopped is None else _any_run(task, found, found.stopped, budget)
+    if found.stopped is None:
+        return found
+    left = replace(budget, states=ended_after(budget.states))
+    return _any_run(task, found, found.stopped, left)
 
 
-def _least_within(task: TeamTask, budget: Budget, objective: Objective) -> PlanningOutcome:
+def _least_within(task: TeamTask, budget: Budget, objective: Objective, *, told: bool = False) -> PlanningOutcome:
     """Return the best plan whose robots are within their limits, for a tenth of the budget of states."""
-    return _refined(task, partial(least_highest, most=max(1, budget.states // 10), candidates=budget.candidates), objective)
+    search = partial(least_highest, most=max(1, budget.states // 10), candidates=budget.candidates, told=told)
+    return _refined(task, search, objective)
 
 
 def _refined(

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from ltlplan.search.label_setting import BestFirst, Costs, Label, ParetoSearch
+from ltlplan.search.watching import EVERY, look
 
 UNREACHABLE = float("inf")
 _COMPLETE = 1 << 62  # taken off the number of a state at which a plan is complete: of equal bounds these come first
@@ -118,6 +119,7 @@ def least_sum(
     *,
     candidates: int | None = None,
     weight: float = 1.0,
+    told: bool = False,
 ) -> Found:
     """Return the plan with the least sum of costs (A*).
 
@@ -126,6 +128,7 @@ def least_sum(
         most: States that may be gone on with.
         candidates: Complete plans that may be looked at.
         weight: How much what is left counts; with more than 1 any plan is found sooner, and nothing is known of the least sum.
+        told: Whether its bound holds for the mission as a whole, so that it can be told.
     """
     begin = reading.begin()
     if begin is None:
@@ -144,7 +147,7 @@ def least_sum(
         known = bound if weight == 1.0 else 0.0
         if state >= _LOWEST:
             explored += 1
-            if explored > most:
+            if explored > most or (explored % EVERY == 0 and look(explored, known if told else None)):
                 return Found(known, tried, explored, len(search.costs), "states")
             continue
         tried += 1
@@ -164,6 +167,7 @@ def least_highest(
     candidates: int | None = None,
     below: float = UNREACHABLE,
     rounding: float = 0.0,
+    told: bool = False,
 ) -> Found:
     """Return the plan with the least objective where what each robot pays is kept apart (Martins 1984).
 
@@ -173,6 +177,7 @@ def least_highest(
         candidates: Complete plans that may be looked at.
         below: The objective is to be less.
         rounding: By how much costs may differ and count as equal.
+        told: Whether its bound holds for the mission as a whole, so that it can be told.
     """
     begin = reading.begin()
     if begin is None:
@@ -200,6 +205,7 @@ def least_highest(
                 return Found(bound, tried, explored, search.reached, None, states, steps, bound, label.total)
             continue
         explored += 1
-        if explored > most or (candidates is not None and tried > candidates):
-            return Found(bound, tried, explored, search.reached, "states" if explored > most else "candidates")
+        enough = explored > most or (explored % EVERY == 0 and look(explored, bound if told else None))
+        if enough or (candidates is not None and tried > candidates):
+            return Found(bound, tried, explored, search.reached, "states" if enough else "candidates")
     return Found(UNREACHABLE, tried, explored, search.reached)

@@ -315,6 +315,14 @@ class Client(DerivedClient, FlightsClient, PeopleClient, StoredClient, StudiesCl
         """
         return Submitted(self._wire, job_of(self._wire.ask("POST", f"/api/jobs/{segment(self._id(job))}/cancel").content))
 
+    def stop_search(self, job: Submitted | str) -> Submitted:
+        """End a job's search with the best plan so far, which is refined and certified as any other; the job's sentence has its bound.
+
+        Raises:
+            Conflict: It does not search, or others of the service have it too.
+        """
+        return Submitted(self._wire, job_of(self._wire.ask("POST", f"/api/jobs/{segment(self._id(job))}/stop").content))
+
     def delete(self, job: Submitted | str) -> None:
         """Take a job off your list; one that nobody else has is deleted with its files.
 

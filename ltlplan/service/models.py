@@ -14,6 +14,9 @@ ENDED: frozenset[State] = frozenset({"done", "failed", "cancelled"})
 Whose = Literal["visible", "mine", "all"]
 """Which jobs are listed: the own ones and those of shared projects, the own ones, or for an admin everybody's."""
 
+SEARCHING = ("plan", "round")
+"""Stages that may search, rounds by their first word."""
+
 Kind = Literal["state", "stage", "progress", "claim"]
 
 DerivedKind = Literal["export", "campaign", "rehearsal", "recording"]
@@ -129,6 +132,7 @@ class Job(Told):
         found: Whether the answer was there already when it was asked for.
         sentence: What is being done at the moment.
         share: How much of the work is done, 0 to 1.
+        stopped: Whether its search was ended with the best plan so far, on request: an attempt of its own, which answers nobody else.
         owner: User whose reference to it is seen: one's own, else one of a shared project.
         project: The project that this user put it into; empty for none.
     """
@@ -151,8 +155,15 @@ class Job(Told):
     found: bool = False
     sentence: str = ""
     share: float = 0.0
+    stopped: bool = False
     owner: str = ""
     project: str = ""
+
+    @property
+    def searches(self) -> bool:
+        """True if a stage is at work that may search, whose search can be stopped at the best plan so far."""
+        stage = self.stages[-1] if self.stages and self.ended is None else None
+        return stage is not None and stage.state == "running" and stage.name.partition(" ")[0] in SEARCHING
 
 
 class Event(Told):

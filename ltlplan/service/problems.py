@@ -139,6 +139,7 @@ _ELSEWHERE = {
     "formula-error": "verify.data.language.formula_error:FormulaError",
     "sequence-error": "verify.data.language.sequence:SequenceError",
     "too-large": "ltlplan.logic.budget:TooLarge",
+    "stopped-early": "ltlplan.logic.budget:StoppedEarly",
     "no-plan": "ltlplan.search.explanations.unsatisfiable_cores:NoPlan",
     "blocked": "ltlplan.paths.hoops.avoidance:Blocked",
     "spline-blocked": "ltlplan.paths.hoops.sequencer:SplineBlocked",

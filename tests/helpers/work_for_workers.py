@@ -10,8 +10,10 @@ import tempfile
 import time
 from pathlib import Path
 
+from ltlplan.search.watching import watched
 from ltlplan.service.execution.serialization import from_bytes
 from ltlplan.service.execution.stages import Outcome
+from ltlplan.service.execution.stop_requests import is_asked
 from verify.data import MissionError
 from verify.data.progress import Progress
 from verify.data.validation.faults import Fault
@@ -81,6 +83,18 @@ def die_once(mark: str, _report: Progress) -> str:
         Path(mark).touch()
         os.kill(os.getpid(), signal.SIGKILL)
     return "lived"
+
+
+def search_until_ended(name: str, value: bytes, report: Progress) -> Outcome:
+    """Stand in for a job's stages: a search that goes on until it is asked to end; a seed of 1 has it end by itself at once."""
+    mission = from_bytes(value)
+    states = 0
+    with watched(is_asked) as watch:
+        while mission.planner.seed != 1 and not watch.ends(states):
+            report(f"{name}: searching, {states} states", 0.1)
+            states += 1
+            time.sleep(0.01)
+    return Outcome(b"", {}, stopped=watch.states is not None)
 
 
 def stand_in_stage(name: str, value: bytes, report: Progress) -> Outcome:

@@ -134,6 +134,12 @@ async def cancel_job(request: Request, job: JobId) -> Response:
     return _told(await jobs_of(request).cancel(job))
 
 
+@router.post("/jobs/{job}/stop", response_model=Job, responses=problems(404, 409, changing=True))
+async def stop_search(request: Request, job: JobId) -> Response:
+    """End a job's search with the best plan so far, which is refined and certified; the job is then an attempt that answers nobody else."""
+    return _told(await jobs_of(request).stop_search(job))
+
+
 @router.get(
     "/jobs/{job}/events",
     response_class=StreamingResponse,

@@ -38,6 +38,7 @@ ACTIONS: dict[tuple[str, str], Action] = {
     ("GET", "/api/jobs/{job}"): _READ,
     ("DELETE", "/api/jobs/{job}"): _PLAN,
     ("POST", "/api/jobs/{job}/cancel"): _PLAN,
+    ("POST", "/api/jobs/{job}/stop"): _PLAN,
     ("POST", "/api/jobs/{job}/project"): _PLAN,
     ("GET", "/api/jobs/{job}/events"): _READ,
     ("GET", "/api/jobs/{job}/files"): _READ,

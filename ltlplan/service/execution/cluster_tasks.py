@@ -36,6 +36,19 @@ def join_in() -> dict[str, str]:
     return here()
 
 
+_ENOUGH: set[str] = set()
+"""Keys of tasks whose searches are to end with the best plan so far."""
+
+
+def end_search(key: str) -> None:
+    """Have the search of a task end; runs on every worker.
+
+    Args:
+        key: Of the Dask task.
+    """
+    _ENOUGH.add(key)
+
+
 def do_supervised(packed: bytes, bounds: Bounds, versions: dict[str, str], key: str) -> Answer:
     """Do a piece of work in a process of its own; runs in a thread of a Dask worker.
 
@@ -55,12 +68,19 @@ def do_supervised(packed: bytes, bounds: Bounds, versions: dict[str, str], key: 
         return "differs", (worker.address, differing)
     try:
         return "found", supervised(
-            _unpacked, (packed,), bounds=bounds, progress=_through(worker, key), stopped=lambda: _stopped(worker, key)
+            _unpacked,
+            (packed,),
+            bounds=bounds,
+            progress=_through(worker, key),
+            stopped=lambda: _stopped(worker, key),
+            enough=lambda: key in _ENOUGH,
         )
     except Stopped:
         raise Reschedule from None
     except LtlplanError as error:
         return "raised", error_data(error)
+    finally:
+        _ENOUGH.discard(key)
 
 
 def _stopped(worker: Worker, key: str) -> bool:

@@ -17,11 +17,13 @@ import time
 from collections.abc import Callable
 from concurrent.futures import CancelledError, Future
 from contextlib import suppress
+from dataclasses import dataclass
 from importlib import import_module
 from secrets import token_hex
 from typing import TYPE_CHECKING, Any, Protocol, Self, TypeVar
+from weakref import WeakKeyDictionary
 
-from ltlplan.service.execution.cluster_tasks import TOPIC, Answer, do_supervised, join_in
+from ltlplan.service.execution.cluster_tasks import TOPIC, Answer, do_supervised, end_search, join_in
 from ltlplan.service.execution.resource_limits import Bounds, WorkerDied
 from ltlplan.service.execution.worker_main import error_from
 from ltlplan.service.provenance import differences, here
@@ -51,6 +53,21 @@ class _Tell(Protocol):
     """Progress whose share may be the one that was told last."""
 
     def __call__(self, sentence: str, share: float | None = None, /) -> None: ...
+
+
+@dataclass(slots=True)
+class _Task:
+    """A piece of work.
+
+    Attributes:
+        packed: The function and its arguments, pickled.
+        rank: Work of a lower rank is begun first.
+        key: Of the Dask task that does it at the moment; empty before there is one.
+    """
+
+    packed: bytes
+    rank: float
+    key: str = ""
 
 
 class _Lost(Exception):
@@ -99,6 +116,7 @@ class Cluster:
         self._work: set[asyncio.Task[Any] | None] = set()
         self._begun: set[str] = set()
         self._told: dict[str, Progress] = {}
+        self._tasks: WeakKeyDictionary[Future[Any], _Task] = WeakKeyDictionary()
         self._loop = asyncio.new_event_loop()
         self._thread = threading.Thread(target=self._loop.run_forever, name="Dask client", daemon=True)
         self._keeper: asyncio.Task[None] | None = None
@@ -152,8 +170,16 @@ class Cluster:
 
         if self._loop.is_closed():
             raise BadInput("The cluster was closed.")
-        packed = cloudpickle.dumps((work, arguments))
-        return asyncio.run_coroutine_threadsafe(self._done(packed, progress or silent, rank), self._loop)
+        task = _Task(cloudpickle.dumps((work, arguments)), rank)
+        future = asyncio.run_coroutine_threadsafe(self._done(task, progress or silent), self._loop)
+        self._tasks[future] = task
+        return future
+
+    def end_search(self, work: Future[Any]) -> None:
+        """Have the search of work that has begun end with the best plan so far."""
+        task, client = self._tasks.get(work), self._client
+        if task is not None and task.key and client is not None:
+            asyncio.run_coroutine_threadsafe(_told_all(client, task.key), self._loop)
 
     def close(self) -> None:
         """End all work of ours on the cluster, and leave it."""
@@ -234,7 +260,7 @@ class Cluster:
             self._begun.add(key)
             self._told[key](sentence, share)
 
-    async def _done(self, packed: bytes, progress: Progress, rank: float) -> Any:
+    async def _done(self, work: _Task, progress: Progress) -> Any:
         """Have work done, on one worker after the other if need be, and return what was found or raise what was raised."""
         task, died, reached = asyncio.current_task(), 0, 0.0
         self._work.add(task)
@@ -246,7 +272,7 @@ class Cluster:
 
         try:
             while True:
-                answer = await self._answer(packed, tell, rank)
+                answer = await self._answer(work, tell)
                 if answer is None:
                     await self._patience(tell)
                 elif answer[0] == "found":
@@ -272,7 +298,7 @@ class Cluster:
             tell(f"waiting for the Dask scheduler at {self.address}")
         await asyncio.sleep(_LOOK)
 
-    async def _answer(self, packed: bytes, tell: _Tell, rank: float) -> Answer | None:
+    async def _answer(self, work: _Task, tell: _Tell) -> Answer | None:
         """Ask the cluster once; None where its scheduler has gone."""
         from distributed import KilledWorker
 
@@ -283,10 +309,10 @@ class Cluster:
         if some == []:
             self._give_up(tell)
             return None
-        key = f"ltlplan-{token_hex(16)}"
+        key = work.key = f"ltlplan-{token_hex(16)}"
         self._told[key] = tell
         asked = client.submit(
-            do_supervised, packed, self.bounds, self.versions, key, key=key, pure=False, priority=-rank, workers=some
+            do_supervised, work.packed, self.bounds, self.versions, key, key=key, pure=False, priority=-work.rank, workers=some
         )
         result = asyncio.ensure_future(asked.result())
         result.add_done_callback(lambda ended: ended.cancelled() or ended.exception())  # whoever still waits hears it too
@@ -339,6 +365,12 @@ class Cluster:
         await asyncio.gather(*work, return_exceptions=True)
         client, self._client = self._client, None
         await _left(client)
+
+
+async def _told_all(client: Any, key: str) -> None:
+    """Have whichever worker does a task end its search."""
+    with suppress(Exception):  # whoever asked sees that it goes on, and asks again
+        await asyncio.wait_for(client.run(end_search, key, on_error="ignore"), _CONNECT)
 
 
 async def _left(client: Any) -> None:

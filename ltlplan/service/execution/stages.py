@@ -15,8 +15,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ltlplan.search.watching import watched
 from ltlplan.service.execution.derived import KINDS, derive
 from ltlplan.service.execution.serialization import from_bytes, to_bytes
+from ltlplan.service.execution.stop_requests import is_asked
 from ltlplan.service.models import Problem
 from ltlplan.service.problems import problem_of, witness_data
 from verify.data import InternalError, Mission, NotCertified, Plan
@@ -49,6 +51,7 @@ class Outcome:
         files: What is to be kept for the user, by name.
         summary: After the last stage: what `ltlplan run --json` prints.
         problem: Why the job has failed, where it has something to show for it.
+        stopped: Whether its search was ended with the best plan so far, on request.
     """
 
     value: bytes
@@ -57,6 +60,7 @@ class Outcome:
     files: tuple[tuple[str, bytes], ...] = ()
     summary: dict[str, Any] | None = None
     problem: Problem | None = None
+    stopped: bool = False
 
 
 def mission_bytes(mission: Mission) -> bytes:
@@ -88,7 +92,9 @@ def run_stage(name: str, value: bytes, progress: Progress) -> Outcome:
         raise InternalError(f"There is no stage '{name:.40}'.")
     known = from_bytes(value)
     progress(f"{name} begins", share_before(name))
-    return stage(known, progress)
+    with watched(is_asked) as watch:
+        made = stage(known, progress)
+    return replace(made, stopped=watch.states is not None)
 
 
 def share_before(name: str) -> float:

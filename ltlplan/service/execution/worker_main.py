@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from ltlplan.service.execution.resource_limits import MEGABYTE, Bounds
+from ltlplan.service.execution.stop_requests import listen
 from verify.data import InternalError, LtlplanError
 
 _PDEATHSIG = 1
@@ -30,7 +31,7 @@ def do_and_answer(
 
     Args:
         connection: Where ("progress", sentence, share) is sent, and at the end ("result", what the work returned), ("error",
-            `error_data`) or ("memory", None).
+            `error_data`) or ("memory", None). What comes from there asks a search to end.
         work: It is given the arguments and, last, whom to tell its progress.
         arguments: What it is given.
         bounds: What it may take.
@@ -38,6 +39,7 @@ def do_and_answer(
     """
     os.setsid()
     tempfile.tempdir = scratch
+    listen(connection.poll)
     _let_go_of_nursery()
     _die_with_parent()
     signal.signal(signal.SIGINT, signal.SIG_IGN)

@@ -40,6 +40,7 @@ def supervised(
     bounds: Bounds,
     progress: Progress | None = None,
     stopped: Callable[[], bool] | None = None,
+    enough: Callable[[], bool] | None = None,
 ) -> Any:
     """Do a piece of work in a process and return its result; may be called from any thread.
 
@@ -49,6 +50,7 @@ def supervised(
         bounds: What it may take.
         progress: Receives a sentence and the share done, 0 to 1.
         stopped: Asked every 50 ms whether the work is to be ended.
+        enough: Asked likewise whether its search is to end with the best plan so far.
 
     Raises:
         LimitReached: It took more time or memory than it may.
@@ -61,6 +63,8 @@ def supervised(
         while not child.look(progress):
             if stopped is not None and stopped():
                 raise Stopped
+            if enough is not None and enough():
+                child.end_search()
         return child.result()
     finally:
         child.kill()
@@ -106,6 +110,7 @@ class Child:
         self._began = time.monotonic()
         self._answer: tuple[Any, ...] | None = None
         self._fault: LtlplanError | None = None
+        self._is_asked = False
         self._scratch: str | None = None
         with contextlib.suppress(OSError):  # without one it may still do, if it writes nothing
             self._scratch = tempfile.mkdtemp(prefix="ltlplan-", dir=scratch)
@@ -119,7 +124,7 @@ class Child:
     def _begin(self, work: Callable[..., Any], arguments: tuple[Any, ...]) -> None:
         context = multiprocessing.get_context("forkserver")
         context.set_forkserver_preload(_PRELOADED)
-        self._connection, far = context.Pipe(duplex=False)
+        self._connection, far = context.Pipe()
         with contextlib.ExitStack() as unless_begun:
             unless_begun.callback(self._connection.close)
             with far:
@@ -199,6 +204,13 @@ class Child:
         if kind == "memory":
             raise OutOfMemory.of(self.bounds.megabytes)
         raise error_from(value)
+
+    def end_search(self) -> None:
+        """Have the search of the process end with the best plan so far; nothing happens where it has none, or was asked before."""
+        if not self._is_asked:
+            self._is_asked = True
+            with contextlib.suppress(OSError):
+                self._connection.send("end the search")
 
     def kill(self) -> None:
         """End the process and all that it has started, at once; nothing happens where it has ended."""

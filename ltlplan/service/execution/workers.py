@@ -48,6 +48,12 @@ class WorkFuture(Future[Any]):  # work has its own result
             child.kill()
         return cancelled
 
+    def end_search(self) -> None:
+        """Have the work's search end with the best plan so far; nothing happens where it has not begun."""
+        child = self.child
+        if child is not None:
+            child.end_search()
+
 
 @dataclass(order=True)
 class _Task:
@@ -128,6 +134,10 @@ class LocalWorkers:
         task = _Task(rank, next(self._numbers), future, work, arguments, progress)
         self._queue(task, "short")
         return future
+
+    def end_search(self, work: WorkFuture) -> None:
+        """Have the search of work that has begun end with the best plan so far."""
+        work.end_search()
 
     @property
     def alive(self) -> int:

@@ -12,7 +12,7 @@ from ltlplan.service.problems import NotFound
 _TRANSIENT = frozenset(
     {
         "cluster-error", "damaged", "internal-error", "limit-reached", "missing-engine", "no-room", "out-of-memory", "out-of-time",
-        "solver-timeout", "stored-error", "worker-died",
+        "solver-timeout", "stopped-early", "stored-error", "worker-died",
     }
 )  # fmt: skip
 """Problems that are not a mission's own."""
@@ -62,13 +62,15 @@ class Register:
     def answer(self, key: str) -> Job | None:
         """Return the job with a key that need not be tried again, if there is one.
 
-        One that was cancelled, whose values were found damaged, or that failed for a reason which is not its mission's own (time, memory, a bug), is tried again.
+        One that was cancelled, whose search was stopped at the best plan so far, whose values were found damaged, or that failed for a reason which is not its
+        mission's own (time, memory, a bug), is tried again.
         """
         attempts = self._attempts.get(key)
         if not attempts:
             return None
         entry = self._entries[attempts[-1]]
-        again = entry.damaged or entry.cancelled or entry.job.state == "cancelled"
+        stopped = entry.job.stopped or (entry.stopping and entry.job.state not in ENDED)
+        again = entry.damaged or entry.cancelled or stopped or entry.job.state == "cancelled"
         if again or (entry.job.state == "failed" and not _is_final(entry.job.problem)):
             return None
         return entry.job.model_copy(update={"found": True})

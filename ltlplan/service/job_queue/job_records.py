@@ -35,6 +35,7 @@ class Entry:
         feed: Its events, while it has not ended.
         work: The stage that is being computed.
         cancelled: Whether it is being cancelled.
+        stopping: Whether its search was asked to end with the best plan so far.
         damaged: Whether something was found damaged that it made.
         rank: Of its work among all jobs'; the lowest is begun first.
         kept: Digests of what its stages made, before that is in their records.
@@ -47,6 +48,7 @@ class Entry:
     feed: Feed = field(default_factory=Feed)
     work: WorkFuture | None = None
     cancelled: bool = False
+    stopping: bool = False
     damaged: bool = False
     rank: float = 0.0
     kept: set[str] = field(default_factory=set)
@@ -166,8 +168,10 @@ def with_records(job: Job, records: list[Data]) -> Job:
     )
     files = [FileEntry.model_validate(file) for record in records for file in record.get("files", ())]
     done = next((share_after(record["stage"]) for record in reversed(records) if "problem" not in record), 0.0)
+    stopped = any(record.get("stopped", False) for record in records)
+    started = job.started or records[0]["started"]
     return job.model_copy(
-        update={"stages": stages, "files": tuple(files), "started": job.started or records[0]["started"], "share": done}
+        update={"stages": stages, "files": tuple(files), "started": started, "share": done, "stopped": stopped}
     )
 
 

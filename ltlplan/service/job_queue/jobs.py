@@ -49,6 +49,7 @@ class Jobs:
     Attributes:
         settings: Where, and within which limits.
         workers: Who computes missions.
+        runner: Does them, and ends their searches.
         register: All jobs in memory.
         admission: Rules of acceptance.
         referring: Held while users' references and the jobs that they keep are changed together.
@@ -66,7 +67,7 @@ class Jobs:
         self.workers = workers
         shared = SharedPool(workers)
         self._results = Results(settings.data)
-        self._runner = Runner(self._results, shared, errands or shared)
+        self.runner = Runner(self._results, shared, errands or shared)
         self._url = url_of(settings.data, settings.database)
         self._health: Health | None = None
         self.register = Register()
@@ -102,7 +103,7 @@ class Jobs:
     def _add(self, entry: Entry) -> None:
         self.register.add(entry)
         if entry.job.state not in ENDED:
-            self._runner.rank(entry)
+            self.runner.rank(entry)
 
     async def stop(self) -> None:
         """Let go of everything, the workers too; jobs that have not ended go on at the next start."""
@@ -368,13 +369,12 @@ class Jobs:
                 raise Busy(f"The database cannot be used: {reason}", 10.0) from None
             raise
 
-    async def _do(self, job_id: str, asked: Data, step: Step) -> Data:
+    async def _do(self, job_id: str, _asked: Data, step: Step) -> Data:
         """Do a job, in the engine's loop."""
-        del asked  # known
         entry = self.register.find(job_id)
         if entry is None:
             raise InternalError(f"The database has a job {job_id} that is not known.")
-        return await self._runner.do(entry, step)
+        return await self.runner.do(entry, step)
 
     async def _watch(self) -> None:
         """Go on with jobs whose work was given up because their steps could not be written."""
@@ -386,7 +386,7 @@ class Jobs:
                 return
             try:
                 await asyncio.to_thread(self._results.drop_leaving, list(self.register))
-            except Exception:  # the next look tries again
+            except Exception:
                 _log.exception("values of deleted jobs cannot be removed yet")
             idle = self.register.going() - engine.running
             for job_id in idle & missed:

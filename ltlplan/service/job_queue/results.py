@@ -122,6 +122,8 @@ class Results:
                 for file, data in outcome.files
             ],
         }
+        if outcome.stopped:
+            record["stopped"] = True
         if outcome.summary is not None:
             record["summary"] = put(json.dumps(outcome.summary).encode())
         if outcome.problem is not None:

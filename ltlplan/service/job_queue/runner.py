@@ -16,7 +16,7 @@ from ltlplan.service.job_queue.job_records import Entry, with_records
 from ltlplan.service.job_queue.results import Results
 from ltlplan.service.job_queue.store import Damaged, NoRoom
 from ltlplan.service.models import ENDED, Problem, Stage, State
-from ltlplan.service.problems import problem_of
+from ltlplan.service.problems import Conflict, problem_of
 from ltlplan.service.times import utc_now
 from verify.data import LtlplanError
 from verify.data.progress import Progress, silent
@@ -63,6 +63,10 @@ class Pool(Protocol):
         """
         ...
 
+    def end_search(self, work: WorkFuture) -> None:
+        """Have the search of work that has begun end with the best plan so far."""
+        ...
+
     def close(self) -> None:
         """End all work."""
         ...
@@ -90,6 +94,21 @@ class Runner:
         who, study = str(entry.asked.get("who", "")), entry.asked.get("lane") == STUDY or entry.job.kind in _STUDIES
         turn = self.shared(entry).turns.rank(f"{who} {STUDY}" if study else who, cost=STUDY_COST if study else 1)
         entry.rank = turn + 1e-9 * next(self._numbers)  # of one turn, in the order in which they came, from stage to stage
+
+    def end_search(self, entry: Entry) -> None:
+        """Have a job's search end with the best plan so far, which is refined and certified as any other.
+
+        The job is an attempt of its own then: whoever submits the mission again has it searched to the end. A search that ends by itself first goes on as it is.
+
+        Raises:
+            Conflict: It does not search.
+        """
+        work = entry.work
+        if work is None or not entry.job.searches:
+            raise Conflict(f"Job {entry.job.id} does not search at the moment: it is {entry.job.state}.")
+        entry.stopping = True
+        self.shared(entry).pool.end_search(work)
+        _log.info("job %s is to take the best plan so far", entry.job.id)
 
     async def do(self, entry: Entry, step: Step) -> Data:
         """Do a job's stages, each once; what was done before a kill is not done again.
@@ -128,6 +147,7 @@ class Runner:
             record = await step(name, stage)
             records.append(record)
             self._learn(entry, records)
+            entry.stopping = False
             if "problem" in record:
                 ended = end(entry, "failed", Problem.model_validate(record["problem"]))
                 return {"state": "failed", "problem": record["problem"], "ended": ended, "stages": records}

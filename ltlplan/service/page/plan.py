@@ -43,6 +43,7 @@ class _Planning:
             with box("job", tag="section").props('aria-label="The job"'):
                 with box("head"):
                     self.name, self.actions = Part(box("name")), Part(box("actions"))
+                self.early = Part(box("early"))
                 self.told, self.stages = Part(box("told")), Part(box("stages", tag="ol"))
                 self.problem = Part(box("problem").props("role=alert"))
         self.listed: dict[str, _Entry] = {}
@@ -106,15 +107,16 @@ class _Planning:
         if job is None:
             self.bar = self.sentence = self.running = None
             self.name.show(None, lambda: Words("p", "Choose a job, or write a mission.", "soft"))
-            for part in (self.actions, self.told, self.stages, self.problem):
+            for part in (self.actions, self.early, self.told, self.stages, self.problem):
                 part.show(None, lambda: None)
             return
         ended = None if job.ended is None else job.state
         if (entry := self.listed.get(job.id)) is not None:
             entry.show(job, True)  # not only at the next look at the list
         self.name.show((job.mission, job.state), lambda: _name(job))
+        self.early.show((job.id, job.searches, job.owner), lambda: self._early(job))
         self.actions.show((job.id, ended, job.owner, job.project), lambda: self._actions(job))
-        self.told.show((job.id, job.state, job.started, job.ended), lambda: self._told(job))
+        self.told.show((job.id, job.state, job.started, job.ended, job.stopped), lambda: self._told(job))
         self.stages.show(job.stages, lambda: [_stage(stage) for stage in job.stages])
         self.problem.show((job.id, job.problem, job.state), lambda: self._problem(job))
 
@@ -153,6 +155,12 @@ class _Planning:
         if job.started and job.ended:
             times.append(f"took {_seconds(job.started, job.ended)}")
         Words("p", ", ".join(times), "soft")
+        if job.stopped:
+            Words(
+                "p",
+                "Its search was stopped at the best plan so far; plan the mission again to have it searched to the end.",
+                "soft",
+            )
         if job.ended is None:
             self.bar = ui.element("progress").props(f'max=1 value={job.share:.3f} aria-label="How much is done"')
             waits = "waits for a free worker" if job.state == "queued" else job.sentence or "working"
@@ -183,6 +191,15 @@ class _Planning:
     async def _cancel(self, job: Job) -> None:
         await self.desk.jobs.cancel(job.id)
         await self.desk.open(job.id, "plan")
+
+    def _early(self, job: Job) -> None:
+        if job.searches and self.desk.may(Action.PLAN) and self.desk.jobs.owns(job):
+            button("Take the best plan so far", lambda: self.desk.guarded(self._stop_search(job), self.early.place))
+
+    async def _stop_search(self, job: Job) -> None:
+        await self.desk.jobs.stop_search(job.id)
+        with self.early.place:
+            say("The search ends with the best plan so far, which is refined and certified.", good=True)
 
     async def _delete(self, job: Job) -> None:
         with ui.dialog() as dialog, box("dialog"):

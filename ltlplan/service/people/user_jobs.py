@@ -199,13 +199,24 @@ class UserJobs:
         job = self._require_own(job_id, "cancel")
         if job.state in ENDED:
             return self._seen(job)
-        others = [user for user in self._people.references.users(job.id) if user != self._principal.user]
-        if others and (self._refers(job.id) or not self._principal.sees_all) and self._people.needed:
-            raise Conflict(
-                f"Job {job_id} goes on: {len(others)} more of this service's users wait for it. Delete it to take it off your list."
-            )
+        self._require_alone(job, "Delete it to take it off your list.")
         await self._log("cancel", job_id)
         return self._seen(await self._jobs.cancel(job_id))
+
+    async def stop_search(self, job_id: str) -> Job:
+        """Have a job's search end with the best plan so far; as `Runner.end_search`.
+
+        Raises:
+            NotFound: There is no such job that the user sees.
+            Forbidden: It is another's.
+            Conflict: It does not search, or others wait for its answer.
+        """
+        self._require(Action.PLAN)
+        self._require_alone(self._require_own(job_id, "stop"), "Submit the mission with another seed for a search of your own.")
+        entry = self._jobs.register.entry(job_id)
+        self._jobs.runner.end_search(entry)
+        await self._log("stop-search", job_id)
+        return self._seen(entry.job)
 
     async def delete(self, job_id: str) -> None:
         """Refer to a job no more; the last reference takes the job with it, with its files and what was made of its flight. An admin who has none ends all.
@@ -296,6 +307,16 @@ class UserJobs:
         if job.of is not None and len(users) > 1:
             raise Forbidden(f"{len(users) - 1} more users have the flight that this is made of; only admins can {what} it.")
         return job
+
+    def _require_alone(self, job: Job, advice: str) -> None:
+        """Require that nobody else waits for a job, or an admin who does not decides.
+
+        Raises:
+            Conflict: Others have it too.
+        """
+        others = [user for user in self._people.references.users(job.id) if user != self._principal.user]
+        if others and (self._refers(job.id) or not self._principal.sees_all) and self._people.needed:
+            raise Conflict(f"Job {job.id} goes on: {len(others)} more of this service's users wait for it. {advice}")
 
     def _refers(self, job_id: str) -> bool:
         return self._people.references.find(job_id, self._principal.user) is not None

@@ -11,9 +11,11 @@ from pathlib import Path
 import pytest
 
 from flight.storage.folders import write_folder
+from ltlplan.reproduction.published_missions import office_grid
 from tests.helpers.few import few_of
 from verify import recheck
 from verify.data import BadInput
+from verify.data.files.mission_file import mission_to_yaml
 
 ROOT = Path(__file__).parents[3]
 SLOW_WRITER = """
@@ -21,6 +23,7 @@ import sys, time
 from pathlib import Path
 from ltlplan.start import end_cleanly_on_sigterm
 from flight.storage.folders import write_folder
+from ltlplan.reproduction.published_missions import office_grid
 end_cleanly_on_sigterm()
 def write(folder):
     (folder / "mission.yaml").write_text("half")
@@ -315,3 +318,26 @@ def test_ctrl_c_in_a_terminal_ends_a_campaign_and_its_processes_in_silence(delay
     assert (running.returncode, last) == (130, "interrupted; no file was left half-written.")
     assert all(line.startswith("[") for line in before), "nothing but how far it had come"
     assert [path.name for path in tmp_path.iterdir()] == ["run"]
+
+
+@pytest.mark.slow
+def test_ctrl_backslash_takes_the_best_plan_so_far(tmp_path: Path) -> None:
+    mission = tmp_path / "office.yaml"
+    asked = ("n0_7", "n5_5", "n9_3", "n13_7", "n3_3", "n12_1", "n6_0", "n10_6")
+    formula = " & ".join(f"F({a} & F {b})" for a, b in zip(asked, (*asked[1:], asked[0]), strict=True))
+    mission.write_text(mission_to_yaml(office_grid(f"{formula} & (!n9_3 U n10_6)")))
+    planning = subprocess.Popen(
+        [sys.executable, "-m", "ltlplan", "plan", str(mission)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+    )
+    assert planning.stderr is not None
+    while "no words cost less than" not in planning.stderr.readline():
+        assert planning.poll() is None
+    planning.send_signal(signal.SIGQUIT)
+    told, errors = planning.communicate(timeout=300)
+    assert planning.returncode == 0, errors
+    assert "The search was stopped on request after " in told
+    assert "the bound is " in told

@@ -174,6 +174,8 @@ def test_jobs_are_listed_cancelled_and_deleted(client: Client, done: Submitted) 
     assert client.cancel(job).state == "cancelled"
     with pytest.raises(BadInput, match="was cancelled"):
         job.wait()
+    with pytest.raises(Conflict, match="does not search at the moment: it is cancelled"):
+        client.stop_search(job)
     client.delete(job)
     with pytest.raises(NotFound):
         job.refreshed()

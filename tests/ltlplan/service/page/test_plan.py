@@ -142,6 +142,23 @@ def test_cancel_stays_the_same_button_while_the_job_comes_further(client: Client
     assert "Cancel" not in buttons(client)
 
 
+def test_a_search_can_be_stopped_while_there_is_one(client: Client, desk: Desk) -> None:
+    asyncio.run(_with_tab(desk))
+    stop = "Take the best plan so far"
+    certified = Stage(name="round 1", state="done")
+    for job, offered in (
+        (QUEUED, False),
+        (PLANNED, True),
+        (PLANNED.model_copy(update={"stages": (Stage(name="round 1", state="running"),)}), True),
+        (PLANNED.model_copy(update={"stages": (certified, Stage(name="flight", state="running"))}), False),
+        (REFUSED, False),
+    ):
+        _tell(desk, job)
+        assert (stop in buttons(client)) == offered
+    _tell(desk, REFUSED.model_copy(update={"stopped": True}))
+    assert any("stopped at the best plan so far" in made.text for made in client.elements.values() if isinstance(made, Words))
+
+
 def test_what_a_refusal_offers_stays_when_the_same_is_told_again(client: Client, desk: Desk) -> None:
     asyncio.run(_with_tab(desk))
     trust_tab(desk, SimpleNamespace())  # pyright: ignore[reportArgumentType]  # the scene is not looked at

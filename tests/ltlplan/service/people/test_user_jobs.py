@@ -24,7 +24,7 @@ class _Jobs:
     """As `Jobs`, of missions that are words and computed by nobody."""
 
     def __init__(self) -> None:
-        self.referring, self.register = asyncio.Lock(), self
+        self.referring, self.register, self.runner = asyncio.Lock(), self, self
         self.held: dict[str, Job] = {}
         self.cancelled: list[str] = []
 
@@ -57,6 +57,9 @@ class _Jobs:
     async def cancel(self, job_id: str) -> Job:
         self.held[job_id] = self.held[job_id].model_copy(update={"state": "cancelled"})
         return self.held[job_id]
+
+    def end_search(self, entry: Any) -> None:
+        self.cancelled.append(entry.job.id)
 
     def require_ended(self, job_id: str) -> None:
         if self.held[job_id].state not in ENDED:
@@ -146,11 +149,15 @@ def test_what_runs_for_others_too_is_left_not_cancelled(lab: Lab) -> None:
         jobs.begin("a")
         with pytest.raises(Conflict, match="1 more of this service's users"):
             await of("alice").cancel("a")
+        with pytest.raises(Conflict, match=r"1 more of this service's users .* another seed"):
+            await of("alice").stop_search("a")
         await of("alice").delete("a")
         assert jobs.held["a"].state == "running"
         with pytest.raises(Conflict, match="cancel it first"):
             await of("bob").delete("a")
         assert await _ids(of("bob")) == ["a"], "a delete that is refused changes nothing"
+        await of("bob").stop_search("a")
+        assert jobs.cancelled == ["a"]
         assert (await of("bob").cancel("a")).state == "cancelled"
         await of("bob").delete("a")
         assert "a" not in jobs.held
@@ -251,6 +258,7 @@ def test_a_viewer_changes_nothing(role: Role, lab: Lab) -> None:
         for ask in (
             lambda: viewer.submit("b"),
             lambda: viewer.cancel("a"),
+            lambda: viewer.stop_search("a"),
             lambda: viewer.delete("a"),
             lambda: viewer.derive("a", None),
             lambda: viewer.move("a", ""),
