@@ -186,7 +186,7 @@ def edits():
     return {name: (lambda d, p=path, v=value: put(d, p, v)) for name, (path, value) in paths.items()}
 
 
-@few_of(7, "name", list(edits()))
+@few_of(4, "name", list(edits()))
 def test_a_hand_edited_certificate_is_refused(folder, name):
     path = folder / "certificate.json"
     data = json.loads(path.read_text())

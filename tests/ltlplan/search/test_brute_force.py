@@ -200,19 +200,19 @@ def counts_agree(rng: Random) -> bool | None:
     return True
 
 
-@pytest.mark.parametrize(("seed", "number"), [(1, 25), *(pytest.param(s, 1500, marks=pytest.mark.slow) for s in (2, 3))])
+@pytest.mark.parametrize(("seed", "number"), [(1, 12), *(pytest.param(s, 1500, marks=pytest.mark.slow) for s in (2, 3))])
 def test_words_that_hold_in_every_order(seed: int, number: int) -> None:
     rng = Random(seed)
     assert {words_agree(rng) for _ in range(number)} == {True, False}
 
 
-@pytest.mark.parametrize(("seed", "number"), [(1, 25), *(pytest.param(s, 1500, marks=pytest.mark.slow) for s in (2, 3))])
+@pytest.mark.parametrize(("seed", "number"), [(1, 12), *(pytest.param(s, 1500, marks=pytest.mark.slow) for s in (2, 3))])
 def test_words_that_hold_under_precedences(seed: int, number: int) -> None:
     rng = Random(seed)
     assert {orders_agree(rng) for _ in range(number)} >= {False, None}
 
 
-@pytest.mark.parametrize(("seed", "number"), [(1, 25), *(pytest.param(s, 1500, marks=pytest.mark.slow) for s in (2, 3))])
+@pytest.mark.parametrize(("seed", "number"), [(1, 12), *(pytest.param(s, 1500, marks=pytest.mark.slow) for s in (2, 3))])
 def test_plans_that_count(seed: int, number: int) -> None:
     rng = Random(seed)
     assert {counts_agree(rng) for _ in range(number)} >= {True, False}

@@ -14,7 +14,7 @@ from ltlplan.reproduction.published_missions import office_grid
 from ltlplan.search.exact import assign
 from ltlplan.search.explanations.unsatisfiable_cores import NoPlan
 from ltlplan.systems.visit_words import word_of
-from tests.helpers.few import given_few
+from tests.helpers.few import few_of, given_few
 from tests.helpers.worlds import world
 from tests.strategies import formulas
 from verify import check_team, check_word
@@ -302,12 +302,12 @@ def assert_cheapest(mission: Mission, most: int) -> None:
         assert plan.cost == pytest.approx(best)
 
 
-@given_few(6, 40, formulas(size=5))
+@given_few(3, 40, formulas(size=5))
 def test_one_robot_against_brute_force(formula: Formula) -> None:
     assert_cheapest(world(str(formula), regions=SMALL), 3)
 
 
-@given_few(2, 4, formulas(size=5))
+@given_few(1, 4, formulas(size=5))
 def test_two_robots_against_brute_force(formula: Formula) -> None:
     assert_cheapest(world(str(formula), regions=SMALL, robots=2, starts=((-0.5, -0.5), (2.5, 0.5))), 2)
 
@@ -316,7 +316,7 @@ def not_again(plan: Allocation) -> bool:
     return all(x != y for tour in visited(plan).values() for x, y in itertools.pairwise(tour))
 
 
-@given_few(4, 25, formulas(size=5), st.sampled_from([1, 3]))
+@given_few(2, 25, formulas(size=5), st.sampled_from([1, 3]))
 def test_lassos_against_brute_force(formula: Formula, laps: int) -> None:
     mission = world(str(formula), regions=SMALL, trace="infinite", repeat=laps)
     best = math.inf
@@ -369,7 +369,7 @@ def test_the_longest_robot_is_never_longer_than_with_the_smallest_sum(formula: F
     assert sum(robot.cost for robot in plan.robots.values()) >= least.cost - 1e-7
 
 
-@pytest.mark.parametrize("more", ["", " & F(n3_3 & F n12_1) & (!n9_3 U n10_6)"])
+@few_of(1, "more", [" & F(n3_3 & F n12_1) & (!n9_3 U n10_6)", ""])
 def test_six_robots_on_an_office_grid(more: str) -> None:
     """As in the published office scenarios; the cheapest plans fail in some orders."""
     mission = office_grid("F n0_7 & F n5_5 & F n9_3 & F n13_7" + more)
@@ -380,7 +380,7 @@ def test_six_robots_on_an_office_grid(more: str) -> None:
     assert plan.lower_bound == plan.cost
 
 
-@pytest.mark.parametrize("team", ["own", "joint"])
+@few_of(1, "team", ["own", "joint"])
 def test_a_search_that_is_stopped_gives_no_dearer_plan_than_one_robot_alone(team: str) -> None:
     formula = "F(a & F(b & F c)) & F(c & F(a & F d)) & F(d & F(b & F a)) & F(b & F(d & F c))"
     alone = assign(world(formula, robots=1))

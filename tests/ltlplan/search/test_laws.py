@@ -81,7 +81,7 @@ def wishing(formula: str, *soft: tuple[str, float]) -> Mission:
 WISHES = ("G !b", "F(b & F a)", "!a U b", "F b")
 
 
-@few_of(2, ("hard", "raised"), [("F a", 0), ("F a", 1), *(("!b U a", raised) for raised in range(4)), ("F a", 2), ("F a", 3)])
+@few_of(1, ("hard", "raised"), [*(("!b U a", raised) for raised in range(4)), *(("F a", raised) for raised in range(4))])
 def test_what_the_formula_implies_is_kept_and_more_weight_gives_up_no_more(hard: str, raised: int) -> None:
     weights = [1.0 + (3.5 if i == raised else 0.0) + i / 10 for i in range(len(WISHES))]
     mission = wishing(hard, *zip(WISHES, weights, strict=True), ("F(a | b)", 0.01))
@@ -108,10 +108,10 @@ def _unrelated(rng: Random, radius: float) -> dict[str, tuple[float, float]]:
     return {"z": (1.5, round(rng.uniform(-0.3, 0.3), 2)) if between else rng.choice([(1.5, 1.9), (-1.0, 1.5), (4.5, 1.0)])}
 
 
-@few_of(1, "first", range(30))
+@few_of(1, "first", range(60))
 @pytest.mark.parametrize("kind", ["one", "own", "joint", "counts", "laps"])
 def test_no_region_added_to_a_mission_makes_it_dearer(kind: str, first: int) -> None:
-    for seed in range(first, 300, 30):
+    for seed in range(first, 300, 60):
         assert_no_dearer_with_a_region(kind, seed)
 
 

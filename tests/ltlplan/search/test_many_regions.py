@@ -63,7 +63,7 @@ def test_words_and_costs_are_those_of_the_named_regions_alone(formula: str, name
 
 
 @few_of(
-    3,
+    1,
     ("formula", "named"),
     [
         ("F(count(free) <= 1 & r1)", None),

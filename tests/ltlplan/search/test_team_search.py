@@ -147,7 +147,7 @@ def test_what_can_be_shown_wherever_others_are_makes_no_bound_smaller() -> None:
     assert reading.left(begin) == pytest.approx(9.0)
 
 
-@pytest.mark.parametrize("seed", range(4))
+@few_of(2, "seed", range(4))
 def test_one_robot_takes_the_shortest_way_through_many_goals(seed: int) -> None:
     """Against all orders, by the table of Held and Karp; on a grid many are as short."""
     draw = Random(seed)

@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 from numpy.polynomial.polynomial import polyval
 
+from tests.helpers.few import few_of
 from tests.helpers.flights import legs, quantised
 from tests.helpers.kernel_words import kernel_timeline
 from tests.helpers.proofs import checked, missing, tables
@@ -84,9 +85,10 @@ def test_until_is_as_by_brute_force(seed: int) -> None:
         assert all(one < other for one, other in itertools.pairwise(cuts))
 
 
-def test_sets_of_times() -> None:
+@few_of(1, "count", [150, 500])
+def test_sets_of_times(count: int) -> None:
     rng = random.Random(1)
-    for _ in range(500):
+    for _ in range(count):
         sets = [drawn_signal(rng, 5, closed=False) for _ in range(rng.randint(0, 4))]
         for least in range(-1, len(sets) + 2):
             spans = [span for cells in sets for span in times_of(cells)]
@@ -111,7 +113,7 @@ def assert_no_wrong_yes(seed: int, count: int) -> tuple[int, int]:
     return said, so
 
 
-@pytest.mark.parametrize("seed", range(4))
+@few_of(2, "seed", range(4))
 def test_what_it_says_of_a_signal_is_so(seed: int) -> None:
     said, so = assert_no_wrong_yes(seed, 100)
     assert said > 0.4 * so
@@ -123,7 +125,7 @@ def test_what_it_says_of_many_signals_is_so(seed: int) -> None:
     assert_no_wrong_yes(seed, 2500)
 
 
-@pytest.mark.parametrize("seed", range(3))
+@few_of(1, "seed", range(3))
 def test_clocks_may_differ_and_change(seed: int) -> None:
     """Each robot shows at each time what its path shows by its own clock, which is off by any amount up to the error."""
     rng, yes = random.Random(seed), 0
@@ -274,7 +276,7 @@ EDITS: list[tuple[str, dict[str, Any]]] = [
 ]
 
 
-@pytest.mark.parametrize(("name", "edits"), EDITS)
+@few_of(6, ("name", "edits"), EDITS)
 def test_what_is_edited_is_not_checked(name: str, edits: dict[str, Any]) -> None:
     plan, team = small_flight(name)
     proof = prove(plan, team, judge(plan, team, largest=False))

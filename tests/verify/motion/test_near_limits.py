@@ -117,7 +117,7 @@ def verdict(flight: Trajectory, name: str, limit: float) -> str:
 
 
 @few_of(1, "seed", [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (1, 3)), 2])
-@pytest.mark.parametrize("name", QUANTITIES)
+@few_of(1, "name", QUANTITIES)
 def test_limits_a_billionth_away_are_told(name, seed, monkeypatch):
     monkeypatch.setattr(ctx, "prec", 160)
     flight = gentle(np.random.default_rng(seed), 1 + seed % 3)

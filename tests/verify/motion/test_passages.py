@@ -3,6 +3,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
+from tests.helpers.few import few_of
 from tests.helpers.flights import legs, plan_of, small_mission, through
 from verify import judge
 from verify.data.plan import Visit
@@ -127,9 +128,10 @@ def rim_distance(point, hoop):
     return float(np.hypot(radial, max(abs(along) - hoop.rim / 2, 0.0)))
 
 
-def test_rim_clearance_against_samples():
+@few_of(1, "count", [3, 8])
+def test_rim_clearance_against_samples(count):
     rng = np.random.default_rng(0)
-    for _ in range(8):
+    for _ in range(count):
         mission = ring_mission(hoops=TWO)
         points = [[0, 0, 1], *rng.uniform([0, -1, 0.3], [2, 3, 1.8], (3, 3))]
         trajectory = legs(points)
@@ -210,7 +212,7 @@ def test_a_rim_is_met_by_the_vehicles_sphere(gap):
     assert found.time == pytest.approx(float(legs([start, [2, offset, 1]]).duration) / 2, abs=0.2)
 
 
-@pytest.mark.parametrize("aside", [0.1, 0.2, 0.3])
+@few_of(1, "aside", [0.1, 0.2, 0.3])
 def test_a_rim_that_is_missed_by_less_than_the_first_look_tells_is_looked_at_closer(aside):
     mission, points = ring_mission(), [[0, 0.45, 1], [1.3, 0.45 + aside, 1.2]]
     mission = starting_at(mission, points[0])

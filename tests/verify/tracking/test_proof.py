@@ -66,7 +66,7 @@ def flown_linearly(loop, accelerations, offset):
     return np.array(found)
 
 
-@pytest.mark.parametrize("late", [0, 4, 7])
+@few_of(2, "late", [0, 4, 7])
 @pytest.mark.parametrize("axis", [0, 2])
 def test_linear_loops_fly_as_the_simulator_does_step_by_step(axis, late):
     make, drag = (lateral_loop, 0) if axis == 0 else (vertical_loop, 1)
@@ -108,10 +108,10 @@ def adversaries(told: Disturbance, duration: float, seeds: range, late: int):
     )  # fmt: skip
 
 
-@few_of(1, "path", [hover(), line()], ids=["hover", "line"])
-def test_no_disturbed_flight_leaves_its_bound(path):
+@few_of(1, ("path", "many"), [(hover(), 1), (hover(), 2), (line(), 2)], ids=["hover", "hover, more", "line"])
+def test_no_disturbed_flight_leaves_its_bound(path, many):
     proved, worst = bound_of(path), 0.0
-    for k in range(2):
+    for k in range(many):
         flown = adversaries(MODEST, path.duration, range(100 * k, 100 * k + 60), 1).fly(VEHICLE, path, path.duration)
         away = np.linalg.norm(flown, axis=1).reshape(len(proved.course), SUBSTEPS, -1).max((1, 2))
         assert np.all(away <= proved.course), path
@@ -146,7 +146,8 @@ def test_a_thrust_that_is_off_moves_what_cameras_see_late():
     assert np.all(away <= bound_of(path, told).course)
 
 
-def test_no_flight_with_other_errors_leaves_its_bound():
+@few_of(1, "drags", [(1.3,), (0.7, 1.3)], ids=["most drag", "both"])
+def test_no_flight_with_other_errors_leaves_its_bound(drags):
     """Latency that is another one at each command, velocities and attitudes that are off, and drag at its ends."""
     told = Disturbance(airframe=AIRFRAME, wind=0.03, velocity=0.001, latency=(0.0, 0.004), attitude=5e-4, drag=0.3, sag=0.0)
     path, n, rng = line(0.3), 40, np.random.default_rng(11)
@@ -158,7 +159,7 @@ def test_no_flight_with_other_errors_leaves_its_bound():
         return lambda t: table[round(t / 0.002) // hold]
 
     ages = rng.integers(0, 3, 400)
-    for drag in (0.7, 1.3):
+    for drag in drags:
         flights = Disturbed(n, wind=jumping(0.03, 100), speed=jumping(0.001, 50), attitude=jumping(5e-4, 30), drag=drag)
         flights.late = lambda tick: int(ages[tick])
         flown = flights.fly(VEHICLE, path, path.duration)

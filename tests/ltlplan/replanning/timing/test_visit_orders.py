@@ -57,7 +57,7 @@ def lateness(routes: dict[str, tuple[Stop, ...]], travel: dict[tuple[str | None,
     return sum(max(each, 0.0) for each in late.values())
 
 
-@few_of(20, "seed", range(60))
+@few_of(7, "seed", range(60))
 def test_the_least_that_orders_miss_is_that_of_all_orders(seed: int) -> None:
     rng = random.Random(seed)
     robots, regions = ("r0", "r1")[: rng.choice([1, 2])], "abc"

@@ -36,7 +36,7 @@ def certified(mission: Mission, pace: float | str = 0.7) -> bool:
 
 
 @few_of(
-    2,
+    1,
     ("formula", "start", "robot"),
     [
         ("G F room & G F b", [0.0, -1.6, 1.0], ""),

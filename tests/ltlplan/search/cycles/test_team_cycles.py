@@ -189,7 +189,7 @@ PARTS = ("G F a", "G F b", "G F c", "F a", "F b")
 
 
 @given_few(
-    4, 25, st.tuples(systems(), systems()), st.lists(st.sampled_from(PARTS), min_size=1, max_size=3, unique=True), st.booleans()
+    2, 25, st.tuples(systems(), systems()), st.lists(st.sampled_from(PARTS), min_size=1, max_size=3, unique=True), st.booleans()
 )
 def test_parts_are_shared_out_at_the_least_cost(each, parts: list[str], longest: bool):
     """Against every way to give the parts to the two, each robot's laps tried by hand."""
@@ -217,7 +217,7 @@ def test_parts_are_shared_out_at_the_least_cost(each, parts: list[str], longest:
 
 
 @given_few(
-    4, 25, st.tuples(systems(), systems()), st.lists(st.sampled_from((*PARTS, "G !c", "G F (a | b)")), min_size=1, max_size=3)
+    2, 25, st.tuples(systems(), systems()), st.lists(st.sampled_from((*PARTS, "G !c", "G F (a | b)")), min_size=1, max_size=3)
 )
 def test_what_some_robot_shows_or_none_is_shared_out_under_joint_too(each, parts: list[str]):
     asked = mission(" & ".join(parts), robots=2, trace="infinite", team="joint")

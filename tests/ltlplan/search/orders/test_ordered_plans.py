@@ -24,7 +24,7 @@ def waits(plan: Plan) -> list[str]:
 
 
 @few_of(
-    2,
+    1,
     ("formula", "may_enter", "own", "joint"),
     [
         (

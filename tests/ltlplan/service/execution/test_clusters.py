@@ -57,13 +57,12 @@ def test_work_is_held_to_its_bounds_there_too(cluster: Cluster) -> None:
         cluster.submit(work.take_memory).result(PATIENCE)
 
 
-def test_progress_comes_back() -> None:
+def test_progress_comes_back(cluster: Cluster) -> None:
     told: list[tuple[str, float]] = []
-    with local_cluster(workers=1) as machine, Cluster(machine.address, seconds=PATIENCE, megabytes=600) as cluster:
-        result, pid = cluster.submit(work.add, 1, 2, progress=lambda *said: told.append(said)).result(PATIENCE)
-        assert result == 3
-        assert pid != os.getpid()
-        assert until(lambda: told == [("adding", 0.5)], PATIENCE)
+    result, pid = cluster.submit(work.add, 1, 2, progress=lambda *said: told.append(said)).result(PATIENCE)
+    assert result == 3
+    assert pid != os.getpid()
+    assert until(lambda: told == [("adding", 0.5)], PATIENCE)
 
 
 @pytest.mark.slow

@@ -15,6 +15,7 @@ from dbos._migration import sqlite_migrations
 
 from ltlplan.service.job_queue import runner
 from ltlplan.service.job_queue.store import NoRoom
+from tests.helpers.few import few_of
 from tests.helpers.flights import small_mission
 from tests.helpers.job_services import begun, ended, run, service
 from verify.data import BadInput
@@ -84,7 +85,7 @@ def older_database(data: Path, version: int) -> None:
         connection.commit()
 
 
-@pytest.mark.parametrize("back", [1, 10, 60])
+@few_of(1, "back", [60, 10, 1])
 def test_an_older_database_is_brought_to_this_version(tmp_path: Path, back: int) -> None:
     async def check() -> None:
         older_database(tmp_path / "data", len(sqlite_migrations) - back)

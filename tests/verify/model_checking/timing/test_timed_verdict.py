@@ -296,7 +296,7 @@ def _mission(formula: str) -> Mission:
     )
 
 
-@pytest.mark.parametrize("seed", range(2))
+@few_of(1, "seed", range(2))
 def test_bounds_from_0_to_infinity_never_contradict_the_judge_of_words(seed: int) -> None:
     assert_bounds_contradict_no_words(seed, 40)
 
