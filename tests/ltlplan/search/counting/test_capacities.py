@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from ltlplan.search.counting.capacities import Room
-from tests.helpers.few import few_of
 from tests.helpers.worlds import world
 from verify.data.shapes.region import Region
 
@@ -35,11 +34,10 @@ def test_a_ball_holds_a_simplex_just_when_it_is_around_it(robots: int, radius: f
     assert room(*[needed / 1.5] * 3).scale_for(robots) == pytest.approx(1.5, abs=0.01)
 
 
-@few_of(1, "count", [25, 60])
-def test_no_more_robots_are_ever_placed_than_there_is_said_to_be_room_for(count: int) -> None:
+def test_no_more_robots_are_ever_placed_than_there_is_said_to_be_room_for() -> None:
     rng = np.random.default_rng(3)
     tight = 0
-    for _ in range(count):
+    for _ in range(60):
         radii, z_scale = rng.uniform(0.1, 0.35, 3), rng.choice([1.0, 0.5, 2.0])
         less = radii - 0.05  # no more than the region less the margin
         points = rng.uniform(-1.0, 1.0, (2000, 3)) * less
@@ -50,7 +48,7 @@ def test_no_more_robots_are_ever_placed_than_there_is_said_to_be_room_for(count:
         most = room(*radii, z_scale=z_scale).most(12)
         assert most >= min(placed, 12)
         tight += most == placed
-    assert tight > count / 4
+    assert tight > 15
 
 
 def test_long_and_flat_rooms_are_cut_into_boxes() -> None:
