@@ -22,6 +22,7 @@ from flight.link.simulated_commander import Fleet
 from flight.mixed_fleet import kinds_of
 from flight.model.airframe import airframes_of
 from flight.model.timing import CONTROL_STEP, FRAME_STEPS, STEP
+from flight.onboard_simulation.fleet import Differences
 from flight.onboard_simulation.fleet import Fleet as OnBoard
 from flight.simulation_setup import Setup
 from tests.helpers.crazyflie_firmware import Firmware, Manner
@@ -59,7 +60,7 @@ class Air(threading.Thread):
         """Fly by a controller on board that is asked for the set-point 100 times a second: one that was streamed stays until the next."""
         vehicles = self.vehicles.values()
         crew = OnBoard(
-            kinds_of(airframes, 1), conditions.controller, np.stack([v.place for v in vehicles], axis=-1), delay=None
+            kinds_of(airframes, 1), conditions.controller, np.stack([v.place for v in vehicles], axis=-1), Differences()
         )
         for frame in itertools.count():
             step = FRAME_STEPS * frame
