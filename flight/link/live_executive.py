@@ -12,11 +12,12 @@ import numpy as np
 
 from flight.exports.scripts.flying.checks import Check, refusals
 from flight.exports.scripts.flying.ending import Ending, insisted
+from flight.link.holding import LONGEST, Hold
 from flight.link.link import Link, LinkLost
 from flight.link.phases import BRAKING, Part, Stage, Watched
 from flight.link.preflight_checks import at_start, before_take_off
 from flight.link.record import Record
-from flight.link.stop_orders import Alarm, Level, StopOrders
+from flight.link.stop_orders import Alarm, Level, Ordered, StopOrders
 from flight.link.tracking_monitor import Look, Watch
 from flight.monitoring.thresholds import limits
 from verify.data import BadInput, DoesNotFit, Trajectory
@@ -275,18 +276,20 @@ def fly_live(
     if failed := refusals(checks, unchecked):
         return LiveFlight(False, "; ".join(failed), checks, record, ())
     flying = Flying(link, record, tuple(stages[0].paths), operator.show, unchecked=frozenset(unchecked))
+    ending = Ending(link, record.note, lambda robots: record.see(link, robots), grounds.__getitem__, limits(link.accuracy))
     orders.begin_flying()
     try:
         reason = _flown(flying, stages, onwards, orders)
+        if reason and flying.began and orders.held:
+            ending.held = _held(flying, orders, reason, grounds)
     except BaseException as error:
         if isinstance(error, DoesNotFit) and not flying.began:
             raise
         reason = INTERRUPTED  # once more, as why was still looked at
     orders.begin_ending()
-    ending = Ending(link, record.note, lambda robots: record.see(link, robots), grounds.__getitem__, limits(link.accuracy))
 
     def end() -> list[str]:
-        if reason:
+        if reason and math.isinf(record.broken_off):
             record.broken_off = record.note(link.now(), reason, kind="alarm").time
         if orders.level is Level.MOTORS and flying.began:
             return ending.stop_motors(flying.robots, flying.grounded)
@@ -309,6 +312,9 @@ def _flown(flying: Flying, stages: Sequence[Stage], onwards: Onwards | None, ord
             flying.fly(stage, numbers)
         if onwards is not None:
             onwards.fly(flying)
+    except Ordered as order:
+        orders.begin_holding()
+        return str(order)
     except (Alarm, LinkLost) as alarm:
         return str(alarm)
     except KeyboardInterrupt:
@@ -318,6 +324,23 @@ def _flown(flying: Flying, stages: Sequence[Stage], onwards: Onwards | None, ord
             raise
         return f"{type(error).__name__}: {error}"
     return ""
+
+
+def _held(flying: Flying, orders: StopOrders, reason: str, grounds: Mapping[str, float]) -> float:
+    """Hold as is ordered, until a higher order, or until that cannot last; return since when all do, s."""
+    link, record = flying.link, flying.record
+    record.broken_off = record.note(link.now(), reason, kind="alarm").time
+    record.note(link.now(), f"all robots hold where they can stop, for {LONGEST:g} s at most.", kind="reaction")
+    hold = Hold(link, record, flying.robots, grounds.__getitem__, limits(link.accuracy))
+    try:
+        orders.heed()
+        why = hold.last()
+    except Ordered:
+        return hold.since
+    except BaseException as error:  # Ctrl-C, a lost link: the team lands
+        why = str(error) or type(error).__name__
+    record.note(link.now(), f"the hold ends: {why}.", kind="reaction")
+    return hold.since
 
 
 def _nobody(_look: Look) -> None:

@@ -129,7 +129,7 @@ class ObservedLink:
         """Let time go on, in steps after each of which orders are heeded.
 
         Raises:
-            Alarm: The flight is to end.
+            Ordered: The team is to hold, or to land.
             MotorsOrdered: All motors are to stop.
         """
         end = self.link.now() + seconds

@@ -248,6 +248,10 @@ class LiveFlight(Told):
     offered: str | None = None
 
 
+StopLevel = Literal["hold", "land", "motors"]
+"""Level of an order to stop; each goes beyond the one before."""
+
+
 class StopReceipt(Told):
     """The service's receipt for an order to stop: it was put on the line to the flight. What the flight and each vehicle did, frames say.
 
@@ -255,7 +259,7 @@ class StopReceipt(Told):
         order: Names the order; frames say what became of it.
         name: What the flight listens as.
         run: Its number among all flights.
-        level: `land`: all hold while all are seen, then land. `motors`: all motors stop.
+        level: `hold`: all hold where they can stop, for as long as that can last. `land`: all land. `motors`: all motors stop.
         who: Who ordered it.
         expires: s after which the flight does not heed it any more.
     """
@@ -263,7 +267,7 @@ class StopReceipt(Told):
     order: str
     name: str
     run: int
-    level: Literal["land", "motors"]
+    level: StopLevel
     who: str
     expires: float
 

@@ -16,7 +16,7 @@ from ltlplan.service.execution.derived import SimulationAsked, require_sense
 from ltlplan.service.live_view.foretelling import foretell
 from ltlplan.service.log import note
 from ltlplan.service.metrics import Metrics
-from ltlplan.service.models import DerivedKind, EventsAccepted, Job, LiveFlight, StopReceipt
+from ltlplan.service.models import DerivedKind, EventsAccepted, Job, LiveFlight, StopLevel, StopReceipt
 from ltlplan.service.people.openid import OpenId
 from ltlplan.service.people.people import People
 from ltlplan.service.people.roles import Action, Principal, allows, require
@@ -191,21 +191,21 @@ class Service:
             raise Conflict(f"'{flight[:60]}' is not seen live at the moment, so that nothing can be said of an event.")
         return await self.questions.ask(foretell, feed.shown, feed.frame.model_dump_json(), line, who=who)
 
-    def stop_flight(self, principal: Principal, flight: str, run: int, *, motors: bool) -> StopReceipt:
+    def stop_flight(self, principal: Principal, flight: str, run: int, level: StopLevel) -> StopReceipt:
         """Order a flight to stop, as somebody who may. The flight hears it before the log has it, and whether or not it can be written.
 
         Args:
             principal: Who orders it.
             flight: What it listens as.
             run: Its number among all flights.
-            motors: Whether all motors are to stop at once.
+            level: What is ordered.
 
         Raises:
             Forbidden: The role is not enough.
             LtlplanError: As `Hub.stop`.
         """
         require(principal, Action.FLY)
-        receipt = self.live.hub.stop(flight, run, "motors" if motors else "land", principal.client)
+        receipt = self.live.hub.stop(flight, run, level, principal.client)
         self._logging.add(task := asyncio.get_running_loop().create_task(self._log_stop(principal, receipt)))
         task.add_done_callback(self._logging.discard)
         return receipt

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -66,11 +67,16 @@ def test_a_flight_is_seen_and_stopped_from_every_tab(chromium: Any, address: str
     visitor.wait("document.querySelectorAll('.live-scenes .holder[data-drawn=yes]').length === 2")
     visitor.tab("Write")
     assert "terminal and the kill switch come first" in visitor.said(".no-safety")
-    visitor.page.locator("button.stop").click()
-    assert until(lambda: flying.orders.level is Level.LAND, 5.0)
+    visitor.page.get_by_role("button", name="Stop lab").click()
+    assert until(lambda: flying.orders.level is Level.HOLD, 5.0)
     visitor.wait("document.querySelector('.receipts').textContent.includes('one: not confirmed')")
     flying.acknowledged = "hold"
     visitor.wait("/one: holds, [0-9]+ ms/.test(document.querySelector('.receipts').textContent)")
+    visitor.page.get_by_role("button", name="Land lab").click()
+    assert until(lambda: flying.orders.level is Level.LAND, 5.0)
+    visitor.wait("document.querySelector('.receipts').textContent.includes('one: not confirmed')")
+    flying.acknowledged = "land"
+    visitor.wait("/one: lands, [0-9]+ ms/.test(document.querySelector('.receipts').textContent)")
     visitor.page.get_by_role("button", name="Motors off").click()
     assert flying.orders.level is Level.LAND, "the second press is asked for"
     visitor.page.get_by_role("button", name="Press again").click()
@@ -140,8 +146,8 @@ def test_control_is_handed_from_one_pilot_to_another_by_both(
 
 
 def test_an_earlier_flight_is_replayed_in_the_same_view(chromium: Any, address: str, people: People) -> None:
-    with fed(f"{address}/live/yard", token=people.tokens.new("yard", role="pilot")) as flight:
-        until(lambda: flight.feed._number > 25, 10.0)
+    with fed(f"{address}/live/yard", token=people.tokens.new("yard", role="pilot")):
+        time.sleep(3.0)
     visitor = _entered(chromium, address, people, "vera")
     visitor.open("/live/yard")
     visitor.page.locator(".runs button").first.click()
@@ -183,8 +189,10 @@ def test_a_real_flight_is_stopped_and_lands_while_its_viewer_s_browser_is_killed
         visitor.open("/live/hangar")
         visitor.page.wait_for_function("() => document.querySelector('.live .todo li')", timeout=LIMIT)
         other.context.close()
-        visitor.page.locator("button.stop").first.click()
-        visitor.wait("/quad[0-2]: (holds|lands|motors off), [0-9]+ ms/.test(document.querySelector('.receipts').textContent)")
+        visitor.page.get_by_role("button", name="Stop hangar").click()
+        visitor.wait("/quad[0-2]: holds, [0-9]+ ms/.test(document.querySelector('.receipts').textContent)")
+        visitor.page.get_by_role("button", name="Land hangar").click()
+        visitor.wait("/quad[0-2]: (lands|motors off), [0-9]+ ms/.test(document.querySelector('.receipts').textContent)")
         assert flight.wait(60) == 5
     assert "stopped by root through the service" in (tmp_path / "said").read_text()
     visitor.end()

@@ -16,6 +16,7 @@ from flight.link.link import Health, Pose
 from flight.link.observed_link import Observation, SeenRobot
 from flight.link.stop_orders import StopOrders
 from flight.link.tracking_monitor import Look
+from flight.logs.log import Event
 from ltlplan.service.client_parts.flight_feed import FlightFeed
 from ltlplan.service.client_parts.long_polling import FollowedService
 from tests.helpers.live_missions import PAIR
@@ -41,8 +42,13 @@ class FedFlight:
         self.feed = FlightFeed(self.listener, lambda: self.mission, self.orders)
         self._ended = threading.Event()
         self.acknowledged: str | None = None
+        self._said: tuple[Event, ...] = ()
         self._looking = threading.Thread(target=self._look, daemon=True)
         self._looking.start()
+
+    def speaks(self, said: tuple[Event, ...]) -> None:
+        """Have the flight say something with each observation from now on."""
+        self._said = said
 
     def _look(self) -> None:
         began = time.monotonic()
@@ -53,7 +59,7 @@ class FedFlight:
             look = Look(
                 "flight", now, 600.0, dict.fromkeys(ROBOTS, 0.012), 0.05, (), (), (("F left", "done"), ("F right", "to do"))
             )
-            self.feed.show(Observation(now, dict.fromkeys(ROBOTS, robot), _STILL, 0.0, look, (), False, 0.005))
+            self.feed.show(Observation(now, dict.fromkeys(ROBOTS, robot), _STILL, 0.0, look, self._said, False, 0.005))
             self.longest = max(self.longest, time.perf_counter() - before)
 
     def close(self) -> None:

@@ -27,17 +27,19 @@ class TenRobots:
     """The flight, in a thread of its own.
 
     Attributes:
-        looks: When the monitor looked, s.
+        looks: When the monitor looked, s, and at which stage.
         shown: How long showing each observation took, s.
         done: How it ended.
+        feed: Shows it, where it is seen.
     """
 
     seconds: float
     address: str | None = None
     robots: int = 10
-    looks: list[float] = field(default_factory=list[float])
+    looks: list[tuple[float, str]] = field(default_factory=list[tuple[float, str]])
     shown: list[float] = field(default_factory=list[float])
     done: LiveFlight | None = None
+    feed: FlightFeed | None = None
 
     def begin(self) -> threading.Thread:
         """Begin to fly, and return the thread, which ends with the flight."""
@@ -62,7 +64,7 @@ class TenRobots:
             self.done = fly_live(link, stages, grounds=grounds, operator=Operator(self._look))
             return
         with closing(FollowedService(self.address, mission.name)) as listener:
-            feed = FlightFeed(listener, lambda: mission, orders)
+            self.feed = feed = FlightFeed(listener, lambda: mission, orders)
 
             def show(seen: Observation) -> None:
                 began = time.perf_counter()
@@ -81,10 +83,10 @@ class TenRobots:
             finally:
                 feed.end()
 
-    def _look(self, _look: Look) -> None:
-        self.looks.append(time.monotonic())
+    def _look(self, look: Look) -> None:
+        self.looks.append((time.monotonic(), look.stage))
 
     @property
     def gaps(self) -> list[float]:
-        """S between two looks, sorted."""
-        return sorted(after - before for before, after in itertools.pairwise(self.looks) if after - before < 1.0)
+        """S between two looks at one stage, sorted: between stages a team hovers for a second."""
+        return sorted(now - before for (before, stage), (now, same) in itertools.pairwise(self.looks) if stage == same)

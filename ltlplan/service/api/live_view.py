@@ -20,7 +20,7 @@ from ltlplan.service.live_view.hub import Feed, Viewer
 from ltlplan.service.live_view.messages import MOST_FRAME, Sent
 from ltlplan.service.live_view.pictures import live_picture
 from ltlplan.service.log import note
-from ltlplan.service.models import StopReceipt
+from ltlplan.service.models import StopLevel, StopReceipt
 from ltlplan.service.problems import TooManyRequests
 from ltlplan.service.security.rates import Rates
 from ltlplan.service.service import Service
@@ -200,15 +200,18 @@ async def stop_flight(
     run: Annotated[
         int, Query(description="the flight's number, as its state has it: no other flight of this name is meant", ge=0)
     ],
-    motors: Annotated[
-        bool, Query(description="stop all motors at once; only who ordered a stop before may, by a second order")
-    ] = False,
+    level: Annotated[
+        StopLevel,
+        Query(
+            description="`hold`: all hold where they can stop, for as long as that can last, then land; `land`; `motors`: all motors stop at once, which only who ordered a stop before may order"
+        ),
+    ] = "hold",
 ) -> Response:
-    """Order all robots of a flight to hold while all are seen, and to land; or their motors to stop.
+    """Order all robots of a flight to hold, to land, or to stop their motors; orders only escalate.
 
     It passes limits, queues and a full disk, and is not heeded 2 s later any more. It is no safety function: terminal and kill switch come first.
     """
-    return json_answer(service_of(request).stop_flight(principal_of(request), name, run, motors=motors), 202)
+    return json_answer(service_of(request).stop_flight(principal_of(request), name, run, level), 202)
 
 
 @router.post(

@@ -6,7 +6,7 @@ from typing import Any, Self
 
 from ltlplan.service.client_parts.transport import Wire, checked, segment
 from ltlplan.service.event_inbox.control import Act
-from ltlplan.service.models import EventsAccepted, Health, LiveEvent, LiveFlight, StopReceipt
+from ltlplan.service.models import EventsAccepted, Health, LiveEvent, LiveFlight, StopLevel, StopReceipt
 from verify.data.names.former_names import warn_former
 
 PATIENCE = 60.0
@@ -102,19 +102,19 @@ class FlightsClient:
         answer = self._wire.ask("POST", f"/api/live/{segment(flight)}/control", params={"act": act, "to": to})
         return checked(LiveFlight, answer.json())
 
-    def stop_flight(self, flight: LiveFlight, *, motors: bool = False) -> StopReceipt:
-        """Order all robots of a flight to hold and land, or their motors to stop; the receipt says that the order is on the line, no more.
+    def stop_flight(self, flight: LiveFlight, level: StopLevel = "hold") -> StopReceipt:
+        """Order all robots of a flight to hold, to land, or to stop their motors; the receipt says that the order is on the line, no more.
 
         It is no safety function: the flight's terminal and the kill switch come first.
 
         Args:
             flight: The flight, of `flights()`; no other one of its name is meant.
-            motors: Stop all motors at once; only who ordered a stop before may.
+            level: "hold" where they can stop, for as long as that can last; "land"; "motors" off, by who ordered a stop before.
 
         Raises:
             BadInput: It is not connected, so that nobody hears this.
         """
-        asked = {"run": flight.run, "motors": motors}
+        asked = {"run": flight.run, "level": level}
         answer = self._wire.ask("POST", f"/api/live/{segment(flight.name)}/stop", params=asked)
         return checked(StopReceipt, answer.json())
 

@@ -123,23 +123,23 @@ class FollowedService:
             try:
                 self._hear(0.0 if down else WAIT)
             except Conflict as error:
-                self._say(f"{error} It hears nothing from there any more.")
+                self.say(f"{error} It hears nothing from there any more.")
                 return
             except NotFound:
                 self._begin_anew()
             except LtlplanError as error:
                 if not down:
-                    self._say(f"it cannot be heard: {error} It is tried again, and what it accepts meanwhile comes later.")
+                    self.say(f"it cannot be heard: {error} It is tried again, and what it accepts meanwhile comes later.")
                 down = True
                 self._ended.wait(PAUSE)
                 continue
             except Exception as error:  # the line was closed while it waited, or is broken in a way that httpx does not know
                 if self._ended.is_set():
                     return
-                self._say(f"it cannot be heard any more ({type(error).__name__}).")
+                self.say(f"it cannot be heard any more ({type(error).__name__}).")
                 return
             if down:
-                self._say("it is heard again.")
+                self.say("it is heard again.")
             down = False
 
     def _hear(self, wait: float) -> None:
@@ -155,7 +155,7 @@ class FollowedService:
         self._flight, self._after = uuid.uuid4().hex, 0
         try:
             self._begin()
-            self._say("the service did not know this flight any more; it listens anew.")
+            self.say("the service did not know this flight any more; it listens anew.")
         except LtlplanError:
             self._ended.wait(PAUSE)
 
@@ -178,7 +178,12 @@ class FollowedService:
             except LtlplanError:
                 time.sleep(PAUSE / 5 if self._ended.is_set() else PAUSE)
 
-    def _say(self, sentence: str) -> None:
+    def say(self, sentence: str) -> None:
+        """Have a sentence returned to the flight among what it is told.
+
+        Args:
+            sentence: Names the address before it.
+        """
         self._told.put(f"{self.address}: {sentence}")
 
 

@@ -13,8 +13,8 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from ltlplan.service.live_view.messages import FRESH, Frame, StopLevel, StopOrder
-from ltlplan.service.models import StopReceipt
+from ltlplan.service.live_view.messages import FRESH, Frame, StopOrder
+from ltlplan.service.models import StopLevel, StopReceipt
 from ltlplan.service.problems import Conflict, NotFound
 
 LINE = 1.0

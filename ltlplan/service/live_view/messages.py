@@ -12,7 +12,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from ltlplan.service.event_inbox.names import FLIGHT
-from ltlplan.service.models import Told
+from ltlplan.service.models import StopLevel, Told
 
 MOST_FRAME = 200_000
 """Letters of a frame."""
@@ -24,7 +24,6 @@ Number = Annotated[float, Field(allow_inf_nan=False)]
 Place = tuple[Number, Number, Number]
 Name = Annotated[str, Field(max_length=200)]
 Sentence = Annotated[str, Field(max_length=2000)]
-StopLevel = Literal["land", "motors"]
 Outcome = Literal["taken", "expired", "refused"]
 
 
@@ -87,6 +86,7 @@ class Frame(Told):
         parts: The formula's parts, each with its state.
         said: What was said since the last frame.
         ending: Whether the flight ends: all hold or land.
+        ordered: The highest level of a stop that was ordered; None before any.
         over: Whether it is over.
         orders: What became of the last orders to stop.
         hears: Whether it takes events.
@@ -106,6 +106,7 @@ class Frame(Told):
     parts: Annotated[tuple[tuple[Annotated[str, Field(max_length=10_000)], Name], ...], Field(max_length=500)] = ()
     said: Annotated[tuple[Said, ...], Field(max_length=200)] = ()
     ending: bool = False
+    ordered: StopLevel | None = None
     over: bool = False
     orders: Annotated[tuple[OrderOutcome, ...], Field(max_length=20)] = ()
     hears: bool = True
@@ -147,7 +148,7 @@ class StopOrder(Told):
     Attributes:
         order: Names it.
         flight: The flight's own name for itself.
-        level: `land`: all hold while all are seen, and land. `motors`: all motors stop.
+        level: `hold`: all hold where they can stop, for as long as that can last. `land`: all land. `motors`: all motors stop.
         who: Who orders it.
         after: The flight's clock in the last frame that the service had then, s.
         since: s since that frame came.

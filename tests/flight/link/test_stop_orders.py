@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 
 import pytest
 
@@ -132,3 +133,81 @@ def test_what_is_shown_ends_no_flight(ready) -> None:
     observed = ObservedLink(link, orders, Record(), broken)
     done = fly_live(observed, flown, grounds=GROUNDS, operator=Operator(observed.see, orders))
     assert done.flown, done.reason
+
+
+@few_of(2, "when", [2.0, 5.0, 8.0])
+def test_a_hold_lasts_until_the_team_is_ordered_to_land(ready, when: float) -> None:
+    flown = Flown(ready, {when: Level.HOLD, when + 12.0: Level.LAND})
+    assert flown.done.reason == "stopped by alice"
+    resting = [seen for seen in flown.seen if when + 4.0 < seen.time < when + 12.0]
+    for robot in PLACES:
+        places = [seen.robots[robot].pose.position for seen in resting]
+        assert max(math.dist(places[0], place) for place in places) < 0.03
+        assert {seen.robots[robot].acknowledged for seen in resting} == {"hold"}
+    landing = next(seen.time for seen in flown.seen if all(robot.acknowledged == "land" for robot in seen.robots.values()))
+    assert landing < when + 12.5, "those who hold already land at once"
+    assert on_the_ground(flown.link)
+    assert flown.done.unsafe == ()
+    assert flown.link.spinning == ()
+
+
+def test_a_hold_is_a_landing_by_itself_after_its_longest_time(ready) -> None:
+    flown = Flown(ready, {5.0: Level.HOLD})
+    sentences = [event.sentence for event in flown.done.record.events]
+    assert "the hold ends: it has lasted 60 s." in sentences
+    landing = next(seen.time for seen in flown.seen if all(robot.acknowledged == "land" for robot in seen.robots.values()))
+    assert 65.0 < landing < 68.0
+    assert on_the_ground(flown.link)
+
+
+@pytest.mark.parametrize(
+    ("faults", "why"),
+    [
+        (Faults(unseen={"two": 12.0}), "two is not seen"),
+        (Faults(flat={"one": 12.0}), "one's battery lasts for 0 s"),
+        (Faults(deaf={"two": 5.0}), "two has not acknowledged it"),
+    ],
+    ids=["pose", "battery", "answer"],
+)
+def test_a_hold_that_cannot_last_is_a_landing(ready, faults: Faults, why: str) -> None:
+    flown = Flown(ready, {5.2: Level.HOLD}, faults)
+    events = flown.done.record.events
+    ended = next(event for event in events if event.sentence.startswith("the hold ends"))
+    assert why in ended.sentence
+    assert ended.time < 12.5
+    assert any(event.sentence == "all robots land." for event in events if event.time >= ended.time)
+    assert on_the_ground(flown.link)
+
+
+def test_motors_that_are_ordered_off_in_a_hold_stop_at_once(ready) -> None:
+    flown = Flown(ready, {5.0: Level.HOLD, 9.0: Level.MOTORS})
+    assert flown.link.spinning == ()
+    assert flown.link.now() < 9.4
+
+
+def test_a_hold_that_is_ordered_while_the_team_lands_changes_nothing(ready) -> None:
+    plain, flown = (Flown(ready, {5.0: Level.LAND, **more}) for more in ({}, {8.5: Level.HOLD}))
+    assert flown.link.now() == plain.link.now()
+    assert flown.orders.give(Level.HOLD, "") is False
+
+
+def test_an_interrupt_in_a_hold_lands_and_a_second_one_stops_motors(ready) -> None:
+    mission, flown = ready
+    for interrupts in (1, 2):
+        link, orders, record = SimulatedLink(mission, PLACES), StopOrders(), Record()
+        observed, inner, left = ObservedLink(link, orders, record, lambda _: None), link.sleep, [9.0, 9.5][:interrupts]
+
+        def sleep(seconds: float, link=link, orders=orders, inner=inner, left=left) -> None:
+            if link.now() >= 5.0:
+                orders.give(Level.HOLD, "stopped by alice")
+            if left and link.now() >= left[0]:
+                left.pop(0)
+                raise KeyboardInterrupt
+            inner(seconds)
+
+        link.sleep = sleep
+        done = fly_live(observed, flown, grounds=GROUNDS, operator=Operator(observed.see, orders, record))
+        assert done.unsafe == ()
+        assert link.spinning == ()
+        assert (link.now() < 10.0) == (interrupts == 2)
+        assert interrupts == 2 or on_the_ground(link)

@@ -75,6 +75,7 @@ class Ending:
 
     Attributes:
         standing: Looks at robots that land; None before they do.
+        held: When all held already, s of the robots' clock; infinite where they do not.
     """
 
     def __init__(
@@ -97,6 +98,7 @@ class Ending:
         self._link, self._note, self._see, self._ground, self._limits = link, note, see, ground, limits
         self._targets: dict[str, float] = {}
         self.standing: Standing | None = None
+        self.held = math.inf
 
     def end_safely(self, robots: Sequence[str], grounded: Sequence[str] = ()) -> list[str]:
         """Bring robots that fly to the ground; return those that are not known to be there with their motors off.
@@ -138,8 +140,9 @@ class Ending:
         link = self._link
         if self.standing is not None or not all(self._fresh(robot) for robot in robots):
             return
-        self._say("all robots hold where they can stop.")
-        end = math.inf if self._told(robots, link.hold) else link.now() + self._limits["holding"]
+        if math.isinf(self.held):
+            self._say("all robots hold where they can stop.")
+        end = math.inf if self._told(robots, link.hold) else min(self.held, link.now()) + self._limits["holding"]
         while link.now() < end < math.inf:
             link.sleep(AGAIN)
             self._see(robots)

@@ -67,10 +67,10 @@ export class Line {
   }
 
   // Orders a stop, and returns the service's receipt and how long it took, ms; throws what went wrong, in words.
-  async stop(run, motors) {
+  async stop(run, level) {
     const began = performance.now();
     const limit = AbortSignal.timeout(CONFIRM);
-    const answer = await fetch(`/api/live/${encodeURIComponent(this.name)}/stop?run=${run}&motors=${motors}`, {
+    const answer = await fetch(`/api/live/${encodeURIComponent(this.name)}/stop?run=${run}&level=${level}`, {
       method: "POST", credentials: "same-origin", signal: limit, headers: { accept: "application/json" },
     }).catch(() => { throw new Error("The service did not answer."); });
     const told = await answer.json().catch(() => ({}));

@@ -3,13 +3,13 @@ import { CONFIRM, LEVELS, Line } from "ltlplan_feed";
 
 const LOOK = 2500; // ms between two looks at which flights there are
 const SURE = 4000; // ms for which motors off asks for the second press
-const RANK = { hold: 1, land: 1, stop: 2 };
+const RANK = { hold: 1, land: 2, stop: 3 };
 
 export default {
   template: `
 <section v-if="flights.length" class="stops" aria-label="Stop a flight">
   <div v-for="flight in flights" class="stop-flight" :key="flight.run" :data-run="flight.run">
-    <button type="button" class="stop" @click="stop(flight, false)">Stop {{ flight.name }}</button>
+    <button type="button" class="stop" @click="stop(flight, level(flight))">{{ level(flight) === "hold" ? "Stop" : "Land" }} {{ flight.name }}</button>
     <button v-if="ordered(flight)" type="button" class="motors" :class="{ sure: sure === flight.run }" @click="motors(flight)">
       {{ sure === flight.run ? "Robots fall. Press again" : "Motors off" }}</button>
     <p class="receipts" role="status"><template v-for="part in told(flight)"><span :class="part[1]">{{ part[0] }}</span> </template></p>
@@ -55,17 +55,24 @@ export default {
     recent(flight) { return performance.now() - this.orders[flight.run].at < 60000; },
     ordered(flight) { return Boolean(this.orders[flight.run]?.receipt) && !this.lines[flight.run]?.line.frame?.over; },
     motors(flight) {
-      if (this.sure === flight.run) { this.sure = null; this.stop(flight, true); return; }
+      if (this.sure === flight.run) { this.sure = null; this.stop(flight, "motors"); return; }
       this.sure = flight.run;
       clearTimeout(this.doubt);
       this.doubt = setTimeout(() => { this.sure = null; }, SURE);
     },
-    async stop(flight, motors) {
-      const order = { motors, at: performance.now(), receipt: null, took: 0, trouble: "", outcome: null, vehicles: {} };
+    // What the button orders next: a hold, and a landing once the team holds or lands, whoever ordered that.
+    level(flight) {
+      this.tick;
+      const frame = this.lines[flight.run]?.line.frame;
+      return frame && (frame.ordered || frame.ending) ? "land" : "hold";
+    },
+    async stop(flight, level) {
+      const held = this.lines[flight.run].line.frame?.ordered === "hold";
+      const order = { least: level === "motors" ? 3 : level === "land" && held ? 2 : 1, at: performance.now(), receipt: null, took: 0, trouble: "", outcome: null, vehicles: {} };
       this.orders[flight.run] = order;
       const mine = this.orders[flight.run];
       try {
-        const { receipt, took } = await this.lines[flight.run].line.stop(flight.run, motors);
+        const { receipt, took } = await this.lines[flight.run].line.stop(flight.run, level);
         mine.receipt = receipt;
         mine.took = took;
       } catch (error) { mine.trouble = error.message; }
@@ -74,11 +81,10 @@ export default {
       const order = this.orders[run];
       if (!order || !order.receipt) return;
       order.outcome = frame.orders.find((each) => each.order === order.receipt.order) || order.outcome;
-      const least = order.motors ? 2 : 1;
       for (const [name, robot] of Object.entries(frame.robots)) {
         const known = (order.vehicles[name] ??= { level: null, took: null });
         if (!order.outcome || order.outcome.outcome !== "taken") continue;
-        if (RANK[robot.acknowledged] >= least && known.took === null) known.took = performance.now() - order.at;
+        if (RANK[robot.acknowledged] >= order.least && known.took === null) known.took = performance.now() - order.at;
         known.level = robot.acknowledged;
       }
     },

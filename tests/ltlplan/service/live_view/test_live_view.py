@@ -64,23 +64,27 @@ def test_a_stop_is_receipted_heard_and_answered_by_each_vehicle(served: Served, 
         receipt = http.post(f"/api/live/{name}/stop", params={"run": run_of(served.url, name)})
         took = time.monotonic() - began
         assert receipt.status_code == 202, receipt.text
-        assert until(lambda: flying.orders.level is Level.LAND, 2.0)
+        assert until(lambda: flying.orders.level is Level.HOLD, 2.0)
         flying.acknowledged = "hold"
         frame = viewer.frame(lambda frame: bool(frame["orders"]) and frame["robots"]["one"]["acknowledged"] == "hold", 2.0)
-    assert frame["orders"][0] == {"order": receipt.json()["order"], "outcome": "taken", "sentence": "all hold, and land"}
+    assert frame["orders"][0] == {
+        "order": receipt.json()["order"],
+        "outcome": "taken",
+        "sentence": "all hold, and land after 60 s at most",
+    }
     assert took < 0.2 or os.getloadavg()[0] > 2
 
 
 def test_motors_need_a_stop_of_the_same_pilot_before(served: Served, flying: FedFlight, name: str) -> None:
     run = run_of(served.url, name)
     with watching(served.url, name) as viewer:
-        httpx.post(f"{served.url}/api/live/{name}/stop", params={"run": run, "motors": True}).raise_for_status()
+        httpx.post(f"{served.url}/api/live/{name}/stop", params={"run": run, "level": "motors"}).raise_for_status()
         outcome = viewer.frame(lambda frame: bool(frame["orders"]))["orders"][0]
         assert outcome["outcome"] == "refused"
-        assert "has not ordered to land before" in outcome["sentence"]
+        assert "has not ordered a stop before" in outcome["sentence"]
         assert flying.orders.level is Level.NONE
-        for motors in (False, True):
-            httpx.post(f"{served.url}/api/live/{name}/stop", params={"run": run, "motors": motors}).raise_for_status()
+        for level in ("land", "motors"):
+            httpx.post(f"{served.url}/api/live/{name}/stop", params={"run": run, "level": level}).raise_for_status()
         viewer.frame(lambda frame: len(frame["orders"]) == 3)
     assert flying.orders.level is Level.MOTORS
 
@@ -177,7 +181,7 @@ def test_an_order_that_a_paused_network_kept_is_not_heeded(tmp_path: Path) -> No
             assert frame["orders"][0]["outcome"] == "expired"
             assert flight.orders.level is Level.NONE
             httpx.post(f"{served.url}/api/live/lab/stop", params={"run": run}).raise_for_status()
-            assert until(lambda: flight.orders.level is Level.LAND, 3.0)
+            assert until(lambda: flight.orders.level is Level.HOLD, 3.0)
 
 
 @pytest.mark.slow
@@ -194,7 +198,7 @@ def test_a_service_that_is_killed_is_fed_again_when_it_is_back(tmp_path: Path) -
                 assert after["number"] > before["number"]
                 viewer.until(lambda message: message["kind"] == "picture")
                 httpx.post(f"{again.url}/api/live/lab/stop", params={"run": run_of(again.url, "lab")}).raise_for_status()
-                assert until(lambda: flight.orders.level is Level.LAND, 3.0)
+                assert until(lambda: flight.orders.level is Level.HOLD, 3.0)
 
 
 @pytest.mark.slow
@@ -229,7 +233,7 @@ def test_roles_and_limits_that_are_used_up(tmp_path: Path) -> None:
                     opened.enter_context(socket.create_connection(("127.0.0.1", int(served.url.rpartition(":")[2]))))
                 assert httpx.get(f"{served.url}/health").status_code == 503
                 assert httpx.post(stop, headers=headers["pilot"]).status_code == 202
-            assert until(lambda: flight.orders.level is Level.LAND, 3.0)
+            assert until(lambda: flight.orders.level is Level.HOLD, 3.0)
 
 
 def fill(path: Path) -> None:
@@ -256,7 +260,7 @@ def test_a_full_disk_does_not_stand_in_the_way_of_a_stop(tmp_path: Path) -> None
             assert told.status_code in (503, 507), told.text
             began = time.monotonic()
             assert httpx.post(f"{served.url}/api/live/lab/stop", params={"run": run}).status_code == 202
-            assert until(lambda: flight.orders.level is Level.LAND, 2.0)
+            assert until(lambda: flight.orders.level is Level.HOLD, 2.0)
             assert time.monotonic() - began < 2.0
             viewer.frame(lambda frame: bool(frame["orders"]), 2.0)
             (disk / "filler").unlink()
