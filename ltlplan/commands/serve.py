@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from ltlplan.commands.support.options import JsonOption
+from ltlplan.commands.support.options import DatabaseFileOption, DatabaseOption, JsonOption
 from ltlplan.service.settings import LOOPBACK, PORT
 
 
@@ -22,14 +22,8 @@ def command(
         list[str] | None, typer.Option("--name", help="Name of a proxy in front of it; may be given several times.")
     ] = None,
     data: Annotated[Path | None, typer.Option("--data", help="Folder of all data (default: your data folder).")] = None,
-    db: Annotated[
-        str | None,
-        typer.Option(
-            "--db",
-            help="PostgreSQL URL of the jobs, without its password (default: $LTLPLAN_DB, or SQLite in the data folder).",
-        ),
-    ] = None,
-    db_file: Annotated[Path | None, typer.Option("--db-file", help="File that holds this URL, the password included.")] = None,
+    db: DatabaseOption = None,
+    db_file: DatabaseFileOption = None,
     dask: Annotated[str | None, typer.Option("--dask", help="Dask scheduler that computes, such as tcp://head:8786.")] = None,
     workers: Annotated[
         int | None, typer.Option("--workers", min=1, help="Stages computed at the same time (default: one a processor).")

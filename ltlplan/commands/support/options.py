@@ -35,6 +35,13 @@ PaceOption = Annotated[
 ]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON document instead of text.")]
 DataOption = Annotated[Path | None, typer.Option("--data", help="Folder of the service's data (default: your data folder).")]
+DatabaseOption = Annotated[
+    str | None,
+    typer.Option(
+        "--db", help="PostgreSQL URL of the jobs, without its password (default: $LTLPLAN_DB, or SQLite in the data folder)."
+    ),
+]
+DatabaseFileOption = Annotated[Path | None, typer.Option("--db-file", help="File that holds this URL, the password included.")]
 SequenceOption = Annotated[
     str | None, typer.Option("--sequence", help="Hoops to fly, such as 'hoop0F hoop1R', instead of the mission's.")
 ]

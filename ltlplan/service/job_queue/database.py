@@ -21,6 +21,8 @@ FORMAT = 1
 FILE = "jobs.sqlite"
 SCHEMA = "dbos"
 """Where a PostgreSQL database has the engine's tables."""
+OURS = "ltlplan_service"
+"""Table of what the service itself writes: whose the database is, and of which version."""
 PATIENCE = 3.0
 """s that a database that others hold is waited for at the start."""
 
@@ -53,15 +55,8 @@ def prepare(url: str, owner: str, *, tables: int) -> str:
     Raises:
         BadInput: It does not answer, is of a newer version or belongs to another folder; nothing in it was changed.
     """
-    where = sa.make_url(url)
-    sqlite = where.get_backend_name() == "sqlite"
-    try:
-        if sqlite:
-            engine = sa.create_engine(where, connect_args={"timeout": PATIENCE})
-        else:
-            engine = sa.create_engine(where.set(drivername="postgresql+psycopg"), connect_args={"connect_timeout": 5})
-    except (NoSuchModuleError, ImportError):
-        raise BadInput("PostgreSQL needs psycopg: `pip install 'ltlplan[postgres]'`.") from None
+    engine = engine_of(url)
+    sqlite = engine.dialect.name == "sqlite"
     try:
         if sqlite:
             with engine.connect() as connection:  # writers then do not wait for readers; a property of the file, for ever
@@ -72,11 +67,29 @@ def prepare(url: str, owner: str, *, tables: int) -> str:
             _check_tables(connection, tables)
             return _claim(connection, owner)
     except DBAPIError as error:
-        raise BadInput(f"{_name(where)} cannot be used: {_reason(error)}") from None
+        raise BadInput(f"{name_of(url)} cannot be used: {_reason(error)}") from None
     except SQLAlchemyError as error:
-        raise BadInput(f"{_name(where)} cannot be used: {str(error).splitlines()[0]}.") from None
+        raise BadInput(f"{name_of(url)} cannot be used: {str(error).splitlines()[0]}.") from None
     finally:
         engine.dispose()
+
+
+def engine_of(url: str) -> sa.Engine:
+    """Return what opens a database; its owner disposes of it.
+
+    Args:
+        url: Of SQLite or PostgreSQL.
+
+    Raises:
+        BadInput: What speaks to PostgreSQL is not installed.
+    """
+    where = sa.make_url(url)
+    try:
+        if where.get_backend_name() == "sqlite":
+            return sa.create_engine(where, connect_args={"timeout": PATIENCE})
+        return sa.create_engine(where.set(drivername="postgresql+psycopg"), connect_args={"connect_timeout": 5})
+    except (NoSuchModuleError, ImportError):
+        raise BadInput("PostgreSQL needs psycopg: `pip install 'ltlplan[postgres]'`.") from None
 
 
 def why(error: BaseException) -> str | None:
@@ -97,8 +110,8 @@ def _check_tables(connection: sa.Connection, known: int) -> None:
 
 def _claim(connection: sa.Connection, owner: str) -> str:
     """Write whose the database is, of which version, and a name for it, or hold that against what is written; return the name."""
-    connection.exec_driver_sql("CREATE TABLE IF NOT EXISTS ltlplan_service (name TEXT PRIMARY KEY, value TEXT NOT NULL)")
-    found = {str(name): str(value) for name, value in connection.exec_driver_sql("SELECT name, value FROM ltlplan_service")}
+    connection.exec_driver_sql(f"CREATE TABLE IF NOT EXISTS {OURS} (name TEXT PRIMARY KEY, value TEXT NOT NULL)")
+    found = {str(name): str(value) for name, value in connection.exec_driver_sql(f"SELECT name, value FROM {OURS}")}
     added = {} if found else {"format": str(FORMAT), "folder": owner}
     if "database" not in found:
         added["database"] = uuid.uuid4().hex
@@ -111,7 +124,7 @@ def _claim(connection: sa.Connection, owner: str) -> str:
             "take a new database."
         )
     if added:
-        insert = sa.text("INSERT INTO ltlplan_service (name, value) VALUES (:name, :value)")
+        insert = sa.text(f"INSERT INTO {OURS} (name, value) VALUES (:name, :value)")
         connection.execute(insert, [{"name": name, "value": value} for name, value in added.items()])
     return found["database"]
 
@@ -120,7 +133,9 @@ def _newer(what: str) -> BadInput:
     return BadInput(f"The database was written by a newer ltlplan ({what}): start that version, or take another data folder.")
 
 
-def _name(url: sa.URL) -> str:
+def name_of(database: str) -> str:
+    """Return what to call a database in a sentence, without its password."""
+    url = sa.make_url(database)
     if url.get_backend_name() == "sqlite":
         return f"The database {url.database}"
     return f"The database {url.set(query={}).render_as_string(hide_password=True)}"  # options may hold a password too

@@ -92,6 +92,16 @@ def tables(*, sqlite: bool) -> int:
     return len(sqlite_migrations if sqlite else get_dbos_migrations(SCHEMA, False, False))
 
 
+def make_tables(url: str) -> None:
+    """Make the engine's tables in a database that has none, or bring older ones up to date.
+
+    Args:
+        url: Of SQLite or PostgreSQL.
+    """
+    logging.getLogger("dbos").setLevel(logging.ERROR)
+    DBOS.migrate(url, schema=SCHEMA)
+
+
 class Engine:
     """Runs jobs so that they survive.
 

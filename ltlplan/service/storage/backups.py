@@ -1,7 +1,7 @@
 """Backups of a data folder, made while the service runs, and restored into an empty folder.
 
 Deletions pause, the databases are copied (each a snapshot of an instant), then the values. A value is on the disk before any record names it, so
-whatever a snapshot names is there. People come before jobs: a job that is submitted between the two goes to its submitter at the next start. Secrets
+whatever a snapshot names is there. Jobs in PostgreSQL become a file of SQLite in the backup, and are restored into either. People come before jobs: a job that is submitted between the two goes to its submitter at the next start. Secrets
 stay behind: tokens are not in a backup, which could otherwise bring back revoked ones, and sessions are not. A backup is a tar archive whose last
 member lists the digests of all others; one that was cut off or changed is rejected.
 """
@@ -19,7 +19,7 @@ import tarfile
 import tempfile
 import time
 from collections.abc import Generator
-from contextlib import closing, contextmanager
+from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO
@@ -30,11 +30,14 @@ from ltlplan.service.storage.deletion_pause import paused
 from verify.data.errors import BadInput
 from verify.data.storage.safe_reading import parse_json
 
-FORMAT = 1
+FORMAT = 2
+"""1 had no recordings of flights."""
 MANIFEST = "backup.json"
-DATABASES = ("people.sqlite", "jobs.sqlite", "live.sqlite", "drafts.sqlite")
+JOBS = "jobs.sqlite"
+DATABASES = ("people.sqlite", JOBS, "live.sqlite", "drafts.sqlite")
 """In the order in which they are copied."""
 _PLAIN = ("folder", "values/databases.txt")
+_RECORDING = re.compile(r"flights/[0-9]{1,18}\.jsonl\.gz")
 _VALUE = re.compile(r"values/([0-9a-f]{2})/(\1[0-9a-f]{62})")
 _MOST_MANIFEST = 200_000_000
 
@@ -46,31 +49,36 @@ class Backup:
     Attributes:
         jobs: How many jobs are in it.
         values: How many values.
+        recordings: How many recordings of flights.
         bytes: Bytes of all of it, unpacked.
         damaged: Digests of values that were damaged already, and are not in it.
     """
 
     jobs: int
     values: int
+    recordings: int
     bytes: int
     damaged: tuple[str, ...]
 
 
-def back_up(data: Path, out: Path) -> Backup:
+def back_up(data: Path, out: Path, database: str | None = None) -> Backup:
     """Back up a data folder, whole or not at all; its service may be running.
 
     Args:
         data: The folder.
         out: File to write; what is there already stays.
+        database: PostgreSQL URL of its jobs; None where they are in the folder.
 
     Raises:
-        BadInput: It is no data folder, its jobs are in PostgreSQL, or there is such a file.
+        BadInput: It is no data folder, its jobs are not there, or there is such a file.
         NoRoom: The disk is full.
     """
     if not (data / "folder").exists():
         raise BadInput(f"{data} is no data folder of a service; name it with --data.")
-    if not (data / "jobs.sqlite").exists():
-        raise BadInput(f"The jobs of {data} are in PostgreSQL, which this does not back up: see docs/how-to/back-up.md.")
+    if database is None and not (data / JOBS).exists():
+        raise BadInput(
+            f"The jobs of {data} are in PostgreSQL: name its database as for `ltlplan serve` (--db, --db-file, $LTLPLAN_DB)."
+        )
     if out.exists():
         raise BadInput(f"{out} is there already; name another file.")
     beside = out.with_name(f".{out.name}.{os.getpid()}")
@@ -78,7 +86,7 @@ def back_up(data: Path, out: Path) -> Backup:
         with paused(data), tempfile.TemporaryDirectory(dir=out.parent, prefix=".backup-") as scratch:
             handle = os.open(beside, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
             with os.fdopen(handle, "wb") as file:
-                made = _write(data, Path(scratch), file)
+                made = _write(data, Path(scratch), file, database)
                 file.flush()
                 os.fsync(file.fileno())
         beside.replace(out)
@@ -89,9 +97,9 @@ def back_up(data: Path, out: Path) -> Backup:
     return made
 
 
-def _write(data: Path, scratch: Path, file: BinaryIO) -> Backup:
+def _write(data: Path, scratch: Path, file: BinaryIO, database: str | None) -> Backup:
     digests: dict[str, str] = {}
-    size, values, damaged, jobs = 0, 0, list[str](), 0
+    size, values, recordings, damaged, jobs = 0, 0, 0, list[str](), 0
     with tarfile.open(fileobj=file, mode="w|") as archive:
 
         def put(name: str, content: bytes) -> None:
@@ -103,9 +111,13 @@ def _write(data: Path, scratch: Path, file: BinaryIO) -> Backup:
             size += len(content)
 
         for name in DATABASES:
-            if (data / name).exists():
+            if name == JOBS and database is not None:
+                jobs = _out_of_postgres(database, data, scratch / name)
+            elif (data / name).exists():
                 jobs += _snapshot(data / name, scratch / name)
-                put(name, (scratch / name).read_bytes())
+            else:
+                continue
+            put(name, (scratch / name).read_bytes())
         for name in _PLAIN:
             if (data / name).exists():
                 put(name, (data / name).read_bytes())
@@ -118,6 +130,12 @@ def _write(data: Path, scratch: Path, file: BinaryIO) -> Backup:
                     values += 1
                 else:
                     damaged.append(path.name)
+        for path in sorted((data / "flights").glob("*.jsonl.gz")):
+            name = str(path.relative_to(data))
+            with suppress(FileNotFoundError):  # of a flight that was forgotten just now
+                if _RECORDING.fullmatch(name):
+                    put(name, path.read_bytes())
+                    recordings += 1
         told = {
             "format": FORMAT,
             "version": ltlplan.__version__,
@@ -125,7 +143,18 @@ def _write(data: Path, scratch: Path, file: BinaryIO) -> Backup:
             "files": dict(digests),
         }
         put(MANIFEST, json.dumps(told).encode())
-    return Backup(jobs, values, size, tuple(damaged))
+    return Backup(jobs, values, recordings, size, tuple(damaged))
+
+
+def _out_of_postgres(database: str, data: Path, target: Path) -> int:
+    """Copy the jobs out of PostgreSQL into a file of SQLite, and return how many they are."""
+    from ltlplan.service.job_queue.database import folder_name
+    from ltlplan.service.job_queue.database_copies import save_jobs
+
+    jobs = save_jobs(database, folder_name(data), target)
+    with closing(sqlite3.connect(target)) as made:
+        made.execute("PRAGMA journal_mode = DELETE")
+    return jobs
 
 
 def _snapshot(source: Path, target: Path) -> int:
@@ -148,15 +177,16 @@ def _snapshot(source: Path, target: Path) -> int:
         raise BadInput(f"{source} cannot be backed up: {error}.") from None
 
 
-def restore(backup: Path, data: Path) -> Backup:
+def restore(backup: Path, data: Path, database: str | None = None) -> Backup:
     """Restore a backup into a data folder that is empty or not there, whole or not at all.
 
     Args:
         backup: The backup's file.
         data: The folder.
+        database: URL of an empty PostgreSQL database for the jobs; None keeps them in the folder.
 
     Raises:
-        BadInput: It is no backup, was cut off or changed, is a newer version's, or the folder is not empty.
+        BadInput: It is no backup, was cut off or changed, is a newer version's, or folder or database are not empty.
         NoRoom: The disk is full.
     """
     if data.exists() and (not data.is_dir() or any(data.iterdir())):
@@ -166,6 +196,12 @@ def restore(backup: Path, data: Path) -> Backup:
     try:
         with backup.open("rb") as file, _in_words(backup), tarfile.open(fileobj=file, mode="r|") as archive:
             made = _read(archive, beside, backup)
+        if database is not None:
+            from ltlplan.service.job_queue.database_copies import load_jobs
+
+            load_jobs(beside / JOBS, database)
+            for left in beside.glob(f"{JOBS}*"):
+                left.unlink()
         if data.exists():
             data.rmdir()
         beside.replace(data)
@@ -205,13 +241,14 @@ def _read(archive: tarfile.TarFile, folder: Path, backup: Path) -> Backup:
         raise BadInput(f"{backup} was written by a newer ltlplan: start that version.")
     if told.get("files") != found:
         raise BadInput(f"{backup} was changed since it was made: a file of it is not the one that was backed up.")
-    with closing(sqlite3.connect(folder / "jobs.sqlite")) as database:
+    with closing(sqlite3.connect(folder / JOBS)) as database:
         jobs = database.execute("SELECT count(*) FROM workflow_status").fetchone()[0]
-    return Backup(jobs, sum(name.startswith("values/") and name not in _PLAIN for name in found), size, ())
+    values, recordings = (sum(map(bool, map(each.fullmatch, found))) for each in (_VALUE, _RECORDING))
+    return Backup(jobs, values, recordings, size, ())
 
 
 def _is_ours(name: str) -> bool:
-    return name in (MANIFEST, *DATABASES, *_PLAIN) or _VALUE.fullmatch(name) is not None
+    return name in (MANIFEST, *DATABASES, *_PLAIN) or any(each.fullmatch(name) for each in (_VALUE, _RECORDING))
 
 
 @contextmanager

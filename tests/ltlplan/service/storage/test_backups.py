@@ -45,6 +45,9 @@ def _folder(folder: Path) -> Path:
     people.accounts.add_by_openid("alice", Role.planner, "https://id.lab", "17")
     people.sessions.begin_of_account("alice")
     people.close()
+    (folder / "flights").mkdir()
+    (folder / "flights" / "1.jsonl.gz").write_bytes(b"a recording")
+    (folder / "flights" / "notes.txt").write_text("somebody's own")
     return folder
 
 
@@ -57,7 +60,9 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> bytes:
 
 
 def _files(folder: Path) -> dict[str, str]:
-    kept = [path for path in folder.rglob("*") if path.is_file() and "values" in path.parts]
+    kept = [
+        path for path in folder.rglob("*") if path.is_file() and (path.parent.parent.name == "values" or path.suffix == ".gz")
+    ]
     return {str(path.relative_to(folder)): hashlib.sha256(path.read_bytes()).hexdigest() for path in kept}
 
 
