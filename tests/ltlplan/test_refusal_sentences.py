@@ -6,6 +6,7 @@ import pytest
 
 import ltlplan
 from ltlplan.pipeline import certified_team
+from tests.helpers.few import few_of
 from tests.helpers.refused_missions import CASES, strangers
 from tests.helpers.room_teams import drawn
 from verify.data import BadInput, Infeasible, LtlplanError, Mission, NotCertified, Unsatisfiable, parse_mission
@@ -28,7 +29,7 @@ def refusal(mission: Mission) -> LtlplanError:
     return caught.value
 
 
-@pytest.mark.parametrize("name", [pytest.param(name, marks=pytest.mark.slow) if name in SLOW else name for name in CASES])
+@few_of(8, "name", [pytest.param(name, marks=pytest.mark.slow) if name in SLOW else name for name in CASES])
 def test_a_refusal_says_where_who_and_what_would_help(name: str) -> None:
     case = CASES[name]
     mission = parse_mission(case.text)

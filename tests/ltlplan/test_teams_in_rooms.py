@@ -98,6 +98,7 @@ def test_all_of_them_are_flown(figures: list[Figure]) -> None:
     assert not [seed for seed, figure in zip(SEEDS, figures, strict=True) if figure.refusal]
 
 
+@pytest.mark.slow
 def test_robots_that_take_turns_in_a_low_hall_end_where_nobody_passes_after_them() -> None:
     lasts, made = flown(ltlplan.plan(drawn(25).mission("0.7")))
     assert lasts < 1.6 * longest_alone(made)

@@ -9,6 +9,7 @@ import pytest
 
 import verify
 from refine import on_grid, refine
+from tests.helpers.few import few_of
 from tests.helpers.plans_by_hand import ball, patrol_plan, robot_plan, room, straight
 from verify.data import BadInput, Infeasible, Plan, Visit, Waypoint
 from verify.data.plan import Role
@@ -53,7 +54,7 @@ def test_what_is_no_plan_is_refused(plan: object) -> None:
         refine(plan)  # pyright: ignore[reportArgumentType]
 
 
-@pytest.mark.parametrize("times", [(0.0, 0.0, 0.0), (0.0, 1e-9, 2e-9), (0.0, 5.0, 5.0)])
+@few_of(1, "times", [(0.0, 0.0, 0.0), (0.0, 1e-9, 2e-9), (0.0, 5.0, 5.0)])
 def test_no_time_at_all_becomes_enough_time(times: tuple[float, ...]) -> None:
     plan = plan_of(*POINTS, times=times)
     team = refine(plan)

@@ -19,6 +19,7 @@ from tests.helpers.crazyflie_firmware import Manner
 from tests.helpers.crazyflie_peer import in_the_air
 from tests.helpers.crazyflie_radio import crazyradio
 from tests.helpers.crazyflie_stages import GROUNDS, PLACES, UNCHECKED, stage
+from tests.helpers.few import few_of
 from tests.helpers.flights import legs
 from tests.helpers.live_stages import parts_stages, patrol_stages, places_of
 from tests.helpers.trajectory_bytes import compressed_trajectory
@@ -43,7 +44,8 @@ def test_parameters_are_set_and_read_back_and_health_is_reported(mission) -> Non
     assert air.spinning == []
 
 
-@pytest.mark.parametrize(
+@few_of(
+    2,
     ("manner", "says"),
     [
         (Manner(lacks=("ctrlMel.massThrust",)), r"r1's firmware has no parameter ctrlMel\.massThrust"),

@@ -10,6 +10,7 @@ import pytest
 
 from ltlplan import __version__
 from tests.helpers.commands import Command
+from tests.helpers.few import few_of
 from tests.helpers.flights import legs, plan_of, small_mission
 from tests.verify.data.files.test_mission_file import GOOD
 from tests.verify.test_run_folder import write_folder
@@ -25,7 +26,8 @@ def assert_refused(ltlplan: Command, arguments: list[str], code: int, says: str,
     assert sorted(cwd.rglob("*")) == before, "something was left behind"
 
 
-@pytest.mark.parametrize(
+@few_of(
+    5,
     ("old", "new", "code", "says"),
     [
         ("name: test", "name: test\ncolour: red", 2, "unknown key"),

@@ -10,13 +10,15 @@ from pathlib import Path
 
 import pytest
 
+from tests.helpers.few import few_of
 from tests.helpers.live_missions import PAIR
 from tests.ltlplan.commands.test_interruptions import heed_interrupts
 
 ROOT = Path(__file__).parents[3]
 
 
-@pytest.mark.parametrize(
+@few_of(
+    7,
     ("options", "said"),
     [
         (["--link", "simulated"], "add --certified"),

@@ -160,6 +160,7 @@ def test_in_a_state_outside_the_set_nothing_changes_hands_however_cheap():
     assert check_word("F b & G(b -> G !c)", flown(flight))
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("asked_at_three_seconds")
 def test_without_what_binds_it_the_same_part_changes_hands():
     flight = Flight(small("F b", regions=PLACES, agents=[(-1.4, 0.6, 1), (1.5, -0.6, 1)]))

@@ -100,7 +100,8 @@ def test_a_whole_route_is_as_short_as_any_through_the_same_fields() -> None:
     assert float(np.linalg.norm(np.diff(found, axis=0), axis=1).sum()) == pytest.approx(least, abs=1e-5)
 
 
-@pytest.mark.parametrize(
+@few_of(
+    1,
     ("formula", "visits", "cheapest"),
     [
         ("F(a & F(b & F c))", "abc", 9.91),  # middles cost 11.4

@@ -175,6 +175,7 @@ def test_a_refusal_under_own_names_the_letter_and_the_reading_that_has_a_plan() 
     assert not any("round 2" in sentence for sentence in said), "no other times are tried of words that no times mend"
 
 
+@pytest.mark.slow
 def test_the_letter_that_breaks_words_of_six_robots_is_found_where_most_of_them_rest() -> None:
     resting = "".join(f", r{i}: {{start: [{i - 2.5}, -1.5, 1]}}" for i in range(2, 6))
     made = ltlplan.plan(

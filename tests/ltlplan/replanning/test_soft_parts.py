@@ -196,7 +196,7 @@ def test_robots_wait_for_a_soft_part_as_for_the_formula() -> None:
     assert done.rounds > 1
 
 
-@pytest.mark.parametrize("weight", ["0", "-1", ".nan", ".inf", "heavy"])
+@few_of(3, "weight", ["0", "-1", ".nan", ".inf", "heavy"])
 def test_weights_are_above_zero_and_finite(weight: str) -> None:
     text = mission_to_yaml(wishing("F a", ("F b", 2.0))).replace("weight: 2.0", f"weight: {weight}")
     with pytest.raises(BadInput, match=r"spec\.soft\.0\.weight"):
@@ -223,7 +223,8 @@ def test_missions_without_soft_parts_read_as_before() -> None:
     assert "soft" not in mission_to_yaml(world("F a"))
 
 
-@pytest.mark.parametrize(
+@few_of(
+    1,
     ("formula", "left_out"),
     [
         ("F a & G !a & F b", ("F a",)),

@@ -144,6 +144,7 @@ def test_hovers_of_a_plan_are_flown_in_the_part_of_a_team_s_laps_that_they_belon
     assert within > again + 1.5
 
 
+@pytest.mark.slow
 def test_a_team_hovers_in_its_laps_for_dwells() -> None:
     """Robots that visit more than one place hover where a dwell is asked for; laps of all are as long as those of the robot that needs longest."""
     mission = room(

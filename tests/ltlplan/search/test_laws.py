@@ -56,7 +56,7 @@ def _name(name: str) -> Formula:
     return Formula("name", (), name)
 
 
-@pytest.mark.parametrize("formula", ["F PLACE", "G !b & F(PLACE)", "F(b & F PLACE)"])
+@few_of(1, "formula", ["F PLACE", "G !b & F(PLACE)", "F(b & F PLACE)"])
 @few_of(
     1,
     "same",

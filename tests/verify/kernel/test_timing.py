@@ -69,7 +69,7 @@ def letters_of(signals: Mapping[str, Cells]) -> list[frozenset[str]]:
     return [frozenset(name for name, cells in signals.items() if cells[k]) for k in range(count)]
 
 
-@pytest.mark.parametrize("seed", range(4))
+@few_of(2, "seed", range(4))
 def test_until_is_as_by_brute_force(seed: int) -> None:
     rng = random.Random(seed)
     for _ in range(500):
@@ -169,7 +169,7 @@ def drawn_delays(rng: random.Random, count: int, most: int) -> list[int]:
     return [2 * rng.randint(-most // 2, most // 2) for _ in range(count)]
 
 
-@pytest.mark.parametrize("seed", range(3))
+@few_of(1, "seed", range(3))
 def test_nobody_wins_by_landing(seed: int) -> None:
     """What it says of formulas all of whose operators have an end holds whatever is shown after the flight."""
     rng, yes = random.Random(seed), 0

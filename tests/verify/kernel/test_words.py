@@ -12,6 +12,7 @@ import pytest
 
 from tests.helpers.brute_force import Laps, Timed, for_ever, outcomes
 from tests.helpers.edits import edited
+from tests.helpers.few import few_of
 from tests.helpers.kernel_words import (
     kernel_proves_transitions,
     kernel_says_yes,
@@ -182,7 +183,8 @@ def test_actions_are_followed(team: str) -> None:
     assert not kernel_says_yes(mission("G(a -> water)", team=team, robots=2), lines)
 
 
-@pytest.mark.parametrize(
+@few_of(
+    3,
     ("formula", "accepted"),
     [
         ("F(count(a) >= 2)", True),

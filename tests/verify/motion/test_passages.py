@@ -171,7 +171,8 @@ def test_the_claims_of_a_planned_passage():
     assert found["rims"].bound == pytest.approx(0.3, abs=1e-4)
 
 
-@pytest.mark.parametrize(
+@few_of(
+    5,
     ("visits", "points", "why"),
     [
         (VISIT, THROUGH[::-1], "planned is hF"),

@@ -211,6 +211,7 @@ def test_every_returned_path_passes_the_judge():
         assert judged(mission, found.plan) == []
 
 
+@pytest.mark.slow
 def test_paths_of_several_populations_pass_the_judge_and_give_the_same_bytes():
     ((mission, nominal),) = courses(seed=22, count=1)
     options = Options(samples=60, rounds=12, batch=20, populations=3)

@@ -16,6 +16,7 @@ from ltlplan.service.execution.resource_limits import WorkerDied
 from ltlplan.service.execution.worker_process import warm_up
 from ltlplan.service.execution.workers import TRIES, LocalWorkers
 from tests.helpers import work_for_workers as work
+from tests.helpers.few import few_of
 from tests.helpers.process_trees import fork_servers, kill
 from tests.helpers.waiting import until
 
@@ -60,7 +61,7 @@ def name_of(error: Exception) -> str:
     return type(error).__name__
 
 
-@pytest.mark.parametrize("error", DEATHS, ids=name_of)
+@few_of(2, "error", DEATHS, ids=name_of)
 def test_a_start_that_meets_a_dying_fork_server_is_made_again(workers: LocalWorkers, dying: Dying, error: Exception) -> None:
     starts = dying(TRIES - 1, error)
     assert workers.submit(work.add, 1, 2).result(PATIENCE)[0] == 3
@@ -68,7 +69,7 @@ def test_a_start_that_meets_a_dying_fork_server_is_made_again(workers: LocalWork
     assert workers.trouble is None
 
 
-@pytest.mark.parametrize("error", DEATHS, ids=name_of)
+@few_of(2, "error", DEATHS, ids=name_of)
 def test_work_that_no_process_can_be_started_for_is_given_up_in_words(
     workers: LocalWorkers, dying: Dying, error: Exception
 ) -> None:

@@ -19,6 +19,7 @@ from ltlplan.service.job_queue.store import Store
 from ltlplan.service.models import ENDED
 from ltlplan.service.problems import Conflict, NotFound, TooManyRequests
 from ltlplan.service.settings import Limits
+from tests.helpers.few import few_of
 from tests.helpers.flights import small_mission
 from tests.helpers.job_services import begun, ended, heard, run, service
 from verify.data import BadInput, Mission
@@ -300,7 +301,8 @@ def test_the_service_says_how_it_is(tmp_path: Path) -> None:
     run(check())
 
 
-@pytest.mark.parametrize(
+@few_of(
+    2,
     ("damage", "words"),
     [
         (lambda path: path.write_bytes(b"This is no database." * 1000), "damaged"),

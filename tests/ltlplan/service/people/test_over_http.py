@@ -29,6 +29,7 @@ from ltlplan.service.security.middleware import Gate
 from ltlplan.service.security.tokens import Tokens
 from ltlplan.service.server import put_together
 from ltlplan.service.settings import Limits, OpenIdSettings, Rate, Settings
+from tests.helpers.few import few_of
 from tests.helpers.openid_provider import CLIENT, SECRET, Provider
 from tests.helpers.services import ONE_HOOP, serving
 from verify.data import Unsatisfiable
@@ -204,8 +205,10 @@ def test_guesses_run_out_for_an_address_and_for_an_account(gate: Gate) -> None:
     ]
 
 
-@pytest.mark.parametrize(
-    "body", [b"", b"name", b"name=&password=", b"&" * 4000, b"name=%ff%00&password=%00", b"\xff" * 100, b"name=" + b"a" * 5000]
+@few_of(
+    4,
+    "body",
+    [b"", b"name", b"name=&password=", b"&" * 4000, b"name=%ff%00&password=%00", b"\xff" * 100, b"name=" + b"a" * 5000],
 )
 def test_hostile_forms_are_no_logins_and_no_bugs(body: bytes, gate: Gate) -> None:
     people: People = gate.rules.people

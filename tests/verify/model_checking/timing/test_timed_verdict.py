@@ -210,7 +210,7 @@ def assert_no_flight_contradicts(seed: int, count: int, flights: int) -> None:
             assert not (verdict.outcome == "fails" and holds), (str(formula), timeline, signals)
 
 
-@pytest.mark.parametrize("seed", range(3))
+@few_of(1, "seed", range(3))
 def test_no_flight_of_a_tube_contradicts_the_verdict(seed: int) -> None:
     assert_no_flight_contradicts(seed, 60, 6)
 
@@ -308,7 +308,7 @@ def test_many_bounds_from_0_to_infinity_never_contradict_the_judge_of_words(seed
 
 
 @few_of(1, "count", [10, 30])
-@pytest.mark.parametrize("text", ["F {p}", "G {p}", "{p} U {q}", "{p} R {q}", "{p} W {q}", "{p} M {q}"])
+@few_of(3, "text", ["F {p}", "G {p}", "{p} U {q}", "{p} R {q}", "{p} W {q}", "{p} M {q}"])
 def test_one_operator_over_boolean_operands_is_judged_as_by_words(text: str, count: int) -> None:
     rng = random.Random(text)
     booleans = ["a", "!a", "a & b", "a | !b", "a -> c", "!(b & c)", "a | !a"]
