@@ -6,10 +6,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from flight.control.flatness import lifted
+from flight.control.flatness import feed_forward, lifted
 from flight.control.geometric import GEOMETRIC
 from flight.model.airframe import airframe_of
-from flight.model.attitude import error_vector, norm, quaternion_rate, unit
+from flight.model.attitude import matrix, norm, quaternion_rate, unit
 from flight.model.autopilot import Autopilot, Held
 from flight.model.dynamics import ATTITUDE, POSITION, RATES, VELOCITY, QuadcopterDynamics, hover_state
 from flight.model.plant import Motion
@@ -74,7 +74,8 @@ class Disturbed:
                 state = dynamics.step(state, asked * root, self.wind(at) if self.wind else 0.0, STEP)
                 past = [*past[-12:], state]
                 if self.watch:
-                    self.log.append(self._seen(frame, state, held, fed, force, (sub + 1) * STEP))
+                    reference = self._reference(loop, path, t, (sub + 1) * STEP)
+                    self.log.append(self._seen(frame, state, held, fed, force, reference))
                 errors[tick * SUBSTEPS + sub] = state[POSITION] - path.evaluate(at + STEP)[:3, None]
         return errors
 
@@ -85,13 +86,42 @@ class Disturbed:
         return unit(state[ATTITUDE] + quaternion_rate(state[ATTITUDE], self.attitude(t)))
 
     @staticmethod
-    def _seen(frame, state, held, fed, force, since):
-        """Return feedback, and errors of attitude, rates and thrust times its scale, across and along. By name, (2, n) or (n,)."""
-        scale = norm(force)
-        tip, slip = error_vector(held.attitude, state[ATTITUDE]), state[RATES] - held.rates
-        model = frame.thrust_coefficient * (held.rotors * held.rotors).sum(0) / frame.vehicle.mass
-        asked = scale + held.thrust_rate / frame.vehicle.mass * since
+    def _reference(loop, path, t, since):
+        """Return the plan's force some time after a command, what its derivatives make of the command's, and the moment that it needs."""
+
+        def force_at(time, order):
+            value = path.evaluate(time, order + 2)[:3, None] + loop._damping * path.evaluate(time, order + 1)[:3, None]
+            return lifted(value) if order == 0 else value
+
+        now = [force_at(t, order) for order in range(3)]
+        here = [force_at(t + since, order) for order in range(2)]
+        zero = np.zeros(1)
+        ahead = feed_forward(*now, zero, zero, zero)
+        x, y = ahead.turn[:2, 0], ahead.turn[:2, 1]
+        moment = norm(now[0]) * (ahead.rates_change[1] * x - ahead.rates_change[0] * y)
+        held = [now[0] + since * now[1] + 0.5 * since**2 * now[2], now[1] + since * now[2]]
+        return norm(here[0]), (here[0] * here[1]).sum(0) / norm(here[0]), held, moment, since
+
+    @staticmethod
+    def _seen(frame, state, held, fed, force, reference):
+        """Return feedback, and errors of tilt, rates, moments and thrust as the proof counts them. By name, (n,)."""
+        scale, slide, planned, moment, since = reference
+        turn = matrix(state[ATTITUDE])
+        x, y, z = turn[:, 0], turn[:, 1], turn[:, 2]
+        rates = state[RATES]
+        axis_rate = rates[1] * x - rates[0] * y
+        squares = frame.thrust_coefficient * held.rotors * held.rotors
+        arm, (jx, jy, _) = frame.vehicle.arm / np.sqrt(2.0), frame.vehicle.inertia
+        ax = arm * (squares[0] - squares[1] - squares[2] + squares[3]) / jx
+        ay = -arm * (squares[0] + squares[1] - squares[2] - squares[3]) / jy
+        d = (scale * z - fed - planned[0])[:2]
+        e = (scale * axis_rate + slide * z - planned[1])[:2]
+        mu = (scale * (ay * x - ax * y))[:2] - moment
+        level = np.hypot(z[0], z[2])
+        f = np.arctan2(x[1] * level**2 - (x[0] * z[0] + x[2] * z[2]) * z[1], x[0] * z[2] - x[2] * z[0])
+        model = squares.sum(0) / frame.vehicle.mass
+        asked = norm(force) + held.thrust_rate / frame.vehicle.mass * since
         return {
-            "p": np.hypot(fed[0], fed[1]), "p_up": np.abs(fed[2]), "d": scale * np.hypot(tip[0], tip[1]), "f": np.abs(tip[2]),
-            "e": scale * np.hypot(slip[0], slip[1]), "o": np.abs(slip[2]), "b": np.abs(model - asked),
+            "p": np.hypot(fed[0], fed[1]), "p_up": np.abs(fed[2]), "d": np.hypot(*d), "e": np.hypot(*e), "mu": np.hypot(*mu),
+            "f": np.abs(f), "o": np.abs(rates[2] - held.rates[2]), "b": np.abs(model - asked),
         }  # fmt: skip

@@ -6,7 +6,6 @@ All bounds are sums, products and quotients of numbers that are not negative; a 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -26,60 +25,9 @@ from verify.tracking.error_model import (
     most_of,
     shifted,
 )
-from verify.tracking.loops import reaction_of, roll_drag_of
+from verify.tracking.loops import lag_share, reaction_of, roll_drag_of
 from verify.tracking.sampled_loop import TICK
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Attitudes:
-    """Bounds on attitudes, rates and thrusts until the next command. Each is shape (ticks,).
-
-    Attributes:
-        least: Of the thrust that is asked, m/s^2.
-        most: Of it.
-        slope: Of its derivative.
-        lean: Sine of the tilt that is held.
-        rates: rad/s, about x and y together.
-        spin: rad/s, about z.
-        turning: rad/s^2, about x and y together.
-        spinning: rad/s^2, about z.
-    """
-
-    least: Floats
-    most: Floats
-    slope: Floats
-    lean: Floats
-    rates: Floats
-    spin: Floats
-    turning: Floats
-    spinning: Floats
-
-    @classmethod
-    def of(cls, model: ErrorModel, bounds: Bounds, own: Fed) -> Attitudes:
-        """Bound them.
-
-        Args:
-            model: The robot.
-            bounds: Of all states.
-            own: What is fed forward.
-
-        Raises:
-            NotProved: The vehicle may tilt too far, or the force fall to the least.
-        """
-        fed = own.here
-        slope = most_of(fed.rate)
-        turning, spinning = np.hypot(most_of(fed.rates_change[0]), most_of(fed.rates_change[1])), most_of(fed.rates_change[2])
-        rates = np.hypot(most_of(fed.rates[0]), most_of(fed.rates[1])) + TICK * turning
-        spin = most_of(fed.rates[2]) + TICK * spinning
-        lean = np.hypot(most_of(fed.axis[0]), most_of(fed.axis[1])) + TICK * rates
-        if not np.all(lean < 0.7):
-            raise NotProved("the vehicle may tilt by more than 44 degrees")
-        least, most = fed.length.value.low - TICK * slope, fed.length.value.high + TICK * slope
-        upright = model.force()[0][:, 2] - bounds.vertical["p"]
-        vehicle = model.vehicle
-        if not np.all(upright > 1.001 * vehicle.thrust_min / vehicle.mass) or not np.all(least > 1.0):
-            raise NotProved("the commanded force may fall to the least thrust")
-        return cls(least, most, slope, lean, rates, spin, turning, spinning)
+from verify.tracking.tilts import Attitudes, Tilts
 
 
 class Circumstances:
@@ -88,20 +36,12 @@ class Circumstances:
     def __init__(self, model: ErrorModel, cell: Cell, bounds: Bounds, held: Attitudes, fed: Fed) -> None:
         self.model, self.cell, self.bounds, self.held, self.fed, self.all = model, cell, bounds, held, fed.here, fed
         vehicle, air, told = model.vehicle, model.airframe, model.disturbance
-        flat, heading = bounds.lateral, bounds.heading
-        self.weak, self.strong = fed.here.length.value.low, fed.here.length.value.high  # m/s^2, by which d, e and mu are scaled
-        self.tip, self.twist = flat["d"] / self.weak, heading["f"]  # of the attitude's error, rad
-        self.slip, self.swing = flat["e"] / self.weak, heading["o"]  # of the rates' error, rad/s
-        whole = np.hypot(self.tip, self.twist)
-        if not np.all(whole < 1.0):
-            raise NotProved("the attitude's error may be more than 57 degrees")
-        quarter = 0.25 * whole * whole
-        self.short = quarter / (1.0 + np.sqrt(1.0 - quarter))  # 1 - cos of half the error
+        self.tilts = Tilts(model, cell, bounds, held, fed)
+        self.tip, self.slip = self.tilts.tip, self.tilts.slip
+        self.swing = bounds.heading["o"]  # of the rates' error, rad/s
+        self.weak = fed.here.length.value.low  # m/s^2, of the force that is asked
         self.upright = np.sqrt(1.0 - held.lean * held.lean)
-        self.skew = (1.0 - self.upright) + 0.5 * held.lean**2 / self.upright
-        self.leaning = held.lean + self.tip
-        if not np.all(self.leaning < 0.8):
-            raise NotProved("the vehicle may tilt by more than 53 degrees")
+        self.leaning = self.tilts.lean
         self.low_thrust = held.most * 0.5 * self.tip**2 + held.most * (1.1 * self.tip * told.attitude + 0.5 * told.attitude**2)
         turn = held.turning + held.spinning
         fast = held.rates + held.spin
@@ -114,50 +54,59 @@ class Circumstances:
         self.countered = cross * sensed[0] * sensed[1], abs(jy - jx) / jz * 0.5 * sensed[0] ** 2
         self.sag = told.sag * cell.thrust[1]
         self._rotors()
-        self._air(vehicle, air)
         self._cubic()
+        self._air(vehicle, air)
 
     def _rotors(self) -> None:
         """Bound rotors' thrusts, what they still have to change by, and what the square in their lag leaves; none may saturate."""
         model, cell, held, told = self.model, self.cell, self.held, self.model.disturbance
         vehicle, air, gains = model.vehicle, model.airframe, model.airframe.gains
-        flat, heading, weak = self.bounds.lateral, self.bounds.heading, self.weak
+        flat, heading, tilts = self.bounds.lateral, self.bounds.heading, self.tilts
         jx, jy, jz = vehicle.inertia
         arm, reach, small = vehicle.arm / math.sqrt(2.0), max(jx, jy), min(jx, jy)
-        ahead = flat["asked"] / weak + gains.rate[0] * told.gyroscope + gains.attitude[0] * (told.attitude + self.stale)
-        ahead = ahead + self.countered[0]
+        small = tilts.least * tilts.upright
+        unknown = gains.rate[0] * told.gyroscope + gains.attitude[0] * (told.attitude + self.stale) + self.countered[0]
+        unknown = unknown + (tilts.law + ROUNDING) / small
+        ahead = flat["asked"] / small + unknown
         ahead_spin = heading["asked"] + gains.rate[1] * told.gyroscope + gains.attitude[1] * (told.attitude + self.stale)
         ahead_spin = ahead_spin + self.countered[1]
-        c = 0.25 * vehicle.mass * (self.bounds.vertical["b"] + self.low_thrust)
-        tilt, spin = reach / (4.0 * arm) * ahead, jz / (4.0 * vehicle.torque_to_thrust) * ahead_spin
-        moments = math.sqrt(2.0) * reach / (4.0 * arm) * (held.turning + flat["mu"] / weak + ahead)
-        moments = moments + jz / (4.0 * vehicle.torque_to_thrust) * (held.spinning + heading["mu"] + ahead_spin)
-        share = 0.25 * vehicle.mass
-        self.least = share * (held.least - self.low_thrust - self.bounds.vertical["b"]) - moments
-        self.most = share * (held.most + self.bounds.vertical["b"]) + moments
-        changes = c + math.sqrt(2.0) * tilt + spin
+        k, lead = air.thrust_coefficient, air.rotor_lag / gains.quickened_lag
+        share, pull, yaw = 0.25 * vehicle.mass, reach / (4.0 * arm), jz / (4.0 * vehicle.torque_to_thrust)
+        c = share * (self.bounds.vertical["b"] + self.low_thrust)
+        tilt, spin = pull * ahead, yaw * ahead_spin
+        turns = held.spinning + heading["mu"]
+        root2 = math.sqrt(2.0)
+        moments = root2 * pull * tilts.moved + yaw * turns
+        wanted = root2 * pull * (flat["steering"] / small + unknown) + yaw * (turns + ahead_spin)
+        sides = np.maximum(moments, wanted)
+        self.least = share * (held.least - self.low_thrust - self.bounds.vertical["b"]) - sides
+        self.most = share * (held.most + self.bounds.vertical["b"]) + sides
         room = np.all(self.least > 1.001 * vehicle.rotor_thrust_min) and np.all(self.most < 0.999 * vehicle.rotor_thrust_max)
         if not room or not np.all(self.least > 0.0):
             raise NotProved(f"a rotor may need {1000 * self.least.min():.0f} to {1000 * self.most.max():.0f} mN and saturate")
-        k, lead = air.thrust_coefficient, air.rotor_lag / gains.quickened_lag
-        push = lead * changes / (2.0 * np.sqrt(self.least * k))
+        led = share * (held.most + lead * self.bounds.vertical["b"]) + root2 * pull * (flat["leading"] / small + lead * unknown)
+        led = led + yaw * (turns + lead * ahead_spin)
         fastest = math.sqrt(vehicle.rotor_thrust_max / k) * told.battery
         slowest = math.sqrt(vehicle.rotor_thrust_min / k)
-        speeds = np.sqrt(self.least / k) - push, np.sqrt(self.most / k) + push
+        ends = [0.5 * (np.sqrt(end / k) + led / np.sqrt(end * k)) for end in (self.least, self.most)]
+        speeds = (
+            np.sqrt(self.least / k) - lead * (c + root2 * tilt + spin) / (2.0 * np.sqrt(self.least * k)),
+            np.maximum(np.maximum(*ends), np.sqrt(self.most / k)),
+        )
         if not np.all(speeds[0] > 1.001 * slowest) or not np.all(speeds[1] < 0.999 * fastest):
-            raise NotProved("the lead on a rotor's speed may saturate it")
+            raise NotProved(
+                f"the lead may ask {100.0 * speeds[1].max() / fastest:.0f} % of a rotor's greatest speed, and saturate"
+            )
         least, most = vehicle.thrust_min / vehicle.mass, vehicle.thrust_max / vehicle.mass
         if not np.all(held.least - self.low_thrust > 1.001 * least) or not np.all(held.most < 0.999 * most):
             raise NotProved("the collective thrust may reach its least or most")
-        turned = reach / (4.0 * arm) * (held.turning + flat["mu"] / weak + ahead)
-        spun = jz / (4.0 * vehicle.torque_to_thrust) * (held.spinning + heading["mu"] + ahead_spin)
-        middle = 0.5 * (self.least + self.most)
-        ends = [1.0 / (np.sqrt(end) + np.sqrt(middle)) for end in (self.least, self.most)]
-        mean, vary = 0.5 * (ends[0] + ends[1]), 0.5 * (ends[0] - ends[1])
-        other = 4.0 * vary * 0.5 * (self.most - self.least)
+        soon = 1.2 * lag_share(air)  # of what is ahead, at the end of a step
+        turned, spun = pull * (tilts.moved + soon * ahead), yaw * (turns + soon * ahead_spin)
+        root = np.sqrt(self.least)
+        self.apart = np.minimum((math.sqrt(2.0) * turned + spun) / self.least, 1.0)
         self.uneven_speeds = (
-            (4.0 * mean * turned + math.sqrt(2.0) * other) / math.sqrt(k),
-            (4.0 * mean * spun + other) / math.sqrt(k),
+            2.0 * turned / root / math.sqrt(k),
+            (2.0 * spun / root + turned * turned / root**3) / math.sqrt(k),
         )  # of speeds by sign along x and y together, and by spin
         inverse = 0.125 * (1.0 / self.least + 1.0 / self.most)
         apart = 0.125 * (1.0 / self.least - 1.0 / self.most)
@@ -169,8 +118,14 @@ class Circumstances:
         uneven = np.maximum(
             0.5 / np.sqrt(self.least) - 0.5 / math.sqrt(hover), 0.5 / math.sqrt(hover) - 0.5 / np.sqrt(self.most)
         )
+        bend, bow = 0.25 / root**3, 0.375 / root**5  # derivatives of half the inverse of the root
         quick = air.rotor_inertia / jz * math.sqrt(cell.torque[1]) * lead / air.rotor_lag
-        self.reaction = quick * np.maximum(uneven, 0.0) * 2.0 * np.sqrt(squares) / math.sqrt(k)
+        sums = (
+            c * (4.0 * bend * spun + 2.0 * bow * (turned * turned + spun * spun))
+            + 4.0 * tilt * turned * bend
+            + 4.0 * spin * np.maximum(uneven, 0.0)
+        )
+        self.reaction = quick * sums / math.sqrt(k)
         roots = max(abs(math.sqrt(end) - math.sqrt(cell.choice.torque)) for end in cell.torque)
         linear = reaction_of(vehicle, air) * lead / air.rotor_lag
         self.reaction = self.reaction + linear * (roots * ahead_spin + 1.5 * self.bent_spin)
@@ -182,13 +137,18 @@ class Circumstances:
         light, heavy = 1.0 / (1.0 - told.mass), 1.0 / (1.0 + told.mass)
         quick, slow = math.sqrt(cell.torque[1]), math.sqrt(cell.torque[0])
         k, arm = air.thrust_coefficient, vehicle.arm / math.sqrt(2.0)
-        thrust = self.held.most + self.bounds.vertical["b"]
-        high = np.sqrt(thrust / GRAVITY) * quick * (1.0 + told.drag) * light
-        low = np.sqrt(4.0 * self.least / (vehicle.mass * GRAVITY)) * slow * (1.0 - told.drag) * heavy
+        uneven = 1.0 - 0.5 * self.apart * self.apart  # of the rotors: their mean speed over that of their mean thrust
+        force, upright = GRAVITY + self.model.reach(0)[1], self.tilts.upright
+        high = np.sqrt((force + self.lifted) / upright / GRAVITY * light / min(1.0, cell.torque[0])) * (1.0 + told.drag)
+        low = GRAVITY - self.model.reach(0)[1] - self.lifted
+        if not np.all(low > 0.0):
+            raise NotProved("the thrust may vanish")
+        low = np.sqrt(low / GRAVITY * heavy / max(1.0, cell.torque[1])) * (1.0 - told.drag) * uneven
         off = np.maximum(np.maximum(high - 1.0, 1.0 - low), 0.0)
         side = plan.across[:, 1] + self.bounds.lateral["nu"] + told.wind
         up = plan.along[:, 1] + self.bounds.vertical["nu"] + told.wind
         tilted = high * abs(across - along)
+        axial, level = up + self.leaning * side, side + self.leaning * up
         whole = np.hypot(side, up)
         square = max(air.body_drag) * whole**2 * light / vehicle.mass
         spread, spun = self.uneven_speeds[0] * quick, self.uneven_speeds[1] * quick
@@ -199,16 +159,31 @@ class Circumstances:
         self.dragged = across * off * side + tilted * (self.leaning**2 * side + self.leaning * up) + hubs
         self.dragged_up = along * off * up + tilted * (self.leaning * side + self.leaning**2 * up) + hubs
         small = min(vehicle.inertia[0], vehicle.inertia[1])
-        turning = (air.rotor_inertia + flow * arm**2) * spun * rates + flow * arm * spread * whole
+        turning = (air.rotor_inertia + flow * arm**2) * spun * rates + flow * arm * spread * axial
         counted = roll_drag_of(vehicle, air)
         least = air.inflow_drag * (1.0 - told.drag) * arm**2 * 4.0 * np.sqrt(self.least / k) * slow
         apart = np.maximum(flow * arm**2 * total / small - counted, counted - least / max(vehicle.inertia[:2]))
-        led = np.hypot(*(self._moved(jet.slope) for jet in self.fed.rates[:2]))
-        led = led + 0.5 * TICK * (self.held.turning + self.changed_turning)
-        self.hub_turn = turning / small + np.maximum(apart, 0.0) * rates + counted * led
+        self.hub_turn = turning / small + np.maximum(apart, 0.0) * rates
         sideways = air.rotor_drag * (1.0 + told.drag)
-        self.hub_spin = sideways * (arm * spread * whole + 2.0 * arm**2 * total * spin) / vehicle.inertia[2]
+        self.hub_spin = sideways * (arm * spread * level + 2.0 * arm**2 * total * spin) / vehicle.inertia[2]
         self.wind = across * told.wind, along * told.wind
+
+    @property
+    def lifted(self) -> Floats:
+        """Vertical thrust less the plan's, m/s^2."""
+        bounds, cell, model = self.bounds.vertical, self.cell, self.model
+        own = bounds["push"] + cell.spread[0] * bounds["pushed"] + cell.thrust[1] * (self.missed_up + self.coupled_up)
+        sampled = (
+            max(abs(end - 1.0) for end in cell.thrust) * (0.5 * TICK * model.reach(1)[1] + model.plan.jumps[:, 2]) + ROUNDING
+        )
+        return own + self.sag * (GRAVITY + model.reach(0)[1]) + sampled
+
+    @property
+    def coupled_up(self) -> Floats:
+        """Share of a thrust that tilts, and its error's, that is not vertical as commanded, m/s^2."""
+        held, tilts = self.held, self.tilts
+        low = tilts.across * (2.0 * held.lean + tilts.across) / (2.0 * tilts.upright)
+        return self.bounds.vertical["b"] * (1.0 - np.sqrt(1.0 - tilts.lean**2)) + held.most * low
 
     def _cubic(self) -> None:
         """Bound how far the held attitude and thrust leave the plan's force until the next command."""
@@ -219,34 +194,12 @@ class Circumstances:
         steps = (self.model.stepped(0) + t * self.model.stepped(1) + 0.5 * t * t * self.model.stepped(2))[:, 0]
         cubic = t**3 / 6.0 * (fifth + third) + steps + ROUNDING
         bend = 0.5 * t * t * most_of(self.fed.change)
-        self.missed, self.missed_up = cubic + bend * held.lean, cubic + bend
-        twist = 8.0 * t**3 / 6.0 * (turn * whole + whole**3) / self.upright**3
+        self.missed_up = cubic + bend
         first = float(np.linalg.norm(self.model.force()[0][0] - np.array([0.0, 0.0, GRAVITY])))
-        self.end = shifted(np.hypot(self.missed, self.missed_up), first)
-        self.twisted = shifted(twist)
+        self.end = shifted(np.hypot(cubic + bend * held.lean, self.missed_up), first)
         self.lean_between = np.maximum(held.lean, shifted(held.lean))
-        self.skew_between = np.maximum(self.skew, shifted(self.skew))
         self.upright_between = np.minimum(self.upright, shifted(self.upright, 1.0))
-        grown = self.bounds.lateral["grown"], self.bounds.vertical["grown"]
-        self.force_step = grown[0] + self.end, grown[1] + self.end
-        step = np.hypot(*self.force_step)
-        self.length = np.minimum(held.least, shifted(held.least, GRAVITY)) - step
-        if not np.all(self.length > 1.0):
-            raise NotProved("the commanded force may jump by as much as it is")
-        self.turn = 1.01 * step / self.length  # an arc sine of at most 0.2
-        if not np.all(self.turn < 0.2):
-            raise NotProved("the commanded attitude may jump by more than 11 degrees")
-        steep = self.lean_between / self.upright_between
-        self.turn_spin = self.turn * steep + (self.turn * (1.0 + steep)) ** 2 + self.twisted
-        half = 0.25 * (self.turn**2 + self.turn_spin**2)
-        self.turn_short = half / (1.0 + np.sqrt(np.maximum(1.0 - half, 0.0)))
-        before = [np.maximum(own, shifted(own)) for own in (self.tip, self.twist, self.short)]
-        self.tip_before, self.twist_before, self.short_before = before
-
-    @property
-    def changed_turning(self) -> Floats:
-        """Distance of the angular acceleration that is fed forward from that without feedback, about x and y, rad/s^2."""
-        return np.hypot(*(self._moved(jet.slope) for jet in self.fed.rates_change[:2]))
+        self.force_step = self.bounds.lateral["grown"] + self.end, self.bounds.vertical["grown"] + self.end
 
     def _moved(self, slope: tuple[Interval, ...]) -> Floats:
-        return along_slopes(slope, self.bounds.lateral["p"], self.bounds.vertical["p"]) + ROUNDING
+        return along_slopes(slope, self.bounds.lateral["aim"], self.bounds.vertical["aim"]) + ROUNDING

@@ -12,7 +12,7 @@ from verify.arithmetic.intervals import Interval
 from verify.data.airframe import AirframeTable
 from verify.data.disturbance import Disturbance
 from verify.data.vehicle import GRAVITY, Vehicle
-from verify.tracking.flatness import FedForward, Jet, changes_of_turning, fed_forward
+from verify.tracking.flatness import FedForward, Jet, fed_forward
 from verify.tracking.loops import LoopChoice, drag_of
 from verify.tracking.plan_samples import PlanSamples
 from verify.tracking.sampled_loop import TICK
@@ -105,9 +105,9 @@ class ErrorModel:
         force[:, 2] += GRAVITY
         return force, flat[:, 3] + damping * flat[:, 2], flat[:, 4] + damping * flat[:, 3]
 
-    def stepped(self, order: int) -> Floats:
-        """Return bounds of what a derivative of the plan's force jumps by between commands. Shape (ticks, 1)."""
-        jumps = self.plan.jumps
+    def stepped(self, order: int, *, up: bool = False) -> Floats:
+        """Return bounds of what a derivative of the plan's force, or its vertical part, jumps by between commands. Shape (ticks, 1)."""
+        jumps = self.plan.rises if up else self.plan.jumps
         return (jumps[:, order + 2] + max(self.drags) * jumps[:, order + 1])[:, None]
 
     def reach(self, order: int) -> tuple[Floats, Floats]:
@@ -126,38 +126,37 @@ class Fed:
 
     Attributes:
         here: At the commands.
-        alone: Without feedback.
-        third: Second derivatives of the rates, at all times until the next command.
+        alone: With the plan's force over the cell's thrust, to which feedback tends.
+        middle: The same, between two commands.
     """
 
-    here: FedForward[Jet]
-    alone: FedForward[Jet]
-    third: tuple[Jet, Jet, Jet]
+    here: FedForward
+    alone: FedForward
+    middle: FedForward
 
 
-def fed_of(model: ErrorModel, bounds: Bounds, alone: FedForward[Jet]) -> Fed:
+def fed_of(model: ErrorModel, bounds: Bounds, alone: tuple[FedForward, FedForward], share: float) -> Fed:
     """Return what is fed forward.
 
     Args:
         model: The robot.
         bounds: Of all states.
-        alone: What is fed forward without feedback.
+        alone: What is fed forward for the plan's force over the share, at the commands and between.
+        share: Acceleration over the acceleration that is commanded.
+
+    Raises:
+        NotProved: The commanded force may turn down.
     """
-    reach = np.stack([bounds.lateral["p"], bounds.lateral["p"], bounds.vertical["p"]], axis=1)
-    beside = reach.copy()
-    beside[1:] = np.maximum(beside[1:], reach[:-1])
-    beside[:-1] = np.maximum(beside[:-1], reach[1:])
+    reach = np.stack([bounds.lateral["aim"], bounds.lateral["aim"], bounds.vertical["aim"]], axis=1)
     force, jerk, snap = model.force()
-    across, along = model.drags
-    crackle = model.plan.at[:, 5] + np.array([across, across, along]) * model.plan.at[:, 4]
-    away: list[Floats] = []
-    for order in range(1, 4):
-        side, up = model.reach(order)
-        away.append(TICK * np.stack([side, side, up], axis=1) + model.stepped(order - 1))
-    side, up = model.reach(3)
-    last = np.stack([side, side, up], axis=1) + np.abs(crackle)
-    third = changes_of_turning((force, jerk, snap, crackle), (*away, last), beside)
-    return Fed(fed_forward(force, jerk, snap, beside), alone, third)
+    side, up = model.reach(1)
+    drift = abs(1.0 - 1.0 / share) * (TICK * np.stack([side, side, up], axis=1) + model.stepped(0))
+    beside = reach.copy()
+    beside[1:] = np.maximum(beside[1:], reach[:-1] + drift[:-1])
+    if not np.all(beside < 0.4 * force[:, 2:] / share):
+        raise NotProved("the commanded force may fall to the least thrust")
+    with np.errstate(invalid="ignore"):  # NaN: nothing is known, and no condition is met
+        return Fed(fed_forward(force / share, jerk, snap, beside), *alone)
 
 
 class Before:

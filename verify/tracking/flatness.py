@@ -1,14 +1,13 @@
 """Flatness in intervals: what the controller feeds forward, and how that changes with the feedback, for all feedback within a box.
 
 The feedback p adds to the plan's force; attitude, rates and angular acceleration follow from their sum. Derivatives by p are carried along
-(automatic differentiation), every operation rounded outwards. Numbers are arrays over the commands of a flight.
+(automatic differentiation), every operation rounded outwards. Jets are arrays over the commands of a flight.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Generic, TypeVar
 
 import numpy as np
 
@@ -51,49 +50,12 @@ class Jet:
         return Jet(root, tuple(s / twice for s in self.slope))  # pyright: ignore[reportArgumentType]  # three
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class Moving:
-    """A number with its derivative by time, both with theirs by the feedback.
-
-    Attributes:
-        value: The number.
-        dot: Its derivative.
-    """
-
-    value: Jet
-    dot: Jet
-
-    def __add__(self, other: Moving) -> Moving:
-        return Moving(self.value + other.value, self.dot + other.dot)
-
-    def __sub__(self, other: Moving) -> Moving:
-        return Moving(self.value - other.value, self.dot - other.dot)
-
-    def __mul__(self, other: Moving) -> Moving:
-        return Moving(self.value * other.value, self.value * other.dot + self.dot * other.value)
-
-    def __truediv__(self, other: Moving) -> Moving:
-        quotient = self.value / other.value
-        return Moving(quotient, (self.dot - quotient * other.dot) / other.value)
-
-    def __neg__(self) -> Moving:
-        return Moving(-self.value, -self.dot)
-
-    def root(self) -> Moving:
-        """Square root."""
-        root = self.value.root()
-        return Moving(root, self.dot / (root + root))
-
-
-Number = TypeVar("Number", Jet, Moving)
-
-
 def _each(rule: Callable[[Interval, Interval], Interval], one: Jet, other: Jet) -> tuple[Interval, Interval, Interval]:
     return tuple(rule(a, b) for a, b in zip(one.slope, other.slope, strict=True))  # pyright: ignore[reportReturnType]  # three
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class FedForward(Generic[Number]):
+class FedForward:
     """Feed-forward at each command.
 
     Attributes:
@@ -105,15 +67,15 @@ class FedForward(Generic[Number]):
         rates_change: Their derivative, rad/s^2.
     """
 
-    length: Number
-    axis: tuple[Number, Number, Number]
-    rate: Number
-    change: Number
-    rates: tuple[Number, Number, Number]
-    rates_change: tuple[Number, Number, Number]
+    length: Jet
+    axis: tuple[Jet, Jet, Jet]
+    rate: Jet
+    change: Jet
+    rates: tuple[Jet, Jet, Jet]
+    rates_change: tuple[Jet, Jet, Jet]
 
 
-def fed_forward(force: Floats, jerk: Floats, snap: Floats, reach: Floats) -> FedForward[Jet]:
+def fed_forward(force: Floats, jerk: Floats, snap: Floats, reach: Floats) -> FedForward:
     """Return what is fed forward, for every feedback in a box, at heading 0.
 
     Args:
@@ -122,57 +84,15 @@ def fed_forward(force: Floats, jerk: Floats, snap: Floats, reach: Floats) -> Fed
         snap: Its second derivative. Shape (ticks, 3).
         reach: Half the sides of the boxes of feedback, m/s^2. Shape (ticks, 3).
     """
-    return _flat(_pushed(force, reach, 0.0 * reach), _held(jerk, 0.0 * reach), _held(snap, 0.0 * reach))
-
-
-def changes_of_turning(
-    plan: tuple[Floats, Floats, Floats, Floats], away: tuple[Floats, ...], reach: Floats
-) -> tuple[Jet, Jet, Jet]:
-    """Return the second derivatives of the body rates that are fed forward, at all times until the next command.
-
-    Args:
-        plan: Force, jerk, snap and crackle at the commands. Shape (ticks, 3) each.
-        away: How far these may get from there until the next command. Shape (ticks, 3) each.
-        reach: As in `fed_forward`.
-    """
-    force, jerk, snap, crackle = plan
-    forces, jerks = _pushed(force, reach, away[0]), _held(jerk, away[1])
-    snaps, crackles = _held(snap, away[2]), _held(crackle, away[3])
-    moving = (tuple(map(Moving, *pair)) for pair in ((forces, jerks), (jerks, snaps), (snaps, crackles)))
-    found = _flat(*moving)  # pyright: ignore[reportArgumentType]  # three of three each
-    x, y, z = (rate.dot for rate in found.rates_change)
-    return x, y, z
-
-
-def _held(values: Floats, away: Floats) -> tuple[Jet, Jet, Jet]:
-    """Return vectors within some distances, which no feedback changes."""
-    nothing = interval(np.zeros(len(values)))
-    x, y, z = (Jet(_near(values[:, k], away[:, k]), (nothing, nothing, nothing)) for k in range(3))
-    return x, y, z
-
-
-def _pushed(force: Floats, reach: Floats, away: Floats) -> tuple[Jet, Jet, Jet]:
-    """Return forces within some distances, with feedback in boxes added."""
     nothing, one = interval(np.zeros(len(force))), interval(np.ones(len(force)))
-    found: list[Jet] = []
-    for axis in range(3):
-        slope = [one if axis == k else nothing for k in range(3)]
-        found.append(
-            Jet(
-                _near(force[:, axis], reach[:, axis]) + _near(0.0 * away[:, axis], away[:, axis]),
-                (slope[0], slope[1], slope[2]),
-            )
-        )
-    return found[0], found[1], found[2]
+    none = nothing, nothing, nothing
+    slopes = (one, nothing, nothing), (nothing, one, nothing), (nothing, nothing, one)
+    pushed = [Jet(interval(force[:, k]) + Interval(-reach[:, k], reach[:, k]), slopes[k]) for k in range(3)]
+    held = [[Jet(interval(values[:, k]), none) for k in range(3)] for values in (jerk, snap)]
+    return _flat((pushed[0], pushed[1], pushed[2]), *((x, y, z) for x, y, z in held))
 
 
-def _near(values: Floats, away: Floats) -> Interval:
-    return interval(values) + Interval(-away, away)
-
-
-def _flat(
-    total: tuple[Number, Number, Number], j: tuple[Number, Number, Number], s: tuple[Number, Number, Number]
-) -> FedForward[Number]:
+def _flat(total: tuple[Jet, Jet, Jet], j: tuple[Jet, Jet, Jet], s: tuple[Jet, Jet, Jet]) -> FedForward:
     """Return what a force with its derivatives needs, at heading 0."""
     length = _dot(total, total).root()
     z = (total[0] / length, total[1] / length, total[2] / length)
@@ -185,11 +105,12 @@ def _flat(
     wz = wy * z[1] / level
     change = _dot(s, z) + _dot(j, turning)
     twice = rate + rate
-    bending = tuple((s[k] - change * z[k] - twice * turning[k]) / length for k in range(3))
-    ax, ay = -_dot(bending, y) + wy * wz, bending[0] * x[0] + bending[2] * x[1] - wx * wz  # pyright: ignore[reportArgumentType]  # three
+    b, c, d = ((s[k] - change * z[k] - twice * turning[k]) / length for k in range(3))
+    bending = b, c, d
+    ax, ay = -_dot(bending, y) + wy * wz, bending[0] * x[0] + bending[2] * x[1] - wx * wz
     az = (ay * z[1] + wy * turning[1] - wz * (wx * z[1])) / level
     return FedForward(length, z, rate, change, (wx, wy, wz), (ax, ay, az))
 
 
-def _dot(a: tuple[Number, Number, Number], b: tuple[Number, Number, Number]) -> Number:
+def _dot(a: tuple[Jet, Jet, Jet], b: tuple[Jet, Jet, Jet]) -> Jet:
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]

@@ -1,8 +1,8 @@
 """The linear loops of the geometric controller about a hover: one horizontal axis, the vertical one, and the heading.
 
-Horizontally the state is the position's and the velocity's error, the error d of the direction of thrust times its strength, its rate e, the angular
-acceleration mu that the rotors lag behind (both times that strength), the sum of errors, the feedback p that is held, and what the cameras saw. Vertically
-the error b of the thrust takes the place of d, e and mu. All matrices are exponentials in balls of 200 bits.
+Horizontally the state is the position's and the velocity's error, the error d of the tilt times the strength of thrust, against the force that is asked,
+its rate e, the angular acceleration mu that the rotors lag behind (both times that strength), the sum of errors, the feedback p that is held, how much
+more thrust pulls than tilts are meant for, and what the cameras saw. Vertically the error b of the thrust takes the place of d, e and mu. All matrices are exponentials in balls of 200 bits.
 """
 
 from __future__ import annotations
@@ -47,15 +47,15 @@ def lateral_loop(vehicle: Vehicle, airframe: AirframeTable, choice: LoopChoice) 
         airframe: Lag, drag and gains.
         choice: What it is linear for.
     """
-    gains, names = airframe.gains, ("xi", "nu", "d", "e", "mu", "I", "p", "xi_seen", "nu_seen")
+    gains, names = airframe.gains, ("xi", "nu", "d", "e", "mu", "I", "p", "pull", "xi_seen", "nu_seen")
     at = {name: row for row, name in enumerate(names)}
     with _precise():
         stiff, damping = arb(gains.attitude[0]), arb(gains.rate[0])
         pull, torque = arb(choice.thrust), arb(choice.torque)
-        flow = _Flow(("xi", "nu", "d", "e", "p", "mu", "ahead", "fading", "acc", "eacc", "drate"))
+        flow = _Flow(("xi", "nu", "d", "e", "p", "mu", "ahead", "fading", "acc", "eacc"))
         flow.set("xi", nu=1)
         flow.set("nu", p=pull, d=pull, nu=-drag_of(vehicle, airframe)[0], acc=1)
-        flow.set("d", e=1, drate=1)
+        flow.set("d", e=1)
         flow.set("e", **_lagged(airframe, torque), eacc=1, e=-roll_drag_of(vehicle, airframe))
         flow.set("fading", fading=-1 / arb(airframe.rotor_lag))
         over = flow.over_a_step()
@@ -66,22 +66,31 @@ def lateral_loop(vehicle: Vehicle, airframe: AirframeTable, choice: LoopChoice) 
         for name, value in aim.items():
             step[at["mu"], at[name]] += share * value
         order = ("xi", "nu", "d", "e", "mu")
-        inputs = {
-            name: _column(names, {row: over[row, name] for row in order if row != "mu"}) for name in ("acc", "eacc", "drate")
-        }
+        inputs = {name: _column(names, {row: over[row, name] for row in order if row != "mu"}) for name in ("acc", "eacc")}
         aimed = {row: over[row, "ahead"] + over[row, "fading"] for row in order if row != "mu"} | {"mu": share}
         inputs["u"] = _column(names, aimed)
-        inputs |= {f"{name}!": _column(names, {name: arb(1)}) for name in ("xi", "nu", "d", "e")}
+        inputs |= {f"{name}!": _column(names, {name: arb(1)}) for name in ("xi", "nu", "d", "e", "mu")}
+        step[at["pull"], at["pull"]] = arb(1)
+        for row in range(len(names)):
+            step[row, at["pull"]] += pull * inputs["acc"][row, 0] - stiff * inputs["u"][row, 0]
         jump, held, commanded = _commands(names, gains.position[0], gains.velocity[0], gains.integral[0], choice)
+        jump[at["pull"], at["pull"]] = arb(0)
         for name, value in held.items():
             jump[at["d"], at[name]] -= value
         for effect in commanded.values():
             effect["d"] = -effect["p"]
-        commanded |= {f"{name}j": {name: arb(1)} for name in ("d", "e", "mu")} | {"begin": _begun(names, jump)}
+        commanded |= {f"{name}j": {name: arb(1)} for name in ("d", "e", "mu", "pull")} | {"begin": _begun(names, jump)}
+    led, aims = (
+        airframe.rotor_lag / gains.quickened_lag,
+        {"d": -gains.attitude[0], "e": -gains.rate[0], "pull": -gains.attitude[0]},
+    )
     outputs = {name: _row(names, {name: 1.0}) for name in ("xi", "nu", "d", "e", "mu", "I", "p")}
     outputs |= {
         "pushed": _row(names, {"p": 1.0, "d": 1.0}),
-        "asked": _row(names, {"mu": -1.0, "d": -gains.attitude[0], "e": -gains.rate[0]}),
+        "hauled": _row(names, {"p": 1.0, "d": 1.0, "pull": 1.0}),
+        "asked": _row(names, {"mu": -1.0, **aims}),
+        "steered": _row(names, aims),
+        "led": _row(names, {"mu": 1.0 - led, **{name: led * aim for name, aim in aims.items()}}),
     }
     return _loop(names, (step, jump), choice, inputs, commanded, outputs, held)
 

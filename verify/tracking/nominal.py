@@ -10,16 +10,21 @@ from verify.arithmetic.balls import Floats, gamma
 from verify.tracking.sampled_loop import SUBSTEPS, Matrix, TickMaps
 
 KNOWN_STEPPED = {"lateral": ("acc", "eacc"), "vertical": ("acc", "rate")}
-KNOWN_COMMANDED = {"lateral": ("place", "speed", "ej", "muj"), "vertical": ("place", "speed")}
+KNOWN_COMMANDED = {"lateral": ("place", "speed", "dj", "ej", "muj"), "vertical": ("place", "speed")}
 
 
-def known_response(maps: TickMaps, kind: str, known: Mapping[str, Floats]) -> dict[str, Floats]:
+Combined = Mapping[str, tuple[str, float, Floats]]
+"""Further outputs: one of the loop's, times a factor, with something known added to it until the next command. Shape (ticks, axes)."""
+
+
+def known_response(maps: TickMaps, kind: str, known: Mapping[str, Floats], further: Combined) -> dict[str, Floats]:
     """Return magnitudes of a loop's outputs under known inputs, each constant between two commands; rounding is added.
 
     Args:
         maps: Of the loop.
         kind: `lateral` or `vertical`.
         known: By input. Shape (ticks, axes) each.
+        further: Outputs beside the loop's.
 
     Returns:
         By output. Shape (ticks,): lengths over the axes.
@@ -33,6 +38,9 @@ def known_response(maps: TickMaps, kind: str, known: Mapping[str, Floats]) -> di
     values = np.stack([known[name] for name in (*stepped, *commanded)], axis=1)  # (ticks, inputs, axes)
     ticks, _, axes = values.shape
     states, outputs = np.zeros((len(loop.states), axes)), np.empty((ticks, len(loop.outputs) + 2, axes))
+    names = (*loop.outputs, *loop.before)
+    combined = {name: (names.index(of), factor, added) for name, (of, factor, added) in further.items()}
+    beside = {name: np.empty((ticks, axes)) for name in further}
     last, shape, largest = enter[-1], (SUBSTEPS + 1, len(loop.outputs), axes), np.zeros(axes)
     begun, held = np.zeros(axes), loop.states.index("p")
     entered = (last.rad + gamma(len(values[0]) + 2) * np.abs(last.mid)).T / maps.weights
@@ -44,14 +52,17 @@ def known_response(maps: TickMaps, kind: str, known: Mapping[str, Floats]) -> di
         outputs[tick, -1] = (jump @ states + direct @ drawn)[0] - states[held]
         moved = (maps.read.mid @ states + reading @ drawn).reshape(shape)
         outputs[tick, :-2] = np.abs(moved).max(0)
+        for name, (row, factor, added) in combined.items():
+            beside[name][tick] = np.abs(factor * moved[:, row] + added[tick]).max(0)
         states = maps.tick.mid @ states + last.mid @ drawn
         largest = np.maximum(largest, maps.norm(states))
         begun = np.maximum(begun, np.max(np.abs(drawn.T) @ entered, axis=1) * 2.0)
     error = maps.error(largest, begun).max(1)[:, None] + gamma(64) * float(np.abs(values).max()) * 1e3
-    names = (*loop.outputs, *loop.before)
+    rows_of = {name: (outputs[:, row], error[row]) for row, name in enumerate(names)}
+    for name, (row, factor, added) in combined.items():
+        rows_of[name] = beside[name], factor * error[row] + gamma(4) * float(np.abs(added).max())
     return {
-        name: (np.linalg.norm(outputs[:, row], axis=1) + error[row] * np.sqrt(axes)) * (1.0 + 1e-12)
-        for row, name in enumerate(names)
+        name: (np.linalg.norm(sizes, axis=1) + off * np.sqrt(axes)) * (1.0 + 1e-12) for name, (sizes, off) in rows_of.items()
     }
 
 

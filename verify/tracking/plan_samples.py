@@ -29,6 +29,7 @@ class PlanSamples:
         across: Bounds of their horizontal lengths until the next command. Shape (ticks, ORDERS).
         along: Bounds of their vertical magnitudes. Shape (ticks, ORDERS).
         jumps: Bounds of what they jump by at joints of pieces until the next command, summed. Shape (ticks, ORDERS).
+        rises: The same, of their vertical parts.
         seen: Position and velocity some time before each command, less those at it. Shape (ticks, 2, 3).
     """
 
@@ -38,6 +39,7 @@ class PlanSamples:
     across: Floats
     along: Floats
     jumps: Floats
+    rises: Floats
     seen: Floats
 
     def __len__(self) -> int:
@@ -73,12 +75,14 @@ def sample_plan(path: Trajectory, duration: float, heading: float, latency: floa
                 reach = np.array([half**k / math.factorial(k) for k in range(DEGREE + 1 - order)])
                 across[tick, order] = max(across[tick, order], reach @ np.hypot(found[order:, 0], found[order:, 1]))
                 along[tick, order] = max(along[tick, order], reach @ found[order:, 2])
-    jumps = np.zeros((ticks, ORDERS))
-    for time, step in pieces.joints():
+    jumps, rises = np.zeros((ticks, ORDERS)), np.zeros((ticks, ORDERS))
+    for time, step, rise in pieces.joints():
         for tick in {int((time + sign * _SLACK) / TICK) for sign in (-1.0, 1.0)}:
             if tick < ticks:
                 jumps[tick] += step[:ORDERS]
-    return PlanSamples(times, at, middle, across * GROW + _SLACK, along * GROW + _SLACK, jumps * GROW, seen)
+                rises[tick] += rise[:ORDERS]
+    bounds = (across * GROW + _SLACK, along * GROW + _SLACK, jumps * GROW, rises * GROW)
+    return PlanSamples(times, at, middle, *bounds, seen)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -124,16 +128,17 @@ class _Pieces:
             found, lost = _derivatives(self.coefficients[piece], 0.5 * (early + late) - self.knots[piece])
             yield np.abs(found) + lost, 0.5 * max(late - early, 0.0) + 2.0 * _SLACK
 
-    def joints(self) -> Iterator[tuple[float, Floats]]:
-        """Yield the time of each joint, and bounds of the lengths by which derivatives jump there; at time 0 the speed's, from a hover."""
+    def joints(self) -> Iterator[tuple[float, Floats, Floats]]:
+        """Yield the time of each joint, and bounds of what derivatives jump by there: lengths, and vertical parts; at time 0 the speed's, from a hover."""
         start, lost = _derivatives(self.coefficients[0], 0.0)
-        begun = np.zeros(DEGREE + 1)
-        begun[1] = np.linalg.norm(np.abs(start[1]) + lost[1])
-        yield 0.0, begun
+        begun, risen = np.zeros(DEGREE + 1), np.zeros(DEGREE + 1)
+        begun[1], risen[1] = np.linalg.norm(np.abs(start[1]) + lost[1]), np.abs(start[1, 2]) + lost[1, 2]
+        yield 0.0, begun, risen
         for joint in range(1, len(self.coefficients)):
             before, lost = _derivatives(self.coefficients[joint - 1], self.knots[joint] - self.knots[joint - 1])
             after, _ = _derivatives(self.coefficients[joint], 0.0)
-            yield float(self.knots[joint]), np.linalg.norm(np.abs(after - before) + lost, axis=1)
+            step = np.abs(after - before) + lost
+            yield float(self.knots[joint]), np.linalg.norm(step, axis=1), step[:, 2]
 
 
 def _derivatives(piece: Floats, time: float) -> tuple[Floats, Floats]:

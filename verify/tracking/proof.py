@@ -7,7 +7,7 @@ less than the bounds, nothing leaves them. The thrust, of which only an interval
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,14 +15,15 @@ import numpy as np
 from verify.arithmetic.balls import Floats
 from verify.data.disturbance import Disturbance
 from verify.data.trajectory import Trajectory
-from verify.data.vehicle import GRAVITY, Vehicle
+from verify.data.vehicle import Vehicle
 from verify.tracking.error_model import NEAR, Bounds, Cell, ErrorModel, Inputs, NotProved, fed_of
 from verify.tracking.flatness import FedForward, Jet, fed_forward
 from verify.tracking.loops import LoopChoice, heading_loop, lag_share, lateral_loop, reaction_of, roll_drag_of, vertical_loop
-from verify.tracking.nominal import known_response
+from verify.tracking.nominal import Combined, known_response
 from verify.tracking.plan_samples import fixed_heading, sample_plan
 from verify.tracking.remainders import inputs_of
-from verify.tracking.sampled_loop import Kernels, TickMaps, kernels_of
+from verify.tracking.sampled_loop import TICK, Kernels, TickMaps, kernels_of
+from verify.tracking.tilts import lateral_moments
 
 _H = 0.002
 _ROUNDS = 60
@@ -147,57 +148,71 @@ class _Loops:
         except ArithmeticError:
             raise NotProved("the controller's gains are not shown to stabilise the vehicle") from None
         self._force, self._jerk, self._snap = model.force()
-        exact = self._alone = fed_forward(self._force, self._jerk, self._snap, np.zeros((ticks, 3)))
-        self._known = {name: known_response(maps[name], name, known) for name, known in self._forcing(exact).items()}
+        share = cell.choice.thrust
+        exact, between = (
+            fed_forward(force / share, jerk, snap, np.zeros((ticks, 3)))
+            for force, jerk, snap in (model.force(), model.force("middle"))
+        )
+        self._alone = exact, between
+        forcing = self._forcing(exact, between)
+        moments = np.stack([_middle(jet) for jet in lateral_moments(exact)], axis=1)
+        self._known = {
+            name: known_response(maps[name], name, known, self._further(known, moments)) for name, known in forcing.items()
+        }
         off, _ = cell.spread
-        for name, known in self._constant(exact).items():  # a thrust that is off, but constant
-            for output, moved in known_response(maps[name], name, known).items():
-                self._known[name][output] = self._known[name][output] + off * moved
+        thrust = {"acc": self._model.force("middle")[0][:, 2:]}
+        constant = {name: thrust.get(name, 0.0 * known) for name, known in forcing["vertical"].items()}
+        moved = known_response(maps["vertical"], "vertical", constant, self._further(constant, moments, 0.0))
+        for output, known in moved.items():  # a thrust that is off, but constant
+            self._known["vertical"][output] = self._known["vertical"][output] + off * known
         self._known["heading"] = {name: np.zeros(ticks) for name in loops["heading"].outputs}
-        self._turned = np.linalg.norm(self._forcing(exact)["lateral"]["eacc"], axis=1)
+        self._turned = np.linalg.norm(forcing["lateral"]["eacc"], axis=1)
         self._sloped = np.maximum(np.abs(exact.rate.value.low), np.abs(exact.rate.value.high))
 
-    def _forcing(self, exact: FedForward[Jet], thrust: float | None = None) -> dict[str, dict[str, Floats]]:
-        """Return the known inputs of the lateral and vertical loops, at a thrust; at the cell's middle where none is named."""
-        plan, choice = self._model.plan, self._cell.choice
-        scale = np.linalg.norm(self._force, axis=1)[:, None]
-        thrust = choice.thrust if thrust is None else thrust
+    def _forcing(self, exact: FedForward, between: FedForward) -> dict[str, dict[str, Floats]]:
+        """Return the known inputs of the lateral and vertical loops."""
+        plan, choice, model = self._model.plan, self._cell.choice, self._model
+        flat, middle = [each[:, :2] for each in (self._force, self._jerk, self._snap)], model.force("middle")[0]
+        moments, later = (np.stack([_middle(jet) for jet in lateral_moments(each)], axis=1) for each in (exact, between))
+        curved = (model.force("middle")[2][:, :2] - later) - (flat[2] - moments)
 
-        def rows(jets: Sequence[Jet]) -> Floats:
-            """Return what turns about y and x, as it moves the direction of thrust."""
-            x, y = (0.5 * (jet.value.low + jet.value.high) for jet in jets)
-            return np.stack([y, -x], axis=1)
+        def grown(values: Floats) -> Floats:
+            return values - np.concatenate([np.zeros((1, 2)), values[:-1]])
 
-        rates, turns = rows(exact.rates[:2]), rows(exact.rates_change[:2])
-        none = np.zeros((1, 2))
-        rates_before, turns_before = (np.concatenate([none, each[:-1]]) for each in (rates, turns))
-        middle = self._model.force("middle")[0]
-        slope = 0.5 * (exact.rate.value.low + exact.rate.value.high)
+        before = [np.concatenate([np.zeros((1, 2)), each[:-1]]) for each in flat]
         lateral = {
-            "acc": (thrust - 1.0) * middle[:, :2],
-            "eacc": scale
-            * (
-                (choice.torque - 1.0) * turns - roll_drag_of(self._model.vehicle, self._model.airframe) * (rates + 0.01 * turns)
-            ),
+            "acc": (choice.thrust - 1.0) * middle[:, :2],
+            "eacc": (choice.torque - 1.0) * moments
+            + curved
+            - roll_drag_of(model.vehicle, model.airframe) * (flat[1] + 0.5 * TICK * flat[2]),
             "place": plan.seen[:, 0, :2],
             "speed": plan.seen[:, 1, :2],
-            "ej": -scale * (rates - rates_before - 0.02 * turns_before),
-            "muj": -scale * (turns - turns_before),
+            "dj": -(grown(flat[0]) - TICK * before[1] - 0.5 * TICK**2 * before[2]),
+            "ej": -(grown(flat[1]) - TICK * before[2]),
+            "muj": -grown(moments),
         }
         vertical = {
-            "acc": (thrust - 1.0) * middle[:, 2:],
-            "rate": slope[:, None],
+            "acc": (choice.thrust - 1.0) * middle[:, 2:],
+            "rate": _middle(exact.rate)[:, None],
             "place": plan.seen[:, 0, 2:],
             "speed": plan.seen[:, 1, 2:],
         }
         return {"lateral": lateral, "vertical": vertical}
 
-    def _constant(self, exact: FedForward[Jet]) -> dict[str, dict[str, Floats]]:
-        """Return the known inputs that a thrust makes which is more than the middle by 1."""
-        return {
-            kind: {name: (known if name == "acc" else 0.0 * known) for name, known in inputs.items()}
-            for kind, inputs in self._forcing(exact, 2.0).items()
+    def _further(self, known: Mapping[str, Floats], moments: Floats, aimed: float = 1.0) -> Combined:
+        """Return outputs beside the loops': what thrust pushes beside the plan, and feedback and tilt beside what they tend to."""
+        share, axes = self._cell.choice.thrust, known["acc"].shape[1]
+        part = slice(0, 2) if axes == 2 else slice(2, 3)
+        tends = -aimed * (1.0 / share - 1.0)
+        middle = self._model.force("middle")[0]
+        further = {
+            "push": ("hauled" if axes == 2 else "pushed", share, known["acc"]),
+            "aim": ("p", 1.0, tends * self._force[:, part]),
         }
+        if axes == 2:
+            further |= {"tilted": ("pushed", 1.0, tends * middle[:, part])}
+            further |= {name: (of, 1.0, moments) for name, of in (("moved", "mu"), ("steering", "steered"), ("leading", "led"))}
+        return further
 
     def kept(self) -> tuple[Bounds, Inputs]:
         """Return bounds that are kept strictly, and the inputs under them.
@@ -208,7 +223,9 @@ class _Loops:
         bounds = self._closed({})
         for k in range(_ROUNDS):
             try:
-                inputs = inputs_of(self._model, self._cell, bounds, fed_of(self._model, bounds, self._alone))
+                inputs = inputs_of(
+                    self._model, self._cell, bounds, fed_of(self._model, bounds, self._alone, self._cell.choice.thrust)
+                )
             except NotProved as reason:
                 if k < 2:
                     raise
@@ -231,13 +248,21 @@ class _Loops:
             if loop == kind:
                 driven[name] = driven.get(name, 0.0) + bound
         found: dict[str, Floats] = {}
+        base = {
+            "push": ("hauled" if kind == "lateral" else "pushed", self._cell.choice.thrust),
+            "aim": ("p", 1.0),
+            "tilted": ("pushed", 1.0),
+        }
+        base |= {"moved": ("mu", 1.0), "steering": ("steered", 1.0), "leading": ("led", 1.0)}
+        made: dict[str, Floats] = {}
         for output, known in self._known[kind].items():
-            value = known.copy()
-            for name, bound in driven.items():
-                value += np.convolve(kernels.sums[output, name], bound)[:ticks] + kernels.tails[output, name] * float(
-                    bound.max()
-                )
-            found[output] = value * (1.0 + 1e-9)
+            of, factor = base.get(output, (output, 1.0))
+            if of not in made:
+                made[of] = np.zeros(ticks)
+                for name, bound in driven.items():
+                    made[of] += np.convolve(kernels.sums[of, name], bound)[:ticks]
+                    made[of] += kernels.tails[of, name] * float(bound.max())
+            found[output] = (known + factor * made[of]) * (1.0 + 1e-9)
         return found
 
     def _closed(self, inputs: Inputs) -> Bounds:
@@ -251,16 +276,13 @@ class _Loops:
 
         slow = 1.0 - _H * roll_drag_of(model.vehicle, model.airframe)
         flat["e"] = (flat["e"] + _H * (choice.torque * flat["mu"] + total("lateral", "eacc") + self._turned)) / slow
-        flat["d"] = flat["d"] + _H * (flat["e"] + total("lateral", "drate"))
-        flat["pushed"] = flat["pushed"] + _H * (flat["e"] + total("lateral", "drate"))
+        for name, share in (("d", 1.0), ("pushed", 1.0), ("tilted", 1.0), ("push", choice.thrust)):
+            flat[name] = flat[name] + share * _H * flat["e"]
         ramp = total("vertical", "rate") + self._sloped
-        up["b"], up["pushed"] = up["b"] + _H * ramp, up["pushed"] + _H * ramp
-        forces, off = (model.reach(0)[0], GRAVITY + model.reach(0)[1]), max(abs(end - 1.0) for end in self._cell.thrust)
-        for each, kind, drag, force in (
-            (flat, "lateral", model.drags[0], forces[0]),
-            (up, "vertical", model.drags[1], forces[1]),
-        ):
-            push = choice.thrust * each["pushed"] + total(kind, "acc") + off * force
+        for name, share in (("b", 1.0), ("pushed", 1.0), ("push", choice.thrust)):
+            up[name] = up[name] + share * _H * ramp
+        for each, kind, drag in ((flat, "lateral", model.drags[0]), (up, "vertical", model.drags[1])):
+            push = each["push"] + total(kind, "acc")
             each["change"] = (push + drag * each["nu"]) / (1.0 - _H * drag)
             each["nu"] = each["nu"] + _H * each["change"] + plan.jumps[:, 1]
             each["xi"] = each["xi"] + _H * each["nu"] + plan.jumps[:, 0]
@@ -284,6 +306,10 @@ class _Loops:
                     moved = np.convolve(self._kernels[kind].sums["xi", name], bound)[tick]
                     parts[cause] = parts.get(cause, 0.0) + float(share * moved)
         return TrackingBound(float(course[tick]), float(self._model.plan.times[tick]), course, parts)
+
+
+def _middle(jet: Jet) -> Floats:
+    return 0.5 * (jet.value.low + jet.value.high)
 
 
 def _within(after: Bounds, before: Bounds) -> bool:

@@ -262,7 +262,8 @@ def _contraction(tick: Matrix) -> tuple[Floats, int, float, float]:
     squares = [tick]
     for _ in range(9):
         squares.append(squares[-1] @ squares[-1])
-    weights = np.maximum(np.max(np.abs(squares[0].mid) + np.abs(squares[2].mid) + np.abs(squares[4].mid), axis=1), 1e-9)
+    weights = np.max(np.abs(squares[0].mid) + np.abs(squares[2].mid) + np.abs(squares[4].mid), axis=1)
+    weights = np.where(weights > 1e-9, weights, np.min(weights[weights > 1e-9], initial=1.0))  # a state that no other one moves
     powers, share = 1.0, 1.0
     for doubled, square in enumerate(squares):
         share = float(np.max((square.size @ weights) / weights)) * GROW

@@ -3,7 +3,7 @@
 import numpy as np
 
 from flight.control.flatness import feed_forward
-from verify.tracking.flatness import changes_of_turning, fed_forward
+from verify.tracking.flatness import fed_forward
 
 TICKS = 40
 
@@ -51,24 +51,3 @@ def test_slopes_hold_differences():
                     slope = (more[index][k] - less[index][k]) / (2 * h)
                     assert np.all(jets[k].slope[c].low - 1e-4 <= slope)
                     assert np.all(slope <= jets[k].slope[c].high + 1e-4)
-
-
-def test_second_derivatives_of_rates_hold_what_differences_give():
-    force, jerk, snap, crackle = drawn(5)
-    reach, h = np.full((TICKS, 3), 0.2), 1e-4
-    away = tuple(
-        0.02 * np.abs(each) + 0.02**2 * np.abs(more) for each, more in ((jerk, snap), (snap, crackle), (crackle, crackle))
-    )
-    found = changes_of_turning((force, jerk, snap, crackle), (*away, 0.0 * crackle), reach)
-    rng = np.random.default_rng(6)
-    for s in (0.0, 0.01, 0.018):
-        pushed = force + rng.uniform(-1, 1, (TICKS, 3)) * reach
-
-        def turning(t, pushed=pushed):
-            now = pushed + t * jerk + t**2 / 2 * snap + t**3 / 6 * crackle
-            return exact(now, jerk + t * snap + t**2 / 2 * crackle, snap + t * crackle)[4]
-
-        change = (turning(s + h) - turning(s - h)) / (2 * h)
-        for k in range(3):
-            assert np.all(found[k].value.low - 1e-3 <= change[k])
-            assert np.all(change[k] <= found[k].value.high + 1e-3)

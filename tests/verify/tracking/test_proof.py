@@ -130,7 +130,7 @@ def test_every_state_stays_within_its_bound(path):
     flights.watch = True
     flights.fly(VEHICLE, path, path.duration)
     proved = {"p": bounds.lateral["p"], "p_up": bounds.vertical["p"], "d": bounds.lateral["d"], "e": bounds.lateral["e"]}
-    proved |= {"b": bounds.vertical["b"], "f": bounds.heading["f"], "o": bounds.heading["o"]}
+    proved |= {"mu": bounds.lateral["mu"], "b": bounds.vertical["b"], "f": bounds.heading["f"], "o": bounds.heading["o"]}
     for name, bound in proved.items():
         flown = np.array([step[name] for step in flights.log]).max(1).reshape(len(bound), SUBSTEPS).max(1)
         assert np.all(flown <= bound + 1e-9), (name, float((flown / bound).max()))

@@ -1,0 +1,114 @@
+"""Tracking: the largest share of a set of disturbances that is proved, what it costs, and what stands in the way of more.
+
+    OMP_NUM_THREADS=1 python -m tests.benchmarks.tracking [RUN ...] [--gains GAINS]
+
+Flights are a hover of 4 s and those of the runs' folders; all of their robots are proved. The set is the whole one of docs/tracking.md, for a Crazyflie 2.1:
+wind 0.8 m/s, cameras 1 mm and 0 to 15 ms, gyroscope 0.04 rad/s, mass 2 %, thrust 5 %. `GAINS` changes gains of its airframe, as in
+`'position: [6, 12], velocity: [4.5, 9]'`. "Processor time" is that of one proof of all robots, with nothing remembered.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import yaml
+
+from tests.helpers.benchmarks import is_smallest, run_benchmark
+from verify.data import Trajectory
+from verify.data.airframe import load_airframe
+from verify.data.disturbance import Disturbance
+from verify.data.files.trajectory_csv import load_csv
+from verify.data.vehicle import load_vehicle
+from verify.tracking.error_model import NotProved
+from verify.tracking.proof import TrackingBound, model_of, prove
+
+AIRFRAME, VEHICLE = load_airframe("crazyflie-2.1"), load_vehicle("crazyflie-2.1")
+WHOLE = Disturbance(
+    airframe=AIRFRAME, wind=0.8, position=0.001, latency=(0.0, 0.015), gyroscope=0.04, mass=0.02, thrust=0.05, sag=0.002
+)
+
+
+def hover(duration: float) -> Trajectory:
+    """Return a hover at 1 m.
+
+    Args:
+        duration: s.
+    """
+    coefficients = np.zeros((1, 4, 8))
+    coefficients[0, 2, 0] = 1.0
+    return Trajectory([duration], coefficients)
+
+
+def proved(paths: Sequence[Trajectory], told: Disturbance) -> TrackingBound | str:
+    """Return the worst bound of all robots, or why there is none.
+
+    Args:
+        paths: Of the robots.
+        told: What disturbs them.
+    """
+    duration = max(path.duration for path in paths)
+    found: list[TrackingBound] = []
+    try:
+        for path in paths:
+            x, y, z = (float(number) for number in path.coefficients[0, :3, 0])
+            found.append(prove(model_of(path, duration, (x, y, z), VEHICLE, told)))
+    except NotProved as reason:
+        return str(reason)
+    return max(found, key=lambda one: one.bound)
+
+
+def measure(name: str, paths: Sequence[Trajectory], told: Disturbance, halvings: int) -> None:
+    """Print one row.
+
+    Args:
+        name: Of the flight.
+        paths: Of its robots.
+        told: The whole set.
+        halvings: Steps of the search.
+    """
+    low, high, kept, spent = 0.0, 1.0, proved(paths, told.scaled(0.0)), 0.0
+    reason = kept if isinstance(kept, str) else ""
+    for _ in range(0 if reason else halvings):
+        share, begun = 0.5 * (low + high), time.process_time()
+        found = proved(paths, told.scaled(share))
+        if isinstance(found, str):
+            high, reason = share, found
+        else:
+            low, kept, spent = share, found, time.process_time() - begun
+    if isinstance(kept, str):
+        print(f"{name:24} none: {reason}", flush=True)
+        return
+    costs = ", ".join(
+        f"{cause} {1000.0 * cost:.1f}"
+        for cause, cost in sorted(kept.costs.items(), key=lambda item: -item[1])[:5]
+        if cost > 5e-5
+    )
+    print(f"{name:24} {100.0 * low:5.1f} %  {1000.0 * kept.bound:6.1f} mm  {spent:6.1f} s  {costs}; more: {reason}", flush=True)
+
+
+def main() -> None:
+    """Measure a hover and the flights of runs."""
+    arguments = sys.argv[1:]
+    airframe = AIRFRAME
+    if "--gains" in arguments:
+        at = arguments.index("--gains")
+        changes = {
+            key: tuple(value) if isinstance(value, list) else value
+            for key, value in yaml.safe_load(f"{{{arguments[at + 1]}}}").items()
+        }
+        airframe = AIRFRAME.changed(gains=AIRFRAME.gains.changed(**changes))
+        del arguments[at : at + 2]
+    told, halvings = WHOLE.changed(airframe=airframe), 1 if is_smallest() else 6
+    print(f"{'flight':24} {'share':>7}  {'bound':>9}  {'time':>8}  what makes the bound, mm")
+    measure("hover", [hover(0.2 if is_smallest() else 4.0)], told, halvings)
+    for run in map(Path, arguments):
+        names = [name for name in sorted(run.glob("*.csv")) if name.name != "flight.csv"]
+        measure(run.name, [load_csv(name) for name in names], told, halvings)
+
+
+if __name__ == "__main__":
+    run_benchmark(main)

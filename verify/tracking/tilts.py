@@ -1,0 +1,271 @@
+"""Tilts against the force that is asked: bounds on them, and on what their equations have beside the linear ones.
+
+The tilt is the horizontal part of the thrust's axis z times a scale s(t), which the plan alone makes: the length of its force over the cell's thrust. Its
+error is d = s z - F_h - p, where F_h follows the plan's force from each command by its first two derivatives, and p is the feedback. So d jumps at a command
+as p does, exactly. Then come e, its rate, and mu, the angular acceleration that is there times s, less the one that the plan needs; neither jumps but as the
+plan does. The law's errors of attitude and rates are those of z against the commanded axis h, as C(e_y, -e_x) = (z - h) + (Q - 1)(z - h) / 2, where C has the
+body's x and y as columns and Q turns the commanded attitude to the true one.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from verify.arithmetic.balls import Floats
+from verify.tracking.error_model import (
+    ROUNDING,
+    Bounds,
+    Cell,
+    ErrorModel,
+    Fed,
+    H,
+    NotProved,
+    along_slopes,
+    most_of,
+    size_of,
+)
+from verify.tracking.flatness import FedForward, Jet
+from verify.tracking.sampled_loop import TICK
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Attitudes:
+    """Bounds on attitudes, rates and thrusts until the next command. Each is shape (ticks,).
+
+    Attributes:
+        least: Of the thrust that is asked, m/s^2.
+        most: Of it.
+        slope: Of its derivative.
+        lean: Sine of the tilt that is held.
+        rates: rad/s, about x and y together.
+        spin: rad/s, about z.
+        turning: rad/s^2, about x and y together.
+        spinning: rad/s^2, about z.
+    """
+
+    least: Floats
+    most: Floats
+    slope: Floats
+    lean: Floats
+    rates: Floats
+    spin: Floats
+    turning: Floats
+    spinning: Floats
+
+    @classmethod
+    def of(cls, model: ErrorModel, bounds: Bounds, own: Fed, share: float) -> Attitudes:
+        """Bound them.
+
+        Args:
+            model: The robot.
+            bounds: Of all states.
+            own: What is fed forward.
+            share: Acceleration over the acceleration that is commanded.
+
+        Raises:
+            NotProved: The vehicle may tilt too far, or the force fall to the least.
+        """
+        fed = own.here
+        slope = most_of(fed.rate)
+        turning, spinning = np.hypot(most_of(fed.rates_change[0]), most_of(fed.rates_change[1])), most_of(fed.rates_change[2])
+        rates = np.hypot(most_of(fed.rates[0]), most_of(fed.rates[1])) + TICK * turning
+        spin = most_of(fed.rates[2]) + TICK * spinning
+        flat = np.linalg.norm(model.force()[0][:, :2], axis=1) / share + bounds.lateral["aim"]
+        lean = np.minimum(flat / fed.length.value.low, np.hypot(most_of(fed.axis[0]), most_of(fed.axis[1]))) + TICK * rates
+        if not np.all(lean < 0.7):
+            raise NotProved("the vehicle may tilt by more than 44 degrees")
+        least, most = fed.length.value.low - TICK * slope, fed.length.value.high + TICK * slope
+        upright = model.force()[0][:, 2] - bounds.vertical["p"]
+        vehicle = model.vehicle
+        if not np.all(upright > 1.001 * vehicle.thrust_min / vehicle.mass) or not np.all(least > 1.0):
+            raise NotProved("the commanded force may fall to the least thrust")
+        return cls(least, most, slope, lean, rates, spin, turning, spinning)
+
+
+class Tilts:
+    """Bounds on tilts, their rates and moments, until the next command. Each is shape (ticks,).
+
+    Attributes:
+        least, most: Of the scale, m/s^2.
+        lean: Sine of the tilt.
+        upright: Cosine of it, and of the commanded one.
+        tip: Distance of the thrust's axis from the commanded one.
+        slip: Distance of the body rates about x and y from the commanded ones, rad/s.
+        moved: Angular acceleration by rotors about x and y, rad/s^2.
+        law: Moments that the law asks for beside the linear ones, times the scale.
+        turned: Accelerations of the tilt beside the linear ones.
+        carried: What a step changes a moment's direction and scale by, times the scale.
+        away: Distance of the axis from the plan's, horizontally.
+        across: Distance of the axis from the commanded one, horizontally.
+        longer: Distance of the scale from the length of the force that is asked, m/s^2.
+        pulled: What that makes of the force at a command, horizontally.
+        shifts: By how much that changes until the next one.
+        twist: The attitude's error about the axis, rad.
+        askew, twisted: What tilts, and steps of the command, make of it; the latter a rate.
+        curved: Distance of the plan's force from what its derivatives at the command make of it.
+        slide: Rate of the scale, m/s^3.
+        broken: Jumps of tilt, rate and moment where the plan's pieces join.
+    """
+
+    def __init__(self, model: ErrorModel, cell: Cell, bounds: Bounds, held: Attitudes, fed: Fed) -> None:
+        """Bound them.
+
+        Raises:
+            NotProved: The vehicle may tilt too far.
+        """
+        self._model, self._cell, self._bounds, self._held, self._fed = model, cell, bounds, held, fed
+        self._plan()
+        flat = bounds.lateral
+        self.lean = (self._side + flat["pushed"] + self.curved) / self.least
+        over = np.maximum(self.lean, held.lean)
+        if not np.all(over < 0.8):
+            raise NotProved("the vehicle may tilt by more than 53 degrees")
+        self.upright = np.sqrt(1.0 - over * over)
+        self._lengths()
+        across = flat["d"] + self._third + self.longer * held.lean
+        self.across = across / self.least
+        self.tip = self.across / self.upright
+        self.askew = over * self.tip / self.upright**2
+        turning = held.turning + held.spinning
+        fast = held.rates + held.spin
+        self.twisted = 4.0 * TICK**2 * (turning * fast + fast**3) / self.upright**3  # its rate, rad/s
+        self.twist = bounds.heading["f"] + self.askew + TICK * self.twisted
+        whole = np.hypot(self.tip, self.twist)
+        if not np.all(whole < 0.8):
+            raise NotProved("the attitude's error may be more than 53 degrees")
+        straight = whole * whole / (1.0 + np.sqrt(1.0 - whole * whole))
+        self._swung = self.twist + self.tip * self.tip + self.lean * self.tip + straight
+        self.away = (flat["tilted"] + abs(self._rho) * 0.5 * TICK * self._fast_side + self.curved) / self.least
+        self._away_middle = self.away + 0.5 * TICK * self._first / (self.least * cell.choice.thrust)
+        self._asked()
+        self._turning()
+
+    def _plan(self) -> None:
+        """Bound the plan's force, its derivatives, and the scale."""
+        model, share = self._model, self._cell.choice.thrust
+        self._rho = 1.0 / share - 1.0
+        reach = [model.reach(order) for order in range(4)]
+        self._side, self._fast_side, self._second_side = reach[0][0], reach[1][0], reach[2][0]
+        first, third = np.hypot(*reach[1]), np.hypot(*reach[3])
+        steps = [model.stepped(order)[:, 0] for order in range(3)]
+        self.curved = TICK**3 / 6.0 * third + steps[0] + TICK * steps[1] + 0.5 * TICK**2 * steps[2] + ROUNDING
+        length = self._fed.alone.length.value
+        self.least, self.most = length.low - TICK * first / share, length.high + TICK * first / share
+        long = self.least * share
+        level = np.minimum(self._side / long, 1.0)
+        along = [level * side + up for side, up in reach]  # of derivatives, along the force
+        self.slide = along[1] / share  # of the scale
+        self._slide_change = (along[2] + first * first / long) / share
+        bent = 3.0 * first * np.hypot(*reach[2]) / long + 3.0 * along[1] * first * first / long**2
+        self._slide_third = (along[3] + bent) / share
+        self._first, self._jumped = first, steps
+        jumps = [level * steps[order] + model.stepped(order, up=True)[:, 0] for order in range(3)]
+        self._bends = (
+            steps[0] / share,
+            (jumps[1] + first / long * steps[0]) / share,
+            (jumps[2] + 3.0 * first / long * steps[1] + (np.hypot(*reach[2]) + first**2 / long) / long * steps[0]) / share,
+        )  # of the scale
+
+    def _lengths(self) -> None:
+        """Bound how far the force that is asked, and its derivatives, are from the scale in length; and what its axis leaves of it."""
+        held, fed, alone = self._held, self._fed.here, self._fed.alone
+        share, long = self._cell.choice.thrust, self.least * self._cell.choice.thrust
+        off = abs(1.0 - 1.0 / share)
+        change = most_of(fed.change)
+        own = off * most_of(alone.change) + self._first**2 / long * abs(share - 1.0 / share)
+        drift = TICK * self._slide_third + self._bends[2]
+        self._changed = self._moved(fed.change) + own + drift
+        self._faster = self._moved(fed.rate) + off * most_of(alone.rate) + TICK * self._changed + self._bends[1]
+        self.longer = self._moved(fed.length) + TICK * self._faster + self._bends[0]
+        self._ratio = self.longer / (held.least - 0.5 * TICK * TICK * change)
+        whole = held.rates + held.spin
+        third = 3.0 * held.lean * (held.rates * held.turning + held.spin * held.spinning)
+        third = third + 4.0 * (held.spin * held.turning + whole * held.spinning)
+        third = (held.most + TICK * TICK * change) * (third + whole**3)
+        third = third + 3.0 * (held.slope + TICK * change) * (held.turning + held.spinning + whole**2) + 3.0 * change * whole
+        self._third, self._third_rate = TICK**3 / 6.0 * third + ROUNDING, 0.5 * TICK**2 * third + ROUNDING
+        self._slope = held.slope + TICK * change
+        self.pulled = self._moved(fed.length) * held.lean  # at commands
+        self.shifts = TICK * (self._faster * held.lean + self.longer * held.rates)
+
+    def _asked(self) -> None:
+        """Bound what the law asks for beside the linear terms."""
+        model, held, flat = self._model, self._held, self._bounds.lateral
+        gains = model.airframe.gains
+        length = self._faster + self._slope * self._ratio
+        force_rate = self._fast_side + 0.5 * TICK**2 * np.hypot(*model.reach(3)) + self._third_rate
+        rate = (
+            self._third_rate + self._ratio * force_rate + length * self.lean + self._slope * (1.0 + self._ratio) * self.across
+        )
+        rate = rate + self.most * self._swung * held.rates
+        self.slip = (flat["e"] + rate) / (self.least * self.upright)
+        angle = self._third + self.shifts + 0.5 * self.most * self.tip * self._swung
+        turned = self._moments()
+        frame = self.most * held.turning * (self._swung + TICK * (held.spin + held.lean * held.rates))
+        self.law = gains.attitude[0] * angle + gains.rate[0] * rate + turned + frame
+        self.moved = (flat["moved"] + ROUNDING) / (self.least * self.upright)
+
+    def _moments(self) -> Floats:
+        """Bound how far the angular acceleration that is fed forward, times the force's length, is from what the plan alone makes of it."""
+        held, fed = self._held, self._fed
+        here = lateral_moments(fed.here)
+        moved = np.hypot(*(self._moved(jet) for jet in here))
+        size = np.hypot(*(most_of(jet) for jet in here))
+        at = self._moved(fed.here.length) + TICK * self.slide
+        return moved + at / held.least * size + ROUNDING
+
+    def _turning(self) -> None:
+        """Bound accelerations of the tilt beside the linear ones, with the plan's at the command taken out."""
+        held, fed, alone, flat = self._held, self._fed.here, self._fed.middle, self._bounds.lateral
+        heading, model = self._bounds.heading, self._model
+        rates = held.rates + self.slip
+        change, rate = most_of(alone.change), most_of(alone.rate)
+        share, long = self._cell.choice.thrust, self.least * self._cell.choice.thrust
+        off = abs(1.0 - 1.0 / share)
+        own = off * change + self._first**2 / long * abs(share - 1.0 / share) + 0.5 * TICK * self._slide_third
+        own = own + self._bends[2]
+        slower = off * rate + 0.5 * TICK * self._slide_change + self._bends[1]
+        planned = np.hypot(*(most_of(jet) for jet in alone.rates[:2]))
+        gone = self._away_middle
+        rates_off = (
+            flat["e"]
+            + 0.5 * TICK * (self._second_side + self.slide * planned)
+            + TICK**2 / 8.0 * model.reach(3)[0]
+            + self._jumped[1]
+            + TICK * self._jumped[2]
+            + slower * self.lean
+            + rate * gone
+        )
+        rates_off = rates_off / (self.least * self.upright) + gone * planned / self.upright**3
+        spin_alone = most_of(alone.rates[2])
+        spin_off = (
+            heading["o"]
+            + self._moved(fed.rates[2])
+            + TICK * held.spinning
+            + size_of(self._fed.alone.rates[2].value - alone.rates[2].value)
+        )
+        spun = self.most * (spin_off * rates + spin_alone * (rates_off + gone / self.upright * planned))
+        wide = self.most * (self.lean * (2.0 * planned * rates_off + rates_off**2) + planned**2 * gone)
+        stretch = 0.5 * TICK * self.slide * (spin_alone * planned + planned**2 * self.lean)
+        self.turned = own * self.lean + change * gone + 2.0 * slower * rates + 2.0 * rate * rates_off + spun + wide + stretch
+        self.broken = (
+            self._jumped[0] / share * self.lean,
+            (self._jumped[1] * self.lean + self._jumped[0] * (rates + self._first / long)) / share,
+            self._jumped[0] / share * self.moved,
+        )
+        self.carried = H * (held.spin + heading["o"] + self.lean * rates + self.slide / self.least) * self.moved * self.most
+
+    def _moved(self, jet: Jet) -> Floats:
+        return along_slopes(jet.slope, self._bounds.lateral["aim"], self._bounds.vertical["aim"]) + ROUNDING
+
+
+def lateral_moments(fed: FedForward) -> tuple[Jet, Jet]:
+    """Return the angular acceleration that is fed forward as it moves the thrust's axis horizontally, times the force's length."""
+    zx, zy, zz = fed.axis
+    level = (zx * zx + zz * zz).root()
+    ax, ay, _ = fed.rates_change
+    x = ay * (zz / level) + ax * (zx * zy / level)
+    y = -(ax * level)
+    return fed.length * x, fed.length * y
