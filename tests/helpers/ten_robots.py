@@ -58,7 +58,9 @@ class TenRobots:
     def _fly(self, stages: tuple) -> None:  # of stages
         mission = stages[1].plan.mission
         places = {name: tuple(path.evaluate(0.0)[:3].tolist()) for name, path in stages[0].paths.items()}
-        link, orders, record = SimulatedLink(mission, places, real_time=True), StopOrders(), Record()
+        lasting = mission.vehicle.model_copy(update={"endurance": 2.0 * self.seconds + 120.0})
+        flown = mission.model_copy(update={"vehicle": lasting})  # a flight of ten minutes is longer than a battery
+        link, orders, record = SimulatedLink(flown, places, real_time=True), StopOrders(), Record()
         grounds = dict.fromkeys(places, 0.0)
         if self.address is None:
             self.done = fly_live(link, stages, grounds=grounds, operator=Operator(self._look))
