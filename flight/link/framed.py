@@ -3,58 +3,30 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
 
 from flight.frames import in_laboratory
-from flight.link.link import Health, Link, Pose
+from flight.link.link import Link, Pose
+from flight.link.wrapped import WrappedLink
 from verify.data import Trajectory
 from verify.data.frame import Frame
 
 
-class FramedLink:
+class FramedLink(WrappedLink):
     """Turns and moves what goes to vehicles, and what comes from them; all else is the link's own.
 
     Attributes:
-        link: To the vehicles, in the laboratory's frame.
-        frame: Where the mission lies there.
+        frame: Where the mission lies in the laboratory's frame, which is the link's.
     """
 
     def __init__(self, link: Link, frame: Frame) -> None:
         """Take a link.
 
         Args:
-            link: To the vehicles.
+            link: To the vehicles, in the laboratory's frame.
             frame: Where the mission lies.
         """
-        self.link, self.frame = link, frame
-
-    @property
-    def robots(self) -> tuple[str, ...]:
-        """Names of the vehicles that answer."""
-        return self.link.robots
-
-    @property
-    def failsafe(self) -> str:
-        """Reaction on board when the link is gone."""
-        return self.link.failsafe
-
-    @property
-    def accuracy(self) -> float:
-        """Bound on the error of a measured position, m."""
-        return self.link.accuracy
-
-    @property
-    def streams(self) -> bool:
-        """True if set-points come from here."""
-        return self.link.streams
-
-    def now(self) -> float:
-        """Return the link's clock, s."""
-        return self.link.now()
-
-    def sleep(self, seconds: float) -> None:
-        """Let time go on."""
-        self.link.sleep(seconds)
+        super().__init__(link)
+        self.frame = frame
 
     def pose(self, robot: str) -> Pose | None:
         """Return the last pose, in the mission's frame."""
@@ -64,14 +36,6 @@ class FramedLink:
         x, y, z = self.frame.to_mission(pose.position).tolist()
         turn = math.radians(self.frame.rotation_deg)
         return Pose(pose.time, (x, y, z), None if pose.heading is None else math.remainder(pose.heading - turn, math.tau))
-
-    def health(self, robot: str) -> Health:
-        """Return what a vehicle last said of itself."""
-        return self.link.health(robot)
-
-    def parameters(self, robot: str) -> Mapping[str, float]:
-        """Return the parameters that were read back."""
-        return self.link.parameters(robot)
 
     def upload(self, robot: str, number: int, path: Trajectory) -> None:
         """Store a flight of the mission's frame on board.
@@ -83,22 +47,6 @@ class FramedLink:
         """
         self.link.upload(robot, number, in_laboratory(self.frame, path)[0])
 
-    def bring(self, number: int, meanwhile: Callable[[], None]) -> None:
-        """Have a stored flight on board of all."""
-        self.link.bring(number, meanwhile)
-
-    def ready(self, robot: str, number: int) -> bool:
-        """Have a robot on the ground ready for a stored flight."""
-        return self.link.ready(robot, number)
-
-    def start(self, number: int, at: float | None = None) -> float:
-        """Start a stored flight of all robots at once; return when it began."""
-        return self.link.start(number, at)
-
-    def hold(self, robot: str) -> bool:
-        """Tell a robot to brake to a hover."""
-        return self.link.hold(robot)
-
     def land(self, robot: str, height: float, seconds: float) -> bool:
         """Tell a robot to sink.
 
@@ -108,11 +56,3 @@ class FramedLink:
             seconds: How long it takes.
         """
         return self.link.land(robot, height + self.frame.offset[2], seconds)
-
-    def stop(self, robot: str) -> bool:
-        """Tell a robot to stop its motors."""
-        return self.link.stop(robot)
-
-    def close(self) -> None:
-        """Let go of the link."""
-        self.link.close()

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Literal
 from flight.link.link import Health, Link, Pose
 from flight.link.record import Record
 from flight.link.stop_orders import StopOrders
+from flight.link.wrapped import WrappedLink
 from flight.logs.log import Event
 from verify.data import Trajectory
 
@@ -69,11 +70,10 @@ class Observation:
     accuracy: float
 
 
-class ObservedLink:
+class ObservedLink(WrappedLink):
     """Hands everything on to another link, observes what goes through, and heeds orders to stop.
 
     Attributes:
-        link: To the vehicles.
         orders: Those that are given to this flight.
     """
 
@@ -86,7 +86,8 @@ class ObservedLink:
             record: What is kept of the flight.
             show: Receives observations; it returns at once.
         """
-        self.link, self.orders, self._record, self._show = link, orders, record, show
+        super().__init__(link)
+        self.orders, self._record, self._show = orders, record, show
         self._stored: dict[int, dict[str, Trajectory]] = {}
         self._flown: Mapping[str, Trajectory] = {}
         self._number, self._began, self._seen, self._said = -1, 0.0, -math.inf, 0
@@ -100,30 +101,6 @@ class ObservedLink:
             look: The look.
         """
         self._look = look
-
-    @property
-    def robots(self) -> tuple[str, ...]:
-        """Names of the vehicles that answer."""
-        return self.link.robots
-
-    @property
-    def failsafe(self) -> str:
-        """Reaction on board when the link is gone."""
-        return self.link.failsafe
-
-    @property
-    def accuracy(self) -> float:
-        """Bound on the error of a measured position, m."""
-        return self.link.accuracy
-
-    @property
-    def streams(self) -> bool:
-        """True if set-points come from here."""
-        return self.link.streams
-
-    def now(self) -> float:
-        """Return the link's clock, s."""
-        return self.link.now()
 
     def sleep(self, seconds: float) -> None:
         """Let time go on, in steps after each of which orders are heeded.
@@ -141,18 +118,6 @@ class ObservedLink:
             if self.link.now() >= end - 1e-9:
                 return
 
-    def pose(self, robot: str) -> Pose | None:
-        """Return the last pose that arrived."""
-        return self.link.pose(robot)
-
-    def health(self, robot: str) -> Health:
-        """Return what a vehicle last said of itself."""
-        return self.link.health(robot)
-
-    def parameters(self, robot: str) -> Mapping[str, float]:
-        """Return the parameters that were read back."""
-        return self.link.parameters(robot)
-
     def upload(self, robot: str, number: int, path: Trajectory) -> None:
         """Store a flight on board.
 
@@ -165,14 +130,6 @@ class ObservedLink:
         self._stored[number] = {**self._stored.get(number, {}), robot: path}
         if number == self._number:  # it goes on changed
             self._flown = self._stored[number]
-
-    def bring(self, number: int, meanwhile: Callable[[], None]) -> None:
-        """Have a stored flight on board of all."""
-        self.link.bring(number, meanwhile)
-
-    def ready(self, robot: str, number: int) -> bool:
-        """Have a robot on the ground ready for a stored flight."""
-        return self.link.ready(robot, number)
 
     def start(self, number: int, at: float | None = None) -> float:
         """Start a stored flight of all robots at once; return when it began."""
@@ -197,10 +154,6 @@ class ObservedLink:
     def stop(self, robot: str) -> bool:
         """Tell a robot to stop its motors."""
         return self._noted(robot, "stop", self.link.stop(robot))
-
-    def close(self) -> None:
-        """Let go of the link."""
-        self.link.close()
 
     def _noted(self, robot: str, command: Command, acknowledged: bool) -> bool:
         before = self._acknowledged.get(robot)

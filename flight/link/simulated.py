@@ -239,7 +239,7 @@ class SimulatedLink:
         return reached
 
     def close(self) -> None:
-        """End the simulation; there is nothing to let go of."""
+        """Do nothing: a simulation holds nothing that is to be let go of."""
 
     def _reaches(self, robot: str) -> bool:
         gone = self.faults.lost is not None and self._time >= self.faults.lost

@@ -105,7 +105,7 @@ class CrazyflieLink:
             raise
 
     def _require(self, mission: Mission) -> None:
-        """Reject what cannot be flown, before anybody is reached."""
+        """Do nothing: a flight on board may lie anywhere. A link that streams rejects here what it cannot fly, before anybody is reached."""
 
     def _reached(self) -> None:
         """Prepare for flights, once all are reached."""

@@ -12,7 +12,7 @@ follows its last set-point, some hundredths of a second. From then on it needs n
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 from flight.link.crazyflie.link import CrazyflieLink
 from flight.link.crazyflie.setpoints import full_state, require_near
@@ -73,6 +73,15 @@ class StreamedCrazyflies(CrazyflieLink):
         """
         self._stream.store(robot, number, path)
         self._commanders[robot].store(number, path)
+
+    def bring(self, number: int, meanwhile: Callable[[], None]) -> None:
+        """Do nothing: flights are kept here.
+
+        Args:
+            number: Of the flight.
+            meanwhile: Not called.
+        """
+        del number, meanwhile
 
     def start(self, number: int, at: float | None = None) -> float:
         """Start a flight of all that have it: vehicles are armed before the first one, and each gets its first set-point at once.

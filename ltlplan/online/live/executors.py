@@ -83,7 +83,7 @@ class Given:
         return self._value
 
     def drop(self) -> None:
-        """Nothing computes it."""
+        """Do nothing: nothing computes it."""
 
 
 def way_to_stop(stop: Stop, _progress: Progress) -> StoppingManoeuvre:

@@ -192,3 +192,11 @@ def test_set_points_go_out_by_the_radio_driver_as_often_as_they_are_meant_to(mis
         for vehicle in air.vehicles.values():
             times = np.array([when for when, _ in vehicle.streamed.kept])
             assert len(times) > 0.7 * RATE * (times[-1] - times[0])
+
+
+@pytest.mark.slow
+def test_nothing_is_brought_on_board_between_parts(mission) -> None:
+    with in_the_air(mission, PLACES, **ON_BOARD) as (_, addresses):
+        link = StreamedCrazyflies(mission, addresses)
+        link.bring(0, lambda: pytest.fail("nothing takes time"))
+        link.close()
