@@ -17,7 +17,7 @@ import numpy as np
 from numpy.random import Generator
 
 from ltlplan.paths.costs import WeightedCost, cost_of, plan_cost
-from ltlplan.paths.cross_entropy.cross_entropy import SPREAD, Improvement, Search, Watch, improve, minimise, options_of
+from ltlplan.paths.cross_entropy.cross_entropy import Improvement, Watch, improve, minimise, options_of, searches
 from ltlplan.paths.final_hover import until_hover
 from ltlplan.paths.flight_times import lasts_too_long
 from ltlplan.paths.path_result import candidate_plans, keeps
@@ -101,9 +101,8 @@ def searched_cost(mission: Mission, robot: str, nominal: RobotPlan, rng: Generat
     if len({w.position for w in nominal.waypoints}) < 3:
         return known
     problem = path_problem(mission, nominal, function)
-    first = float(problem.costs(problem.mean[None])[0])
-    search = Search.start(problem.mean, problem.covariance(SPREAD), options_of(mission), first)
-    return min(known, minimise(problem.costs, search, rng=rng)[0].best_cost)
+    search, *others = searches(problem, options_of(mission))
+    return min(known, minimise(problem.costs, search, rng=rng, others=others)[0].best_cost)
 
 
 def own_draws(seed: int, robot: str, word: Word) -> Generator:

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from typing import Literal
 
 from ltlplan.allocation import Allocation, Itinerary, Leg
 from ltlplan.logic.budget import TooLarge
@@ -52,23 +51,19 @@ def lay_path(mission: Mission, name: str, does: Itinerary) -> tuple[RobotPlan, t
     Raises:
         Infeasible: There is no way.
     """
-
-    def by(directions: Literal["nearest", "cheapest"]) -> RobotPlan:
-        path = route_itinerary(mission, name, does, directions=directions)
-        require_endurance(mission, name, path)
-        return path
-
-    try:
-        return by(mission.planner.directions), ()
-    except Infeasible:
-        if mission.planner.directions == "cheapest" or not any(visit.region in mission.hoops for visit in does.visits):
-            raise
+    asked, problem = mission.planner.directions, None
+    through_hoops = any(visit.region in mission.hoops for visit in does.visits)
+    for directions in dict.fromkeys((asked, "cheapest" if through_hoops else asked)):
         try:
+            path = route_itinerary(mission, name, does, directions=directions)
+            require_endurance(mission, name, path)
+        except Infeasible as error:
+            problem = problem or error
+        else:
             note = f"{name}: the nearest sides of its hoops are blocked; the cheapest sides that are not were taken."
-            return by("cheapest"), (note,)
-        except Infeasible:
-            pass
-        raise
+            return path, () if directions == asked else (note,)
+    assert problem is not None
+    raise problem
 
 
 def nominal_paths(

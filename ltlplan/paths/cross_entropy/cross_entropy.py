@@ -114,7 +114,7 @@ def minimise(
     return state.best, tuple(history)
 
 
-# nine parameters: four say what is searched, the rest are settings of the search that a caller names one at a time
+# seven parameters: three say what is searched, the rest a caller names one at a time
 def improve(
     mission: Mission,
     robot: str,
@@ -123,8 +123,6 @@ def improve(
     rng: np.random.Generator,
     options: Options | None = None,
     cost: Cost | None = None,
-    points: int | None = None,
-    spread: float = SPREAD,
     watch: Watch | None = None,
 ) -> Improvement:
     """Make one robot's nominal path cheaper by cross-entropy; its word, passages and ends stay.
@@ -136,8 +134,6 @@ def improve(
         rng: Source of every draw.
         options: How to search; by default the mission's `planner` says.
         cost: Named terms or any function of sampled paths; by default the robot's or the planner's own.
-        points: n, how many points of the path are moved; by default one every 0.35 m, at most 20.
-        spread: Initial standard deviation of each coordinate, m.
         watch: Told of each round, for pictures.
 
     Returns:
@@ -153,9 +149,9 @@ def improve(
     plan = plan.model_copy(update={"cost": nominal})
     if chosen.rounds == 0 or nominal <= chosen.target or len({w.position for w in plan.waypoints}) < 3:
         return Improvement(plan, nominal, (), ())
-    problem = path_problem(mission, plan, function, points=points)
+    problem = path_problem(mission, plan, function)
     # a sample below the target ends the search only if it is kept when it is judged for all times
-    search, *others = searches(problem, replace(chosen, target=-math.inf), spread=spread)
+    search, *others = searches(problem, replace(chosen, target=-math.inf))
     if not math.isfinite(search.best_cost) and len(plan.waypoints) * 3 > 2 * _LARGE:
         return Improvement(plan, nominal, (), ())  # so few points cannot show so long a word
     shortlist: list[tuple[float, Floats]] = [(search.best_cost, problem.mean)]
@@ -193,17 +189,16 @@ def _judged(mission: Mission, plan: RobotPlan, problem: PathProblem, cost: Cost,
     return next((other for other in better if other.cost <= least * (1 + _SAME)), plan)
 
 
-def searches(problem: PathProblem, options: Options, *, spread: float = SPREAD) -> list[Search]:
+def searches(problem: PathProblem, options: Options) -> list[Search]:
     """Return where the populations begin, the nominal path first; no others where the options ask for one.
 
     Args:
         problem: The path as a search problem.
         options: How to search, with the number of populations.
-        spread: Initial standard deviation of each coordinate, m.
     """
     starts = problem.starts() if options.gaussians > 1 else (problem.mean,)
     costs = problem.costs(np.array(starts))
-    covariance = problem.covariance(spread)
+    covariance = problem.covariance(SPREAD)
     return [Search.start(mean, covariance, options, float(cost)) for mean, cost in zip(starts, costs, strict=True)]
 
 

@@ -12,7 +12,7 @@ from ltlplan.paths.costs import for_mission
 from ltlplan.replanning.checked_plan import plan, plan_or_none
 from ltlplan.replanning.cuts import Candidate
 from ltlplan.replanning.refusal import Refusal
-from ltlplan.replanning.timing.plans_in_time import PLANNED, late_by_straight_ways, orders_in_time, plan_in_order
+from ltlplan.replanning.timing.plans_in_time import late_by_straight_ways, orders_in_time, plan_in_order, plans_in_orders
 from verify.data import LtlplanError, Mission, NotCertified, Plan
 from verify.data.language.formula_reader import parse_formula
 from verify.data.plan import Waypoint
@@ -60,11 +60,9 @@ def in_another_order(refusal: Refusal) -> Candidate | None:
     if last in written:
         orders = orders[written.index(last) + 1 :]
     known = {_stops(made), *(cut.plan for cut in tried.cuts)}
-    for order in orders[:PLANNED]:
-        other = plan_in_order(mission, order, make)
-        if other is not None and _stops(other) not in known and not late_by_straight_ways(other):
-            return _answered(refusal, other, _OTHER_ORDER, str(order))
-    return None
+    others = (found for found in plans_in_orders(mission, orders, make) if _stops(found[1]) not in known)
+    order, other = next(others, (None, None))
+    return None if other is None else _answered(refusal, other, _OTHER_ORDER, str(order))
 
 
 def _quick(mission: Mission) -> Mission:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
 from ltlplan.paths.costs import for_mission
@@ -28,7 +28,7 @@ _STRAIGHT = "by straight ways, from rest at the greatest acceleration and speed"
 """How the bound on times is found."""
 _SOONER = "What would help: a later deadline, a start nearer to it, or higher `limits`."
 
-PLANNED = 20
+_PLANNED = 20
 """Orders that are planned in search of one, at most."""
 _LISTED = 1000
 """Orders that are compared, at most."""
@@ -55,11 +55,20 @@ def plan_in_time(mission: Mission, make: MakePlan) -> Plan:
     made = planned_without_bounds(mission, make)
     if not (late := late_by_straight_ways(made)):
         return made
-    for order in orders_in_time(mission)[:PLANNED]:
-        other = plan_in_order(mission, order, make)
-        if other is not None and not late_by_straight_ways(other):
-            return other.noting(f"Planned in another order of visits than the cheapest: there {late}.")
-    return made
+    _, other = next(plans_in_orders(mission, orders_in_time(mission), make), (TRUE, None))
+    return made if other is None else other.noting(f"Planned in another order of visits than the cheapest: there {late}.")
+
+
+def plans_in_orders(mission: Mission, orders: Sequence[Formula], make: MakePlan) -> Iterator[tuple[Formula, Plan]]:
+    """Yield plans of the first of some orders, each with its order, but those that are late by their straight ways.
+
+    Args:
+        mission: Its formula is bounded in seconds.
+        orders: Visits in turn, as formulas.
+        make: Plans a mission.
+    """
+    found = ((order, plan_in_order(mission, order, make)) for order in orders[:_PLANNED])
+    return ((order, other) for order, other in found if other is not None and not late_by_straight_ways(other))
 
 
 def planned_without_bounds(mission: Mission, make: MakePlan, order: Formula = TRUE) -> Plan:
