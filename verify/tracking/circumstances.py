@@ -64,10 +64,10 @@ class Circumstances:
         flat, heading, tilts = self.bounds.lateral, self.bounds.heading, self.tilts
         jx, jy, jz = vehicle.inertia
         arm, reach, small = vehicle.arm / math.sqrt(2.0), max(jx, jy), min(jx, jy)
-        small = tilts.least * tilts.upright
+        scale = tilts.least * tilts.upright
         unknown = gains.rate[0] * told.gyroscope + gains.attitude[0] * (told.attitude + self.stale) + self.countered[0]
-        unknown = unknown + (tilts.law + ROUNDING) / small
-        ahead = flat["asked"] / small + unknown
+        unknown = unknown + (tilts.law + ROUNDING) / scale
+        ahead = flat["asked"] / scale + unknown
         ahead_spin = heading["asked"] + gains.rate[1] * told.gyroscope + gains.attitude[1] * (told.attitude + self.stale)
         ahead_spin = ahead_spin + self.countered[1]
         k, lead = air.thrust_coefficient, air.rotor_lag / gains.quickened_lag
@@ -77,14 +77,14 @@ class Circumstances:
         turns = held.spinning + heading["mu"]
         root2 = math.sqrt(2.0)
         moments = root2 * pull * tilts.moved + yaw * turns
-        wanted = root2 * pull * (flat["steering"] / small + unknown) + yaw * (turns + ahead_spin)
+        wanted = root2 * pull * (flat["steering"] / scale + unknown) + yaw * (turns + ahead_spin)
         sides = np.maximum(moments, wanted)
         self.least = share * (held.least - self.low_thrust - self.bounds.vertical["b"]) - sides
         self.most = share * (held.most + self.bounds.vertical["b"]) + sides
         room = np.all(self.least > 1.001 * vehicle.rotor_thrust_min) and np.all(self.most < 0.999 * vehicle.rotor_thrust_max)
         if not room or not np.all(self.least > 0.0):
             raise NotProved(f"a rotor may need {1000 * self.least.min():.0f} to {1000 * self.most.max():.0f} mN and saturate")
-        led = share * (held.most + lead * self.bounds.vertical["b"]) + root2 * pull * (flat["leading"] / small + lead * unknown)
+        led = share * (held.most + lead * self.bounds.vertical["b"]) + root2 * pull * (flat["leading"] / scale + lead * unknown)
         led = led + yaw * (turns + lead * ahead_spin)
         fastest = math.sqrt(vehicle.rotor_thrust_max / k) * told.battery
         slowest = math.sqrt(vehicle.rotor_thrust_min / k)
