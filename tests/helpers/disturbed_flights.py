@@ -32,6 +32,7 @@ class Disturbed:
     thrust: np.ndarray | None = None  # share
     offset: np.ndarray | None = None  # m, at the start
     log: list = field(default_factory=list)  # of every step, where `watch` is set: what the proof bounds
+    begun: list = field(default_factory=list)  # the same, at the beginning of each step
     watch: bool = False
 
     def fly(self, vehicle, path, duration):
@@ -70,6 +71,8 @@ class Disturbed:
             for sub in range(SUBSTEPS):
                 at = t + sub * STEP
                 rates = state[RATES] + (self.gyroscope(at) if self.gyroscope else 0.0)
+                if self.watch:
+                    self.begun.append(self._seen(frame, state, held, fed, force, self._reference(loop, path, t, sub * STEP)))
                 asked, held = autopilot.rotor_commands(held, self._attitude(state, at), rates, np.ones(n), STEP)
                 state = dynamics.step(state, asked * root, self.wind(at) if self.wind else 0.0, STEP)
                 past = [*past[-12:], state]
@@ -100,12 +103,13 @@ class Disturbed:
         x, y = ahead.turn[:2, 0], ahead.turn[:2, 1]
         moment = norm(now[0]) * (ahead.rates_change[1] * x - ahead.rates_change[0] * y)
         held = [now[0] + since * now[1] + 0.5 * since**2 * now[2], now[1] + since * now[2]]
-        return norm(here[0]), (here[0] * here[1]).sum(0) / norm(here[0]), held, moment, since
+        moved = [path.evaluate(t + since, order)[:3, None] for order in range(2)]
+        return norm(here[0]), (here[0] * here[1]).sum(0) / norm(here[0]), held, moment, since, moved
 
     @staticmethod
     def _seen(frame, state, held, fed, force, reference):
         """Return feedback, and errors of tilt, rates, moments and thrust as the proof counts them. By name, (n,)."""
-        scale, slide, planned, moment, since = reference
+        scale, slide, planned, moment, since, moved = reference
         turn = matrix(state[ATTITUDE])
         x, y, z = turn[:, 0], turn[:, 1], turn[:, 2]
         rates = state[RATES]
@@ -121,7 +125,13 @@ class Disturbed:
         f = np.arctan2(x[1] * level**2 - (x[0] * z[0] + x[2] * z[2]) * z[1], x[0] * z[2] - x[2] * z[0])
         model = squares.sum(0) / frame.vehicle.mass
         asked = norm(force) + held.thrust_rate / frame.vehicle.mass * since
+        slow = squares[0] - squares[1] + squares[2] - squares[3]
+        spin = frame.vehicle.torque_to_thrust / frame.vehicle.inertia[2] * slow - held.rates_change[2]
+        off, drift = state[POSITION] - moved[0], state[VELOCITY] - moved[1]
+        flat = {"xi": off[:2], "nu": drift[:2], "d": d, "e": e, "mu": mu, "p": fed[:2]}
+        up = {"xi": off[2:], "nu": drift[2:], "b": (model - asked)[None], "p": fed[2:]}
+        turn = {"f": f[None], "o": (rates[2] - held.rates[2])[None], "mu": spin[None]}
         return {
-            "p": np.hypot(fed[0], fed[1]), "p_up": np.abs(fed[2]), "d": np.hypot(*d), "e": np.hypot(*e), "mu": np.hypot(*mu),
+            "lateral": flat, "vertical": up, "heading": turn, "p": np.hypot(fed[0], fed[1]), "p_up": np.abs(fed[2]), "d": np.hypot(*d), "e": np.hypot(*e), "mu": np.hypot(*mu),
             "f": np.abs(f), "o": np.abs(rates[2] - held.rates[2]), "b": np.abs(model - asked),
         }  # fmt: skip

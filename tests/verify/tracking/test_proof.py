@@ -15,7 +15,7 @@ from verify.data.disturbance import Disturbance
 from verify.data.vehicle import load_vehicle
 from verify.tracking import error_model, sampled_loop
 from verify.tracking.error_model import NotProved
-from verify.tracking.loops import LoopChoice, lateral_loop, vertical_loop
+from verify.tracking.loops import LoopChoice, heading_loop, lateral_loop, vertical_loop
 from verify.tracking.proof import _Loops, cells_of, model_of, prove
 from verify.tracking.sampled_loop import SUBSTEPS
 
@@ -134,6 +134,41 @@ def test_every_state_stays_within_its_bound(path):
     for name, bound in proved.items():
         flown = np.array([step[name] for step in flights.log]).max(1).reshape(len(bound), SUBSTEPS).max(1)
         assert np.all(flown <= bound + 1e-9), (name, float((flown / bound).max()))
+
+
+@few_of(1, "path", [line(0.6, 3.2), hover(2.0)], ids=["fast", "hover"])
+def test_each_step_leaves_no_more_than_its_inputs_allow(path):
+    """The linear maps against the simulator, step by step and far from rest: what is left is within the bounded inputs of that step."""
+    told = Disturbance(airframe=AIRFRAME, wind=0.06, position=5e-5, gyroscope=0.003, start=5e-4, sag=0.0)
+    model = model_of(path, path.duration, tuple(path.coefficients[0, :3, 0]), VEHICLE, told)
+    (cell,) = cells_of(model)
+    proof = _Loops(model, cell)
+    _, inputs = proof.kept()
+    flights = adversaries(told, path.duration, range(500, 512), 0)
+    flights.watch = True
+    flights.fly(VEHICLE, path, path.duration)
+    known = proof._forcing(*proof._alone)
+    for kind, make in {"lateral": lateral_loop, "vertical": vertical_loop, "heading": heading_loop}.items():
+        loop = make(VEHICLE, AIRFRAME, cell.choice)
+        rows = [*flights.log[0][kind]]
+        for tick in range(0, len(model.plan), 4):
+            own = {name: known.get(kind, {}).get(name, np.zeros((len(model.plan), 1)))[tick] for name in loop.stepped}
+            most = {
+                name: sum(float(b[min(tick, len(b) - 1)]) for (k, n, _), b in inputs.items() if (k, n) == (kind, name))
+                for name in loop.stepped
+            }
+            pulled = sum(float(b[tick]) for (k, n, _), b in inputs.items() if (k, n) == (kind, "pullj"))
+            for sub in range(SUBSTEPS):
+                begun, after = flights.begun[tick * SUBSTEPS + sub][kind], flights.log[tick * SUBSTEPS + sub][kind]
+                for name in rows:
+                    at = loop.states.index(name)
+                    made = sum(loop.step.mid[at, loop.states.index(other)] * begun[other] for other in rows)
+                    made = made + sum(loop.stepped[n].mid[at, 0] * own[n][:, None] for n in loop.stepped)
+                    left = np.linalg.norm(after[name] - made, axis=0).max()
+                    allowed = sum(abs(loop.stepped[n].mid[at, 0]) * most[n] for n in loop.stepped)
+                    if kind == "lateral":
+                        allowed += abs(loop.step.mid[at, loop.states.index("pull")]) * pulled
+                    assert left <= allowed + 1e-9, (kind, name, tick, sub, left, allowed)
 
 
 def test_a_thrust_that_is_off_moves_what_cameras_see_late():
