@@ -28,6 +28,7 @@ from ltlplan.service.query_pool import Questions
 from ltlplan.service.security.tokens import LOCAL
 from ltlplan.service.settings import Settings
 from ltlplan.service.storage.drafts import Drafts
+from ltlplan.service.storage.retention import Retention
 from ltlplan.service.webhook_sender import Allowed, Sender
 from verify.data.errors import LtlplanError
 
@@ -50,6 +51,7 @@ class Service:
         people: Who may ask, and whose the jobs are.
         openid: Login by OpenID Connect; None where there is none.
         metrics: Counts for Prometheus.
+        retention: Sweep of what is not kept any longer.
         sender: Sender of webhooks.
         live: Flights that listen, and what they are told.
         drafts: Missions that users are writing.
@@ -66,14 +68,17 @@ class Service:
     openid: OpenId | None = field(init=False)
     sender: Sender = field(init=False)
     metrics: Metrics = field(init=False)
+    retention: Retention = field(init=False)
     _missions: OrderedDict[str, Mission] = field(default_factory=OrderedDict, init=False, repr=False)
     _sending: asyncio.Task[None] | None = field(default=None, init=False, repr=False)
+    _sweeping: asyncio.Task[None] | None = field(default=None, init=False, repr=False)
     _shipped: bytes | None = field(default=None, init=False, repr=False)
     _logging: set[asyncio.Task[None]] = field(default_factory=set[asyncio.Task[None]], init=False, repr=False)
 
     def __post_init__(self) -> None:
         self.drafts = Drafts(self.settings.data)
         self.metrics = Metrics()
+        self.retention = Retention(self.jobs, self.people, self.live)
         self.sender = Sender(self.people.webhooks, self.jobs.register, Allowed.read(self.settings.webhook_hosts))
         self.openid = None if self.settings.openid is None else OpenId(self.settings.openid)
 
@@ -87,11 +92,8 @@ class Service:
         await self.jobs.start()
         references = self.people.references
         await asyncio.to_thread(references.load)
-        for job in await asyncio.to_thread(references.leaving):  # a kill came before they were deleted
-            if self.jobs.register.find(job) is not None:
-                await self.jobs.cancel(job)
-                await self.jobs.delete(job)
-            await asyncio.to_thread(references.left, job)
+        await self.retention.delete_left()
+        self._sweeping = asyncio.create_task(self.retention.run())
         if self.sender.allowed.hosts:
             self._sending = asyncio.create_task(self.sender.run())
         asked = [(job, _user(who)) for job, who in self.jobs.register.asked_by().items()]
@@ -218,10 +220,11 @@ class Service:
             note("a stop was not logged", level=logging.WARNING, order=receipt.order, reason=str(error))
 
     async def stop(self) -> None:
-        """Send no more, and let go of all jobs; those that have not ended go on at the next start."""
-        if self._sending is not None:
-            self._sending.cancel()
-            await asyncio.gather(self._sending, return_exceptions=True)
+        """Send and delete no more, and let go of all jobs; those that have not ended go on at the next start."""
+        tasks = [task for task in (self._sending, self._sweeping) if task is not None]
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
         await self.jobs.stop()
 
     def close(self) -> None:

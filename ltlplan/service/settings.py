@@ -9,6 +9,8 @@ from ltlplan.service.people.roles import Role
 
 LOOPBACK = "127.0.0.1"
 PORT = 8000
+FOR_EVER = 36_500.0
+"""Days after which nothing is deleted by its age: nobody waits for these."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,6 +58,10 @@ class Limits:
         live_flights: Flights that may listen at the same time; twice as many are kept.
         live_events: Events that one flight may be told.
         live_letters: Letters that these may have, together.
+        keep_jobs_days: Days for which a job that has ended is kept where no project and no study has it.
+        keep_log_days: Days for which an entry of the log is kept.
+        keep_recordings_days: Days for which a flight's recording, as it was seen, is kept.
+        keep_deleted_days: Days for which a job is kept that nobody refers to any more; the same mission, submitted again, finds it.
         reads: How often one client may read.
         questions_asked: How often one client may ask what is computed at once, or submit.
         strangers: How often one address may come with a wrong token; right ones always may.
@@ -90,6 +96,10 @@ class Limits:
     live_flights: int = 50
     live_events: int = 1000
     live_letters: int = 1_000_000
+    keep_jobs_days: float = FOR_EVER
+    keep_log_days: float = FOR_EVER
+    keep_recordings_days: float = FOR_EVER
+    keep_deleted_days: float = 0.0
     reads: Rate = Rate(100.0, 1000)
     questions_asked: Rate = Rate(20.0, 500)
     strangers: Rate = Rate(0.5, 20)

@@ -113,7 +113,7 @@ async def get_job(request: Request, job: JobId) -> Response:
 
 @router.delete("/jobs/{job}", status_code=204, responses=problems(404, 409, changing=True))
 async def delete_job(request: Request, job: JobId) -> Response:
-    """Take a job off your list. One that nobody else has is deleted with its files, once it has ended; nothing else ever deletes one."""
+    """Take a job off your list. One that nobody else has is deleted with its files, once it has ended."""
     await jobs_of(request).delete(job)
     return Response(status_code=204)
 

@@ -143,6 +143,11 @@ class LiveFlights:
         self._book.begin(name, flight, mission, keep=2 * self._limits.live_flights)
         self.recorder.forget({entry.id for entry in self._book.flights()})
 
+    async def forget_recordings(self, before: float) -> int:
+        """Delete recordings of flights that ended before an instant, s since 1970, and return how many they were."""
+        flying = {entry.id for entry in await asyncio.to_thread(self._book.flights) if entry.ended is None}
+        return await asyncio.to_thread(self.recorder.forget_old, before, flying)
+
     async def listening(self, name: str, flight: str) -> Listening:
         """Return a flight that listens.
 

@@ -74,6 +74,21 @@ class FlightRecorder:
             if number.isdigit() and int(number) not in kept:
                 path.unlink(missing_ok=True)
 
+    def forget_old(self, before: float, flying: Collection[int]) -> int:
+        """Delete recordings that were written last before an instant, and return how many they were.
+
+        Args:
+            before: s since 1970.
+            flying: Numbers of flights that have not ended.
+        """
+        gone = 0
+        for path in self._folder.glob("*.jsonl.gz"):
+            number = path.name.partition(".")[0]
+            if number.isdigit() and int(number) not in flying and path.stat().st_mtime < before:
+                path.unlink(missing_ok=True)
+                gone += 1
+        return gone
+
     def recorded(self, run: int) -> bool:
         """Return whether there is a recording of a flight."""
         return self.path(run).is_file()

@@ -10,6 +10,7 @@ from nicegui import ui
 
 from ltlplan.service.page.elements import Part, Words, box, button, named_field, say, search_field, table
 from ltlplan.service.people.roles import Action
+from ltlplan.service.storage.retention import kept_until
 from ltlplan.service.times import utc_now
 
 if TYPE_CHECKING:
@@ -116,7 +117,7 @@ class _Planning:
         self.name.show((job.mission, job.state), lambda: _name(job))
         self.early.show((job.id, job.searches, job.owner), lambda: self._early(job))
         self.actions.show((job.id, ended, job.owner, job.project), lambda: self._actions(job))
-        self.told.show((job.id, job.state, job.started, job.ended, job.stopped), lambda: self._told(job))
+        self.told.show((job.id, job.state, job.started, job.ended, job.stopped, job.project), lambda: self._told(job))
         self.stages.show(job.stages, lambda: [_stage(stage) for stage in job.stages])
         self.problem.show((job.id, job.problem, job.state), lambda: self._problem(job))
 
@@ -155,6 +156,8 @@ class _Planning:
         if job.started and job.ended:
             times.append(f"took {_seconds(job.started, job.ended)}")
         Words("p", ", ".join(times), "soft")
+        if (until := kept_until(job, self.desk.service.settings.limits)) is not None:
+            Words("p", f"Kept until {until}, unless a project or a study has it.", "soft")
         if job.stopped:
             Words(
                 "p",

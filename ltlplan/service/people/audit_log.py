@@ -64,6 +64,11 @@ class AuditLog:
             )
             run.execute("DELETE FROM log WHERE number <= (SELECT max(number) FROM log) - ?", (MOST,))
 
+    def forget(self, before: str) -> int:
+        """Delete entries of before an instant, and return how many they were."""
+        with self.database.changing() as run:
+            return run.execute("DELETE FROM log WHERE time < ?", (before,)).rowcount
+
     def entries(self, asked: LogQuery = NEWEST) -> tuple[LogEntry, ...]:
         """Return entries, the newest first.
 

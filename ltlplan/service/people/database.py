@@ -5,7 +5,7 @@ who writes: they have a connection of their own.
 
 In `accounts` a password is an Argon2id hash; issuer and subject are those of OpenID Connect. `sessions` are of browsers: of an account, or of a token
 (then its digest). `job_references`: a computation is shared by key, a job is somebody's reference to it, private unless its project is shared.
-`leaving` has jobs whose last reference went, until they are deleted. `mission_versions` has all versions of `missions`, `study_members` the jobs of
+`leaving` has jobs whose last reference went, and when, until they are deleted. `mission_versions` has all versions of `missions`, `study_members` the jobs of
 `studies`. `webhook_calls` has jobs whose end is still to be sent to `webhooks`.
 """
 
@@ -67,7 +67,8 @@ CREATE TABLE webhooks (
 );
 CREATE TABLE webhook_calls (webhook INTEGER NOT NULL, job TEXT NOT NULL, tries INTEGER NOT NULL, due REAL NOT NULL, PRIMARY KEY (webhook, job));
 """
-_STEPS = (_PEOPLE, _MISSIONS, _STUDIES, _WEBHOOKS)
+_LEFT = "ALTER TABLE leaving ADD COLUMN since TEXT NOT NULL DEFAULT ''"
+_STEPS = (_PEOPLE, _MISSIONS, _STUDIES, _WEBHOOKS, _LEFT)
 """What each format has more than the one before."""
 _MOST_BYTES = 20_000_000
 

@@ -73,7 +73,8 @@ class References:
             jobs: Ids, each with a user.
         """
         first = not self._database.read("SELECT 1 FROM facts WHERE name = ?", (_ADOPTED,))
-        orphans = [(job, user) for job, user in jobs if not self._of_job.get(job)]
+        leaving = set(self.leaving())
+        orphans = [(job, user) for job, user in jobs if not self._of_job.get(job) and job not in leaving]
         if not first and not orphans:
             return
         now, project = utc_now(), EARLIER if first and orphans else ""
@@ -114,7 +115,7 @@ class References:
         with self._database.changing() as run:
             run.executemany("DELETE FROM job_references WHERE job = ? AND user = ?", [(job, user) for user in gone])
             if not left:
-                run.execute("INSERT OR IGNORE INTO leaving VALUES (?)", (job,))
+                run.execute("INSERT OR IGNORE INTO leaving VALUES (?, ?)", (job, utc_now()))
         with self._lock:
             for user in gone:
                 self._of_job.get(job, {}).pop(user, None)
@@ -127,9 +128,14 @@ class References:
         with self._database.changing() as run:
             run.execute("DELETE FROM leaving WHERE job = ?", (job,))
 
-    def leaving(self) -> tuple[str, ...]:
-        """Return the jobs that a kill kept from being deleted."""
-        return tuple(str(job) for (job,) in self._database.read("SELECT job FROM leaving"))
+    def leaving(self, before: str | None = None) -> tuple[str, ...]:
+        """Return the jobs that nobody refers to any more and that are not deleted yet.
+
+        Args:
+            before: Only those whose last reference went before this instant.
+        """
+        asked = "SELECT job FROM leaving WHERE ?1 IS NULL OR since <= ?1"
+        return tuple(str(job) for (job,) in self._database.read(asked, (before,)))
 
     def find(self, job: str, user: str) -> Reference | None:
         """Return a user's own reference to a job, if there is one."""

@@ -76,6 +76,10 @@ class Studies:
         rows = self.database.read("SELECT value, job FROM study_members WHERE study = ? ORDER BY number", (study,))
         return tuple((_value(json.loads(value)), str(job)) for value, job in rows)
 
+    def all_jobs(self) -> frozenset[str]:
+        """Return the ids of the jobs of all studies."""
+        return frozenset(str(job) for (job,) in self.database.read("SELECT DISTINCT job FROM study_members"))
+
     def require_new(self, principal: Principal, name: str, values: Sequence[Varied]) -> None:
         """Require that a study can be made, before its jobs are submitted.
 

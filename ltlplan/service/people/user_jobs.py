@@ -10,6 +10,7 @@ from ltlplan.service.models import ENDED, DerivedKind, Event, Job, State, Whose
 from ltlplan.service.people.people import People
 from ltlplan.service.people.roles import Action, Principal, require
 from ltlplan.service.problems import Conflict, Forbidden, NotFound
+from ltlplan.service.storage.retention import let_go
 
 if TYPE_CHECKING:
     from ltlplan.service.execution.derived import Derived
@@ -240,9 +241,7 @@ class UserJobs:
             if gone == set(users):
                 self._jobs.require_ended(job_id)
             await self._log("delete", job_id, "" if gone == {self._principal.user} else f"of {', '.join(sorted(gone))}"[:200])
-            if await asyncio.to_thread(references.drop, job_id, gone):
-                await self._jobs.delete(job_id)
-                await asyncio.to_thread(references.left, job_id)
+            await let_go(self._jobs, self._people, job_id, gone)
 
     async def file(self, job_id: str, name: str) -> StoredFile:
         """Return a file of a job; as `Jobs.file`.

@@ -128,8 +128,11 @@ def test_tables_of_the_first_format_are_brought_up_to_date(people: People) -> No
     with people.database.changing() as run:
         for table in ("missions", "mission_versions", "studies", "study_members", "webhooks", "webhook_calls"):
             run.execute(f"DROP TABLE {table}")
+        run.execute("ALTER TABLE leaving DROP COLUMN since")
+        run.execute("INSERT INTO leaving VALUES ('a-1')")
         run.execute("PRAGMA user_version = 1")
     people.close()
+    assert people.references.leaving("2026-01-01") == ("a-1",), "it left before anything was known of when"
     assert people.missions.listed(ALICE) == ()
     assert people.studies.listed(ALICE) == ()
     assert [each.name for each in people.accounts.all()] == ["alice"]

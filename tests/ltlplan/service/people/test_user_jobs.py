@@ -18,6 +18,7 @@ from ltlplan.service.people.roles import Principal, Role
 from ltlplan.service.people.user_jobs import UserJobs
 from ltlplan.service.problems import Conflict, Forbidden, NotFound
 from ltlplan.service.security.tokens import Tokens
+from ltlplan.service.settings import Limits
 
 
 class _Jobs:
@@ -27,6 +28,7 @@ class _Jobs:
         self.referring, self.register, self.runner = asyncio.Lock(), self, self
         self.held: dict[str, Job] = {}
         self.cancelled: list[str] = []
+        self.settings = SimpleNamespace(limits=Limits())
 
     async def submit(self, mission: Any, *, seed: int | None, who: str, lane: str) -> Job:
         await asyncio.sleep(0)
