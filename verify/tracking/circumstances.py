@@ -53,8 +53,8 @@ class Circumstances:
         self.gyration = cross * self.body[0] * self.body[1], abs(jy - jx) / jz * 0.5 * self.body[0] ** 2
         self.countered = cross * sensed[0] * sensed[1], abs(jy - jx) / jz * 0.5 * sensed[0] ** 2
         self.sag = told.sag * cell.thrust[1]
-        self._rotors()
         self._cubic()
+        self._rotors()
         self._air(vehicle, air)
 
     def _rotors(self) -> None:
@@ -78,9 +78,10 @@ class Circumstances:
         root2 = math.sqrt(2.0)
         moments = root2 * pull * tilts.moved + yaw * turns
         wanted = root2 * pull * (flat["steering"] / scale + unknown) + yaw * (turns + ahead_spin)
-        sides = np.maximum(moments, wanted)
-        self.least = share * (held.least - self.low_thrust - self.bounds.vertical["b"]) - sides
-        self.most = share * (held.most + self.bounds.vertical["b"]) + sides
+        weakest, strongest = self._thrusts()
+        asked = held.least - self.low_thrust, held.most
+        self.least = np.minimum(share * weakest - moments, share * asked[0] - wanted)
+        self.most = np.maximum(share * strongest + moments, share * asked[1] + wanted)
         room = np.all(self.least > 1.001 * vehicle.rotor_thrust_min) and np.all(self.most < 0.999 * vehicle.rotor_thrust_max)
         if not room or not np.all(self.least > 0.0):
             raise NotProved(f"a rotor may need {1000 * self.least.min():.0f} to {1000 * self.most.max():.0f} mN and saturate")
@@ -116,19 +117,27 @@ class Circumstances:
         self.bent_thrust = squares / (4.0 * self.least) / vehicle.mass
         hover = 0.25 * vehicle.mass * GRAVITY
         uneven = np.maximum(
-            0.5 / np.sqrt(self.least) - 0.5 / math.sqrt(hover), 0.5 / math.sqrt(hover) - 0.5 / np.sqrt(self.most)
-        )
+            0.5 / np.sqrt(share * weakest) - 0.5 / math.sqrt(hover), 0.5 / math.sqrt(hover) - 0.5 / np.sqrt(share * strongest)
+        )  # of half the inverse of the root, at the mean of the rotors
         bend, bow = 0.25 / root**3, 0.375 / root**5  # derivatives of half the inverse of the root
         quick = air.rotor_inertia / jz * math.sqrt(cell.torque[1]) * lead / air.rotor_lag
         sums = (
             c * (4.0 * bend * spun + 2.0 * bow * (turned * turned + spun * spun))
             + 4.0 * tilt * turned * bend
-            + 4.0 * spin * np.maximum(uneven, 0.0)
+            + spin * (4.0 * np.maximum(uneven, 0.0) + 2.0 * bow * (turned * turned + spun * spun))
         )
         self.reaction = quick * sums / math.sqrt(k)
         roots = max(abs(math.sqrt(end) - math.sqrt(cell.choice.torque)) for end in cell.torque)
         linear = reaction_of(vehicle, air) * lead / air.rotor_lag
         self.reaction = self.reaction + linear * (roots * ahead_spin + 1.5 * self.bent_spin)
+
+    def _thrusts(self) -> tuple[Floats, Floats]:
+        """Bound the thrust by the model of the rotors, m/s^2: by what is asked and its error, and by what it pushes beside the plan."""
+        held, cell, force = self.held, self.cell, self.model.reach(0)[1]
+        error = self.bounds.vertical["b"]
+        least = np.maximum(held.least - error, (GRAVITY - force - self.lifted) / (cell.thrust[1] * (1.0 + 1e-9)))
+        most = np.minimum(held.most + error, (GRAVITY + force + self.lifted) / (cell.thrust[0] * self.tilts.upright))
+        return least, most
 
     def _air(self, vehicle: Vehicle, air: AirframeTable) -> None:
         """Bound what the air does beside the drag that the controller counts on."""
@@ -182,7 +191,8 @@ class Circumstances:
     def coupled_up(self) -> Floats:
         """Share of a thrust that tilts, and its error's, that is not vertical as commanded, m/s^2."""
         held, tilts = self.held, self.tilts
-        low = tilts.across * (2.0 * held.lean + tilts.across) / (2.0 * tilts.upright)
+        low = np.minimum(tilts.across * (2.0 * held.lean + tilts.across), np.maximum(tilts.lean, held.lean) ** 2)
+        low = low / (2.0 * tilts.upright)
         return self.bounds.vertical["b"] * (1.0 - np.sqrt(1.0 - tilts.lean**2)) + held.most * low
 
     def _cubic(self) -> None:

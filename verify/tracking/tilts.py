@@ -178,7 +178,8 @@ class Tilts:
         drift = TICK * self._slide_third + self._bends[2]
         self._changed = self._moved(fed.change) + own + drift
         self._faster = self._moved(fed.rate) + off * most_of(alone.rate) + TICK * self._changed + self._bends[1]
-        self.longer = self._moved(fed.length) + TICK * self._faster + self._bends[0]
+        tall = self._lengthened()
+        self.longer = tall + TICK * self._faster + self._bends[0]
         self._ratio = self.longer / (held.least - 0.5 * TICK * TICK * change)
         whole = held.rates + held.spin
         third = 3.0 * held.lean * (held.rates * held.turning + held.spin * held.spinning)
@@ -187,8 +188,20 @@ class Tilts:
         third = third + 3.0 * (held.slope + TICK * change) * (held.turning + held.spinning + whole**2) + 3.0 * change * whole
         self._third, self._third_rate = TICK**3 / 6.0 * third + ROUNDING, 0.5 * TICK**2 * third + ROUNDING
         self._slope = held.slope + TICK * change
-        self.pulled = self._moved(fed.length) * held.lean  # at commands
+        self.pulled = tall * held.lean  # at commands
         self.shifts = TICK * (self._faster * held.lean + self.longer * held.rates)
+
+    def _lengthened(self) -> Floats:
+        """Bound how far the force that is asked at a command is from the scale in length."""
+        side, up = self._bounds.lateral["aim"], self._bounds.vertical["aim"]
+        level = np.linalg.norm(self._model.force()[0][:, :2], axis=1) / (
+            self._cell.choice.thrust * self._fed.alone.length.value.low
+        )
+        along, beside = level * side + up, side + level * up
+        least = self._fed.alone.length.value.low - along
+        if not np.all(least > 1.0):
+            raise NotProved("the commanded force may vanish")
+        return np.minimum(self._moved(self._fed.here.length), along + 0.5 * beside * beside / least) + ROUNDING
 
     def _asked(self) -> None:
         """Bound what the law asks for beside the linear terms."""
@@ -213,7 +226,7 @@ class Tilts:
         here = lateral_moments(fed.here)
         moved = np.hypot(*(self._moved(jet) for jet in here))
         size = np.hypot(*(most_of(jet) for jet in here))
-        at = self._moved(fed.here.length) + TICK * self.slide
+        at = self._lengthened() + TICK * self.slide
         return moved + at / held.least * size + ROUNDING
 
     def _turning(self) -> None:
