@@ -79,6 +79,7 @@ def _entered(maps: TickMaps, stepped: tuple[str, ...], commanded: tuple[str, ...
         np.concatenate([np.zeros((len(loop.states), len(stepped)))] + [c.mid for c in taken], axis=1),
         np.concatenate([np.zeros((len(loop.states), len(stepped)))] + [c.rad for c in taken], axis=1),
     )
+    now = loop.record(now) if loop.seen == 0 else now
     found = [now]
     for step in range(SUBSTEPS):
         moved = loop.step @ now

@@ -77,7 +77,7 @@ class SampledLoop:
         step: Map of a step on board. Shape (n, n).
         jump: Map of a command. Shape (n, n).
         recorded: Pairs of states: the second takes the value of the first, as the cameras see it.
-        seen: After which step of the ten they see it: 10 minus the latency.
+        seen: After which step of the ten they see it: 10 minus the latency; 0 is just after the command.
         stepped: Inputs that act in every step, by name: what a step of them within 1 leaves at its end. Shape (n,) each.
         commanded: Inputs that act at commands, by name: what they leave after the jump. Shape (n,) each.
         outputs: Rows of what is bounded at the ends of steps and after jumps, by name. Shape (n,) each.
@@ -215,6 +215,7 @@ def _first(loop: SampledLoop) -> tuple[Floats, Matrix]:
     state = Matrix(np.zeros(shape), np.zeros(shape))
     for column, what in enumerate(commanded, start=starts):
         state.mid[:, column], state.rad[:, column] = what.mid[:, 0], what.rad[:, 0]
+    state = loop.record(state) if loop.seen == 0 else state
     rows = Matrix.exact(np.array([*loop.outputs.values()]))
     peaks = _summed((rows @ state).size, loop)
     for step in range(SUBSTEPS):
@@ -247,7 +248,7 @@ def _summed(size: Floats, loop: SampledLoop) -> Floats:
 
 def _composed(loop: SampledLoop) -> list[Matrix]:
     """Return the maps from before a command to after its jump and after each of its steps."""
-    now = loop.jump
+    now = loop.record(loop.jump) if loop.seen == 0 else loop.jump
     maps = [now]
     for step in range(SUBSTEPS):
         now = loop.step @ now

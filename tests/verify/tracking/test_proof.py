@@ -58,6 +58,8 @@ def flown_linearly(loop, accelerations, offset):
     found = []
     for tick in range(len(accelerations) // SUBSTEPS):
         x = loop.jump.mid @ x
+        if loop.seen == 0:
+            x[[t for _, t in loop.recorded]] = x[[s for s, _ in loop.recorded]]
         for sub in range(SUBSTEPS):
             x = loop.step.mid @ x + loop.stepped["acc"].mid[:, 0] * accelerations[tick * SUBSTEPS + sub]
             if sub + 1 == loop.seen:
@@ -251,6 +253,8 @@ def test_latency_and_battery_are_monotone_too():
     path, still = line(0.3), Disturbance(airframe=AIRFRAME, wind=0.02)
     late = [bound_of(path, still.changed(latency=(0.0, latest))).bound for latest in (0.0, 0.002, 0.006)]
     assert late == sorted(late)
+    known = [bound_of(path, still.changed(latency=(age, age))).bound for age in (0.0, 0.018, 0.02)]
+    assert known == sorted(known)
     with pytest.raises(NotProved):
         bound_of(path, still.changed(battery=0.8))
 

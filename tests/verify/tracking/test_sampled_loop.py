@@ -43,7 +43,7 @@ def test_a_loop_that_does_not_settle_has_no_tail():
 
 
 @pytest.mark.parametrize("make", [lateral_loop, vertical_loop, heading_loop])
-@pytest.mark.parametrize("late", [0, 4])
+@pytest.mark.parametrize("late", [0, 4, 10])
 def test_tails_of_the_vehicles_loops_cover_what_is_summed(make, late):
     loop = make(VEHICLE, AIRFRAME, LoopChoice(1.02, 1.01, late, 0.9))
     whole, cut = kernels_of(loop, 900, 900), kernels_of(loop, 900, 200)
