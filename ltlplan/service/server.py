@@ -28,6 +28,7 @@ from ltlplan.service.security.origins import is_loopback, own_names
 from ltlplan.service.security.tokens import Tokens
 from ltlplan.service.settings import Settings
 from ltlplan.service.storage.data_folder import own_folder
+from ltlplan.service.systemd import Manager
 from verify.data.errors import BadInput, MissingEngine
 
 if TYPE_CHECKING:
@@ -246,7 +247,7 @@ def _run(gate: Gate, service: Service, listener: socket.socket, ready: Callable[
 
     from ltlplan.service.security.connections import Waiting, with_head_clock
 
-    limits = service.settings.limits
+    limits, manager = service.settings.limits, Manager.of(os.environ)
 
     class Server(uvicorn.Server):
         """Stops on a signal in its own way: streams are told, the signal is not raised again."""
@@ -261,6 +262,7 @@ def _run(gate: Gate, service: Service, listener: socket.socket, ready: Callable[
                     signal.signal(number, handler)
 
         def handle_exit(self, sig: int, frame: FrameType | None) -> None:
+            manager.notify("STOPPING=1")
             loop.call_soon_threadsafe(service.stopping.set)
             super().handle_exit(sig, frame)
 
@@ -271,6 +273,7 @@ def _run(gate: Gate, service: Service, listener: socket.socket, ready: Callable[
                 gc.freeze()
                 gc.enable()
                 ready()
+                manager.notify("READY=1", f"STATUS=serves {service.settings.data}")
 
     config = uvicorn.Config(
         gate,
@@ -292,7 +295,9 @@ def _run(gate: Gate, service: Service, listener: socket.socket, ready: Callable[
     async def run() -> None:
         nonlocal loop
         loop = asyncio.get_running_loop()
+        life = asyncio.create_task(manager.live())
         await server.serve(sockets=[listener])
+        life.cancel()
 
     loop: asyncio.AbstractEventLoop
     lifespan = gate.inner
