@@ -28,6 +28,7 @@ class Disturbed:
     speed: object = None  # m/s, error of the velocity that is given
     attitude: object = None  # rad, error of the attitude on board
     drag: float = 1.0  # times the airframe's
+    inertia: tuple = (1.0, 1.0, 1.0)  # times the vehicle's
     mass: np.ndarray | None = None  # share
     thrust: np.ndarray | None = None  # share
     offset: np.ndarray | None = None  # m, at the start
@@ -40,8 +41,12 @@ class Disturbed:
         n, frame = self.n, airframe_of(vehicle)
         mass = vehicle.mass * (np.ones(n) if self.mass is None else self.mass)
         root = np.sqrt(np.ones(n) if self.thrust is None else self.thrust)
+        inertia = tuple(share * own for share, own in zip(self.inertia, vehicle.inertia, strict=True))
         true = frame.changed(
-            rotor_drag=self.drag * frame.rotor_drag, inflow_drag=self.drag * frame.inflow_drag, drag_range=None
+            vehicle=vehicle.changed(inertia=inertia),
+            rotor_drag=self.drag * frame.rotor_drag,
+            inflow_drag=self.drag * frame.inflow_drag,
+            drag_range=None,
         )
         dynamics = QuadcopterDynamics(true, mass=mass)
         autopilot = Autopilot(QuadcopterDynamics(frame))

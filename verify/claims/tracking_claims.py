@@ -160,7 +160,11 @@ def _stated(disturbance: Disturbance) -> str:
         "start": "m",
     }
     found = [f"{name} {value:g} {unit}" for name, unit in units.items() if (value := getattr(disturbance, name))]
-    found += [f"{name} {100 * value:g} %" for name in ("mass", "thrust", "drag") if (value := getattr(disturbance, name))]
+    found += [
+        f"{name} {100 * value:g} %" for name in ("mass", "thrust", "drag", "inertia") if (value := getattr(disturbance, name))
+    ]
+    if disturbance.centre:
+        found.append(f"a centre of mass that is {disturbance.centre:g} m off")
     if any(disturbance.latency):
         found.append("latency {:g} to {:g} s".format(*disturbance.latency))
     found.append(f"thrust that changes by at most {100 * disturbance.sag:g} % in the flight")

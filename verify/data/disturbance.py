@@ -43,6 +43,12 @@ class Disturbance(Value):
     sag: Annotated[_Number, _at_most(0.1)] = Field(default=0.002, description="share by which thrust may change in one flight")
     drag: Annotated[_Number, _at_most(1.0)] = Field(default=0.0, description="share by which the rotors' drag may differ")
     moment: Annotated[_Number, _at_most(10.0)] = Field(default=0.0, description="N m, any further moment on the body")
+    inertia: Annotated[_Number, _at_most(0.5)] = Field(
+        default=0.0, description="share by which each moment of inertia may differ"
+    )
+    centre: Annotated[_Number, _at_most(0.01)] = Field(
+        default=0.0, description="m by which the centre of mass may be off the rotors' middle"
+    )
     battery: Annotated[float, Strict(), Field(gt=0.5, le=1.0, allow_inf_nan=False)] = Field(
         default=1.0, description="least share of the rotors' greatest speed that the battery leaves"
     )
@@ -65,7 +71,8 @@ class Disturbance(Value):
         Args:
             share: From 0 to 1.
         """
-        names = ("wind", "position", "velocity", "attitude", "gyroscope", "mass", "thrust", "sag", "drag", "moment", "start")
+        names = ("wind", "position", "velocity", "attitude", "gyroscope", "mass", "thrust", "sag", "drag", "moment")
+        names += ("inertia", "centre", "start")
         early, late = self.latency
         changes = {name: share * getattr(self, name) for name in names}
         return self.model_copy(update={**changes, "latency": (early, early + share * (late - early))})

@@ -49,9 +49,11 @@ class Circumstances:
         self.body = held.rates + self.slip, held.spin + self.swing
         jx, jy, jz = vehicle.inertia
         sensed = self.body[0] + told.gyroscope, self.body[1] + told.gyroscope
-        cross = max(abs(jz - jy) / jx, abs(jx - jz) / jy)
-        self.gyration = cross * self.body[0] * self.body[1], abs(jy - jx) / jz * 0.5 * self.body[0] ** 2
-        self.countered = cross * sensed[0] * sensed[1], abs(jy - jx) / jz * 0.5 * sensed[0] ** 2
+        cross, spin = max(abs(jz - jy) / jx, abs(jx - jz) / jy), 0.5 * abs(jy - jx) / jz
+        self.countered = cross * sensed[0] * sensed[1], spin * sensed[0] ** 2
+        more, less = told.inertia, 1.0 - told.inertia
+        cross, spin = (cross + more * (jz + max(jx, jy)) / min(jx, jy)) / less, (spin + 0.5 * more * (jx + jy) / jz) / less
+        self.gyration = cross * self.body[0] * self.body[1], spin * self.body[0] ** 2
         self.sag = told.sag * cell.thrust[1]
         self._cubic()
         self._rotors()
@@ -120,14 +122,16 @@ class Circumstances:
             0.5 / np.sqrt(share * weakest) - 0.5 / math.sqrt(hover), 0.5 / math.sqrt(hover) - 0.5 / np.sqrt(share * strongest)
         )  # of half the inverse of the root, at the mean of the rotors
         bend, bow = 0.25 / root**3, 0.375 / root**5  # derivatives of half the inverse of the root
-        quick = air.rotor_inertia / jz * math.sqrt(cell.torque[1]) * lead / air.rotor_lag
+        light, heavy = math.sqrt(1.0 / (1.0 - told.inertia)), math.sqrt(1.0 / (1.0 + told.inertia))
+        quick = air.rotor_inertia / jz * math.sqrt(cell.torque[1]) * light * lead / air.rotor_lag
         sums = (
             c * (4.0 * bend * spun + 2.0 * bow * (turned * turned + spun * spun))
             + 4.0 * tilt * turned * bend
             + spin * (4.0 * np.maximum(uneven, 0.0) + 2.0 * bow * (turned * turned + spun * spun))
         )
         self.reaction = quick * sums / math.sqrt(k)
-        roots = max(abs(math.sqrt(end) - math.sqrt(cell.choice.torque)) for end in cell.torque)
+        ends = math.sqrt(cell.torque[0]) * heavy, math.sqrt(cell.torque[1]) * light
+        roots = max(abs(end - math.sqrt(cell.choice.torque)) for end in ends)
         linear = reaction_of(vehicle, air) * lead / air.rotor_lag
         self.reaction = self.reaction + linear * (roots * ahead_spin + 1.5 * self.bent_spin)
 
@@ -154,8 +158,9 @@ class Circumstances:
             raise NotProved("the thrust may vanish")
         low = np.sqrt(low / GRAVITY * heavy / max(1.0, cell.torque[1])) * (1.0 - told.drag) * uneven
         off = np.maximum(np.maximum(high - 1.0, 1.0 - low), 0.0)
-        side = plan.across[:, 1] + self.bounds.lateral["nu"] + told.wind
-        up = plan.along[:, 1] + self.bounds.vertical["nu"] + told.wind
+        off_centre = told.centre * (self.body[0] + self.body[1])  # m/s, of the rotors
+        side = plan.across[:, 1] + self.bounds.lateral["nu"] + told.wind + off_centre
+        up = off_centre + plan.along[:, 1] + self.bounds.vertical["nu"] + told.wind
         tilted = high * abs(across - along)
         axial, level = up + self.leaning * side, side + self.leaning * up
         whole = np.hypot(side, up)
@@ -167,14 +172,19 @@ class Circumstances:
         hubs = drag * (rates + spin) * arm * spread * light / vehicle.mass + square
         self.dragged = across * off * side + tilted * (self.leaning**2 * side + self.leaning * up) + hubs
         self.dragged_up = along * off * up + tilted * (self.leaning * side + self.leaning**2 * up) + hubs
-        small = min(vehicle.inertia[0], vehicle.inertia[1])
+        small, large = min(vehicle.inertia[:2]) * (1.0 - told.inertia), max(vehicle.inertia[:2]) * (1.0 + told.inertia)
         turning = (air.rotor_inertia + flow * arm**2) * spun * rates + flow * arm * spread * axial
         counted = roll_drag_of(vehicle, air)
         least = air.inflow_drag * (1.0 - told.drag) * arm**2 * 4.0 * np.sqrt(self.least / k) * slow
-        apart = np.maximum(flow * arm**2 * total / small - counted, counted - least / max(vehicle.inertia[:2]))
+        apart = np.maximum(flow * arm**2 * total / small - counted, counted - least / large)
         self.hub_turn = turning / small + np.maximum(apart, 0.0) * rates
+        upon = vehicle.inertia[2] * (1.0 - told.inertia)
         sideways = air.rotor_drag * (1.0 + told.drag)
-        self.hub_spin = sideways * (arm * spread * level + 2.0 * arm**2 * total * spin) / vehicle.inertia[2]
+        self.hub_spin = sideways * (arm * spread * level + 2.0 * arm**2 * total * spin) / upon
+        dragged = max(across, along) * high
+        pulled = (force + self.lifted) / upright + dragged * whole
+        heavy = vehicle.mass * (1.0 + told.mass) * told.centre
+        self.moment = (told.moment + heavy * pulled) / small, (told.moment + heavy * dragged * level) / upon
         self.wind = across * told.wind, along * told.wind
 
     @property

@@ -110,8 +110,8 @@ def cells_of(model: ErrorModel) -> list[Cell]:
         low = least + k * (width - overlap) - 1e-12
         high = low + width + 2e-12
         torque = (
-            max(1.0 - told.thrust, low * (1.0 - told.mass)) - 1e-12,
-            min(1.0 + told.thrust, high * (1.0 + told.mass)) + 1e-12,
+            max(1.0 - told.thrust, low * (1.0 - told.mass)) / (1.0 + told.inertia) - 1e-12,
+            min(1.0 + told.thrust, high * (1.0 + told.mass)) / (1.0 - told.inertia) + 1e-12,
         )
         choice = LoopChoice(0.5 * (low + high), 0.5 * sum(torque), steps_late(told), 1.0)
         cells.append(Cell((low, high), torque, choice))

@@ -120,12 +120,12 @@ class _Remainders(Circumstances):
             ("lateral", "u", "attitude"): gains.attitude[0] * strong * told.attitude,
             ("lateral", "u", "plan"): gains.attitude[0] * strong * self.stale,
             ("lateral", "u", "coupling"): tilts.law + strong * (self.countered[0] + self.bent),
-            ("lateral", "eacc", "mass and thrust"): cell.spread[1] * (flat["moved"] + ROUNDING),
+            ("lateral", "eacc", "mass and thrust"): cell.spread[1] * strong * tilts.moved,
             ("lateral", "eacc", "coupling"): strong * (self.gyration[0] + self.hub_turn)
             + tilts.turned
             + rolled
             + cell.torque[1] * tilts.carried,
-            ("lateral", "eacc", "moment"): strong * told.moment / min(model.vehicle.inertia[:2]),
+            ("lateral", "eacc", "moment"): strong * self.moment[0],
             ("lateral", "mu!", "coupling"): tilts.carried + tilts.broken[2],
             ("lateral", "d!", "plan"): tilts.broken[0],
             ("lateral", "e!", "plan"): tilts.broken[1],
@@ -214,7 +214,7 @@ class _Remainders(Circumstances):
             ("heading", "u", "attitude"): gains.attitude[1] * told.attitude * here,
             ("heading", "u", "coupling"): gains.attitude[1] * (self.stale + angle) + self.countered[1] + self.bent_spin,
             ("heading", "oacc", "coupling"): torque + self.gyration[1] + self.hub_spin + self.reaction,
-            ("heading", "oacc", "moment"): told.moment / model.vehicle.inertia[2] * here,
+            ("heading", "oacc", "moment"): self.moment[1] * here,
             ("heading", "frate", "coupling"): turning,
             ("heading", "oj", "coupling"): jump,
             ("heading", "muj", "coupling"): turn,

@@ -185,8 +185,9 @@ def test_a_thrust_that_is_off_moves_what_cameras_see_late():
 
 @few_of(1, "drags", [(1.3,), (0.7, 1.3)], ids=["most drag", "both"])
 def test_no_flight_with_other_errors_leaves_its_bound(drags):
-    """Latency that is another one at each command, velocities and attitudes that are off, and drag at its ends."""
+    """Latency that is another one at each command, velocities and attitudes that are off, drag and moments of inertia at their ends."""
     told = Disturbance(airframe=AIRFRAME, wind=0.03, velocity=0.001, latency=(0.0, 0.004), attitude=5e-4, drag=0.3, sag=0.0)
+    told = told.changed(inertia=0.08)
     path, n, rng = line(0.3), 40, np.random.default_rng(11)
     proved = bound_of(path, told)
 
@@ -229,7 +230,23 @@ def test_a_bound_holds_where_wind_is_aimed():
 
 
 @few_of(
-    2, "name", ["wind", "position", "velocity", "attitude", "gyroscope", "mass", "thrust", "sag", "drag", "moment", "start"]
+    2,
+    "name",
+    [
+        "wind",
+        "position",
+        "velocity",
+        "attitude",
+        "gyroscope",
+        "mass",
+        "thrust",
+        "sag",
+        "drag",
+        "moment",
+        "inertia",
+        "centre",
+        "start",
+    ],
 )
 def test_more_of_a_disturbance_is_never_a_smaller_bound(name):
     path = line(0.3)
@@ -243,7 +260,7 @@ def test_more_of_a_disturbance_is_never_a_smaller_bound(name):
         "thrust": 0.02,
         "sag": 0.01,
     }
-    sizes |= {"drag": 0.2, "moment": 1e-7, "start": 2e-3}
+    sizes |= {"drag": 0.2, "moment": 1e-7, "inertia": 0.1, "centre": 1e-6, "start": 2e-3}
     still = Disturbance(airframe=AIRFRAME, wind=0.02)
     bounds = [bound_of(path, still.changed(**{name: share * sizes[name]})).bound for share in (0.1, 0.5, 1.0)]
     assert bounds == sorted(bounds)
