@@ -8,12 +8,14 @@ import time
 from contextlib import closing
 from dataclasses import dataclass, field
 
+from flight.conditions import Conditions
 from flight.link.live_executive import LiveFlight, Operator, fly_live
 from flight.link.observed_link import Observation, ObservedLink
 from flight.link.record import Record
 from flight.link.simulated import SimulatedLink
 from flight.link.stop_orders import StopOrders
 from flight.link.tracking_monitor import Look
+from flight.model.airframe import airframe_of
 from ltlplan.service.client_parts.flight_feed import FlightFeed
 from ltlplan.service.client_parts.long_polling import FollowedService
 from tests.helpers.crazyflie_stages import FAR, stage
@@ -58,9 +60,18 @@ class TenRobots:
     def _fly(self, stages: tuple) -> None:  # of stages
         mission = stages[1].plan.mission
         places = {name: tuple(path.evaluate(0.0)[:3].tolist()) for name, path in stages[0].paths.items()}
-        lasting = mission.vehicle.model_copy(update={"endurance": 2.0 * self.seconds + 120.0})
-        flown = mission.model_copy(update={"vehicle": lasting})  # a flight of ten minutes is longer than a battery
-        link, orders, record = SimulatedLink(flown, places, real_time=True), StopOrders(), Record()
+        lasts = 2.0 * self.seconds + 120.0  # a Crazyflie's battery is empty after five minutes
+        vehicle = mission.vehicle.model_copy(update={"endurance": lasts})
+        airframe = airframe_of(mission.vehicle)
+        battery = airframe.battery.model_copy(update={"charge": lasts / 60.0 * airframe.battery.charge})
+        link, orders, record = (
+            SimulatedLink(
+                mission.model_copy(update={"vehicle": vehicle}), places, real_time=True,
+                conditions=Conditions(airframe=airframe.changed(battery=battery)),
+            ),
+            StopOrders(),
+            Record(),
+        )  # fmt: skip
         grounds = dict.fromkeys(places, 0.0)
         if self.address is None:
             self.done = fly_live(link, stages, grounds=grounds, operator=Operator(self._look))
