@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import httpx
 import pytest
 
 from flight.link.stop_orders import Level
@@ -23,6 +24,7 @@ from tests.helpers.waiting import until
 
 pytestmark = OF_THE_PAGE
 
+PASSWORD = "twelve letters"
 ROLES = {"vera": Role.viewer, "paul": Role.pilot, "root": Role.admin}
 
 
@@ -32,7 +34,7 @@ def people(tmp_path_factory: pytest.TempPathFactory) -> Iterator[People]:
     folder.mkdir()
     made = People(Tokens(folder))
     for name, role in ROLES.items():
-        made.accounts.change_password(name, made.accounts.add(name, role), "twelve letters")
+        made.accounts.change_password(name, made.accounts.add(name, role), PASSWORD)
     yield made
     made.close()
 
@@ -143,6 +145,44 @@ def test_control_is_handed_from_one_pilot_to_another_by_both(
     paul.wait("!document.querySelector('input[name=event]').checkVisibility()")
     for visitor in (paul, root):
         visitor.end()
+
+
+def test_three_people_at_one_flight_of_whom_one_is_disabled_while_their_page_is_open(
+    chromium: Any, address: str, people: People, flying: FedFlight
+) -> None:
+    people.accounts.change_password("pia", people.accounts.add("pia", Role.pilot), PASSWORD)
+    pia = Visitor(chromium, address)
+    pia.open("/login")
+    pia.page.get_by_label("Name").fill("pia")
+    pia.page.get_by_label("Password", exact=True).fill(PASSWORD)
+    pia.page.get_by_role("button", name="Log in", exact=True).click()
+    pia.page.wait_for_url(address + "/", timeout=LIMIT)
+    vera, root = (_entered(chromium, address, people, name) for name in ("vera", "root"))
+    for visitor in (pia, vera, root):
+        visitor.open("/live/lab")
+        visitor.wait("document.querySelector('.live-robots tbody tr')")
+    pia.page.get_by_role("button", name="Take control").click()
+    root.wait("document.querySelector('.control').textContent.includes('pia is in control')")
+    kept = {each["name"]: each["value"] for each in pia.context.cookies()}
+    run = httpx.get(f"{address}/api/live/lab", cookies=kept).json()["run"]
+    stop = {"url": f"{address}/api/live/lab/stop", "params": {"run": run}, "cookies": kept, "headers": {"origin": address}}
+    people.accounts.set_disabled("pia", True)
+    pia.page.wait_for_url(address + "/login", timeout=LIMIT)
+    assert httpx.post(**stop).status_code == 401
+    assert flying.orders.level is Level.NONE
+    root.page.get_by_role("button", name="Release").click()
+    root.page.get_by_role("button", name="Take control").click()
+    vera.wait("document.querySelector('.control').textContent.includes('root is in control')")
+    root.page.get_by_role("button", name="Stop lab").click()
+    assert until(lambda: flying.orders.level is Level.HOLD, 5.0)
+    root.page.get_by_role("button", name="Land lab").wait_for()
+    assert vera.page.locator("button.stop").count() == 0
+    people.tokens.revoke("robots")  # the flight's own: it is not seen any more, and nobody takes it for one that hears
+    root.page.get_by_role("button", name="Land lab").click()
+    root.wait("document.querySelector('.receipts').textContent.includes('Not confirmed')")
+    assert flying.orders.level is Level.HOLD
+    for visitor in (pia, vera, root):
+        visitor.context.close()
 
 
 def test_an_earlier_flight_is_replayed_in_the_same_view(chromium: Any, address: str, people: People) -> None:

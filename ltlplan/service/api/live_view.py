@@ -59,7 +59,10 @@ async def _take_all(socket: WebSocket, service: Service, feed: Feed) -> None:
     """Take messages until the socket closes."""
     frames, pictures, drawing = Rates(FRAMES), Rates(PICTURES), _Drawing(service, feed, str(socket.state.client))
     while True:
-        text = await socket.receive_text()
+        message = await socket.receive()
+        if message["type"] == "websocket.disconnect":
+            return
+        text: str = message.get("text") or ""  # bytes are no frame either
         if text.startswith(_PICTURE):
             try:
                 pictures.take("")
