@@ -2,16 +2,16 @@
 
 The walk over the team automaton (`beam_search`) looks at sets of tasks that are done, of which n tasks have 2^n, and its decomposition set at
 pairs of them. From `MANY` tasks on tasks are shared in tours instead (`task_tours`, `shared_tours`). The beam is one of whole shares then: the
-paths of the cheapest few are priced by cross-entropy, each robot's once, and what these prices say is better, one task moved from
-one tour to another, is priced next, in the order of what it should cost, until nothing promises more or as many paths were priced as there
-are tasks and robots. Of 64 random missions that makes two cheaper, one of them by 5 %.
+paths of the cheapest few are priced by cross-entropy, each robot's once, and the cheapest share is taken. To move single tasks from tour to
+tour by these prices made one of 32 random missions 2.5 % cheaper, and no other.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator
+from collections.abc import Collection
 from dataclasses import dataclass
+from functools import partial
 
 from numpy.random import Generator
 
@@ -24,7 +24,7 @@ from ltlplan.search.itineraries import itinerary
 from ltlplan.search.own.reading import OwnTask
 from ltlplan.search.problem import TIES, Problem
 from ltlplan.search.tours.shared_tours import Objective, Share, Sharing
-from ltlplan.search.tours.task_tours import Tours
+from ltlplan.search.tours.task_tours import Tour, Tours
 from ltlplan.systems.robot_systems import unit_cost
 from verify.data import Mission
 from verify.data.progress import Progress
@@ -95,7 +95,7 @@ def share_many(
         asked: The tasks.
         paths: Prices of paths.
         rng: Source of every draw.
-        width: How many shares are priced first.
+        width: How many shares are priced.
         progress: Told a sentence and the share done, 0 to 1.
 
     Returns:
@@ -107,12 +107,22 @@ def share_many(
         return None
     sharing, shares = found
     progress("MTAC-E: pricing shares by their paths", 0.3)
-    best = _Pricing(asked, sharing, paths).cheapest(shares)
-    if best is None:
+    mission, names = asked.problem.mission, tuple(asked.problem.mission.agents)
+
+    def flown(share: Share) -> dict[str, Tour]:
+        return {name: sharing.tours.tour(robot, share[robot]) for robot, name in enumerate(names)}
+
+    def price(robot: int, name: str, tour: Tour) -> float:
+        walked = partial(asked.itinerary, robot, tour.nodes)
+        return math.inf if tour.cost == math.inf else paths.cost(name, tour.nodes, walked)
+
+    def prices(share: Share) -> list[float]:
+        return [price(robot, *tour) for robot, tour in enumerate(flown(share).items())]
+
+    best = min(shares, key=lambda share: team_cost(mission, prices(share)))
+    if math.inf in prices(best):
         return None
-    tours = [sharing.tours.tour(robot, tasks) for robot, tasks in enumerate(best)]
-    names = asked.problem.mission.agents
-    return {name: asked.itinerary(i, tour.nodes) for i, (name, tour) in enumerate(zip(names, tours, strict=True))}
+    return {name: asked.itinerary(i, tour.nodes) for i, (name, tour) in enumerate(flown(best).items())}
 
 
 def _by_straight_lines(asked: ManyTasks, rng: Generator, width: int) -> tuple[Sharing, list[Share]] | None:
@@ -134,58 +144,3 @@ def _broken(asked: ManyTasks, sharing: Sharing, share: Share) -> Collection[int]
     """Return the conjuncts that some order of the robots breaks."""
     tours = [sharing.tours.tour(robot, tasks) for robot, tasks in enumerate(share)]
     return asked.own.failing_orders([asked.own.graph.expand(robot, tour.nodes) for robot, tour in enumerate(tours)])
-
-
-class _Pricing:
-    """Shares by what their robots' very paths cost."""
-
-    def __init__(self, asked: ManyTasks, sharing: Sharing, paths: PricedPaths) -> None:
-        self._asked, self._sharing, self._paths = asked, sharing, paths
-        self._names = tuple(asked.problem.mission.agents)
-
-    def cheapest(self, shares: list[Share]) -> Share | None:
-        """Return the cheapest share that was found; None where none can be flown."""
-        priced = {share: self._price(share) for share in shares}
-        best = min(priced, key=lambda share: priced[share])
-        most = len(self._paths.tried) + len(self._sharing.tours.tasks) + len(self._names)
-        improved = math.isfinite(priced[best])
-        while improved:
-            improved = False
-            for guess, share in sorted(self._neighbours(best), key=lambda pair: pair[0]):
-                if guess >= priced[best] or len(self._paths.tried) >= most:
-                    break
-                if share not in priced and not _broken(self._asked, self._sharing, share):
-                    priced[share] = self._price(share)
-                    if priced[share] < priced[best]:
-                        best, improved = share, True
-                        break
-        return best if math.isfinite(priced[best]) else None
-
-    def _price(self, share: Share) -> float:
-        """Return the objective by the robots' paths; infinite where one cannot be flown."""
-        return team_cost(self._asked.problem.mission, [self._path(robot, tasks) for robot, tasks in enumerate(share)])
-
-    def _path(self, robot: int, tasks: tuple[int, ...]) -> float:
-        tour = self._sharing.tours.tour(robot, tasks)
-        if tour.cost == math.inf:
-            return math.inf
-        return self._paths.cost(self._names[robot], tour.nodes, lambda: self._asked.itinerary(robot, tour.nodes))
-
-    def _neighbours(self, share: Share) -> Iterator[tuple[float, Share]]:
-        """Yield shares in which one task is moved, each with what it should cost: as much more as its ways are longer."""
-        tours = self._sharing.tours
-        flown = [tours.tour(robot, tasks).cost for robot, tasks in enumerate(share)]
-        prices = [self._path(robot, tasks) for robot, tasks in enumerate(share)]
-        usual = sum(prices) / sum(flown) if sum(flown) > 0 else 1.0
-        rates = [price / cost if cost > 0 else usual for price, cost in zip(prices, flown, strict=True)]
-        for giver, own in enumerate(share):
-            for task in dict.fromkeys(own):
-                less = tuple(other for other in own if other != task)
-                given = tours.tour(giver, less).cost
-                for taker in range(len(share)):
-                    cost, longer = self._sharing.with_one(taker, less if taker == giver else share[taker], task)
-                    if math.inf not in (given, cost):
-                        moved, costs = list(share), list(prices)
-                        moved[giver], costs[giver] = less, rates[giver] * given
-                        moved[taker], costs[taker] = longer, rates[taker] * cost
-                        yield team_cost(self._asked.problem.mission, costs), tuple(moved)
