@@ -69,7 +69,7 @@ def test_bounds_of_other_questions_are_not_told() -> None:
 
 
 def test_the_plan_says_that_its_search_was_stopped() -> None:
-    mission = world(CHAINS, robots=3, team="joint")
+    mission = world(CHAINS, robots=3)
     with watched(after(1)):
         plan = make_plan(mission, method="exact", seed=1)
     assert plan.notes[0] == f"The search was stopped on request after {EVERY} states; a cheaper plan may exist."

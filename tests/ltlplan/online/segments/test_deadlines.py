@@ -26,7 +26,7 @@ def flown(mission: Mission, *events: WorldEvent):
 
 
 @few_of(
-    2,
+    1,
     ("formula", "at"),
     [
         ("F[0,4.5] dock & F[0,9] G[0,2] shelf", 2.0),
