@@ -48,10 +48,8 @@ class Manager:
         if not self.address:
             return
         place = "\0" + self.address[1:] if self.address.startswith("@") else self.address
-        with (
-            suppress(OSError),
-            socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as line,
-        ):  # a manager that is gone hears nothing
+        with suppress(OSError), socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as line:
+            line.setblocking(False)  # one that is gone, or hangs, holds nobody up
             line.sendto("\n".join(states).encode(), place)
 
     async def live(self) -> None:
