@@ -24,6 +24,11 @@ def _made(job: Job) -> Response:
     return Response(job.model_dump_json(), 200 if job.found else 201, {"location": f"/api/jobs/{job.id}"}, JSON)
 
 
+async def _simulated(request: Request, job: str, kind: DerivedKind, form: type[CampaignAsked | RehearsalAsked]) -> Response:
+    options = (await read_json(request, form)).model_dump(mode="json", exclude_none=True)
+    return _made(await service_of(request).simulate(principal_of(request), job, kind, options))
+
+
 @router.get("/derived", response_model=tuple[Job, ...], responses=problems(404))
 async def list_derived(
     request: Request, job: JobId, kind: Annotated[DerivedKind | None, Query(description="only of this kind")] = None
@@ -44,9 +49,7 @@ async def begin_campaign(request: Request, job: JobId) -> Response:
 
     Its files are those of `ltlplan campaign`; the certificate is proved again first.
     """
-    asked = await read_json(request, CampaignAsked)
-    options = asked.model_dump(mode="json", exclude_none=True)
-    return _made(await service_of(request).simulate(principal_of(request), job, "campaign", options))
+    return await _simulated(request, job, "campaign", CampaignAsked)
 
 
 @router.post(
@@ -61,9 +64,7 @@ async def begin_rehearsal(request: Request, job: JobId) -> Response:
 
     Its files are those of `ltlplan rehearse`; the certificate is proved again first.
     """
-    asked = await read_json(request, RehearsalAsked)
-    options = asked.model_dump(mode="json", exclude_none=True)
-    return _made(await service_of(request).simulate(principal_of(request), job, "rehearsal", options))
+    return await _simulated(request, job, "rehearsal", RehearsalAsked)
 
 
 @router.post(

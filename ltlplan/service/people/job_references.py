@@ -10,6 +10,7 @@ import sqlite3
 import threading
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Protocol, TypeVar
 
 from ltlplan.service.people.database import PeopleDatabase
 from ltlplan.service.people.roles import Principal
@@ -39,6 +40,23 @@ class Reference:
     user: str
     project: str
     made: str
+
+
+class Owned(Protocol):
+    """Something that is a user's, or in a project of theirs."""
+
+    @property
+    def owner(self) -> str:
+        """User whose it is."""
+        ...
+
+    @property
+    def project(self) -> str:
+        """Its project; empty for none."""
+        ...
+
+
+SomeOwned = TypeVar("SomeOwned", bound=Owned)
 
 
 class References:
@@ -159,6 +177,26 @@ class References:
         """Return whether everybody sees what is in a project."""
         found = self._projects.get(project)
         return found is not None and found.shared
+
+    def sees(self, owned: Owned, principal: Principal) -> bool:
+        """Return whether somebody sees what is somebody's, or in a project."""
+        return owned.owner == principal.user or principal.sees_all or self.is_shared(owned.project)
+
+    def require_seen(self, found: Iterable[SomeOwned], principal: Principal, what: str) -> SomeOwned:
+        """Return the one that was found, if somebody sees it.
+
+        Args:
+            found: It, or nothing.
+            principal: Who asks.
+            what: Names it, such as "study 3".
+
+        Raises:
+            NotFound: There is none, or it is not to be seen: nothing tells one from the other.
+        """
+        seen = next((each for each in found if self.sees(each, principal)), None)
+        if seen is None:
+            raise NotFound(f"There is no {what}.")
+        return seen
 
     # Projects
 

@@ -60,7 +60,7 @@ class StoredMissions:
         for row in self.database.read(f"{_LISTED} ORDER BY v.made DESC, m.id DESC"):
             each = _stored(row)
             if (
-                not self._sees(each, principal)
+                not self.references.sees(each, principal)
                 or (tag is not None and tag not in each.tags)
                 or project not in (None, each.project)
             ):
@@ -78,9 +78,7 @@ class StoredMissions:
         """
         require(principal, Action.READ)
         rows = self.database.read(f"{_LISTED} WHERE m.id = ?", (mission,))
-        if not rows or not self._sees(found := _stored(rows[0]), principal):
-            raise NotFound(f"There is no stored mission {mission}.")
-        return found
+        return self.references.require_seen(map(_stored, rows), principal, f"stored mission {mission}")
 
     def versions(self, principal: Principal, mission: int) -> tuple[MissionVersion, ...]:
         """Return all versions of a mission without their texts, the newest first.
@@ -255,9 +253,6 @@ class StoredMissions:
                 f"The mission '{found.name}' is {found.owner}'s; only its owner and admins can change what is not its text."
             )
         return found
-
-    def _sees(self, mission: StoredMission, principal: Principal) -> bool:
-        return mission.owner == principal.user or principal.sees_all or self.references.is_shared(mission.project)
 
     def _text(self, mission: int, number: int) -> str:
         rows = self.database.read("SELECT text FROM mission_versions WHERE mission = ? AND number = ?", (mission, number))

@@ -13,7 +13,7 @@ from ltlplan.service.job_queue.lru_cache import Recent
 from ltlplan.service.people.database import PeopleDatabase
 from ltlplan.service.people.job_references import References
 from ltlplan.service.people.roles import Action, Principal, require
-from ltlplan.service.problems import Forbidden, NotFound, TooManyRequests
+from ltlplan.service.problems import Forbidden, TooManyRequests
 from ltlplan.service.study_models import Figures, Study, Varied
 from ltlplan.service.times import utc_now
 from verify.data.errors import BadInput
@@ -54,7 +54,7 @@ class Studies:
         return tuple(
             each
             for each in every
-            if self._sees(each, principal)
+            if self.references.sees(each, principal)
             and project in (None, each.project)
             and wanted in f"{each.name} {each.key} {each.owner} {each.project}".casefold()
         )
@@ -67,9 +67,7 @@ class Studies:
         """
         require(principal, Action.READ)
         rows = self.database.read(f"{_LISTED} WHERE s.id = ?", (study,))
-        if not rows or not self._sees(found := _study(rows[0]), principal):
-            raise NotFound(f"There is no study {study}.")
-        return found
+        return self.references.require_seen(map(_study, rows), principal, f"study {study}")
 
     def jobs(self, study: int) -> tuple[tuple[Varied, str], ...]:
         """Return the values of a study, each with its job's id, in their order."""
@@ -143,9 +141,6 @@ class Studies:
         with self.database.changing() as run:
             run.execute("DELETE FROM study_members WHERE study = ?", (study,))
             run.execute("DELETE FROM studies WHERE id = ?", (study,))
-
-    def _sees(self, study: Study, principal: Principal) -> bool:
-        return study.owner == principal.user or principal.sees_all or self.references.is_shared(study.project)
 
 
 def _study(row: tuple[object, ...]) -> Study:
