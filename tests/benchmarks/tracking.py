@@ -1,10 +1,10 @@
 """Tracking: the largest share of a set of disturbances that is proved, what it costs, and what stands in the way of more.
 
-    OMP_NUM_THREADS=1 python -m tests.benchmarks.tracking [RUN ...] [--gains GAINS]
+    OMP_NUM_THREADS=1 python -m tests.benchmarks.tracking [RUN ...] [--gains GAINS] [--each]
 
 Flights are a hover of 4 s and those of the runs' folders; all of their robots are proved. The set is the whole one of docs/tracking.md, for a Crazyflie 2.1:
 wind 0.8 m/s, cameras 1 mm and 0 to 15 ms, gyroscope 0.04 rad/s, mass 2 %, thrust 5 %. `GAINS` changes gains of its airframe, as in
-`'position: [6, 12], velocity: [4.5, 9]'`. "Processor time" is that of one proof of all robots, with nothing remembered.
+`'position: [6, 12], velocity: [4.5, 9]'`. `--each` hovers without each of the disturbances, too. "Processor time" is that of one proof of all robots, with nothing remembered.
 """
 
 from __future__ import annotations
@@ -90,6 +90,21 @@ def measure(name: str, paths: Sequence[Trajectory], told: Disturbance, halvings:
     print(f"{name:24} {100.0 * low:5.1f} %  {1000.0 * kept.bound:6.1f} mm  {spent:6.1f} s  {costs}; more: {reason}", flush=True)
 
 
+def without_each(told: Disturbance, halvings: int) -> None:
+    """Print a row of a hover without each of the disturbances.
+
+    Args:
+        told: The whole set.
+        halvings: Steps of the search.
+    """
+    still = {
+        "wind": {"wind": 0.0}, "latency": {"latency": (0.0, 0.0)}, "latency's changes": {"latency": (0.0075, 0.0075)}, "position": {"position": 0.0},
+        "gyroscope": {"gyroscope": 0.0}, "mass and thrust": {"mass": 0.0, "thrust": 0.0},
+    }  # fmt: skip
+    for name, changes in still.items():
+        measure(f"without {name}", [hover(0.2 if is_smallest() else 4.0)], told.changed(**changes), halvings)
+
+
 def main() -> None:
     """Measure a hover and the flights of runs."""
     arguments = sys.argv[1:]
@@ -102,13 +117,18 @@ def main() -> None:
         }
         airframe = AIRFRAME.changed(gains=AIRFRAME.gains.changed(**changes))
         del arguments[at : at + 2]
+    each = "--each" in arguments
+    if each:
+        arguments.remove("--each")
     told, halvings = WHOLE.changed(airframe=airframe), 1 if is_smallest() else 6
     print(f"{'flight':24} {'share':>7}  {'bound':>9}  {'time':>8}  what makes the bound, mm")
     measure("hover", [hover(0.2 if is_smallest() else 4.0)], told, halvings)
+    if each:
+        without_each(told, halvings)
     for run in map(Path, arguments):
         names = [name for name in sorted(run.glob("*.csv")) if name.name != "flight.csv"]
         measure(run.name, [load_csv(name) for name in names], told, halvings)
 
 
 if __name__ == "__main__":
-    run_benchmark(main)
+    run_benchmark(main, [], ["--each"])
