@@ -47,6 +47,20 @@ class StoredMission(Told):
     by: str
 
 
+class DraftTold(Told):
+    """A mission as it is being written.
+
+    Attributes:
+        id: Names it among its user's.
+        text: YAML, with its faults.
+        changed: When it was changed last, ms since 1970.
+    """
+
+    id: str
+    text: str
+    changed: float
+
+
 class MissionVersion(Told):
     """A version of a stored mission.
 

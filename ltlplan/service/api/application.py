@@ -14,7 +14,7 @@ from starlette.exceptions import HTTPException
 from starlette.routing import Match
 
 import ltlplan
-from ltlplan.service.api import about, derived, flights, jobs, live, live_view, login, missions, people, stored, studies
+from ltlplan.service.api import about, derived, drafts, flights, jobs, live, live_view, login, missions, people, stored, studies
 from ltlplan.service.api.answers import (
     AccountAdded,
     AccountChange,
@@ -131,7 +131,7 @@ def application(service: Service) -> FastAPI:
         dependencies=[Depends(decide)],
     )
     app.state.service, app.state.streams = service, Streams(service.settings.limits)
-    for routes in (missions, stored, jobs, derived, studies, flights, live, live_view, people, login, about):
+    for routes in (missions, stored, drafts, jobs, derived, studies, flights, live, live_view, people, login, about):
         app.include_router(routes.router)
     about.add_documentation(app)
     with_schema(app, (*_READ, Event))

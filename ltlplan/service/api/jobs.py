@@ -22,7 +22,7 @@ from ltlplan.service.service import places, planned, proof_places
 
 router = APIRouter(prefix="/api", tags=["jobs"])
 
-ZIP = "application/zip"
+ZIP, YAML = "application/zip", "application/yaml"
 WAIT = 30.0
 """s that the answer to an export may wait for it: less than clients wait."""
 PAGES = {"campaign": "campaign.html", "rehearsal": "rehearsal.html"}
@@ -236,6 +236,17 @@ async def get_report(request: Request, job: JobId) -> Response:
 async def get_certificate(request: Request, job: JobId) -> Response:
     """Fetch the certificate: every claim with its bound, limit and margin, and whether the kernel `checked` it (`proof`)."""
     return await _file(request, job, "certificate.json", inline=True)
+
+
+@router.get(
+    "/jobs/{job}/mission",
+    responses={**content(YAML, "The mission, resolved."), **problems(404, 409)},
+    response_class=Response,
+    tags=["files"],
+)
+async def get_mission(request: Request, job: JobId) -> Response:
+    """Fetch the mission of a job, however far it came, to change and submit it."""
+    return Response((await jobs_of(request).mission(job)).encode(), media_type=YAML)
 
 
 @router.get("/jobs/{job}/plan", response_model=PlanAnswer, responses=problems(404, 409), tags=["files"])

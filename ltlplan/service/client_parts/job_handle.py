@@ -156,6 +156,10 @@ class Submitted:
         mission = parse_mission(told["mission"], "mission.yaml", installed=False)
         return plan_from_json(json.dumps(told["plan"]), mission)
 
+    def mission(self) -> str:
+        """Return its mission, resolved, as YAML: however far it came, to be changed and submitted."""
+        return self.wire.ask("GET", f"/api/jobs/{segment(self.id)}/mission").text
+
     def file(self, name: str) -> bytes:
         """Return one of its files, of `files`.
 

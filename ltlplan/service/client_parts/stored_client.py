@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from ltlplan.service.client_parts.job_handle import Submitted
-from ltlplan.service.client_parts.transport import Wire, checked, job_of
-from ltlplan.service.people_models import MissionVersion, StoredMission
+from ltlplan.service.client_parts.transport import Wire, checked, job_of, segment
+from ltlplan.service.people_models import DraftTold, MissionVersion, StoredMission
 
 
 class StoredClient:
@@ -24,6 +24,23 @@ class StoredClient:
         """
         asked = {name: value for name, value in (("search", search), ("tag", tag), ("project", project)) if value}
         return tuple(checked(StoredMission, each) for each in self._wire.ask("GET", "/api/stored", params=asked).json())
+
+    def drafts(self) -> tuple[DraftTold, ...]:
+        """Return your drafts, the one that was changed last first."""
+        return tuple(checked(DraftTold, each) for each in self._wire.ask("GET", "/api/drafts").json())
+
+    def keep_draft(self, name: str, text: str, *, changed: float | None = None) -> DraftTold:
+        """Keep a draft, and return what is kept: another text where that was changed later elsewhere.
+
+        Args:
+            name: Names it among yours.
+            text: YAML; it may have faults.
+            changed: When it was changed, ms since 1970; now by default.
+        """
+        asked = {} if changed is None else {"changed": changed}
+        headers = {"content-type": "application/yaml"}
+        kept = self._wire.ask("PUT", f"/api/drafts/{segment(name)}", params=asked, content=text.encode(), headers=headers)
+        return checked(DraftTold, kept.json())
 
     def store_mission(self, name: str, text: str, *, project: str = "", tags: tuple[str, ...] = ()) -> StoredMission:
         """Store a mission's text, as its first version.

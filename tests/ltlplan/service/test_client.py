@@ -251,6 +251,26 @@ def test_an_export_that_takes_long_is_followed(client: Client, done: Submitted, 
     assert all((tmp_path / "out" / name).read_bytes() == data for name, data in unpacked(packed).items())
 
 
+def test_any_job_s_mission_is_changed_and_submitted_again(client: Client) -> None:
+    refused = client.submit_text(ONE_HOOP.replace("F hoop0", "F hoop0 & G !hoop0"))
+    with pytest.raises(Unsatisfiable):
+        refused.wait()
+    text = refused.mission()
+    again = client.submit_text(text.replace(" & G !hoop0", ""))
+    client.cancel(again)
+    assert client.submit_text(text).id == refused.id
+
+
+def test_drafts_from_afar(client: Client) -> None:
+    kept = client.keep_draft("afar", "name: 3\n: fault")
+    assert kept in client.drafts()
+    assert client.keep_draft("afar", "name: late", changed=kept.changed - 1) == kept
+    newer = client.keep_draft("afar", "name: newer")
+    assert client.drafts()[0] == newer
+    with pytest.raises(BadInput, match="Input should be"):
+        client.keep_draft("afar", "", changed=-1.0)
+
+
 def test_stored_missions_from_afar(client: Client) -> None:
     first = client.store_mission("afar", ONE_HOOP, tags=("test",))
     second = client.save_mission(first, ONE_HOOP.replace("one-hoop", "two-hoops"))
