@@ -1,8 +1,13 @@
-"""A simulated team of ten that flies up and down beside each other in real time, seen at a service: for tests and benchmarks of what that costs the flight."""
+"""A simulated team of ten that flies up and down beside each other in real time, seen at a service: for tests and benchmarks of what that costs the flight.
+
+python -m tests.helpers.ten_robots SECONDS ADDRESS flies it in a process of its own, says when the monitor first looks, and at the end what was measured.
+"""
 
 from __future__ import annotations
 
 import itertools
+import json
+import sys
 import threading
 import time
 from contextlib import closing
@@ -31,6 +36,7 @@ class TenRobots:
     Attributes:
         looks: When the monitor looked, s, and at which stage.
         shown: How long showing each observation took, s.
+        computed: How long the flight's thread computed for it, s.
         done: How it ended.
         feed: Shows it, where it is seen.
     """
@@ -40,6 +46,7 @@ class TenRobots:
     robots: int = 10
     looks: list[tuple[float, str]] = field(default_factory=list[tuple[float, str]])
     shown: list[float] = field(default_factory=list[float])
+    computed: list[float] = field(default_factory=list[float])
     done: LiveFlight | None = None
     feed: FlightFeed | None = None
 
@@ -80,9 +87,10 @@ class TenRobots:
             self.feed = feed = FlightFeed(listener, lambda: mission, orders)
 
             def show(seen: Observation) -> None:
-                began = time.perf_counter()
+                began, computing = time.perf_counter(), time.thread_time()
                 feed.show(seen)
                 self.shown.append(time.perf_counter() - began)
+                self.computed.append(time.thread_time() - computing)
 
             observed = ObservedLink(link, orders, record, show)
 
@@ -103,3 +111,25 @@ class TenRobots:
     def gaps(self) -> list[float]:
         """S between two looks at one stage, sorted: between stages a team hovers for a second."""
         return sorted(now - before for (before, stage), (now, same) in itertools.pairwise(self.looks) if stage == same)
+
+
+def main() -> None:
+    """Fly, and say what was measured."""
+    team = TenRobots(float(sys.argv[1]), sys.argv[2])
+    flying = team.begin()
+    while flying.is_alive() and not team.looks:
+        time.sleep(0.05)
+    print("flying" if team.looks else "not flying", flush=True)
+    flying.join()
+    assert team.done is not None
+    gaps = team.gaps
+    found = {
+        "reason": team.done.reason, "unsafe": team.done.unsafe, "median": gaps[len(gaps) // 2], "99 %": gaps[int(0.99 * len(gaps))],
+        "late": sum(gap > 0.22 for gap in gaps) / len(gaps), "gap": gaps[-1], "shown": max(team.shown), "computed": max(team.computed),
+        "computed in all": sum(team.computed) / len(team.computed),
+    }  # fmt: skip
+    print(json.dumps(found), flush=True)
+
+
+if __name__ == "__main__":
+    main()

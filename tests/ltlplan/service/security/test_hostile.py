@@ -73,6 +73,21 @@ TARGETS = (
     "/api/flights/judge",
     "/login",
     "/api/jobs/x/cancel",
+    "/api/jobs/x/campaigns",
+    "/api/jobs/x/recordings",
+    "/api/stored",
+    "/api/stored/x",
+    "/api/studies",
+    "/api/projects",
+    "/api/accounts",
+    "/api/accounts/x/password",
+    "/account/password",
+    "/api/webhooks",
+    "/api/drafts",
+    "/api/live/x",
+    "/api/live/x/events",
+    "/api/live/x/stop?run=0",
+    "/api/live/x/control",
     "/api/nothing",
 )
 HEADERS = (
@@ -105,7 +120,7 @@ HALVES = (
     b"GET /api/jobs/x/events HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
     b"Sec-WebSocket-Key: x3JJHMbDL1EzLkh9GBhXDw==\r\n\r\n",
 )
-ALLOWED = {200, 201, 204, 303, 307, 400, 401, 403, 404, 405, 408, 413, 415, 416, 421, 422, 429, 431, 503}
+ALLOWED = {200, 201, 204, 303, 307, 400, 401, 403, 404, 405, 408, 413, 415, 416, 421, 422, 429, 431, 501, 503}
 """What a hostile request may be answered with; never 500, for that is a bug."""
 
 
