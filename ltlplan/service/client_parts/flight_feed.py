@@ -17,7 +17,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Mapping
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from importlib.util import find_spec
 from multiprocessing.connection import wait as wait_for
 from typing import TYPE_CHECKING, Any
@@ -191,12 +191,14 @@ class FlightFeed:
         """Start a process, and write it what it needs first."""
         ours, theirs = socket.socketpair()
         paths = os.pathsep.join(path for path in sys.path if path)
-        with theirs:
+        with theirs, ExitStack() as undone:
+            undone.callback(ours.close)
             self._child = subprocess.Popen(
                 [sys.executable, "-P", "-m", "ltlplan.service.client_parts.feed_process"],
                 stdin=theirs.fileno(), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True,
                 env={**os.environ, "PYTHONPATH": paths, "OMP_NUM_THREADS": "1"},
             )  # fmt: skip
+            undone.pop_all()
         ours.setblocking(False)
         with self._writing:
             self._rest, self._full_since, self._drawn = memoryview(framed(self._line)), 0.0, None

@@ -64,6 +64,7 @@ def test_a_process_that_is_killed_is_begun_anew_and_orders_are_heard(served: Ser
     assert flying.longest < 0.1
 
 
+@pytest.mark.slow
 def test_one_that_hangs_drops_frames_and_is_replaced(
     flying: FedFlight, served: Served, name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -81,6 +82,7 @@ def test_one_that_hangs_drops_frames_and_is_replaced(
     assert flying.longest < 0.1
 
 
+@pytest.mark.slow
 def test_one_that_ends_again_and_again_is_given_up_and_the_flight_hears_so(
     flying: FedFlight, monkeypatch: pytest.MonkeyPatch
 ) -> None:
