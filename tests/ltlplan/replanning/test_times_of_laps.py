@@ -133,7 +133,7 @@ def test_hovers_of_a_plan_are_flown_in_the_part_of_a_team_s_laps_that_they_belon
     assert 0 < robot.cycle_visit < len(robot.visits)
 
     def lasts(*hovers: Hover) -> tuple[float, float]:
-        path = refine.refine(made.model_copy(update={"hovers": hovers}))["quad0"]
+        path = refine.refine(made.model_copy(update={"hovers": hovers}), max_pieces=40)["quad0"]
         assert path.cycle is not None
         return float(path.knots[path.cycle]), path.duration - float(path.knots[path.cycle])
 
