@@ -32,7 +32,7 @@ from ltlplan.service.settings import Limits, OpenIdSettings, Rate, Settings
 from tests.helpers.few import few_of
 from tests.helpers.openid_provider import CLIENT, SECRET, Provider
 from tests.helpers.services import ONE_HOOP, serving
-from verify.data import Unsatisfiable
+from verify.data import Unsatisfiable, parse_mission
 
 STORED = Path(__file__).parent.parent / "stored" / "data-0.2.0.tar.xz"
 PASSWORD = "twelve letters"
@@ -365,11 +365,19 @@ def test_a_folder_of_version_0_2_0_goes_on_and_three_people_share_it(tmp_path: P
         assert counted['ltlplan_request_seconds_count{method="GET",route="/api/jobs"}'] >= 1
         assert not any(secret in " ".join(counted) for secret in (carols, mine.id, "alice", "bob"))
         assert httpx.get(served.url + "/metrics").status_code == 401
+        bob.send_events("lab", "quad1 fails")
+        stored = alice.store_mission("patrol", IMPOSSIBLE, project="earlier")
+        assert carol.stored_missions("patrol")[0].owner == "alice", "what came after 0.2.0 is there, too"
+        study = alice.study(parse_mission(IMPOSSIBLE), "seed", [1, 2], project="earlier")
+        assert [member.value for member in carol.wait_study(study).members] == [1, 2]
+        assert alice.keep_draft("patrol", stored.name) in alice.drafts()
+        assert carol.drafts() == ()
         Tokens(data).revoke("carol")
         with pytest.raises(NotAuthenticated):
             carol.jobs()
     people = People(Tokens(data))
     assert [(each.user, each.action) for each in people.log.entries() if each.action != "cancel"] == [
+        ("alice", "study"), ("alice", "submit"), ("alice", "submit"), ("alice", "store"), ("bob", "tell"),
         ("alice", "delete"), ("bob", "submit"), ("bob", "share"), ("bob", "delete"), ("alice", "submit"), ("bob", "submit"),
     ]  # fmt: skip
     people.close()
