@@ -93,7 +93,8 @@ def scene(
 
     Returns:
         A figure whose last traces, one a robot in the mission's order, are markers that a player may move. Traces of what
-        was there for a time only carry that time in s as `meta`: `since`, and `until` where it ended.
+        was there for a time only carry that time in s as `meta`: `since`, and `until` where it ended. Markers of robots are rings, as
+        large on all screens; pages draw in them each robot to scale, by `meta`: `robots` and their `radii` in m.
     """
     figure = Figure(_world(mission, earlier))
     for index, name in enumerate(mission.agents):
@@ -111,8 +112,9 @@ def scene(
             marker = {"size": 3, "color": colour, "symbol": "diamond"}
             figure.add_trace(points(np.array(waypoints[name], dtype=float), f"{name}: waypoints", marker, group=name))
     for index, name in enumerate(mission.agents):
-        marker = {"size": 8, "color": robot_colour(index), "line": {"color": "#222", "width": 1}}
-        figure.add_trace(points(np.array([mission.agents[name].start]), name, marker))
+        marker = {"size": 5, "color": robot_colour(index), "symbol": "circle-open", "line": {"width": 2}}
+        said = {"robots": [name], "radii": [mission.vehicle_of(name).radius]}
+        figure.add_trace(points(np.array([mission.agents[name].start]), name, marker) | {"meta": said})
     layout = scene_layout(mission, [*paths.values(), *(flown or {}).values()])
     return figure.update_layout(layout, showlegend=len(mission.agents) <= MANY)
 

@@ -17,8 +17,8 @@ from flight.figures import Figure, Trace, trace
 from flight.pictures import MANY
 
 CROWD = (
-    f"Line: path. Tubes of the margin, flown paths and waypoints are left out of scenes of more than {MANY} robots. Drag to turn, scroll to "
-    "zoom; a click on a robot's name beside the scene hides it, or shows it again."
+    f"Line: path. Tubes of the margin, flown paths and waypoints are left out of scenes of more than {MANY} robots. Robots are discs to scale; "
+    "the ring around each only shows where it is. Drag to turn, scroll to zoom, or use arrows, + and -; a click on a robot's name beside the scene hides it, or shows it again."
 )
 
 
@@ -34,7 +34,7 @@ def lightened(figure: Figure) -> Figure:
     robots: list[Trace] = []
     kept: list[Trace] = []
     for drawn in figure.data:
-        kind = (drawn["type"], drawn.get("mode"), "meta" in drawn)
+        kind = (drawn["type"], drawn.get("mode"), "since" in drawn.get("meta", {}))
         if kind == ("mesh3d", None, False):
             bodies.setdefault(drawn["opacity"], []).append(drawn)
         elif kind == ("scatter3d", "text", False):
@@ -83,8 +83,10 @@ def _paths(lines: Sequence[Trace]) -> Trace:
 def _robots(markers: Sequence[Trace]) -> Trace:
     """Return all robots as one trace of markers; `customdata` names them."""
     places = {axis: [value for marker in markers for value in marker[axis]] for axis in "xyz"}
+    said = [marker["meta"] for marker in markers]
+    meta = {what: [each for one in said for each in one[what]] for what in ("robots", "radii")}
     look = {**markers[0]["marker"], "color": [each["marker"]["color"] for each in markers]}
     return trace(
-        "scatter3d", **places, mode="markers", marker=look, customdata=[marker["name"] for marker in markers],
+        "scatter3d", **places, mode="markers", marker=look, customdata=[marker["name"] for marker in markers], meta=meta,
         hovertemplate="%{customdata}<extra></extra>", showlegend=False, name="robots",
     )  # fmt: skip

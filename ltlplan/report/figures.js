@@ -76,7 +76,12 @@ async function put(place) {
   stepBack(place, layout);
   if (layout.scene) alive.add(place);
   const crowd = data.player && data.player.robots.length > CROWD;
+  const words = layout.scene ? (place.words ||= takeNames(traces)) : [];
   await Plotly.newPlot(place, traces, layout, crowd ? { ...CONFIG, plotGlPixelRatio: 1 } : CONFIG); // a reader's own camera comes back in the layout
+  if (layout.scene) {
+    nameScene(place, words);
+    if (!place.dataset.seen) keysOf(place);
+  }
   place.dataset.seen = "yes";
 }
 

@@ -1,15 +1,10 @@
 "use strict";
-// Draws many robots over a scene while they move, as plain circles: the scene behind them, all paths and regions, stays as it is drawn, and
+// Draws many robots over a scene while they move, as discs to scale in rings of a few pixels: the scene behind them, all paths and regions, stays as it is drawn, and
 // is drawn anew by plotly where its camera turns. A phone draws a hundred circles in a millisecond, and the scene in a tenth of a second.
-function makeOverlay(place, colours) {
-  const RADIUS = 6.5; // CSS pixels, of plotly's markers of size 8
+function makeOverlay(place, colours, radii) {
   const canvas = document.createElement("canvas");
   canvas.className = "overlay";
   const pen = canvas.getContext("2d");
-
-  function times(matrix, v) {
-    return [0, 1, 2, 3].map((i) => matrix[i] * v[0] + matrix[4 + i] * v[1] + matrix[8 + i] * v[2] + matrix[12 + i] * v[3]);
-  }
 
   function fit(drawn) {
     const box = drawn.glplot.canvas.getBoundingClientRect();
@@ -25,21 +20,21 @@ function makeOverlay(place, colours) {
   // Draws points as the scene's camera sees them, the nearest last; a robot that is hidden has no point.
   function draw(drawn, points) {
     const [width, height] = fit(drawn);
-    const { model, view, projection } = drawn.glplot.cameraParams;
     const seen = points.flatMap((point, i) => {
-      if (!point) return [];
-      const [x, y, , w] = times(projection, times(view, times(model, [...point.map((v, axis) => v * drawn.dataScale[axis]), 1])));
-      return w > 0 ? [{ x: ((1 + x / w) * width) / 2, y: ((1 - y / w) * height) / 2, w, colour: colours[i] }] : [];
+      const at = point && onPicture(drawn, point, [width, height]);
+      return at ? [{ ...at, colour: colours[i], radius: radiusOnPicture(drawn, point, radii[i], [width, height]) }] : [];
     });
     seen.sort((one, other) => other.w - one.w);
     pen.setTransform(devicePixelRatio, 0, 0, devicePixelRatio, 0, 0);
     pen.clearRect(0, 0, width, height);
-    pen.strokeStyle = "#222";
-    for (const { x, y, colour } of seen) {
+    pen.lineWidth = 2;
+    for (const { x, y, colour, radius } of seen) {
       pen.beginPath();
-      pen.arc(x, y, RADIUS, 0, 2 * Math.PI);
-      pen.fillStyle = colour;
+      pen.arc(x, y, Math.max(radius, 2), 0, 2 * Math.PI);
+      pen.fillStyle = pen.strokeStyle = colour;
       pen.fill();
+      pen.beginPath();
+      pen.arc(x, y, HALO, 0, 2 * Math.PI);
       pen.stroke();
     }
     place.dataset.drawn = String(1 + Number(place.dataset.drawn || 0));

@@ -13,6 +13,14 @@ from string import Template
 from flight.figures import Figure
 from ltlplan.report.inline import figures_data, package_text, plotly_script, script_data
 
+_SCRIPTS = ("scene_names.js", "plotly_names.js", "overlay.js", "player.js", "figures.js")
+_OF_PLAYERS = ("overlay.js", "player.js")
+
+
+def _script(name: str) -> str:
+    """Return a script of this package, for a page where all scripts are one; the service's page has some of them as modules."""
+    return package_text(name).replace("\nexport ", "\n")
+
 
 def page_html(
     heading: str,
@@ -45,8 +53,7 @@ def page_html(
         footer=html.escape(footer),
         plotly=plotly_script(),
         data=script_data(data),
-        script=(package_text("overlay.js") + package_text("player.js") if player is not None else "")
-        + package_text("figures.js"),
+        script="".join(_script(name) for name in _SCRIPTS if player is not None or name not in _OF_PLAYERS),
     )
 
 
@@ -71,7 +78,7 @@ def figure_place(name: str, label: str, *, scene: bool = False) -> str:
         scene: Whether it is a 3-D scene rather than a chart.
     """
     kind = "figure scene" if scene else "figure"
-    return f'<div id="{name}" class="{kind}" role="img" aria-label="{html.escape(label)}"></div>'
+    return f'<div id="{name}" class="{kind}" role="{"group" if scene else "img"}" aria-label="{html.escape(label)}"></div>'
 
 
 def listed(sentences: Sequence[str]) -> str:

@@ -10,9 +10,9 @@ function startPlayer(playing, traces) {
   const hidden = new Set(); // robots of a crowd
   const paths = together.slice(0, -1);
   const whole = paths.map((i) => traces[i].x.slice()); // plotly keeps its changes in the traces that it was given
-  const overlay = crowd ? makeOverlay(scene, traces[together.at(-1)].marker.color) : null;
+  const overlay = crowd ? makeOverlay(scene, traces[together.at(-1)].marker.color, traces[together.at(-1)].meta.radii) : null;
   const markers = crowd ? together.slice(-1) : playing.robots.map((_, i) => traces.length - playing.robots.length + i);
-  const lasting = traces.flatMap((trace, i) => (trace.meta ? [i] : [])); // what is there for a time only
+  const lasting = traces.flatMap((trace, i) => (trace.meta && "since" in trace.meta ? [i] : [])); // what is there for a time only
   const clockFace = document.getElementById("time");
   const letters = playing.robots.map((_, i) => document.getElementById("letter" + i));
   const charts = document.querySelectorAll(".bars");

@@ -67,8 +67,9 @@ _LIMITS = (
     "Limits of single legs are not drawn." + _FEWER.replace("extremes", "most")
 )
 _SCENE = (
-    "Line: certified path; tube around it: the margin; dots: flown in simulation; diamonds: waypoints. Drag to turn, scroll to "
-    "zoom; a click on a name hides that robot, or shows it again."
+    "Line: certified path; tube around it: the margin; dots: flown in simulation; diamonds: waypoints. Robots are discs to scale; the ring "
+    "around each only shows where it is. Drag to turn, scroll to zoom, or use arrows, + and - once the scene has the focus; a click on a name "
+    "hides that robot, or shows it again."
 )
 
 

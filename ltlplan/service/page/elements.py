@@ -105,7 +105,7 @@ class Editor(Element, component="assets/editor.js", esm={"nicegui-codemirror": f
 class World(
     Element,
     component="assets/world.js",
-    dependencies=["assets/ltlplan_scene.js"],
+    dependencies=["assets/ltlplan_scene.js", "../../report/scene_names.js"],
     esm={"nicegui-scene": f"{_WHEEL}/scene/dist"},
 ):
     """A mission's world before anything is planned.

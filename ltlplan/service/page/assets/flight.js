@@ -16,7 +16,7 @@ export default {
   <p v-if="!data && !trouble && view === 'watch'" class="soft">No flight to watch here: choose a job under Plan that has one.</p>
   <div class="theatre" :class="{ alone: !beside }" v-show="data">
     <div class="stage3d">
-      <div class="holder" ref="holder" role="img" :aria-label="'Moving 3-D picture of ' + (data ? data.mission : 'the flight')"></div>
+      <div class="holder" ref="holder" role="group" :aria-label="'Moving 3-D picture of ' + (data ? data.mission : 'the flight')"></div>
       <div class="player">
         <button type="button" class="play" @click="toggle" :aria-label="running ? 'Pause' : 'Play'">{{ running ? "Pause" : "Play" }}</button>
         <input class="clock" ref="clock" type="range" min="0" step="0.01" :max="end" value="0" aria-label="Mission time in seconds" @input="seek(Number($event.target.value))">
@@ -31,7 +31,7 @@ export default {
           <span class="task">{{ data.tasks[name] }}</span>
         </li>
       </ul>
-      <p class="keys">Space plays, arrows step, + and - change the speed. Drag turns the picture, scrolling zooms.</p>
+      <p class="keys">Space plays, arrows step, + and - change the speed. Drag turns the picture, scrolling zooms; with the focus on it (Tab) arrows, + and - do the same, 0 shows all. Robots are to scale: a ring stands for one too small to be seen, and is no size.</p>
     </div>
     <aside class="side" v-if="data" v-show="beside">
       <div v-show="view === 'watch'" class="now">

@@ -22,8 +22,8 @@ export default {
   <div class="theatre" v-show="picture">
     <div class="stage3d">
       <div class="live-scenes">
-        <figure><div class="holder" ref="holder" role="img" :aria-label="'Scene of ' + name"></div><figcaption>Scene</figcaption></figure>
-        <figure><div class="holder" ref="above" :role="drags ? 'group' : 'img'" :aria-label="name + ' from above'"></div>
+        <figure><div class="holder" ref="holder" role="group" :aria-label="'Scene of ' + name"></div><figcaption>Scene. Rings stand for robots too small to be seen to scale.</figcaption></figure>
+        <figure><div class="holder" ref="above" role="group" :aria-label="name + ' from above'"></div>
           <figcaption>From above{{ drags ? "; drag a region or an obstacle to move it" : "" }}</figcaption></figure>
       </div>
       <div class="row"><label>camera follows <select v-model="followed" class="follow"><option value="">nobody</option><option v-for="robot in robots" :value="robot.name">{{ robot.name }}</option></select></label>

@@ -1,9 +1,9 @@
 // A 3-D scene to scale, made of the figures that the reports are made of. It draws only when something changed.
 import { CSS2DObject, CSS2DRenderer, OrbitControls, THREE } from "nicegui-scene";
+import { cameraKeys, HALO, SceneNames, SEEN_TO_SCALE } from "scene_names";
 
 const FOV = 32; // degrees
 const REACH = 0.62 + 0.3 + 0.045; // of a robot as it is modelled below: from its middle to the outside of its rotors
-const DOT = 7; // pixels
 const DOWN = new THREE.Vector3(0, -1e-4, 1).normalize(); // from straight above, y up in the picture
 const EYE = new THREE.Vector3(0.8, -1.7, 1.0).normalize(); // where the reports' scenes are looked at from
 
@@ -24,16 +24,33 @@ function tag(text, kind, at) {
   return label;
 }
 
-// Names that would lie over others are hidden: robots' stay before regions', and of regions' the nearer ones.
-function partLabels(all) {
-  const rank = (element) => (element.classList.contains("robot") ? 1e6 : 0) + Number(element.style.zIndex);
-  const names = [...all.querySelectorAll(".tag3d.robot, .tag3d.region")].filter((element) => element.style.display !== "none");
-  const seen = [];
-  for (const [element, box] of names.sort((a, b) => rank(b) - rank(a)).map((element) => [element, element.getBoundingClientRect()])) {
-    const over = seen.some((o) => box.left < o.right && o.left < box.right && box.top + 3 < o.bottom && o.top + 3 < box.bottom);
+// Numbers at the axes give way to names and to one another.
+function partTicks(all, names) {
+  const seen = names.filter(Boolean), around = all.getBoundingClientRect();
+  for (const element of all.querySelectorAll(".tag3d.tick, .tag3d.axis")) {
+    if (element.style.display === "none") continue;
+    const box = element.getBoundingClientRect();
+    const own = { left: box.left - around.left, right: box.right - around.left, top: box.top - around.top, bottom: box.bottom - around.top };
+    const over = seen.some((o) => own.left < o.right && o.left < own.right && own.top < o.bottom && o.top < own.bottom);
     element.classList.toggle("crowded", over);
-    if (!over) seen.push(box);
+    if (!over) seen.push(own);
   }
+}
+
+// A ring of a few pixels, drawn once.
+let ringPicture = null;
+function ring() {
+  if (ringPicture) return ringPicture;
+  const canvas = document.createElement("canvas"), pen = canvas.getContext("2d");
+  canvas.width = canvas.height = 64;
+  pen.lineWidth = 9;
+  pen.strokeStyle = pen.fillStyle = "#fff";
+  pen.arc(32, 32, 26, 0, 2 * Math.PI);
+  pen.stroke();
+  pen.beginPath();
+  pen.arc(32, 32, 6, 0, 2 * Math.PI);
+  pen.fill();
+  return (ringPicture = canvas);
 }
 
 // A round line: browsers draw lines of one pixel only.
@@ -75,13 +92,17 @@ function tickStep(span, most) {
   return [1, 2, 5, 10].map((f) => f * power).find((step) => step >= rough * 0.999);
 }
 
-// A robot as large as its radius says (m), and a dot of a few pixels that shows where it is however small that is.
+// A robot as large as its radius says (m), and a ring of a few pixels that shows where it is where that is too small to be seen.
 function robotBody(colour, radius) {
   const body = new THREE.Group(), size = radius / REACH;
   const place = new THREE.BufferGeometry().setFromPoints([new THREE.Vector3()]);
-  body.add(new THREE.Points(place, new THREE.PointsMaterial({ color: colour, size: DOT * Math.min(window.devicePixelRatio, 2), sizeAttenuation: false })));
+  const across = 2 * HALO * Math.min(window.devicePixelRatio, 2);
+  const halo = new THREE.Points(place, new THREE.PointsMaterial({
+    color: colour, size: across, sizeAttenuation: false, map: new THREE.CanvasTexture(ring()), transparent: true, depthWrite: false, alphaTest: 0.1,
+  }));
+  body.add(halo);
+  body.userData = { radius, halo, colour };
   if (!radius) return body;
-  body.userData.radius = radius;
   const paint = new THREE.MeshLambertMaterial({ color: colour });
   const dark = new THREE.MeshLambertMaterial({ color: new THREE.Color(colour).multiplyScalar(0.55) });
   body.add(new THREE.Mesh(new THREE.SphereGeometry(0.24 * size, 16, 12), paint));
@@ -122,6 +143,9 @@ export class Scene {
     this.controls = new OrbitControls(this.camera, this.renderer.domElement);
     this.controls.addEventListener("change", () => this.draw());
     this.controls.addEventListener("start", () => { this.gliding = null; });
+    this.names = new SceneNames(holder);
+    this.named = [];
+    cameraKeys(holder, (how) => this.moveCamera(how), () => { this.lookAtAll(); this.draw(); });
     this.scene.add(new THREE.AmbientLight(0xffffff, 2.2));
     const light = new THREE.DirectionalLight(0xffffff, 1.6);
     light.position.set(1, -2, 4);
@@ -165,6 +189,8 @@ export class Scene {
     this.clear(this.content);
     this.clear(this.marks);
     this.clear(this.added);
+    this.named = [];
+    this.names.clear();
     const axes = figure.layout.scene;
     const ranges = ["xaxis", "yaxis", "zaxis"].map((axis) => axes[axis].range);
     this.low = new THREE.Vector3(...ranges.map((r) => r[0]));
@@ -195,7 +221,9 @@ export class Scene {
       }));
       object.renderOrder = clear ? 2 : 0;
     } else if (trace.mode === "text") {
-      object = tag(trace.text[0], "region", points(trace)[0]);
+      object = new THREE.Object3D();
+      object.position.copy(points(trace)[0]);
+      this.named.push({ name: trace.text[0], kind: "region", object });
     } else if (trace.mode && trace.mode.startsWith("lines")) {
       if (robots.includes(trace.name)) return; // its path is drawn with the robot
       const dotted = trace.line && trace.line.dash && trace.line.dash !== "solid";
@@ -226,13 +254,11 @@ export class Scene {
     const colour = trace.marker.color;
     const body = robotBody(colour, radius || 0);
     body.position.copy(points(trace)[0]);
-    const label = tag(name, "robot");
-    label.center.set(0.5, 1.9);
-    body.add(label);
+    this.named.push({ name, kind: "robot", object: body });
     const drop = new THREE.Line(new THREE.BufferGeometry().setFromPoints([new THREE.Vector3(), new THREE.Vector3(0, 0, -1)]),
       new THREE.LineBasicMaterial({ color: colour, transparent: true, opacity: 0.45 }));
     body.add(drop);
-    const robot = { name, body, label, drop, group: name, samples: path ? path.length : 0 };
+    const robot = { name, body, drop, group: name, samples: path ? path.length : 0 };
     if (path) {
       const whole = lineGeometry(path.map((p) => new THREE.Vector3(...p)), 0.003 * this.size);
       if (whole) {
@@ -354,7 +380,7 @@ export class Scene {
     robots.forEach((name, i) => {
       const geometry = paths[i] && lineGeometry(paths[i].map((p) => new THREE.Vector3(...p)), radius, 8);
       if (!geometry) return;
-      const colour = this.robots[i].body.children[0].material.color;
+      const { colour } = this.robots[i].body.userData;
       const tube = new THREE.Mesh(geometry, new THREE.MeshBasicMaterial({ color: colour, transparent: true, opacity: 0.13, depthWrite: false }));
       tube.renderOrder = 3;
       tube.userData.group = name;
@@ -476,15 +502,64 @@ export class Scene {
     requestAnimationFrame(glide);
   }
 
+  // Moves the camera as keys ask.
+  moveCamera({ turn, shift, nearer }) {
+    if (!this.low) return;
+    this.gliding = null;
+    const { target } = this.controls, away = this.camera.position.clone().sub(target).multiplyScalar(nearer);
+    const [right, up] = [0, 1].map((axis) => new THREE.Vector3().setFromMatrixColumn(this.camera.matrix, axis));
+    if (this.above && (turn[0] || turn[1])) shift = turn; // from above nothing turns
+    else if (turn[0] || turn[1]) {
+      const round = new THREE.Spherical().setFromVector3(new THREE.Vector3(away.x, away.z, -away.y)); // its poles are along y
+      round.theta += turn[0];
+      round.phi -= turn[1];
+      const to = new THREE.Vector3().setFromSpherical(round.makeSafe());
+      away.set(to.x, -to.z, to.y);
+    }
+    const width = 2 * away.length() * Math.tan((FOV / 360) * Math.PI);
+    target.addScaledVector(right, shift[0] * width).addScaledVector(up, shift[1] * width);
+    this.camera.position.copy(target).add(away);
+    this.controls.update();
+    this.draw();
+  }
+
+  // Returns how many pixels wide a metre is at a place.
+  pixels(place) {
+    const depth = new THREE.Vector3().subVectors(place, this.camera.position).dot(this.camera.getWorldDirection(new THREE.Vector3()));
+    return this.holder.clientHeight / (2 * Math.max(depth, 1e-6) * Math.tan((FOV / 360) * Math.PI));
+  }
+
+  ringRobots() {
+    this.camera.updateMatrixWorld();
+    for (const { body } of this.robots) {
+      const { radius, halo } = body.userData;
+      body.userData.reach = radius * this.pixels(body.position);
+      halo.visible = body.userData.reach < SEEN_TO_SCALE;
+    }
+  }
+
+  // Writes the names of what is seen; returns where.
+  putNames() {
+    const { clientWidth: width, clientHeight: height } = this.holder, at = new THREE.Vector3();
+    const things = this.named.filter(({ object }) => object.visible).flatMap(({ name, kind, object }) => {
+      at.copy(object.position).project(this.camera);
+      if (Math.abs(at.z) > 1) return [];
+      const reach = kind === "robot" ? Math.max(object.userData.reach, HALO) : 0;
+      return [{ name, kind, x: ((1 + at.x) * width) / 2, y: ((1 - at.y) * height) / 2, reach, rank: kind === "robot" ? 1 : 0 }];
+    });
+    return this.names.put(things, width, height);
+  }
+
   draw() {
     if (this.waiting || !this.renderer) return;
     this.waiting = true;
     requestAnimationFrame(() => {
       this.waiting = false;
       if (!this.holder.isConnected || !this.holder.clientWidth) return;
+      this.ringRobots();
       this.renderer.render(this.scene, this.camera);
       this.labels.render(this.scene, this.camera);
-      partLabels(this.labels.domElement);
+      partTicks(this.labels.domElement, this.putNames());
       this.holder.dataset.drawn = "yes";
     });
   }

@@ -8,7 +8,7 @@ export default {
   <div class="pair-scenes">
     <figure v-for="(side, i) in sides" v-show="flights[i]">
       <figcaption>{{ side }}: {{ flights[i] ? flights[i].mission + ", " + flights[i].end.toFixed(1) + " s" : "" }}</figcaption>
-      <div class="holder small" ref="holders" role="img" :aria-label="'Moving 3-D picture of the ' + side + ' flight'"></div>
+      <div class="holder small" ref="holders" role="group" :aria-label="'Moving 3-D picture of the ' + side + ' flight'"></div>
     </figure>
   </div>
   <div class="player" v-show="ready !== 'none'">

@@ -2,7 +2,7 @@
 import { Scene } from "ltlplan_scene";
 
 export default {
-  template: `<div class="holder small" role="img" :aria-label="label"></div>`,
+  template: `<div class="holder small" role="group" :aria-label="label"></div>`,
   props: { figure: Object, label: String },
   watch: { figure() { this.put(); } },
   mounted() { this.scene3d = new Scene(this.$el); this.put(); },
