@@ -1,10 +1,11 @@
 """Tracking: the largest share of a set of disturbances that is proved, what it costs, and what stands in the way of more.
 
-    OMP_NUM_THREADS=1 python -m tests.benchmarks.tracking [RUN ...] [--gains GAINS] [--each]
+    OMP_NUM_THREADS=1 python -m tests.benchmarks.tracking [RUN ...] [--gains GAINS] [--each] [--hunt]
 
 Flights are a hover of 4 s and those of the runs' folders; all of their robots are proved. The set is the whole one of docs/tracking.md, for a Crazyflie 2.1:
 wind 0.8 m/s, cameras 1 mm and 0 to 15 ms, gyroscope 0.04 rad/s, mass 2 %, thrust 5 %. `GAINS` changes gains of its airframe, as in
-`'position: [6, 12], velocity: [4.5, 9]'`. `--each` hovers without each of the disturbances, too. "Processor time" is that of one proof of all robots, with nothing remembered.
+`'position: [6, 12], velocity: [4.5, 9]'`. `--each` hovers without each of the disturbances, too. `--hunt` flies hovers at 20 and
+37 % of the set in winds and gyroscope errors aimed by the loop's response, in 64 directions, at corners of mass, thrust and latency. "Processor time" is that of one proof of all robots, with nothing remembered.
 """
 
 from __future__ import annotations
@@ -12,19 +13,24 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Sequence
+from itertools import product
 from pathlib import Path
 
 import numpy as np
 import yaml
+from numpy.typing import NDArray
 
 from tests.helpers.benchmarks import is_smallest, run_benchmark
+from tests.helpers.disturbed_flights import Disturbed
 from verify.data import Trajectory
 from verify.data.airframe import load_airframe
 from verify.data.disturbance import Disturbance
 from verify.data.files.trajectory_csv import load_csv
 from verify.data.vehicle import load_vehicle
 from verify.tracking.error_model import NotProved
+from verify.tracking.loops import LoopChoice, lateral_loop
 from verify.tracking.proof import TrackingBound, model_of, prove
+from verify.tracking.sampled_loop import SUBSTEPS
 
 AIRFRAME, VEHICLE = load_airframe("crazyflie-2.1"), load_vehicle("crazyflie-2.1")
 WHOLE = Disturbance(
@@ -90,6 +96,50 @@ def measure(name: str, paths: Sequence[Trajectory], told: Disturbance, halvings:
     print(f"{name:24} {100.0 * low:5.1f} %  {1000.0 * kept.bound:6.1f} mm  {spent:6.1f} s  {costs}; more: {reason}", flush=True)
 
 
+def aimed(name: str, steps: int) -> NDArray[np.float64]:
+    """Return the signs of the lateral loop's response to an input, read backwards. Shape (steps,).
+
+    Args:
+        name: Of the input.
+        steps: On board.
+    """
+    loop = lateral_loop(VEHICLE, AIRFRAME, LoopChoice(1.0, 1.0, 2, 1.0))
+    taken, seen = [t for _, t in loop.recorded], [s for s, _ in loop.recorded]
+    state, found = np.zeros(len(loop.states)), np.zeros(steps)
+    for k in range(steps):
+        state = loop.jump.mid @ state if k % SUBSTEPS == 0 else state
+        state = loop.step.mid @ state + (loop.stepped[name].mid[:, 0] if k == 0 else 0.0)
+        if k % SUBSTEPS + 1 == loop.seen:
+            state[taken] = state[seen]
+        found[k] = state[0]
+    return np.sign(found[::-1])
+
+
+def hunt(told: Disturbance, steps: int) -> None:
+    """Print a hover's bound over the worst that aimed disturbances make of it.
+
+    Args:
+        told: The set.
+        steps: On board.
+    """
+    turns, rises = np.meshgrid(np.linspace(0.0, 2.0 * np.pi, 16, endpoint=False), (0.0, 0.4, -0.4, 0.8))
+    ways = np.stack([np.cos(turns) * np.cos(rises), np.sin(turns) * np.cos(rises), np.sin(rises)]).reshape(3, -1)
+    rolls = np.stack([-np.sin(turns), np.cos(turns), 0.0 * turns]).reshape(3, -1)
+    winds, errors, bound, worst = aimed("acc", steps), aimed("u", steps), proved([hover(4.0)], told), 0.0
+    for late, heavy, strong, way in product((0, int(told.latency[1] / 0.002)), (-1, 1), (-1, 1), (-1, 1)):
+        flight = Disturbed(
+            64, late=late, mass=np.full(64, 1.0 + heavy * told.mass), thrust=np.full(64, 1.0 + strong * told.thrust),
+            wind=lambda t: told.wind * winds[min(round(t / 0.002), steps - 1)] * ways,
+            gyroscope=lambda t, way=way: way * told.gyroscope * errors[min(round(t / 0.002), steps - 1)] * rolls,
+        )  # fmt: skip
+        worst = max(worst, float(np.linalg.norm(flight.fly(VEHICLE, hover(4.0), 0.002 * steps), axis=1).max()))
+    if not isinstance(bound, str):
+        print(
+            f"hover, wind {told.wind:g} m/s: bound {1000 * bound.bound:.1f} mm, worst {1000 * worst:.1f} mm, {bound.bound / worst:.1f} times",
+            flush=True,
+        )
+
+
 def without_each(told: Disturbance, halvings: int) -> None:
     """Print a row of a hover without each of the disturbances.
 
@@ -120,6 +170,10 @@ def main() -> None:
     each = "--each" in arguments
     if each:
         arguments.remove("--each")
+    if "--hunt" in arguments:
+        for share in (0.2, 0.37):
+            hunt(WHOLE.scaled(share), 20 if is_smallest() else 1900)
+        return
     told, halvings = WHOLE.changed(airframe=airframe), 1 if is_smallest() else 6
     print(f"{'flight':24} {'share':>7}  {'bound':>9}  {'time':>8}  what makes the bound, mm")
     measure("hover", [hover(0.2 if is_smallest() else 4.0)], told, halvings)
@@ -131,4 +185,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    run_benchmark(main, [], ["--each"])
+    run_benchmark(main, [], ["--each"], ["--hunt"])
