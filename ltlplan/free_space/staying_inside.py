@@ -1,25 +1,24 @@
 """Ways that do not leave regions: a room with a corner is the free space of a leg that may not leave it.
 
 A way turns in the common part of two of a region's bodies, at its corners, or upright above or below these. It stays in a region where each line
-is as deep in it as asked for, by samples: the depth of a point changes by no more than it moves.
+is as deep in it as asked for: where the stretches that are so deep in one of its convex bodies leave no gap between them.
 """
 
 from __future__ import annotations
 
 import itertools
 from collections.abc import Collection, Sequence
+from functools import lru_cache
 
 import numpy as np
 
 from ltlplan.free_space.free_space import ROOM, Booleans, Floats, FreeSpace
-from verify.data.shapes.convex_parts import polyhedron_corners
+from verify.data.shapes.convex_parts import ConvexBody, polyhedron_corners
+from verify.data.shapes.measures import Measures
 from verify.data.shapes.region import Region
 
-_STEP = 0.01
-"""m between samples of a line."""
-_COARSE = 16
-"""Samples of each line, about, by which most lines are left out."""
 _ROUNDING = 1e-9
+"""m, and share of a line's length."""
 _FOUND_TO = 3e-3
 """m to which it is found out how wide a region is where it is narrowest."""
 ROOMS = (ROOM, ROOM / 3.0, 0.0)
@@ -35,15 +34,47 @@ def stays_inside(region: Region, starts: Floats, ends: Floats, deep: float) -> B
         ends: m. Shape (lines, 3).
         deep: m.
     """
-    count = int(np.linalg.norm(ends - starts, axis=1).max(initial=0.0) / _STEP) + 2
-    shares, kept, middle = np.linspace(0.0, 1.0, count), np.arange(len(starts)), np.array(region.center)
-    least = np.minimum(deep, np.minimum(region.measures.depths(starts - middle), region.measures.depths(ends - middle)))
-    for some in (shares[:: max(1, count // _COARSE)], shares):
-        along = starts[kept] + some[:, None, None] * (ends - starts)[kept]
-        kept = kept[np.all(region.measures.depths(along - middle) >= least[kept] - _ROUNDING, axis=0)]
-    found = np.zeros(len(starts), dtype=bool)
-    found[kept] = True
-    return found
+    middle = np.array(region.center)
+    begin, finish = starts - middle, ends - middle
+    least = np.minimum(deep, np.minimum(region.measures.depths(begin), region.measures.depths(finish))) - _ROUNDING
+    spans = np.array([_span(body, begin, finish - begin, least) for body in region.measures.covers])  # (bodies, 2, lines)
+    order = np.argsort(spans[:, 0], axis=0)
+    entered = np.take_along_axis(spans[:, 0], order, axis=0)
+    left = np.maximum(np.maximum.accumulate(np.take_along_axis(spans[:, 1], order, axis=0), axis=0), 0.0)
+    joined = (entered[1:] <= left[:-1] + _ROUNDING) | (left[:-1] >= 1.0 - _ROUNDING)
+    return (entered[0] <= _ROUNDING) & (left[-1] >= 1.0 - _ROUNDING) & joined.all(axis=0)
+
+
+def _span(body: ConvexBody, begin: Floats, along: Floats, least: Floats) -> tuple[Floats, Floats]:
+    """Return between which shares of their lengths lines are in a convex body as deep as asked for; infinity and its negative where nowhere.
+
+    Args:
+        body: Around the origin.
+        begin: Where lines begin, m. Shape (lines, 3).
+        along: From there to their ends, m. Shape (lines, 3).
+        least: m. Shape (lines,).
+    """
+    low, high = np.full(len(begin), -np.inf), np.full(len(begin), np.inf)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        slopes, rooms = along @ body.normals.T, body.distances - begin @ body.normals.T - least[:, None]
+        shares = rooms / slopes
+        low = np.maximum(low, np.where(slopes < 0.0, shares, -np.inf).max(axis=1, initial=-np.inf))
+        high = np.minimum(high, np.where(slopes > 0.0, shares, np.inf).min(axis=1, initial=np.inf))
+        outside = ((slopes == 0.0) & (rooms < 0.0)).any(axis=1)
+        for matrix, centre, root, scale in zip(body.matrices, body.centres, body.roots, body.scales, strict=True):
+            offset, radius = begin - centre, root - scale * least
+            square, mixed, constant = (
+                np.einsum("ni,ij,nj->n", one, matrix, other)
+                for one, other in ((along, along), (along, offset), (offset, offset))
+            )
+            constant = constant - radius**2
+            half = np.sqrt(mixed**2 - square * constant)  # nan where the line passes outside
+            flat = square <= _ROUNDING**2
+            low = np.maximum(low, np.where(flat, -np.inf, (-mixed - half) / square))
+            high = np.minimum(high, np.where(flat, np.inf, (-mixed + half) / square))
+            outside |= (radius < 0.0) | (flat & (constant > 0.0)) | (~flat & np.isnan(half))
+    outside |= ~(low <= high)
+    return np.where(outside, np.inf, low), np.where(outside, -np.inf, high)
 
 
 def way_inside(
@@ -126,12 +157,8 @@ def narrowest_inside(
 def _turns(region: Region, deep: float, ends: tuple[Floats, Floats]) -> Floats:
     """Return points at which ways may turn in a region: corners of the common parts of its bodies, also at the heights of both ends. Shape (points, 3)."""
     found = [np.zeros((0, 3))]
-    for one, other in itertools.combinations(region.measures.covers, 2):
-        normals = np.concatenate([one.normals, other.normals, np.eye(3), -np.eye(3)])
-        distances = np.concatenate([one.distances - deep, other.distances - deep, np.full(6, region.outer_radius)])
-        corners = polyhedron_corners(normals, distances) + np.array(region.center)
-        if not len(corners):
-            continue
+    for common in _common_corners(region.measures, deep):
+        corners = common + np.array(region.center)
         found += [corners, corners.mean(axis=0, keepdims=True)]
         for end in ends:
             at = corners.copy()
@@ -139,3 +166,15 @@ def _turns(region: Region, deep: float, ends: tuple[Floats, Floats]) -> Floats:
             found.append(at)
     points = np.concatenate(found)
     return points[np.unique(points.round(6), axis=0, return_index=True)[1]]
+
+
+@lru_cache(maxsize=64)
+def _common_corners(body: Measures, deep: float) -> tuple[Floats, ...]:
+    """Return the corners of what two of a body's convex bodies share, so deep in both; of each two that share something. Shape (corners, 3) each."""
+    found: list[Floats] = []
+    for one, other in itertools.combinations(body.covers, 2):
+        normals = np.concatenate([one.normals, other.normals, np.eye(3), -np.eye(3)])
+        distances = np.concatenate([one.distances - deep, other.distances - deep, np.full(6, body.outer_radius)])
+        corners = polyhedron_corners(normals, distances)
+        found += [corners] if len(corners) else []
+    return tuple(found)

@@ -172,6 +172,11 @@ CASES = {
         "F nook & G room", f"a: {_at(-1.5, -0.3)}", ("0.05 m within 'room'", "Around (", "concerns a", "'room' wider than 0.1 m there", "`margin` below 0.0"),
         f"{_between('nook', 1.5, 0.3, 0.2, 0.2)}, {_union(-0.87, 0.87, 0.27)}", team="own",
     ),
+    "a link between parts of a room is too narrow": Refused(
+        "F right & G room", f"a: {_at(-1.5, 0.4)}, b: {_at(-1.5, -0.4)}",
+        ("0.05 m within 'room'", "Around (-0.", ", 1.00) no way is more than 0.0", "'room' wider than 0.1 m there"),
+        f"{_RIGHT}, room: {{union: [{_box(-1.2, 0, 1.4, 1.6, 0.2)}, {_box(0, 0, 1.2, 0.08, 0.2)}, {_box(1.2, 0, 1.4, 1.6, 0.2)}]}}", team="own",
+    ),
     "a deadline is too soon": Refused(
         "F[0,1] right", f"a: {_at(-1.5, 0)}, b: {_at(-1.0, 0.5)}", ("`F[0,1] right` cannot hold", "b comes there at", "s after its deadline", "a later deadline"),
         _RIGHT,

@@ -17,10 +17,26 @@ from refine.single_robot.task import Pace
 from tests.helpers.few import few_of
 from tests.helpers.rooms_and_rests import room_with_a_corner
 from verify import judge
-from verify.data import LtlplanError
+from verify.data import LtlplanError, parse_mission
 
 AROUND_THE_CORNER = math.dist((1.4, -1.2), (-1.05, -0.75)) + math.dist((-1.05, -0.75), (-1.5, 0.9))
 """m; the shortest way that keeps a margin of 5 cm from the room's inner edge."""
+
+_BODIES = """
+format: 1
+name: bodies
+spec: {formula: F room}
+regions:
+  room:
+    union:
+      - {center: [0, 0, 1], radii: [0.4, 0.4, 0.4]}
+      - {center: [0.5, 0, 1], radii: [0.4, 0.3, 0.4]}
+      - {center: [0.9, 0.3, 1], size: [0.6, 0.5, 0.15]}
+      - {center: [-0.5, 0, 1], cylinder: {radius: 0.3, height: 0.3}}
+agents: {a: {start: [-1.5, -0.9, 1]}}
+vehicle: crazyflie-2.1
+workspace: {min: [-2, -1, 0.5], max: [2, 1, 1.5]}
+"""
 
 ROOMS = [
     dict(zip(("mirrored", "turned", "touching"), each, strict=True)) for each in itertools.product((False, True), repeat=3)
@@ -52,6 +68,21 @@ def test_a_way_stays_as_deep_as_it_is_told_to() -> None:
         assert np.all(stays_inside(mission.regions["room"], way[:-1], way[1:], mission.margin + slack))
     assert not stays_inside(mission.regions["room"], start[None], end[None], 0.0)[0]
     assert way_inside(space, ["room"], (start, end), ("room", "corner"), 0.6) is None  # the room is 1 m wide
+
+
+@pytest.mark.parametrize("deep", [0.0, 0.05])
+def test_lines_that_stay_inside_are_so_deep_at_each_sample(deep: float) -> None:
+    """Boxes, balls and a cylinder in one region; the samples may miss a gap between two bodies that is as short as their distance."""
+    region, rng = parse_mission(_BODIES).regions["room"], np.random.default_rng(3)
+    middle, half = np.array(region.center), np.array(region.measures.half_lengths)
+    starts, ends = (middle + rng.uniform(-1.0, 1.0, (500, 3)) * half for _ in range(2))
+    found = stays_inside(region, starts, ends, deep)
+    least = np.minimum(deep, np.minimum(*(region.measures.depths(points - middle) for points in (starts, ends))))
+    samples = [region.measures.depths(starts + share * (ends - starts) - middle) for share in np.linspace(0.0, 1.0, 300)]
+    deepest = np.min(samples, axis=0) - least
+    assert np.all(deepest[found] >= -2e-9)
+    assert np.mean(found == (deepest >= -1e-9)) >= 0.99
+    assert 0.05 < np.mean(found) < 0.95
 
 
 def test_where_a_room_is_too_narrow_nothing_is_said_of_hoops() -> None:
