@@ -191,8 +191,11 @@ def _message(kind: str, value: Frame | Shown | None) -> str:
 def main() -> None:
     """Feed until the flight is over."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    with suppress(OSError):
+    with suppress(OSError, AttributeError):  # not every system has these
         os.nice(NICE)
+        os.sched_setscheduler(
+            0, os.SCHED_BATCH, os.sched_param(0)
+        )  # what is written to it wakes it, and takes no processor away
     with socket.socket(fileno=os.dup(sys.stdin.fileno())) as flight, suppress(EOFError):
         Feeding(flight).run()
 
