@@ -149,3 +149,15 @@ def test_a_scheduler_without_workers_is_said() -> None:
         pytest.raises(ClusterError, match="no workers; start some with `dask worker tcp://"),
     ):
         Cluster(machines.address)
+
+
+@pytest.mark.slow
+def test_a_search_there_is_ended_with_what_it_has(cluster: Cluster) -> None:
+    mission = small_mission("F a", margin=0.05, extra="planner: {seed: 2}")
+    told: list[str] = []
+    found = cluster.submit(
+        work.search_until_ended, "plan", mission_bytes(mission), progress=lambda said, _share: told.append(said)
+    )
+    assert until(lambda: bool(told), PATIENCE)
+    cluster.end_search(found)
+    assert found.result(PATIENCE).stopped
