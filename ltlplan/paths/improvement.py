@@ -20,7 +20,7 @@ from ltlplan.paths.costs import WeightedCost, cost_of, plan_cost
 from ltlplan.paths.cross_entropy.cross_entropy import Improvement, Watch, improve, minimise, options_of, searches
 from ltlplan.paths.final_hover import until_hover
 from ltlplan.paths.flight_times import lasts_too_long
-from ltlplan.paths.path_result import candidate_plans, keeps
+from ltlplan.paths.path_result import candidate_plans, has_room_for_waits, keeps
 from ltlplan.paths.sampling.path_problem import path_problem
 from verify.data import Mission, RobotPlan, Waypoint, Word
 
@@ -60,8 +60,11 @@ def improved_path(
     found = _improved(mission.seen_by(robot), robot, nominal, draws, watch)
     if lasts_too_long(mission, robot, found.plan):
         return replace(found, plan=nominal)
-    if mission.planner.iterations and found.plan.times == nominal.times and nominal.cycle_waypoint is None:
-        return replace(found, plan=without_swings(mission, robot, nominal))
+    laps = nominal.cycle_waypoint is not None and not nominal.hovers  # hoops hold a spline to its legs by themselves
+    laps = laps and not any(visit.region in mission.hoops for visit in nominal.visits)
+    if mission.planner.iterations and (laps or (found.plan.times == nominal.times and nominal.cycle_waypoint is None)):
+        steady = without_swings(mission, robot, nominal)
+        return replace(found, plan=min(found.plan, steady, key=attrgetter("cost")) if laps else steady)
     return found
 
 
@@ -138,11 +141,12 @@ def without_swings(mission: Mission, robot: str, nominal: RobotPlan) -> RobotPla
     Args:
         mission: What must be kept, and what counts.
         robot: Whose path.
-        nominal: Its path, not a lasso's.
+        nominal: Its path.
     """
     if len(nominal.waypoints) < 3:
         return nominal
-    function, bare = cost_of(mission, robot), _without_straighteners(nominal)
+    function = cost_of(mission, robot)
+    bare = nominal if nominal.cycle_waypoint is not None else _without_straighteners(nominal)
     finer = itertools.accumulate(range(_HALVINGS), lambda form, _: _with_middles(form), initial=bare)
     ways = [nominal, *(_ramped(form, ramp) for form in dict.fromkeys((nominal, *finer)) for ramp in (0.0, *_LONG_RAMPS))]
     priced = sorted(((plan_cost(way, function), way) for way in ways), key=itemgetter(0))
@@ -151,7 +155,8 @@ def without_swings(mission: Mission, robot: str, nominal: RobotPlan) -> RobotPla
     problem = path_problem(mission.seen_by(robot), nominal, function)
 
     def flown(way: RobotPlan) -> bool:
-        return way is nominal or (not lasts_too_long(mission, robot, way) and keeps(problem, way))
+        fits = has_room_for_waits(mission, way, nominal) and not lasts_too_long(mission, robot, way)
+        return way is nominal or (fits and keeps(problem, way))
 
     least = next(cost for cost, way in priced if flown(way))
     steady = sorted(((way.times[-1], cost, way) for cost, way in priced if cost <= _SWINGS * least), key=itemgetter(0, 1))
@@ -175,7 +180,7 @@ def _without_straighteners(plan: RobotPlan) -> RobotPlan:
 def _with_middles(plan: RobotPlan) -> RobotPlan:
     """Return a plan with a point in the middle of each leg that is much longer than a leg beside it, where its spline swings."""
     lengths = [math.dist(a.position, b.position) for a, b in itertools.pairwise(plan.waypoints)]
-    waypoints, times = [plan.waypoints[0]], [plan.times[0]]
+    waypoints, times, begins = [plan.waypoints[0]], [plan.times[0]], plan.cycle_waypoint
     for k, (a, b) in enumerate(itertools.pairwise(plan.waypoints)):
         if lengths[k] > _LONG * min(lengths[max(k - 1, 0) : k + 2]):
             x, y, z = np.add(a.position, b.position) / 2.0
@@ -183,7 +188,9 @@ def _with_middles(plan: RobotPlan) -> RobotPlan:
             times.append((plan.times[k] + plan.times[k + 1]) / 2.0)
         waypoints.append(b)
         times.append(plan.times[k + 1])
-    return plan.model_copy(update={"waypoints": tuple(waypoints), "times": tuple(times)})
+        if k + 1 == plan.cycle_waypoint:
+            begins = len(waypoints) - 1
+    return plan.model_copy(update={"waypoints": tuple(waypoints), "times": tuple(times), "cycle_waypoint": begins})
 
 
 def _ramped(plan: RobotPlan, ramp: float) -> RobotPlan:

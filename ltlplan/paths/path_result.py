@@ -22,6 +22,7 @@ from verify.data import Mission, RobotPlan, Waypoint
 from verify.data.arrays import Floats
 from verify.data.plan import Role
 from verify.data.shapes.inequalities import point_of
+from verify.data.trajectory import PIECES
 
 _STEP = 0.01  # m between the instants at which entries and exits are looked for
 _CLOSE = (
@@ -87,6 +88,17 @@ def keeps(problem: PathProblem, plan: RobotPlan) -> bool:
     """
     sampling = Sampling(LeastSnapSpline(plan.times, plan.cycle_waypoint), max(600, int(problem.length / _STEP)))
     return bool(problem.keeps.keeps(sampling.paths([w.position for w in plan.waypoints]).axes(0))[0])
+
+
+def has_room_for_waits(mission: Mission, plan: RobotPlan, nominal: RobotPlan) -> bool:
+    """Tell whether a plan with its laps is held by a vehicle's memory, with a piece left for a wait, or needs no more than the nominal one.
+
+    Args:
+        mission: Says how many laps are flown.
+        plan: The one that is asked about.
+        nominal: Where it came from.
+    """
+    return flown_pieces(mission, plan) <= max(PIECES - 1, flown_pieces(mission, nominal))
 
 
 def flown_pieces(mission: Mission, plan: RobotPlan) -> int:

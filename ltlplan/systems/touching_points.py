@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -35,21 +36,39 @@ _NEWTON, _NEWTON_STILL = 30, 1e-12
 _ROUTES, _SHORTER = 6, 1e-3
 """Times that a route is laid anew around obstacles, at the most, and m by which each is to be shorter than the one before."""
 
+
+@dataclass(frozen=True, slots=True)
+class Lap:
+    """Laps in which a route ends: from its last place back to an earlier one, again and again.
+
+    Attributes:
+        begins: Number of the place to which laps lead back.
+        count: How many are flown.
+    """
+
+    begins: int
+    count: int
+
+
 Way = Callable[[int, Floats, Floats], Sequence[Floats]]
 """From a leg's number and its ends, in m, to the points at which it turns between them; raises Infeasible where it is blocked."""
 
 
 def routes_may_touch(mission: Mission) -> bool:
-    """Tell whether routes may be laid so: those of finite traces without bounds in seconds, unless middles are asked for.
+    """Tell whether routes may be laid so: those without bounds in seconds, unless middles are asked for.
 
     Near an edge a robot is in the region for sure for a short time only, which bounds in seconds ask for.
     """
-    return mission.spec.trace == "finite" and mission.planner.visits == "near" and not mission.timed_parts
+    return mission.planner.visits == "near" and not mission.timed_parts
 
 
 def words_touch(mission: Mission) -> bool:
-    """Tell whether words are compared where their routes touch regions: not those of counted teams, which take too long to look for many times."""
-    return routes_may_touch(mission) and not (len(mission.agents) > 1 and mission.written.counts)
+    """Tell whether words are compared where their routes touch regions.
+
+    Those of counted teams are not, as they take too long to look for many times; nor those of one robot's laps, of which paths count the first alone.
+    """
+    one, laps = len(mission.agents) == 1, mission.spec.trace == "infinite" and mission.spec.repeat > 1
+    return routes_may_touch(mission) and not (laps if one else mission.written.counts)
 
 
 def touching_depth(mission: Mission, name: str) -> float:
@@ -90,51 +109,57 @@ def distance_to_touch(mission: Mission, point: Point, name: str) -> float:
     return float(np.linalg.norm(offset - _projected(_touched_part(mission, name), offset)))
 
 
-def touching_route(mission: Mission, places: Sequence[Floats | str], way: Way) -> Floats:
+def touching_route(mission: Mission, places: Sequence[Floats | str], way: Way, lap: Lap | None = None) -> Floats:
     """Return the points of a short route through some places around what is in its way, in m. Shape (places, 3).
 
     Args:
         mission: Gives margin and regions.
         places: Points, in m, and regions that are touched.
         way: Leads around what is in the way of a leg.
+        lap: Laps in which it ends; the way back is its last leg.
     """
     points = np.array([mission.all_regions[place].center if isinstance(place, str) else place for place in places])
     best, least, turned = points, np.inf, None
     for _ in range(_ROUTES):
         try:
-            turns = [list(way(k, a, b)) for k, (a, b) in enumerate(itertools.pairwise(points))]
+            turns = [list(way(k, a, b)) for k, (a, b) in enumerate(itertools.pairwise(_closed(points, lap)))]
         except Infeasible:
             break
-        stops = [[point, *between] for point, between in zip(points, [*turns, []], strict=True)]
-        length = float(np.linalg.norm(np.diff(np.concatenate(stops), axis=0), axis=1).sum())
+        between = turns if lap else [*turns, []]
+        stops = [[point, *turn] for point, turn in zip(points, between, strict=True)]
+        at = np.cumsum([0, *map(len, stops)])[:-1]
+        again = lap and Lap(int(at[lap.begins]), lap.count)
+        lines = np.diff(_closed(np.concatenate(stops), again), axis=0)
+        length = float(_times_flown(len(lines), again) @ np.linalg.norm(lines, axis=1))
         if length >= least - _SHORTER:
             break
-        best, least, before, turned = points, length, turned, [np.reshape(between, (-1, 3)) for between in turns]
+        best, least, before, turned = points, length, turned, [np.reshape(turn, (-1, 3)) for turn in turns]
         if before is not None and all(map(np.array_equal, before, turned)):
             break
-        at = np.cumsum([0, *(1 + len(between) for between in turns)])
-        between = [[place, *stop[1:]] for place, stop in zip(places, stops, strict=True)]
-        points = touching_points(mission, [place for stop in between for place in stop])[at]
+        through = [each for place, stop in zip(places, stops, strict=True) for each in (place, *stop[1:])]
+        points = touching_points(mission, through, again)[at]
     return best
 
 
-def touching_points(mission: Mission, places: Sequence[Floats | str]) -> Floats:
+def touching_points(mission: Mission, places: Sequence[Floats | str], lap: Lap | None = None) -> Floats:
     """Return the points of a shortest route through some places, in m. Shape (places, 3).
 
     Args:
         mission: Gives margin and regions.
         places: Points, in m, and large regions.
+        lap: Laps in which it ends.
     """
     regions = {k: mission.all_regions[place] for k, place in enumerate(places) if isinstance(place, str)}
     points = np.array([regions[k].center if k in regions else place for k, place in enumerate(places)], dtype=np.float64)
     bodies = {k: _touched_part(mission, str(places[k])) for k in regions}
-    legs = np.diff(np.eye(len(points)), axis=0)
+    legs = np.diff(_closed(np.eye(len(points)), lap), axis=0)
     inverse = np.linalg.inv(legs.T @ legs + np.eye(len(points)))
     own = points.copy()
     for k, body in () if mission.obstacles else bodies.items():  # of points as good as each other those that come first
         own[k] = points[k] + _projected(body, own[max(k - 1, 0)] - points[k])
     along = legs @ own
     step = max(float(np.linalg.norm(along, axis=1).mean()) / 2.0, _STILL)
+    steps = step * _times_flown(len(legs), lap)[:, None]
     own_price, along_price = np.zeros_like(own), np.zeros_like(along)
     for _ in range(_ROUNDS if regions else 0):
         found = inverse @ (legs.T @ (along - along_price) + own - own_price)
@@ -144,12 +169,22 @@ def touching_points(mission: Mission, places: Sequence[Floats | str]) -> Floats:
             own[k] = points[k] + _projected(body, found[k] + own_price[k] - points[k])
         lines = legs @ found + along_price
         sizes = np.linalg.norm(lines, axis=1, keepdims=True)
-        along = lines * np.maximum(0.0, 1.0 - step / np.maximum(sizes, _STILL))
+        along = lines * np.maximum(0.0, 1.0 - steps / np.maximum(sizes, _STILL))
         own_price += found - own
         along_price += legs @ found - along
         if max(np.abs(own - before).max(), np.abs(own - found).max(), np.abs(legs @ found - along).max()) < _STILL:
             break
     return own
+
+
+def _closed(points: Floats, lap: Lap | None) -> Floats:
+    """Return a route's points with that to which laps lead back as its last."""
+    return points if lap is None else np.concatenate([points, points[lap.begins : lap.begins + 1]])
+
+
+def _times_flown(legs: int, lap: Lap | None) -> Floats:
+    """Return how often each leg of a route is flown. Shape (legs,)."""
+    return np.where(np.arange(legs) < (legs if lap is None else lap.begins), 1.0, 1.0 if lap is None else lap.count)
 
 
 def _touched_part(mission: Mission, name: str) -> ConvexBody:

@@ -152,13 +152,13 @@ def _timed_waypoints(mission: Mission, name: str, robot: RobotPlan) -> tuple[lis
     if any(later < earlier for earlier, later in itertools.pairwise(robot.times)):
         raise BadInput(f"{name}: nominal times go back.")
     stops: list[TimedWaypoint] = []
-    cycle = None
+    cycle, end = None, mission.agents[name].end
     for index, (waypoint, time) in enumerate(zip(robot.waypoints, robot.times, strict=True)):
         position = np.array(waypoint.position, dtype=np.float64)
         region = None if waypoint.region is None else mission.all_regions.get(waypoint.region)
         if waypoint.role in ("centre", "end", "via", "start") and waypoint.visit is not None and region is not None:
             visited = robot.visits[waypoint.visit].region == waypoint.region
-            if visited and waypoint.role != "start" and not leads_to(mission, waypoint):
+            if visited and waypoint.role != "start" and waypoint.position != end and not leads_to(mission, waypoint):
                 position = _deep_enough(mission, name, waypoint.region or "", region, position)
         if waypoint.role == "via" and region is None and _flies_through(mission, robot, waypoint.visit):
             continue  # the planner's help on a straight line through an opening: there the cylinder leads the way

@@ -20,18 +20,16 @@ from numpy.typing import ArrayLike
 from ltlplan.paths.costs import Cost, cost_of, plan_cost
 from ltlplan.paths.cross_entropy.gaussian import Options, Search, Tournament
 from ltlplan.paths.final_hover import then_hovering
-from ltlplan.paths.path_result import candidate_plans, flown_pieces
+from ltlplan.paths.path_result import candidate_plans, has_room_for_waits
 from ltlplan.paths.sampling.least_snap_spline import LeastSnapSpline
 from ltlplan.paths.sampling.path_problem import PathProblem, path_problem
 from verify.data import Mission, RobotPlan
 from verify.data.arrays import Floats
-from verify.data.trajectory import PIECES
 
 SPREAD = 0.06
 """m; standard deviation of each coordinate with which a search begins."""
 
 _SHORTLIST = 24  # at most this many of the best candidates are judged for all times
-_PIECES = PIECES - 1  # one is left for a wait
 _LARGE = 180  # coordinates
 _SAME = 5e-3  # a plan with fewer waypoints is preferred where it costs at most this share more
 
@@ -179,12 +177,11 @@ def improve(
 
 def _judged(mission: Mission, plan: RobotPlan, problem: PathProblem, cost: Cost, candidate: Floats) -> RobotPlan:
     """Return the plan along a candidate, judged for all times, with its cost; the nominal one where none is better and keeps clear."""
-    most = max(_PIECES, flown_pieces(mission, plan))
     length = float(problem.paths(candidate[None]).length[0])
     found = candidate_plans(mission, plan, problem, problem.points(candidate[None])[0], length)
     stretched = [_stretched(mission, other, length / problem.length) for other in found]
     priced = [other.model_copy(update={"cost": plan_cost(other, cost)}) for other in stretched]
-    better = [other for other in priced if other.cost < plan.cost and flown_pieces(mission, other) <= most]
+    better = [other for other in priced if other.cost < plan.cost and has_room_for_waits(mission, other, plan)]
     least = min((other.cost for other in better), default=0.0)
     return next((other for other in better if other.cost <= least * (1 + _SAME)), plan)
 

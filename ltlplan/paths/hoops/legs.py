@@ -13,6 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
+from ltlplan.allocation import Itinerary
 from ltlplan.paths.hoops.avoidance import Blocked, Detour, avoid
 from ltlplan.paths.hoops.clearance import blocked
 from ltlplan.paths.hoops.hoop_frame import control_points
@@ -21,8 +22,8 @@ from ltlplan.paths.hoops.passage_ends import PassageEnds, passage_ends
 from ltlplan.paths.hoops.stops import Side, Stop, before_opening, holds, hoop_axes, primitives_between
 from ltlplan.search.memoization import memoized
 from ltlplan.systems.region_labels import apart
-from ltlplan.systems.touching_points import is_large, routes_may_touch, touching_route
-from verify.data import BadInput, Mission, Visit
+from ltlplan.systems.touching_points import Lap, is_large, routes_may_touch, touching_route
+from verify.data import BadInput, Mission
 from verify.data.arrays import Floats
 from verify.data.plan import Role
 from verify.data.shapes.region import Hoop
@@ -39,14 +40,22 @@ _SAME = 1e-9
 class Legs:
     """The stops of one robot's way, leg by leg."""
 
-    def __init__(
-        self, mission: Mission, robot: str, visits: tuple[Visit, ...], where: Room, inside_last: bool, stops: tuple[int, ...]
-    ) -> None:
-        self.mission, self.visits, self.where, self.inside_last, self.numbers = mission, visits, where, inside_last, stops
-        agent = mission.agents[robot]
+    def __init__(self, mission: Mission, robot: str, does: Itinerary, where: Room, inside_last: bool) -> None:
+        self.mission, self.where, self.inside_last, self.numbers = mission, where, inside_last, does.all_stops
+        self.visits, self.cycle_visit = tuple(does.visits[stop] for stop in self.numbers), does.first_of_lap
+        agent, visits = mission.agents[robot], self.visits
         self.start = np.array(agent.start)
         self.end = None if agent.end is None else np.array(agent.end)
         self.begins_inside = bool(visits) and holds(mission, self.start, visits[0].region)
+        first, last = self.cycle_visit, len(visits) - 1
+        self.laps_begin_inside = (
+            first is not None
+            and first <= last
+            and first > self.begins_inside
+            and visits[first - 1].region == visits[last].region != visits[last - 1].region
+            and visits[last].region not in mission.hoops
+        )
+        """Whether each lap begins and ends at one place of a region, that of the last visit before the first lap and of a lap's own last one."""
 
     @memoized
     def ends(self, name: str) -> PassageEnds:
@@ -70,20 +79,24 @@ class Legs:
         stops = [*([] if exit_from is None else [exit_from]), first, *self._leg(i, left, j, entered)]
         return sum(p.length for p in primitives_between(stops)[0 if exit_from is None else 1 :])
 
-    def stops(self, sides: Sequence[Side], cycle_visit: int | None) -> tuple[list[Stop], int | None]:
+    def stops(self, sides: Sequence[Side]) -> tuple[list[Stop], int | None]:
         """Return all stops and the index of the stop where the cycle begins, if there is one."""
+        cycle_visit = self.cycle_visit
         stops = [Stop(self.start, "start", visit=0 if self.begins_inside else None)]
         cycle: int | None = None
         for i, side in enumerate(sides):
             if i == 0 and self.begins_inside:
                 continue
             stops += self._leg(i - 1, sides[i - 1] if i else None, i, side)
-            if i == cycle_visit:  # at the hoop's entry, or at the last point outside a region without a ring
+            if i == cycle_visit and not self.laps_begin_inside:
+                # at the hoop's entry, or at the last point outside a region without a ring
                 cycle = len(stops) - 1 if side is not None else len(stops) - 2
             stops += self._passage(i, side)
+            if i + 1 == cycle_visit and self.laps_begin_inside:
+                cycle = len(stops) - 1
         last = len(sides) - 1
         comes_to_rest = cycle_visit is None or cycle_visit == len(sides)
-        if cycle is not None:
+        if cycle is not None and not self.laps_begin_inside:
             first = stops[cycle]
             around = frozenset[str]() if first.region is None else self._around(first.region, first.position)
             stops += self._on_to(last, sides[last], replace(first, permitted=around))
@@ -137,17 +150,33 @@ class Legs:
             name if self._touches(names, k) else middle for k, (name, middle) in enumerate(zip(names, middles, strict=True))
         ]
         ends = [] if self.end is None else [self.end]
-        return list(touching_route(self.mission, [self.start, *places, *ends], self._turns)[1 : len(names) + 1])
+        lap = None if self._lap_of is None else Lap(self._lap_of + 1, self.mission.spec.repeat)
+        if self.laps_begin_inside:
+            del places[-1]
+        found = list(touching_route(self.mission, [self.start, *places, *ends], self._turns, lap)[1 : len(places) + 1])
+        return found if lap is None or not self.laps_begin_inside else [*found, found[lap.begins - 1]]
+
+    @property
+    def _lap_of(self) -> int | None:
+        """Index of the visit at which laps come round; None where there are none."""
+        return (self.cycle_visit or 0) - 1 if self.laps_begin_inside else self.closes_at
+
+    @property
+    def closes_at(self) -> int | None:
+        """Index of the visit to which laps lead back; None where there are none, or each is a hover or ends in its last visit."""
+        return None if self.cycle_visit == len(self.visits) or self.laps_begin_inside else self.cycle_visit
 
     def _turns(self, number: int, start: Floats, end: Floats) -> list[Floats]:
         """Return the points at which a leg turns on its way around what it may not enter; none of legs from and to hoops.
 
         Args:
-            number: Index of the visit that it leads to, or of the way to the end.
+            number: Index of the visit that it leads to, or of the way to the end or back to the lap's first visit.
             start: m. Shape (3,).
             end: m. Shape (3,).
         """
-        if any(visit.region in self.mission.hoops for visit in self.visits[max(number - 1, 0) : number + 1]):
+        to = self.closes_at if number == len(self.visits) else number
+        ends = [*self.visits[max(number - 1, 0) : number], *(() if to is None else self.visits[to : to + 1])]
+        if any(visit.region in self.mission.hoops for visit in ends):
             return []
         leaves, reaches = self.where.touching(start) if number == 0 else self.where.holding(start), self.where.holding(end)
         points = avoid(self.mission, self.where, start, end, leaves | reaches, leaves & reaches)
@@ -157,7 +186,10 @@ class Legs:
         """Tell whether a visit may be made anywhere in its region: it is large, begun on the way, and not left to be visited again at once."""
         if k == 0 and self.begins_inside:
             return False
-        return names[k] not in (*names[max(k - 1, 0) : k], *names[k + 1 : k + 2]) and is_large(self.mission, names[k])
+        beside = [*names[max(k - 1, 0) : k], *names[k + 1 : k + 2]]
+        if self.closes_at is not None and k in (self.closes_at, len(names) - 1):
+            beside += [names[-1] if k == self.closes_at else names[self.closes_at]]
+        return names[k] not in beside and is_large(self.mission, names[k])
 
     def _into(self, i: int, left: Side, j: int) -> list[Stop]:
         """Return the leg to a hoop in which the flight ends: to the control point on its nearer side, or on the other one, then

@@ -25,12 +25,11 @@ from verify.data.plan import Visit
 Directions = Literal["nearest", "cheapest"]
 
 
-def choose_sides(legs: Legs, cycle_visit: int | None, directions: Directions) -> list[Side]:
+def choose_sides(legs: Legs, directions: Directions) -> list[Side]:
     """Return a side for each visit; None for plain regions and for a hoop in which the flight begins or ends.
 
     Args:
-        legs: Of the robot, whose lengths from side to side count.
-        cycle_visit: First visit of a lasso's cycle; None for a finite flight.
+        legs: Of the robot, whose lengths from side to side count, a lap's last leg too.
         directions: Whether the nearest side is taken each time, or the cheapest sequence of sides.
 
     Raises:
@@ -41,7 +40,7 @@ def choose_sides(legs: Legs, cycle_visit: int | None, directions: Directions) ->
     options = [_options(legs.mission, visit, stays=i in stays) for i, visit in enumerate(legs.visits)]
     if not options:
         return []
-    return _nearest(legs, options) if directions == "nearest" else _cheapest(legs, options, cycle_visit)
+    return _nearest(legs, options) if directions == "nearest" else _cheapest(legs, options)
 
 
 def _options(mission: Mission, visit: Visit, *, stays: bool) -> list[Side]:
@@ -90,9 +89,8 @@ def _nearest(legs: Legs, options: list[list[Side]]) -> list[Side]:
     return chosen
 
 
-def _cheapest(legs: Legs, options: list[list[Side]], cycle_visit: int | None) -> list[Side]:
-    lengths = _Lengths(legs)
-    first = cycle_visit if cycle_visit is not None and cycle_visit < len(options) else None
+def _cheapest(legs: Legs, options: list[list[Side]]) -> list[Side]:
+    lengths, first = _Lengths(legs), legs.closes_at
     anchors: list[Side] = [None] if first is None else options[first]
     nothing: tuple[float, list[Side]] = math.inf, []
     best = nothing

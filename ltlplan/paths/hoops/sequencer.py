@@ -14,6 +14,7 @@ import itertools
 from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -185,6 +186,37 @@ def _apart(mission: Mission, does: Itinerary) -> tuple[int, ...]:
 
 
 def _laid(mission: Mission, robot: str, does: Itinerary, directions: Directions | None) -> RobotPlan:
+    """Return the path of an itinerary; of laps the shorter one of those that begin before their first region, and in it."""
+    first = _laid_as(mission, robot, does, directions)
+    inside = _begun_inside(mission, does)
+    if inside is None:
+        return first
+    try:
+        return min(first, _laid_as(mission, robot, inside, directions), key=partial(_metres, mission.spec.repeat))
+    except Infeasible:
+        return first
+
+
+def _begun_inside(mission: Mission, does: Itinerary) -> Itinerary | None:
+    """Return an itinerary whose laps begin in the region that they came to first, and end there; None where that is a hoop, or something is done there."""
+    first, cycle = does.cycle_visit, does.word.cycle or ()
+    if first is None or first >= len(does.visits) or does.stops is not None:
+        return None
+    visit = does.visits[first]
+    if visit.region in mission.hoops or visit.actions or len(cycle) < 2 or visit.region not in cycle[0] - cycle[1]:
+        return None
+    word = Word((*does.word.prefix, cycle[0]), (*cycle[1:], cycle[0]))
+    return replace(does, visits=(*does.visits, visit), word=word, cycle_visit=first + 1)
+
+
+def _metres(laps: int, plan: RobotPlan) -> float:
+    """Return the length of a path from waypoint to waypoint, with all its laps, m."""
+    points = np.array([waypoint.position for waypoint in plan.waypoints])
+    legs = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    return float(legs.sum() + (laps - 1) * legs[plan.cycle_waypoint or 0 :].sum())
+
+
+def _laid_as(mission: Mission, robot: str, does: Itinerary, directions: Directions | None) -> RobotPlan:
     mission, problem = mission.seen_by(robot), None
     ways = [(slack, _SHORTEST) for slack in _SLACKS]
     if mission.obstacles:
@@ -254,9 +286,9 @@ def _route(mission: Mission, robot: str, does: Itinerary, directions: Directions
     visits, cycle_visit, word, served = does.visits, does.cycle_visit, does.word, does.all_stops
     flown = tuple(visits[stop] for stop in served)
     first = does.first_of_lap
-    legs = Legs(mission, robot, flown, where, _ends_inside(mission, robot, flown, first, word), served)
-    sides = choose_sides(legs, first, directions)
-    stops, cycle = legs.stops(sides, first)
+    legs = Legs(mission, robot, does, where, _ends_inside(mission, robot, flown, first, word))
+    sides = choose_sides(legs, directions)
+    stops, cycle = legs.stops(sides)
     stops, times, cycle = _repaired(stops, cycle, where, mission.planner.speed, Counter(v.region for v in visits), shortest)
     side_of = dict(zip(served, sides, strict=True))
     hovers = cycle_visit == len(visits)

@@ -17,7 +17,7 @@ from refine.single_robot.task import Pace
 from tests.helpers.few import few_of
 from tests.helpers.rooms_and_rests import fields_or_spots
 from verify import judge
-from verify.data import mission_to_yaml, parse_mission
+from verify.data import Mission, mission_to_yaml, parse_mission
 from verify.data.progress import silent
 
 FIELD, SPOT = ((3.0, 0.0), (5.0, 2.0)), ((-1.5, 0.0), (0.4, 0.4))
@@ -137,3 +137,73 @@ def test_a_team_too_large_for_several_searches_keeps_the_bound_of_the_first() ->
     found = exact(mission.changed(agents=agents), Context(np.random.default_rng(0), silent))
     assert found.lower_bound is not None
     assert 0.8 * found.cost <= found.lower_bound <= found.cost
+
+
+def patrol(seed: int, robots: int, visits: str, flipped: bool = False, turned: bool = False) -> Mission:
+    """Return rounds of two to four random fields for ever; mirrored in x, or with names and formula in another order."""
+    rng = np.random.default_rng(seed)
+    count, sign = int(rng.integers(2, 5)), -1.0 if flipped else 1.0
+    regions: dict[str, str] = {}
+    for k, corner in enumerate(rng.permutation([(-3.0, -3.0), (3.0, -3.0), (-3.0, 3.0), (3.0, 3.0)])[:count]):
+        x, y = (corner + rng.uniform(-0.4, 0.4, 2)).round(2).tolist()
+        wide, long = rng.uniform(0.8, 2.2, 2).round(2).tolist()
+        regions[f"{'zyxw' if turned else 'abcd'}"[k]] = f"{{center: [{sign * x}, {y}, 1], size: [{wide}, {long}, 1.2]}}"
+    formula = " & ".join(f"G F {name}" for name in sorted(regions))
+    agents = ", ".join(f"q{k}: {{start: [{sign * (2 * k - 4.8)}, {-4.6 if k % 2 else 4.6}, 1]}}" for k in range(robots))
+    return parse_mission(
+        f"format: 1\nname: patrol\nspec: {{formula: '{formula}', trace: infinite}}\nvehicle: crazyflie-2.1\nlimits: {{speed: 1.0}}\n"
+        f"regions: {{{', '.join(f'{name}: {body}' for name, body in sorted(regions.items()))}}}\nagents: {{{agents}}}\n"
+        f"planner: {{visits: {visits}}}\nworkspace: {{min: [-6, -6, 0.2], max: [6, 6, 2.2]}}\n"
+    )
+
+
+def shortest_patrol(mission: Mission) -> float:
+    """Return the length of the shortest way to some fields and once around them, by a general solver over all orders, m."""
+    start = np.array(mission.agents["q0"].start)
+    boxes: list[tuple[np.ndarray, np.ndarray]] = []
+    for region in mission.regions.values():
+        deep = mission.margin + min(0.2, 0.3 * (region.inner_radius - mission.margin))
+        half = np.array(region.half_lengths) - deep
+        boxes.append((np.array(region.center) - half, np.array(region.center) + half))
+
+    def length(order: tuple[int, ...]) -> float:
+        low, high = (np.concatenate([boxes[k][side] for k in order]) for side in (0, 1))
+
+        def metres(values: np.ndarray) -> float:
+            places = values.reshape(-1, 3)
+            legs = np.diff(np.vstack([start, places, places[:1]]), axis=0)
+            return float(np.sqrt((legs**2).sum(axis=1) + 1e-12).sum())
+
+        return float(minimize(metres, (low + high) / 2.0, bounds=list(zip(low, high, strict=True)), method="L-BFGS-B").fun)
+
+    return min(map(length, itertools.permutations(range(len(boxes)))))
+
+
+@few_of(2, "seed", [*range(2), *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(2, 12))])
+def test_laps_of_one_robot_touch_their_regions(seed: int, pace: Pace) -> None:
+    mission = patrol(seed, 1, "near")
+    made, least = ltlplan.plan(mission), shortest_patrol(mission)
+    assert made.lower_bound is not None
+    assert made.lower_bound <= min(least, made.cost)
+    assert made.cost <= 1.15 * least
+    assert made.cost <= ltlplan.plan(patrol(seed, 1, "middle")).cost
+    assert judge(made, refine(made, pace=pace), largest=False).holds
+
+
+@few_of(1, "seed", [*range(1), *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(1, 12))])
+def test_laps_of_a_team_touch_their_regions_and_end_where_they_begin(seed: int, pace: Pace) -> None:
+    made = ltlplan.plan(patrol(seed, 2, "near"))
+    assert made.cost <= ltlplan.plan(patrol(seed, 2, "middle")).cost
+    assert judge(made, refine(made, pace=pace), largest=False).holds
+
+
+@few_of(1, ("seed", "robots"), [(0, 1), *(pytest.param(k, n, marks=pytest.mark.slow) for k in range(1, 6) for n in (1, 2))])
+def test_mirroring_and_renaming_change_neither_cost_nor_duration_of_laps(seed: int, robots: int) -> None:
+    costs, durations = [], []
+    for flipped, turned in ((False, False), (True, False), (False, True)):
+        made = ltlplan.plan(patrol(seed, robots, "near", flipped, turned))
+        flown = refine(made, pace=0.7)
+        costs.append(made.cost)
+        durations.append(max(flight.duration for flight in flown.values()))
+    assert costs == pytest.approx([costs[0]] * 3, rel=2e-2)  # what draws of cross-entropy make
+    assert durations == pytest.approx([durations[0]] * 3, rel=5e-2)

@@ -19,7 +19,8 @@ FORMULA = "G F a & G F b & G F c"
 def patrol() -> Mission:
     places = {"a": (0.69, 1.03), "b": (-0.32, -0.96), "c": (0.05, -0.2)}
     radii = dict.fromkeys(places, 0.3)
-    return world(FORMULA, robots=2, regions=places, radii=radii, trace="infinite", team="joint", repeat=2)
+    found = world(FORMULA, robots=2, regions=places, radii=radii, trace="infinite", team="joint", repeat=2)
+    return found.changed(planner=found.planner.model_copy(update={"visits": "middle"}))
 
 
 def turned(robot: RobotPlan) -> float:

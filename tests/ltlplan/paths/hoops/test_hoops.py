@@ -292,7 +292,7 @@ def test_the_same_mission_gives_the_same_plan():
 @pytest.mark.parametrize(
     ("start", "names", "cycle", "entered"),
     [
-        ("[-1, 0, 1]", ["a", "b"], 0, ["a", "b"]),
+        ("[-1, 0, 1]", ["a", "b"], 0, ["a", "b", "a"]),
         ("[-1, 0, 1]", ["a"], 0, ["a"]),
         ("[-1, 0, 1]", ["a", "a", "b"], 1, ["a", "a", "b"]),
         ("[-1, 0, 1]", ["a", "b"], 2, ["a", "b"]),
@@ -300,7 +300,7 @@ def test_the_same_mission_gives_the_same_plan():
         ("[0.1, 0, 1]", ["a"], 0, ["a", "a"]),
     ],
 )
-def test_a_lasso_over_regions_repeats_its_cycles_first_waypoint_in_free_flight(start, names, cycle, entered):
+def test_a_lasso_over_regions_repeats_its_cycles_first_waypoint_in_one_region_or_in_free_flight(start, names, cycle, entered):
     mission = parse_mission(REGIONS.format(start=start))
     plan = route(mission, "quad0", [Visit(region=n) for n in names], cycle)
     trajectory, _, path = path_of(plan)
@@ -308,8 +308,9 @@ def test_a_lasso_over_regions_repeats_its_cycles_first_waypoint_in_free_flight(s
     assert stays(mission, path) == entered
     first, last = plan.waypoints[plan.cycle_waypoint], plan.waypoints[-1]
     assert last.position == first.position
-    if cycle < len(names):  # a lap begins outside every region, so that its visits are whole
-        assert all(region.level(np.array(first.position)) > 1 for region in mission.all_regions.values())
+    around = [name for name, region in mission.all_regions.items() if region.level(np.array(first.position)) <= 1]
+    if cycle < len(names):  # a lap begins where the one before ended, or outside every region, so that its visits are whole
+        assert around in ([], [entered[-1]] if len(entered) > len(names) else [])
     lap = trajectory.flattened(3)
     again = lap.evaluate(np.linspace(0, lap.duration, 6000))[:, :3]
     once = entered[plan.cycle_visit :] if plan.cycle_visit < len(entered) else []
